@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: MIT
+# Writes a C table {path, bytes} of text files. Bytes as hex, because a C string literal is limited to 64 KiB.
+set(BODY "/* Generated from shaders/; do not edit. */\n#include \"shaders/shader_table.h\"\n")
+set(ROWS "")
+set(INDEX 0)
+foreach(FILE ${FILES})
+  file(RELATIVE_PATH NAME ${ROOT} ${FILE})
+  file(READ ${FILE} HEX HEX)
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," BYTES "${HEX}")
+  string(APPEND BODY "static const unsigned char file_${INDEX}[] = {${BYTES}0};\n")
+  string(APPEND ROWS "    {\"${NAME}\", (const char *)file_${INDEX}, sizeof file_${INDEX} - 1},\n")
+  math(EXPR INDEX "${INDEX} + 1")
+endforeach()
+string(APPEND BODY "const struct shader_file shader_table[] = {\n${ROWS}    {0, 0, 0},\n};\n")
+file(WRITE ${OUTPUT}.tmp "${BODY}")
+file(COPY_FILE ${OUTPUT}.tmp ${OUTPUT} ONLY_IF_DIFFERENT)
+file(TOUCH_NOCREATE ${OUTPUT})

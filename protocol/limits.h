@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/* Every cap on what a client can make grow, by name, with its reason. */
+#ifndef VITRAIL_PROTOCOL_LIMITS_H
+#define VITRAIL_PROTOCOL_LIMITS_H
+
+enum limits {
+    LIMIT_IMAGE_SIDE_PX = 16384,         /* GL_MAX_TEXTURE_SIZE of the reference device; larger is tiled, not offered */
+    LIMIT_SHADOW_RESOLUTION = 16384,     /* texels per side; same reason */
+    LIMIT_REQUEST_JSON_BYTES = 32 << 20, /* holds 65,536 lights written out in full */
+    LIMIT_REQUEST_LIGHTS = 65536,        /* specs/accuracy 8.5 asks for this many */
+    LIMIT_REQUEST_OVERRIDES = 65536,     /* nodes or materials overridden in one request */
+    LIMIT_CLIP_PLANES = 8,               /* GL_MAX_CLIP_DISTANCES is at least 8 */
+    LIMIT_NAME_BYTES = 1024,             /* node, material, camera names in requests */
+    LIMIT_UPLOAD_FILES = 1024,           /* parts of one multipart upload */
+    LIMIT_FILE_NAME_BYTES = 512,         /* relative path of one uploaded file */
+    LIMIT_JSON_DEPTH = 32,               /* nesting of a request body */
+    LIMIT_OUTPUTS = 8,                   /* outputs of one render */
+    LIMIT_FRAMES_KEPT = 1024,            /* frame reports kept for /v1/frames/{id} */
+    LIMIT_QUEUE_DEPTH = 256,             /* renders waiting for a worker; more are refused with 503 */
+};
+
+#define LIMIT_UPLOAD_BYTES (2ull << 30)      /* default of --max-upload-bytes: one upload, all files */
+#define LIMIT_SCENE_BLOB_BYTES (8ull << 30)  /* decoded scene */
+#define LIMIT_COORDINATE 1e12                /* metres; beyond it even f64 loses the millimetre */
+#define LIMIT_INTENSITY 1e12                 /* cd, lx or nt; keeps every product inside f32 */
+
+#endif

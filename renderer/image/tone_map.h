@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* From linear HDR radiance to display-referred 8-bit sRGB. Thread: any. */
+#ifndef VITRAIL_RENDERER_IMAGE_TONE_MAP_H
+#define VITRAIL_RENDERER_IMAGE_TONE_MAP_H
+
+#include "renderer/image/image.h"
+
+enum tone_mapping {
+    TONE_MAPPING_NEUTRAL, /* Khronos PBR Neutral (2024): keeps hue and saturation below 0.8, compresses above */
+    TONE_MAPPING_NONE,    /* clamp to [0,1] */
+};
+
+struct tone_map_desc {
+    enum tone_mapping operator_;
+    float exposure_ev; /* stops; radiance is multiplied by 2^exposure_ev first */
+};
+
+/* hdr: F32 RGBA, linear Rec.709, associated alpha. ldr: becomes U8 RGBA, sRGB, unassociated alpha.
+ * Non-finite input becomes 0; nothing outside [0,255] is written. */
+MUST_CHECK bool tone_map(const struct image *hdr, const struct tone_map_desc *desc, struct image *ldr,
+                         struct error *err);
+
+#endif
