@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: MIT */
+/* What one frame cost, as clients see it: /v1/frames/{id} and the Server-Timing header. Thread: any. */
+#ifndef VITRAIL_PROTOCOL_FRAME_STATS_H
+#define VITRAIL_PROTOCOL_FRAME_STATS_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+
+enum {
+    FRAME_STATS_PASSES_MAX = 64,
+    FRAME_STATS_BYTES_MAX = 24,
+    FRAME_STATS_REUSED_MAX = 24,
+    FRAME_STATS_WARNINGS_MAX = 40,
+    FRAME_STATS_NAME_BYTES = 48,
+    FRAME_STATS_TEXT_BYTES = 200,
+    FRAME_STATS_DEVICE_BYTES = 128,
+};
+
+/* Tokens of Server-Timing and keys of timings_ms: queue, shadow, light-list, shade, readback, encode, total. */
+enum frame_timing {
+    FRAME_TIMING_QUEUE,
+    FRAME_TIMING_SHADOW,
+    FRAME_TIMING_LIGHT_LIST,
+    FRAME_TIMING_SHADE,
+    FRAME_TIMING_READBACK,
+    FRAME_TIMING_ENCODE,
+    FRAME_TIMING_TOTAL,
+    FRAME_TIMING_COUNT
+};
+
+struct frame_stats_pass {
+    char pass[FRAME_STATS_NAME_BYTES];
+    char because[FRAME_STATS_TEXT_BYTES];
+    char technique[FRAME_STATS_NAME_BYTES]; /* "" where only one way exists */
+    double ms;
+};
+
+struct frame_stats_bytes {
+    char structure[FRAME_STATS_NAME_BYTES];
+    uint64_t bytes;
+};
+
+/* Where the stated error of a frame comes from. */
+enum frame_error_source { FRAME_ERROR_EXACT, FRAME_ERROR_MEASURED, FRAME_ERROR_ESTIMATED };
+
+/* Zeroed = an empty report; every text is NUL-terminated UTF-8. */
+struct frame_stats {
+    char id[65];                 /* of /v1/frames/{id}; "" until one is given */
+    char scene[65];
+    char view[65];               /* "" = null: a one-shot render */
+    uint64_t revision;           /* of the view; 0 for a one-shot render */
+    char device[FRAME_STATS_DEVICE_BYTES];
+    int width, height;           /* px */
+    struct frame_stats_pass plan[FRAME_STATS_PASSES_MAX];
+    int plan_count;
+    double timings_ms[FRAME_TIMING_COUNT];
+    struct {
+        uint64_t lights, shadowed_lights, draws, triangles, events, longest_list, lookups;
+        double mean_list;
+        uint64_t transparent_fragments, longest_pixel_list, light_list_entries;
+        uint64_t shadow_maps_built, shadow_maps_reused;
+    } counts;
+    struct frame_stats_bytes bytes[FRAME_STATS_BYTES_MAX];
+    int byte_count;
+    char reused[FRAME_STATS_REUSED_MAX][FRAME_STATS_NAME_BYTES];
+    int reused_count;
+    bool has_error;              /* false: null, nothing is known about the error */
+    char error_metric[FRAME_STATS_NAME_BYTES];
+    double error_value;
+    enum frame_error_source error_source;
+    char warnings[FRAME_STATS_WARNINGS_MAX][FRAME_STATS_TEXT_BYTES];
+    int warning_count;
+};
+
+/* Adds a warning; the last slot says that more were dropped. */
+void frame_stats_warn(struct frame_stats *stats, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+MUST_CHECK json_t *frame_stats_to_json(const struct frame_stats *stats);    /* new reference; NULL: no memory */
+MUST_CHECK char *frame_stats_to_json_text(const struct frame_stats *stats); /* malloc'ed; NULL: no memory */
+
+/* Reads what frame_stats_to_json writes (worker to front, server to CLI). Members it does not know are passed over,
+ * so that a newer server can be read; wrong types and ranges are refused. */
+MUST_CHECK bool frame_stats_from_json(const json_t *json, struct frame_stats *stats, struct error *err);
+MUST_CHECK bool frame_stats_from_json_text(const char *json, size_t length, struct frame_stats *stats,
+                                           struct error *err);
+
+const char *frame_timing_name(int timing); /* token; NULL past the last */
+
+/* Value of the Server-Timing header, e.g. "queue;dur=0.1, shadow;dur=3.2, ...". Always NUL-terminated; returns the
+ * length that the whole value has, as snprintf does. FRAME_SERVER_TIMING_BYTES always suffices. */
+enum { FRAME_SERVER_TIMING_BYTES = 512 };
+int frame_stats_server_timing(const struct frame_stats *stats, char *text, size_t size_bytes);
+
+#endif

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: MIT */
+/* A render request (the body of POST /v1/renders): plain C, and its JSON both ways. Thread: any.
+ * The manual for clients is docs/requests.md. Units are in the names: degrees, metres, milliseconds, pixels. */
+#ifndef VITRAIL_PROTOCOL_RENDER_REQUEST_H
+#define VITRAIL_PROTOCOL_RENDER_REQUEST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+
+enum request_camera_kind {
+    REQUEST_CAMERA_DEFAULT, /* the scene's first camera; without one, fit the bounds from the front */
+    REQUEST_CAMERA_NODE,
+    REQUEST_CAMERA_LOOK_AT,
+    REQUEST_CAMERA_MATRIX,
+    REQUEST_CAMERA_FIT,
+};
+enum request_fit { REQUEST_FIT_FRONT, REQUEST_FIT_TOP, REQUEST_FIT_RIGHT, REQUEST_FIT_ISO };
+enum request_light_type { REQUEST_LIGHT_DIRECTIONAL, REQUEST_LIGHT_POINT, REQUEST_LIGHT_SPOT };
+enum request_alpha_mode { REQUEST_ALPHA_OPAQUE, REQUEST_ALPHA_MASK, REQUEST_ALPHA_BLEND };
+enum request_pass_through { REQUEST_PASS_CONSTANT, REQUEST_PASS_SLAB, REQUEST_PASS_EDGE };
+enum request_tone_mapping { REQUEST_TONE_NEUTRAL, REQUEST_TONE_NONE };
+enum request_shadows {
+    REQUEST_SHADOWS_AUTO,
+    REQUEST_SHADOWS_NONE,
+    REQUEST_SHADOWS_MAP,
+    REQUEST_SHADOWS_DEEP,
+    REQUEST_SHADOWS_DEEP_LINKED,
+};
+enum request_transparency { REQUEST_TRANSPARENCY_AUTO, REQUEST_TRANSPARENCY_LISTS };
+enum request_light_lists { REQUEST_LIGHT_LISTS_AUTO, REQUEST_LIGHT_LISTS_CLUSTERED, REQUEST_LIGHT_LISTS_LINKED };
+enum request_blend_filter { REQUEST_BLEND_TINT, REQUEST_BLEND_COVERAGE, REQUEST_BLEND_KIM };
+enum request_output {
+    REQUEST_OUTPUT_COLOR,
+    REQUEST_OUTPUT_DEPTH,
+    REQUEST_OUTPUT_NORMAL,
+    REQUEST_OUTPUT_ALBEDO,
+    REQUEST_OUTPUT_NODE,
+    REQUEST_OUTPUT_MATERIAL,
+    REQUEST_OUTPUT_COUNT
+};
+enum request_format {
+    REQUEST_FORMAT_ANY, /* by the Accept header; PNG when that leaves the choice */
+    REQUEST_FORMAT_PNG,
+    REQUEST_FORMAT_JPEG,
+    REQUEST_FORMAT_WEBP,
+    REQUEST_FORMAT_EXR,
+};
+
+struct request_camera {
+    enum request_camera_kind kind;
+    char *node;                      /* NODE: owned name, or "#12" for index 12 */
+    double eye[3], target[3], up[3]; /* LOOK_AT, world [m]; up all zero = +Y */
+    double matrix[16];               /* MATRIX: world_from_camera, column-major, looks along -Z */
+    enum request_fit fit;            /* FIT */
+    double fov_y_deg;                /* [0.001, 179); 0 = 45, or the node's own */
+    double ortho_height;             /* m; 0 = perspective */
+};
+
+struct request_light {
+    enum request_light_type type;
+    double position[3];              /* world [m]; point and spot */
+    double direction[3];             /* of travel, not normalised; spot and directional */
+    double color[3];                 /* linear, [0, 1] */
+    double intensity;                /* cd, or lx for directional */
+    double range;                    /* m; 0 = unbounded */
+    double inner_cone_deg, outer_cone_deg; /* half angles of a spot; outer [0.001, 90], inner [0, outer] */
+    bool casts_no_shadow;
+};
+
+struct request_node_override {
+    char *node;                      /* owned */
+    bool has_visible, visible;
+    bool has_matrix;
+    double matrix[16];               /* replaces the local matrix; column-major, affine, invertible */
+};
+
+struct request_material_override {
+    char *material;                  /* owned */
+    bool has_base_color;   double base_color[4];
+    bool has_metallic;     double metallic;
+    bool has_roughness;    double roughness;
+    bool has_emissive;     double emissive[3];
+    bool has_transmission; double transmission;
+    bool has_ior;          double ior;
+    bool has_thickness;    double thickness;
+    bool has_attenuation;  double attenuation_color[3], attenuation_distance;
+    bool has_alpha_mode;   enum request_alpha_mode alpha_mode;
+    bool has_pass_through; enum request_pass_through pass_through;
+                           double edge_color[3], edge_exponent; /* EDGE */
+    bool has_self_shadow, self_shadow;
+    bool has_cast_once, cast_once;
+};
+
+struct request_quality {
+    enum request_shadows shadows;
+    enum request_transparency transparency;
+    enum request_light_lists light_lists;
+    enum request_blend_filter blend_filter;
+    int shadow_resolution;           /* texels per side, [1, 16384]; 0 = 1024 */
+    int shadow_taps;                 /* 1, 4, 9 or 16; 0 = 4 */
+    int samples;                     /* per pixel, 1 or 4; 0 = 4, or 1 where the device cannot */
+    bool faithful;                   /* linked techniques exactly as published */
+    double max_error;                /* (0, 1e6]; 0 = none asked for */
+    double budget_ms;                /* [0.001, 86400000]; 0 = none asked for */
+};
+
+/* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
+struct render_request {
+    char scene[65];                  /* 64 lowercase hexadecimal digits; "" only before it is filled in */
+    int width, height;               /* px, [1, 16384] */
+    struct request_camera camera;
+    struct request_light *lights;    /* owned, in addition to those of the scene */
+    size_t light_count;
+    bool ignore_scene_lights;
+    struct request_node_override *nodes;         /* owned, sorted by name */
+    size_t node_count;
+    struct request_material_override *materials; /* owned, sorted by name */
+    size_t material_count;
+    double clip_planes[8][4];        /* a point with ax+by+cz+d < 0 is cut away */
+    size_t clip_plane_count;
+    double background[4];            /* linear, unassociated alpha */
+    double exposure_ev;              /* stops, [-64, 64] */
+    enum request_tone_mapping tone_mapping;
+    bool has_environment;
+    double sky[3], ground[3];        /* nt */
+    struct request_quality quality;
+    uint32_t outputs;                /* bit set of 1u << enum request_output, never empty */
+    enum request_format format;
+    int quality_percent;             /* of JPEG and WebP, [1, 100]; 0 = 90 */
+};
+
+/* 1280x720, default camera, scene lights, color. The scene id stays empty. */
+void render_request_init_defaults(struct render_request *request);
+
+/* Reads and checks one JSON text. On failure the request is zeroed and err names the member (pointer), what was
+ * found and what is allowed. `null` means the same as leaving a member out. Unknown and duplicate members are
+ * refused. Several outputs without a format become EXR, the only one that holds them. */
+MUST_CHECK bool render_request_parse(const char *json, size_t length, struct render_request *request, struct error *err);
+
+void render_request_finish(struct render_request *request); /* accepts zeroed; zeroes */
+
+/* Canonical JSON: every member, fixed key order, numbers to 17 digits, so that equal requests have equal text.
+ * Parsing it gives the same request. malloc'ed, caller frees; NULL only when memory runs out. */
+MUST_CHECK char *render_request_to_json(const struct render_request *request);
+
+/* Wire names. The index is the enum; NULL past the last, so that a loop can list them all. */
+const char *request_fit_name(int fit);
+const char *request_light_type_name(int type);
+const char *request_alpha_mode_name(int mode);
+const char *request_pass_through_name(int model);
+const char *request_tone_mapping_name(int mapping);
+const char *request_shadows_name(int shadows);
+const char *request_transparency_name(int transparency);
+const char *request_light_lists_name(int light_lists);
+const char *request_blend_filter_name(int filter);
+const char *request_output_name(int output);
+const char *request_format_name(int format); /* index 0 is "any", which no request may say */
+
+#endif
