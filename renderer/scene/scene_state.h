@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/* A scene as one view sees it: overrides applied, matrices composed, lights placed, drawables listed. CPU only, f64.
+ * Thread: any. */
+#ifndef VITRAIL_RENDERER_SCENE_SCENE_STATE_H
+#define VITRAIL_RENDERER_SCENE_SCENE_STATE_H
+
+#include "renderer/scene/scene.h"
+#include "renderer/view.h"
+
+enum state_class {
+    STATE_OPAQUE,      /* blocks light and view completely */
+    STATE_MASKED,      /* blocks where its alpha reaches the cutoff */
+    STATE_TRANSPARENT, /* lets filtered light through: BLEND, or transmission > 0 */
+};
+
+struct state_item { /* one primitive of one visible node */
+    uint32_t node, primitive, material;
+    enum state_class class_;
+    bool is_mirrored;            /* negative determinant: front faces wind clockwise */
+    bool casts_shadow;           /* triangles only; points and lines cast none */
+    double center[3], radius_m;  /* world bounding sphere */
+    double bounds_min[3], bounds_max[3];
+    uint64_t shadow_hash;        /* of all that decides its shadow: matrix, primitive, filter factors and textures */
+};
+
+struct state_light {
+    enum scene_light_type type;
+    double position[3], direction[3]; /* world; unit */
+    float color[3];                   /* tint * intensity [cd or lx] */
+    float range;                      /* 0 = unbounded */
+    float inner_cone_rad, outer_cone_rad;
+    bool casts_shadow;
+    int32_t node;                     /* index of the scene's node, or -1 */
+};
+
+struct state_material {
+    struct scene_material base; /* with overrides */
+    bool no_self_shadow, cast_once;
+};
+
+struct scene_state {
+    const struct scene *scene;
+    double (*world)[16];                /* per node, world_from_node */
+    bool *is_visible;                   /* per node */
+    struct state_material *materials;   /* per material */
+    struct state_item *items;           /* node order, then primitive order */
+    size_t item_count;
+    struct state_light *lights;         /* scene lights in node order, then those of the view */
+    size_t light_count;
+    bool has_default_lights;            /* neither scene nor view brought a light */
+    bool has_environment;
+    float sky[3], ground[3];            /* nt */
+    double bounds_min[3], bounds_max[3]; /* world, of all items; min > max when empty */
+};
+
+/* Errors: ERROR_NOT_FOUND naming an unknown node or material; ERROR_INVALID_REQUEST for a degenerate matrix. */
+MUST_CHECK bool scene_state_init(struct scene_state *state, const struct scene *scene, const struct view *view,
+                                 struct error *err);
+void scene_state_finish(struct scene_state *state);
+
+enum state_class material_class(const struct scene_material *material);
+
+#endif

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Material records, texture access, and the transmission filter of a surface (docs/shading.md).
+// Needs: shared/records.h included, v_texcoord_0, v_texcoord_1, v_color varyings when the material asks for them.
+// TEXTURES is the bit mask of slots that the program samples: absent slots leave no sampler behind.
+layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer { material_record materials[]; };
+
+#ifndef TEXTURES
+#define TEXTURES 0
+#endif
+#if TEXTURES != 0
+layout(binding = UNIT_MATERIAL_0) uniform sampler2D u_textures[7];
+
+vec2 material_uv(uint m, int slot, vec2 uv_0, vec2 uv_1)
+{
+    vec3 uv = vec3((materials[m].texcoord_mask & (1u << slot)) != 0u ? uv_1 : uv_0, 1.0);
+    return vec2(dot(materials[m].uv_transforms[2 * slot].xyz, uv),
+                dot(materials[m].uv_transforms[2 * slot + 1].xyz, uv));
+}
+#endif
+
+#define SLOT_BASE_COLOR 0
+#define SLOT_METALLIC_ROUGHNESS 1
+#define SLOT_NORMAL 2
+#define SLOT_OCCLUSION 3
+#define SLOT_EMISSIVE 4
+#define SLOT_TRANSMISSION 5
+#define SLOT_THICKNESS 6
+
+vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
+{
+#if TEXTURES != 0
+    if ((TEXTURES & (1 << slot)) != 0)
+        return texture(u_textures[slot], material_uv(m, slot, uv_0, uv_1));
+#endif
+    return otherwise;
+}
+
+#define BLEND_TINT 0
+#define BLEND_COVERAGE 1
+#define BLEND_KIM 2
+
+// Transmittance of one crossing of the surface by light, per channel in [0,1].
+// base: base colour and alpha after textures; transmission: factor times texture; thickness_m: factor times texture;
+// n_dot_l: |cosine| between light and normal; enters: the ray goes into the front face.
+vec3 material_filter(uint m, vec4 base, float transmission, float thickness_m, float n_dot_l,
+                     bool enters, uint blend_filter)
+{
+    material_record r = materials[m];
+    vec3 t = vec3(0.0);
+    if ((r.flags & MATERIAL_TRANSMISSION) != 0u) {
+        t = transmission * base.rgb;
+        if (thickness_m > 0.0 && enters)
+            t *= exp(-r.attenuation.rgb * thickness_m);
+    }
+    if ((r.flags & MATERIAL_BLEND) != 0u) {
+        float a = base.a;
+        if ((r.flags & MATERIAL_TRANSMISSION) != 0u)
+            t = 1.0 - a * (1.0 - t);
+        else if (blend_filter == BLEND_TINT)
+            t = (1.0 - a) * (1.0 - a * (1.0 - base.rgb));
+        else if (blend_filter == BLEND_COVERAGE)
+            t = vec3(1.0 - a);
+        else
+            t = (1.0 - a) * base.rgb;
+    }
+    float c = clamp(n_dot_l, 1e-4, 1.0);
+    if ((r.flags & MATERIAL_PASS_SLAB) != 0u)
+        t = pow(t, vec3(1.0 / c));
+    else if ((r.flags & MATERIAL_PASS_EDGE) != 0u)
+        t = mix(r.edge_color.rgb * t, t, pow(c, r.transmission_f0_thickness.w));
+    return clamp(t, 0.0, 1.0);
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT */
+/* Every binding number, once. Storage buffers and texture units are separate spaces. */
+#ifndef VITRAIL_SHADERS_SHARED_BINDINGS_H
+#define VITRAIL_SHADERS_SHARED_BINDINGS_H
+
+/* storage buffers (at most 16 per stage on the reference device) */
+#define BIND_DRAWS 0           /* struct draw_record[] of the current submission */
+#define BIND_MATERIALS 1       /* struct material_record[] */
+#define BIND_LIGHTS 2          /* struct light_record[] */
+#define BIND_SHADOWS 3         /* struct shadow_record[] */
+#define BIND_PIXEL_COUNTS 4    /* transparency: u32 per pixel: count, later end offset */
+#define BIND_FRAGMENT_KEYS 5   /* transparency: uvec4 per entry: depth, coverage, ... */
+#define BIND_FRAGMENT_SURFACE_0 6
+#define BIND_FRAGMENT_SURFACE_1 7
+#define BIND_FRAGMENT_COLORS 8 /* vec4 per entry: shaded radiance, premultiplied */
+#define BIND_SHADOW_COUNTS 9   /* deep build: u32 per texel */
+#define BIND_SHADOW_EVENTS_Z 10
+#define BIND_SHADOW_EVENTS_T 11
+#define BIND_SHADOW_EVENTS_ID 12
+#define BIND_SCAN 13           /* block sums of a scan */
+#define BIND_STATISTICS 14     /* counters read back by the report */
+#define BIND_LIST_NODES 15     /* linked techniques: elements under construction */
+
+/* texture units */
+#define UNIT_MATERIAL_0 0      /* seven material slots, in the order of enum scene_texture_slot: units 0..6 */
+#define UNIT_GBUFFER_0 8
+#define UNIT_GBUFFER_1 9
+#define UNIT_GBUFFER_DEPTH 10
+#define UNIT_SHADOW_DEPTH 11   /* sampler2DArray D32F: nearest opaque caster */
+#define UNIT_SHADOW_HEADS 12   /* usamplerBuffer */
+#define UNIT_SHADOW_Z 13       /* samplerBuffer R32F */
+#define UNIT_SHADOW_T 14       /* samplerBuffer RGB32F */
+#define UNIT_SHADOW_ID 15      /* usamplerBuffer */
+#define UNIT_LIGHT_HEADS 16    /* usamplerBuffer: RG32UI offset, count per cluster (or head per tile) */
+#define UNIT_LIGHT_ITEMS 17    /* usamplerBuffer: light indices (or list nodes) */
+#define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
+
+#endif
