@@ -67,12 +67,15 @@ MUST_CHECK bool gl_framebuffer_init(struct gl_framebuffer *framebuffer, const st
 void gl_framebuffer_finish(struct gl_framebuffer *framebuffer);
 
 struct gl_vertex_array { uint32_t name; };
-MUST_CHECK bool gl_vertex_array_init(struct gl_vertex_array *array, const char *label, struct error *err);
+void gl_vertex_array_init(struct gl_vertex_array *array, const char *label);
 void gl_vertex_array_finish(struct gl_vertex_array *array);
 
 struct gl_sampler { uint32_t name; };
-MUST_CHECK bool gl_sampler_init(struct gl_sampler *sampler, const char *label, uint32_t mag_filter,
-                                uint32_t min_filter, uint32_t wrap_s, uint32_t wrap_t, struct error *err);
+struct gl_sampler_desc {
+    const char *label; /* required */
+    uint32_t mag_filter, min_filter, wrap_s, wrap_t; /* required; GL enums */
+};
+void gl_sampler_init(struct gl_sampler *sampler, const struct gl_sampler_desc *desc);
 void gl_sampler_finish(struct gl_sampler *sampler);
 
 #endif

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+/* Filling a frame report within its fixed capacities. */
+#include "renderer/frame_report.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static bool is_same_line(const struct report_pass *line, const char *pass, const char *because,
+                         const char *technique)
+{
+    return !strcmp(line->pass, pass) && !strcmp(line->because, because) &&
+           !strcmp(line->technique, technique);
+}
+
+void report_add_pass(struct frame_report *report, const char *pass, const char *because,
+                     const char *technique, double ms, enum report_stage stage)
+{
+    report->stage_ms[stage] += ms;
+    for (int i = 0; i < report->pass_count; i++) {
+        if (is_same_line(&report->passes[i], pass, because, technique)) {
+            report->passes[i].ms += ms;
+            return;
+        }
+    }
+    if (report->pass_count == REPORT_PASSES_MAX) {
+        struct report_pass *last = &report->passes[REPORT_PASSES_MAX - 1];
+        snprintf(last->pass, sizeof last->pass, "more");
+        snprintf(last->because, sizeof last->because, "the plan has more passes than lines");
+        last->ms += ms;
+        return;
+    }
+    struct report_pass *line = &report->passes[report->pass_count++];
+    snprintf(line->pass, sizeof line->pass, "%s", pass);
+    snprintf(line->because, sizeof line->because, "%s", because);
+    snprintf(line->technique, sizeof line->technique, "%s", technique);
+    line->ms = ms;
+}
+
+void report_add_bytes(struct frame_report *report, const char *structure, uint64_t bytes)
+{
+    for (int i = 0; i < report->byte_count; i++) {
+        if (!strcmp(report->bytes[i].structure, structure)) {
+            report->bytes[i].bytes += bytes;
+            return;
+        }
+    }
+    if (report->byte_count == REPORT_BYTES_MAX)
+        return;
+    struct report_bytes *entry = &report->bytes[report->byte_count++];
+    snprintf(entry->structure, sizeof entry->structure, "%s", structure);
+    entry->bytes = bytes;
+}
+
+void report_add_reused(struct frame_report *report, const char *what)
+{
+    for (int i = 0; i < report->reused_count; i++)
+        if (!strcmp(report->reused[i], what))
+            return;
+    if (report->reused_count < REPORT_REUSED_MAX)
+        snprintf(report->reused[report->reused_count++], REPORT_NAME_BYTES, "%s", what);
+}
+
+void report_warn(struct frame_report *report, const char *format, ...)
+{
+    char text[REPORT_TEXT_BYTES];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    for (int i = 0; i < report->warning_count; i++)
+        if (!strcmp(report->warnings[i], text))
+            return;
+    if (report->warning_count == REPORT_WARNINGS_MAX) {
+        snprintf(report->warnings[REPORT_WARNINGS_MAX - 1], REPORT_TEXT_BYTES,
+                 "more warnings were dropped");
+        return;
+    }
+    memcpy(report->warnings[report->warning_count++], text, sizeof text);
+}

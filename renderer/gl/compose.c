@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: MIT */
+/* Joining shader fragments into one source text. */
+#include "renderer/gl/compose.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "shaders/shader_table.h"
+
+/* Extensions must precede all else, so the composer enables those that any fragment may use. */
+static const char prologue[] = "#version 450 core\n"
+                               "#extension GL_ARB_shader_draw_parameters : enable\n"
+                               "#extension GL_ARB_post_depth_coverage : enable\n"
+                               "#extension GL_ARB_shader_viewport_layer_array : enable\n";
+
+static bool append(struct composition *composition, const char *bytes, size_t length,
+                   struct error *err)
+{
+    size_t needed = composition->length + length + 1;
+    if (needed > composition->capacity) {
+        char *grown = realloc(composition->text, 2 * needed);
+        if (!grown)
+            return error_set(err, ERROR_NO_MEMORY, "composing a shader of %zu bytes", needed);
+        composition->text = grown;
+        composition->capacity = 2 * needed;
+    }
+    memcpy(composition->text + composition->length, bytes, length);
+    composition->length += length;
+    composition->text[composition->length] = 0;
+    return true;
+}
+
+static bool append_line_mark(struct composition *composition, int line, int file, struct error *err)
+{
+    char mark[48];
+    int length = snprintf(mark, sizeof mark, "#line %d %d\n", line, file);
+    return append(composition, mark, (size_t)length, err);
+}
+
+static bool append_defines(struct composition *composition, const char *defines, struct error *err)
+{
+    while (defines && *defines) {
+        size_t length = strcspn(defines, " ");
+        size_t name_length = strcspn(defines, " =");
+        const char *value = name_length < length ? defines + name_length + 1 : "1";
+        size_t value_length = name_length < length ? length - name_length - 1 : 1;
+        if (length && !(append(composition, "#define ", 8, err) &&
+                        append(composition, defines, name_length, err) &&
+                        append(composition, " ", 1, err) &&
+                        append(composition, value, value_length, err) &&
+                        append(composition, "\n", 1, err)))
+            return false;
+        defines += length;
+        defines += strspn(defines, " ");
+    }
+    return true;
+}
+
+static const struct shader_file *find_file(const char *name)
+{
+    char path[160];
+    snprintf(path, sizeof path, "shaders/%s", name);
+    for (const struct shader_file *file = shader_table; file->name; file++)
+        if (!strcmp(file->name, path))
+            return file;
+    return NULL;
+}
+
+static bool read_include(const char *line, size_t length, char name[128])
+{
+    static const char word[] = "#include \"";
+    size_t word_length = sizeof word - 1;
+    if (length <= word_length || strncmp(line, word, word_length) != 0)
+        return false;
+    const char *begin = line + word_length;
+    const char *end = memchr(begin, '"', length - word_length);
+    if (!end || end - begin >= 128)
+        return false;
+    memcpy(name, begin, (size_t)(end - begin));
+    name[end - begin] = 0;
+    return true;
+}
+
+static bool append_file(struct composition *composition, const char *name, int depth,
+                        struct error *err)
+{
+    const struct shader_file *file = find_file(name);
+    for (int i = 0; file && i < composition->file_count; i++)
+        if (!strcmp(composition->files[i], file->name))
+            return true;
+    if (!file || depth > 8 || composition->file_count == COMPOSITION_FILES_MAX)
+        return error_set(err, ERROR_INTERNAL, "shader file '%s' %s", name,
+                         file ? "is included too deeply" : "does not exist");
+    int number = composition->file_count++;
+    composition->files[number] = file->name;
+    if (!append_line_mark(composition, 1, number, err))
+        return false;
+    int line_number = 0;
+    for (const char *line = file->text; *line;) {
+        const char *end = strchr(line, '\n');
+        size_t length = end ? (size_t)(end - line) + 1 : strlen(line);
+        char included[128];
+        line_number++;
+        bool ok = read_include(line, length, included)
+                      ? append_file(composition, included, depth + 1, err) &&
+                            append_line_mark(composition, line_number + 1, number, err)
+                      : append(composition, line, length, err);
+        if (!ok)
+            return false;
+        line += length;
+    }
+    return append(composition, "\n", 1, err);
+}
+
+bool composition_init(struct composition *composition, const char *file, const char *defines,
+                      struct error *err)
+{
+    return append(composition, prologue, sizeof prologue - 1, err) &&
+           append_defines(composition, defines, err) && append_file(composition, file, 0, err);
+}
+
+void composition_finish(struct composition *composition)
+{
+    free(composition->text);
+    *composition = (struct composition){0};
+}
+
+void composition_translate_log(const struct composition *composition, const char *log, char *out,
+                               size_t size)
+{
+    size_t used = 0;
+    while (*log && used + 1 < size) {
+        size_t length = strcspn(log, "\n");
+        char *rest;
+        long number = strtol(log, &rest, 10);
+        bool is_located = rest != log && (*rest == ':' || *rest == '(') && number >= 0 &&
+                          number < composition->file_count;
+        int written = is_located ? snprintf(out + used, size - used, "%s%.*s\n",
+                                            composition->files[number],
+                                            (int)(length - (size_t)(rest - log)), rest)
+                                 : snprintf(out + used, size - used, "%.*s\n", (int)length, log);
+        used += written > 0 ? (size_t)written : 0;
+        log += length + (log[length] == '\n');
+    }
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+/* Composition of one shader stage from the fragments in shaders/: defines, includes, #line marks. No GL. */
+#ifndef VITRAIL_RENDERER_GL_COMPOSE_H
+#define VITRAIL_RENDERER_GL_COMPOSE_H
+
+#include <stddef.h>
+
+#include "protocol/error.h"
+
+enum { COMPOSITION_FILES_MAX = 32 }; /* distinct files in one stage */
+
+struct composition {
+    char *text; /* owned, NUL-terminated GLSL */
+    size_t length, capacity;
+    const char *files[COMPOSITION_FILES_MAX]; /* by source number of #line */
+    int file_count;
+};
+
+/* file: name below shaders/. defines: space-separated NAME or NAME=VALUE. Each file is included at most once. */
+MUST_CHECK bool composition_init(struct composition *composition, const char *file,
+                                 const char *defines, struct error *err);
+void composition_finish(struct composition *composition);
+
+/* "2:17(5): error" becomes "gbuffer.frag.glsl:17(5): error". Truncates to size. */
+void composition_translate_log(const struct composition *composition, const char *log, char *out,
+                               size_t size);
+
+#endif

@@ -1,0 +1,283 @@
+/* SPDX-License-Identifier: MIT */
+/* Buffers, textures, framebuffers, vertex arrays and samplers: creation, labels and destruction of GL names. */
+#include "renderer/gl/object.h"
+
+#include <assert.h>
+#include <epoxy/gl.h>
+#include <string.h>
+
+static void set_label(GLenum kind, GLuint name, const char *label)
+{
+    assert(label && *label);
+    glObjectLabel(kind, name, -1, label);
+}
+
+static bool check_memory(const char *label, uint64_t size_bytes, struct error *err)
+{
+    if (glGetError() != GL_OUT_OF_MEMORY)
+        return true;
+    return error_set(err, ERROR_NO_MEMORY, "the device has no %llu bytes for '%s'",
+                     (unsigned long long)size_bytes, label);
+}
+
+bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc, struct error *err)
+{
+    assert(!buffer->name);
+    uint64_t size = desc->size_bytes ? desc->size_bytes : 16;
+    GLbitfield flags = (desc->is_dynamic ? GL_DYNAMIC_STORAGE_BIT : 0u) |
+                       (desc->is_mappable ? GL_MAP_READ_BIT : 0u);
+    glCreateBuffers(1, &buffer->name);
+    set_label(GL_BUFFER, buffer->name, desc->label);
+    glNamedBufferStorage(buffer->name, (GLsizeiptr)size, desc->size_bytes ? desc->data : NULL,
+                         flags);
+    buffer->size_bytes = size;
+    if (!check_memory(desc->label, size, err)) {
+        gl_buffer_finish(buffer);
+        return false;
+    }
+    return true;
+}
+
+void gl_buffer_finish(struct gl_buffer *buffer)
+{
+    if (buffer->name)
+        glDeleteBuffers(1, &buffer->name);
+    *buffer = (struct gl_buffer){0};
+}
+
+bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *desc, bool keep,
+                       struct error *err)
+{
+    if (buffer->name && buffer->size_bytes >= desc->size_bytes)
+        return true;
+    struct gl_buffer_desc grown = *desc;
+    uint64_t half_again = buffer->size_bytes + buffer->size_bytes / 2;
+    if (buffer->name && grown.size_bytes < half_again)
+        grown.size_bytes = (half_again + 255) & ~255ull;
+    grown.data = NULL;
+    if (!keep)
+        gl_buffer_finish(buffer);
+    struct gl_buffer fresh = {0};
+    if (!gl_buffer_init(&fresh, &grown, err))
+        return false;
+    if (buffer->name)
+        glCopyNamedBufferSubData(buffer->name, fresh.name, 0, 0, (GLsizeiptr)buffer->size_bytes);
+    gl_buffer_finish(buffer);
+    *buffer = fresh;
+    return true;
+}
+
+void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
+                     const void *data)
+{
+    assert(offset_bytes + size_bytes <= buffer->size_bytes);
+    if (size_bytes)
+        glNamedBufferSubData(buffer->name, (GLintptr)offset_bytes, (GLsizeiptr)size_bytes, data);
+}
+
+void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
+                    void *data)
+{
+    assert(offset_bytes + size_bytes <= buffer->size_bytes);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    if (size_bytes)
+        glGetNamedBufferSubData(buffer->name, (GLintptr)offset_bytes, (GLsizeiptr)size_bytes, data);
+}
+
+void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
+                         uint32_t value)
+{
+    assert(offset_bytes + size_bytes <= buffer->size_bytes && size_bytes % 4 == 0);
+    if (size_bytes)
+        glClearNamedBufferSubData(buffer->name, GL_R32UI, (GLintptr)offset_bytes,
+                                  (GLsizeiptr)size_bytes, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
+}
+
+void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding)
+{
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer->name);
+}
+
+static uint64_t format_texel_bytes(GLenum format)
+{
+    switch (format) {
+    case GL_RGBA32F:
+    case GL_RGBA32UI:
+        return 16;
+    case GL_RGB32F:
+        return 12;
+    case GL_RG32UI:
+    case GL_RG32F:
+    case GL_RGBA16F:
+        return 8;
+    default:
+        return 4;
+    }
+}
+
+static void allocate_texture(const struct gl_texture *texture)
+{
+    GLsizei w = texture->width, h = texture->height;
+    switch (texture->target) {
+    case GL_TEXTURE_2D_MULTISAMPLE:
+        glTextureStorage2DMultisample(texture->name, texture->samples, texture->format, w, h,
+                                      GL_TRUE);
+        break;
+    case GL_TEXTURE_2D_ARRAY:
+        glTextureStorage3D(texture->name, texture->levels, texture->format, w, h, texture->layers);
+        break;
+    default:
+        glTextureStorage2D(texture->name, texture->levels, texture->format, w, h);
+        break;
+    }
+}
+
+bool gl_texture_init(struct gl_texture *texture, const struct gl_texture_desc *desc,
+                     struct error *err)
+{
+    assert(!texture->name && desc->width > 0 && desc->height > 0);
+    *texture = (struct gl_texture){
+        .format = desc->format,
+        .width = desc->width,
+        .height = desc->height,
+        .layers = desc->layers,
+        .levels = desc->levels ? desc->levels : 1,
+        .samples = desc->samples,
+        .target = desc->samples  ? GL_TEXTURE_2D_MULTISAMPLE
+                  : desc->layers ? GL_TEXTURE_2D_ARRAY
+                                 : GL_TEXTURE_2D,
+    };
+    texture->size_bytes = format_texel_bytes(desc->format) * (uint64_t)desc->width *
+                          (uint64_t)desc->height * (uint64_t)(desc->layers ? desc->layers : 1) *
+                          (uint64_t)(desc->samples ? desc->samples : 1);
+    if (texture->levels > 1)
+        texture->size_bytes += texture->size_bytes / 3;
+    glCreateTextures(texture->target, 1, &texture->name);
+    set_label(GL_TEXTURE, texture->name, desc->label);
+    allocate_texture(texture);
+    if (!desc->samples) {
+        glTextureParameteri(texture->name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        glTextureParameteri(texture->name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    }
+    if (!check_memory(desc->label, texture->size_bytes, err)) {
+        gl_texture_finish(texture);
+        return false;
+    }
+    return true;
+}
+
+bool gl_texture_init_buffer(struct gl_texture *texture, const char *label, uint32_t format,
+                            const struct gl_buffer *buffer, struct error *err)
+{
+    assert(!texture->name);
+    GLint max_texels = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &max_texels);
+    uint64_t texels = buffer->size_bytes / format_texel_bytes(format);
+    if (texels > (uint64_t)max_texels)
+        return error_set(err, ERROR_OVER_BUDGET, "'%s' has %llu texels, the device reads %d", label,
+                         (unsigned long long)texels, max_texels);
+    *texture = (struct gl_texture){.target = GL_TEXTURE_BUFFER, .format = format};
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture->name);
+    set_label(GL_TEXTURE, texture->name, label);
+    glTextureBuffer(texture->name, format, buffer->name);
+    return true;
+}
+
+void gl_texture_finish(struct gl_texture *texture)
+{
+    if (texture->name)
+        glDeleteTextures(1, &texture->name);
+    *texture = (struct gl_texture){0};
+}
+
+void gl_texture_bind(const struct gl_texture *texture, uint32_t unit)
+{
+    glBindTextureUnit(unit, texture->name);
+}
+
+static void attach_depth(GLuint name, const struct gl_framebuffer_desc *desc)
+{
+    if (!desc->depth)
+        return;
+    if (desc->depth->layers > 0)
+        glNamedFramebufferTextureLayer(name, GL_DEPTH_ATTACHMENT, desc->depth->name, 0,
+                                       desc->depth_layer);
+    else
+        glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, desc->depth->name, 0);
+}
+
+static void set_empty_size(GLuint name, const struct gl_framebuffer_desc *desc)
+{
+    glNamedFramebufferParameteri(name, GL_FRAMEBUFFER_DEFAULT_WIDTH, desc->width);
+    glNamedFramebufferParameteri(name, GL_FRAMEBUFFER_DEFAULT_HEIGHT, desc->height);
+    glNamedFramebufferParameteri(name, GL_FRAMEBUFFER_DEFAULT_SAMPLES, desc->samples);
+    glNamedFramebufferParameteri(name, GL_FRAMEBUFFER_DEFAULT_FIXED_SAMPLE_LOCATIONS, 1);
+}
+
+bool gl_framebuffer_init(struct gl_framebuffer *framebuffer, const struct gl_framebuffer_desc *desc,
+                         struct error *err)
+{
+    assert(!framebuffer->name);
+    glCreateFramebuffers(1, &framebuffer->name);
+    GLuint name = framebuffer->name;
+    set_label(GL_FRAMEBUFFER, name, desc->label);
+    GLenum draw_buffers[4];
+    int colors = 0;
+    for (; colors < 4 && desc->colors[colors]; colors++) {
+        draw_buffers[colors] = GL_COLOR_ATTACHMENT0 + (GLenum)colors;
+        glNamedFramebufferTexture(name, draw_buffers[colors], desc->colors[colors]->name, 0);
+    }
+    if (colors)
+        glNamedFramebufferDrawBuffers(name, colors, draw_buffers);
+    else
+        glNamedFramebufferDrawBuffer(name, GL_NONE);
+    attach_depth(name, desc);
+    if (!colors && !desc->depth)
+        set_empty_size(name, desc);
+    GLenum status = glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER);
+    if (status != GL_FRAMEBUFFER_COMPLETE) {
+        gl_framebuffer_finish(framebuffer);
+        return error_set(err, ERROR_INTERNAL, "framebuffer '%s' is incomplete (0x%x)", desc->label,
+                         status);
+    }
+    return true;
+}
+
+void gl_framebuffer_finish(struct gl_framebuffer *framebuffer)
+{
+    if (framebuffer->name)
+        glDeleteFramebuffers(1, &framebuffer->name);
+    *framebuffer = (struct gl_framebuffer){0};
+}
+
+void gl_vertex_array_init(struct gl_vertex_array *array, const char *label)
+{
+    assert(!array->name);
+    glCreateVertexArrays(1, &array->name);
+    set_label(GL_VERTEX_ARRAY, array->name, label);
+}
+
+void gl_vertex_array_finish(struct gl_vertex_array *array)
+{
+    if (array->name)
+        glDeleteVertexArrays(1, &array->name);
+    *array = (struct gl_vertex_array){0};
+}
+
+void gl_sampler_init(struct gl_sampler *sampler, const struct gl_sampler_desc *desc)
+{
+    assert(!sampler->name);
+    glCreateSamplers(1, &sampler->name);
+    set_label(GL_SAMPLER, sampler->name, desc->label);
+    glSamplerParameteri(sampler->name, GL_TEXTURE_MAG_FILTER, (GLint)desc->mag_filter);
+    glSamplerParameteri(sampler->name, GL_TEXTURE_MIN_FILTER, (GLint)desc->min_filter);
+    glSamplerParameteri(sampler->name, GL_TEXTURE_WRAP_S, (GLint)desc->wrap_s);
+    glSamplerParameteri(sampler->name, GL_TEXTURE_WRAP_T, (GLint)desc->wrap_t);
+}
+
+void gl_sampler_finish(struct gl_sampler *sampler)
+{
+    if (sampler->name)
+        glDeleteSamplers(1, &sampler->name);
+    *sampler = (struct gl_sampler){0};
+}

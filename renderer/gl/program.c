@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: MIT */
+/* The program cache: compilation, linking, keys and uniforms. Composition is in compose.c. */
+#include "renderer/gl/program.h"
+
+#include <assert.h>
+#include <epoxy/gl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "renderer/gl/compose.h"
+
+struct cached_program {
+    struct gl_program program;
+    char *key;
+};
+
+struct program_cache {
+    struct cached_program **entries; /* pointers, so that programs keep their address */
+    size_t count, capacity;
+    char *dump_dir;
+    struct program_cache_stats stats;
+};
+
+static void dump_stage(const struct program_cache *cache, const char *label, const char *file,
+                       const char *source)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%zu-%s-%s", cache->dump_dir, cache->count, label, file);
+    FILE *out = fopen(path, "w");
+    if (!out)
+        return; /* a debugging aid: its failure must not fail the frame */
+    fputs(source, out);
+    fclose(out);
+}
+
+static bool report_log(const struct composition *composition, const struct program_desc *desc,
+                       GLuint shader, struct error *err)
+{
+    char log[2048] = "", translated[4096] = "";
+    glGetShaderInfoLog(shader, sizeof log, NULL, log);
+    composition_translate_log(composition, log, translated, sizeof translated);
+    fprintf(stderr, "<3>shader '%s' [%s]:\n%s", desc->label, desc->defines ? desc->defines : "",
+            translated);
+    return error_set(err, ERROR_INTERNAL, "shader '%s' does not compile: %.200s", desc->label,
+                     translated);
+}
+
+static GLuint compile_stage(struct program_cache *cache, const struct program_desc *desc,
+                            GLenum kind, const char *file, struct error *err)
+{
+    struct composition composition = {0};
+    GLuint shader = 0;
+    if (!composition_init(&composition, file, desc->defines, err))
+        goto done;
+    if (cache->dump_dir)
+        dump_stage(cache, desc->label, file, composition.text);
+    shader = glCreateShader(kind);
+    const GLchar *source = composition.text;
+    glShaderSource(shader, 1, &source, NULL);
+    glCompileShader(shader);
+    GLint ok = 0;
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    if (!ok) {
+        report_log(&composition, desc, shader, err);
+        glDeleteShader(shader);
+        shader = 0;
+    }
+done:
+    composition_finish(&composition);
+    return shader;
+}
+
+static bool attach_stages(struct program_cache *cache, const struct program_desc *desc,
+                          GLuint program, struct error *err)
+{
+    const char *files[] = {desc->vertex, desc->fragment, desc->compute};
+    const GLenum kinds[] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER, GL_COMPUTE_SHADER};
+    for (int i = 0; i < 3; i++) {
+        if (!files[i])
+            continue;
+        GLuint shader = compile_stage(cache, desc, kinds[i], files[i], err);
+        if (!shader)
+            return false;
+        glAttachShader(program, shader);
+        glDeleteShader(shader); /* lives on as long as the program */
+    }
+    return true;
+}
+
+static GLuint link_program(struct program_cache *cache, const struct program_desc *desc,
+                           struct error *err)
+{
+    GLuint program = glCreateProgram();
+    if (!attach_stages(cache, desc, program, err))
+        goto fail;
+    GLint linked = 0;
+    glLinkProgram(program);
+    glGetProgramiv(program, GL_LINK_STATUS, &linked);
+    if (!linked) {
+        char log[1024] = "";
+        glGetProgramInfoLog(program, sizeof log, NULL, log);
+        error_set(err, ERROR_INTERNAL, "program '%s' does not link: %.200s", desc->label, log);
+        goto fail;
+    }
+    glObjectLabel(GL_PROGRAM, program, -1, desc->label);
+    return program;
+
+fail:
+    glDeleteProgram(program);
+    return 0;
+}
+
+struct program_cache *program_cache_create(const char *dump_dir, struct error *err)
+{
+    struct program_cache *cache = calloc(1, sizeof *cache);
+    if (cache && dump_dir)
+        cache->dump_dir = strdup(dump_dir);
+    if (!cache || (dump_dir && !cache->dump_dir)) {
+        error_set(err, ERROR_NO_MEMORY, "program cache");
+        program_cache_destroy(cache);
+        return NULL;
+    }
+    return cache;
+}
+
+void program_cache_destroy(struct program_cache *cache)
+{
+    if (!cache)
+        return;
+    for (size_t i = 0; i < cache->count; i++) {
+        glDeleteProgram(cache->entries[i]->program.name);
+        free(cache->entries[i]->key);
+        free(cache->entries[i]);
+    }
+    free(cache->entries);
+    free(cache->dump_dir);
+    free(cache);
+}
+
+static char *make_key(const struct program_desc *desc)
+{
+    char *key = NULL;
+    if (asprintf(&key, "%s|%s|%s|%s", desc->vertex ? desc->vertex : "",
+                 desc->fragment ? desc->fragment : "", desc->compute ? desc->compute : "",
+                 desc->defines ? desc->defines : "") < 0)
+        return NULL;
+    return key;
+}
+
+static bool reserve_entry(struct program_cache *cache)
+{
+    if (cache->count < cache->capacity)
+        return true;
+    size_t capacity = cache->capacity ? 2 * cache->capacity : 32;
+    void *grown = realloc(cache->entries, capacity * sizeof *cache->entries);
+    if (!grown)
+        return false;
+    cache->entries = grown;
+    cache->capacity = capacity;
+    return true;
+}
+
+static double wall_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+}
+
+static const struct gl_program *build_program(struct program_cache *cache,
+                                              const struct program_desc *desc, char *key,
+                                              struct error *err)
+{
+    double begin_ms = wall_ms();
+    struct cached_program *entry = calloc(1, sizeof *entry);
+    if (!entry || !reserve_entry(cache)) {
+        error_set(err, ERROR_NO_MEMORY, "program '%s'", desc->label);
+        goto fail;
+    }
+    entry->key = key;
+    entry->program.name = link_program(cache, desc, err);
+    if (!entry->program.name)
+        goto fail;
+    cache->entries[cache->count++] = entry;
+    cache->stats.misses++;
+    cache->stats.compile_ms += wall_ms() - begin_ms;
+    return &entry->program;
+
+fail:
+    free(entry);
+    return NULL;
+}
+
+const struct gl_program *program_cache_get(struct program_cache *cache,
+                                           const struct program_desc *desc, struct error *err)
+{
+    assert(desc->label);
+    assert(desc->compute ? !desc->vertex && !desc->fragment : desc->vertex != NULL);
+    char *key = make_key(desc);
+    if (!key) {
+        error_set(err, ERROR_NO_MEMORY, "key of program '%s'", desc->label);
+        return NULL;
+    }
+    for (size_t i = 0; i < cache->count; i++) {
+        if (!strcmp(cache->entries[i]->key, key)) {
+            free(key);
+            cache->stats.hits++;
+            return &cache->entries[i]->program;
+        }
+    }
+    const struct gl_program *program = build_program(cache, desc, key, err);
+    if (!program)
+        free(key);
+    return program;
+}
+
+void program_cache_get_stats(const struct program_cache *cache, struct program_cache_stats *stats)
+{
+    *stats = cache->stats;
+}
+
+void gl_program_use(const struct gl_program *program)
+{
+    glUseProgram(program->name);
+}
+
+static GLint location(const struct gl_program *program, const char *name)
+{
+    return glGetUniformLocation(program->name, name);
+}
+
+void gl_program_set_i(const struct gl_program *program, const char *name, int value)
+{
+    glProgramUniform1i(program->name, location(program, name), value);
+}
+
+void gl_program_set_u(const struct gl_program *program, const char *name, uint32_t value)
+{
+    glProgramUniform1ui(program->name, location(program, name), value);
+}
+
+void gl_program_set_u2(const struct gl_program *program, const char *name, uint32_t x, uint32_t y)
+{
+    glProgramUniform2ui(program->name, location(program, name), x, y);
+}
+
+void gl_program_set_f(const struct gl_program *program, const char *name, float value)
+{
+    glProgramUniform1f(program->name, location(program, name), value);
+}
+
+void gl_program_set_f3(const struct gl_program *program, const char *name, const float value[3])
+{
+    glProgramUniform3fv(program->name, location(program, name), 1, value);
+}
+
+void gl_program_set_f4(const struct gl_program *program, const char *name, const float value[4])
+{
+    glProgramUniform4fv(program->name, location(program, name), 1, value);
+}
+
+void gl_program_set_m4(const struct gl_program *program, const char *name, const float value[16])
+{
+    glProgramUniformMatrix4fv(program->name, location(program, name), 1, GL_FALSE, value);
+}
