@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: MIT */
+/* Resolution of a view's camera into eye, axes and projection. */
+#include "renderer/plan/camera.h"
+
+#include <stdlib.h>
+
+#include "renderer/scene/matrix.h"
+
+static const double degree = 0.017453292519943295;
+enum { DEFAULT_FOV_Y_DEG = 45 };
+
+struct bounds_sphere { double center[3], radius; };
+
+static struct bounds_sphere scene_sphere(const struct scene_state *state)
+{
+    struct bounds_sphere sphere = {.radius = 1};
+    double diagonal[3];
+    if (!(state->bounds_min[0] <= state->bounds_max[0]))
+        return sphere; /* nothing visible: a unit sphere at the origin */
+    vec3_sub(state->bounds_max, state->bounds_min, diagonal);
+    for (int k = 0; k < 3; k++)
+        sphere.center[k] = 0.5 * (state->bounds_min[k] + state->bounds_max[k]);
+    double radius = 0.5 * vec3_length(diagonal);
+    sphere.radius = radius > 0 ? radius : 1;
+    return sphere;
+}
+
+static bool set_axes(struct camera *camera, const double forward[3], const double up[3],
+                     struct error *err)
+{
+    double unit_up[3] = {up[0], up[1], up[2]};
+    for (int k = 0; k < 3; k++)
+        camera->back[k] = -forward[k];
+    if (!vec3_normalize(camera->back) || !vec3_normalize(unit_up))
+        return error_set(err, ERROR_INVALID_REQUEST, "the camera looks nowhere: eye equals target");
+    vec3_cross(unit_up, camera->back, camera->right);
+    if (vec3_length(camera->right) < 1e-9 || !vec3_normalize(camera->right))
+        return error_set(err, ERROR_INVALID_REQUEST, "the camera's up is parallel to its view");
+    vec3_cross(camera->back, camera->right, camera->up);
+    return true;
+}
+
+static void set_perspective(struct camera *camera, double fov_y_deg, double aspect)
+{
+    camera->half_height = tan(0.5 * (fov_y_deg > 0 ? fov_y_deg : DEFAULT_FOV_Y_DEG) * degree);
+    camera->half_width = camera->half_height * aspect;
+}
+
+/* Clip depth that keeps the ratio of near to far moderate, so that depths interpolated across large triangles keep
+ * their precision; relative to the scene, never in absolute metres. */
+static void set_clip_depths(struct camera *camera, const struct bounds_sphere *sphere)
+{
+    double to_center[3];
+    vec3_sub(sphere->center, camera->eye, to_center);
+    double distance = vec3_length(to_center);
+    if (camera->is_orthographic) {
+        double along = -vec3_dot(to_center, camera->back);
+        camera->z_near = along - sphere->radius * 1.001;
+        camera->z_far = along + sphere->radius * 1.001;
+        return;
+    }
+    double outside = distance - sphere->radius;
+    camera->z_near = fmax(2e-4 * sphere->radius, 0.25 * outside);
+}
+
+static bool resolve_matrix(struct camera *camera, const double m[16], struct error *err)
+{
+    double forward[3] = {-m[8], -m[9], -m[10]}, up[3] = {m[4], m[5], m[6]};
+    for (int k = 0; k < 16; k++)
+        if (!isfinite(m[k]))
+            return error_set(err, ERROR_INVALID_REQUEST, "the camera's matrix is not finite");
+    memcpy(camera->eye, m + 12, sizeof camera->eye);
+    return set_axes(camera, forward, up, err);
+}
+
+static bool resolve_node(struct camera *camera, const struct view *view,
+                         const struct scene_state *state, int32_t node, double aspect,
+                         struct error *err)
+{
+    const struct scene *scene = state->scene;
+    if (scene->nodes[node].camera < 0)
+        return error_set(err, ERROR_NOT_FOUND, "node '%s' carries no camera",
+                         scene->strings + scene->nodes[node].name);
+    const struct scene_camera *source = &scene->cameras[scene->nodes[node].camera];
+    if (!resolve_matrix(camera, state->world[node], err))
+        return false;
+    if (source->is_orthographic && view->camera.fov_y_deg <= 0) {
+        camera->is_orthographic = true;
+        camera->half_height = (double)source->y_mag;
+        camera->half_width = camera->half_height * aspect;
+    } else {
+        double fov_deg = (double)source->y_fov_rad / degree;
+        set_perspective(camera, view->camera.fov_y_deg > 0 ? view->camera.fov_y_deg : fov_deg,
+                        aspect);
+    }
+    struct bounds_sphere sphere = scene_sphere(state);
+    set_clip_depths(camera, &sphere);
+    if (!camera->is_orthographic && source->z_near > 0)
+        camera->z_near = fmax(camera->z_near, (double)source->z_near);
+    return true;
+}
+
+static bool resolve_fit(struct camera *camera, const struct view *view,
+                        const struct scene_state *state, double aspect, struct error *err)
+{
+    static const double directions[][3] = {{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {-1, -0.7, -1}};
+    static const double ups[][3] = {{0, 1, 0}, {0, 0, -1}, {0, 1, 0}, {0, 1, 0}};
+    int fit = view->camera.kind == VIEW_CAMERA_FIT ? (int)view->camera.fit : VIEW_FIT_FRONT;
+    struct bounds_sphere sphere = scene_sphere(state);
+    if (!set_axes(camera, directions[fit], ups[fit], err))
+        return false;
+    set_perspective(camera, view->camera.fov_y_deg, aspect);
+    double half = fmin(camera->half_height, camera->half_width);
+    double distance = sphere.radius * 1.02 / sin(atan(half));
+    for (int k = 0; k < 3; k++)
+        camera->eye[k] = sphere.center[k] + camera->back[k] * distance;
+    set_clip_depths(camera, &sphere);
+    return true;
+}
+
+static bool resolve_kind(struct camera *camera, const struct view *view,
+                         const struct scene_state *state, double aspect, struct error *err)
+{
+    const struct view_camera *source = &view->camera;
+    int32_t node = state->scene->header ? state->scene->header->default_camera_node : -1;
+    static const double world_up[3] = {0, 1, 0};
+    double forward[3];
+    switch (source->kind) {
+    case VIEW_CAMERA_NODE:
+        node = scene_find_node(state->scene, source->node);
+        if (node < 0)
+            return error_set(err, ERROR_NOT_FOUND, "the scene has no node '%s'", source->node);
+        return resolve_node(camera, view, state, node, aspect, err);
+    case VIEW_CAMERA_LOOK_AT:
+        memcpy(camera->eye, source->eye, sizeof camera->eye);
+        vec3_sub(source->target, source->eye, forward);
+        set_perspective(camera, source->fov_y_deg, aspect);
+        return set_axes(camera, forward, vec3_length(source->up) > 0 ? source->up : world_up, err);
+    case VIEW_CAMERA_MATRIX:
+        set_perspective(camera, source->fov_y_deg, aspect);
+        return resolve_matrix(camera, source->matrix, err);
+    case VIEW_CAMERA_FIT:
+        return resolve_fit(camera, view, state, aspect, err);
+    case VIEW_CAMERA_DEFAULT:
+        break;
+    }
+    return node >= 0 ? resolve_node(camera, view, state, node, aspect, err)
+                     : resolve_fit(camera, view, state, aspect, err);
+}
+
+bool camera_resolve(struct camera *camera, const struct view *view, const struct scene_state *state,
+                    struct error *err)
+{
+    double aspect = (double)view->width_px / view->height_px;
+    *camera = (struct camera){0};
+    if (!resolve_kind(camera, view, state, aspect, err))
+        return false;
+    struct bounds_sphere sphere = scene_sphere(state);
+    if (view->camera.ortho_height > 0) {
+        camera->is_orthographic = true;
+        camera->half_height = 0.5 * view->camera.ortho_height;
+        camera->half_width = camera->half_height * aspect;
+        set_clip_depths(camera, &sphere);
+    } else if (camera->z_near <= 0 && !camera->is_orthographic) {
+        set_clip_depths(camera, &sphere);
+    }
+    return true;
+}
+
+/* The window of the image in normalised device coordinates, y up. */
+struct ndc_window { double x0, x1, y0, y1; };
+
+static struct ndc_window window_ndc(const struct camera_window *w)
+{
+    return (struct ndc_window){
+        .x0 = 2.0 * w->x / w->image_width - 1,
+        .x1 = 2.0 * (w->x + w->width) / w->image_width - 1,
+        .y0 = 1 - 2.0 * (w->y + w->height) / w->image_height,
+        .y1 = 1 - 2.0 * w->y / w->image_height,
+    };
+}
+
+void camera_clip_matrix(const struct camera *camera, const struct camera_window *window,
+                        float clip[16])
+{
+    struct ndc_window ndc = window_ndc(window);
+    double sx = 2 / (ndc.x1 - ndc.x0), sy = 2 / (ndc.y1 - ndc.y0);
+    double ox = -(ndc.x1 + ndc.x0) / (ndc.x1 - ndc.x0), oy = -(ndc.y1 + ndc.y0) / (ndc.y1 - ndc.y0);
+    double rows[4][4];
+    for (int k = 0; k < 3; k++) {
+        double x = camera->right[k] / camera->half_width, y = camera->up[k] / camera->half_height;
+        double w = -camera->back[k]; /* view_z */
+        if (camera->is_orthographic) {
+            rows[0][k] = sx * x;
+            rows[1][k] = sy * y;
+            rows[2][k] = -w / (camera->z_far - camera->z_near);
+            rows[3][k] = 0;
+        } else {
+            rows[0][k] = sx * x + ox * w;
+            rows[1][k] = sy * y + oy * w;
+            rows[2][k] = 0;
+            rows[3][k] = w;
+        }
+    }
+    bool ortho = camera->is_orthographic;
+    rows[0][3] = ortho ? ox : 0;
+    rows[1][3] = ortho ? oy : 0;
+    rows[2][3] = ortho ? camera->z_far / (camera->z_far - camera->z_near) : camera->z_near;
+    rows[3][3] = ortho ? 1 : 0;
+    for (int row = 0; row < 4; row++)
+        for (int col = 0; col < 4; col++)
+            clip[col * 4 + row] = (float)rows[row][col];
+}

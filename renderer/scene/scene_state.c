@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: MIT */
+/* Evaluation of a scene for one view: overrides, world matrices, drawables and lights. */
+#include "renderer/scene/scene_state.h"
+
+#include <float.h>
+#include <stdlib.h>
+
+#include "renderer/scene/matrix.h"
+
+/* Default lighting of scenes without lights (docs/shading.md): a key light from upper right, and a pale hemisphere. */
+static const double default_key_direction[3] = {-0.45, -0.75, -0.48};
+static const float default_key_lx = 2.2f;
+static const float default_sky_nt = 0.45f, default_ground_nt = 0.2f;
+
+enum state_class material_class(const struct scene_material *material)
+{
+    if (material->transmission > 0 || material->alpha_mode == SCENE_BLEND)
+        return STATE_TRANSPARENT;
+    return material->alpha_mode == SCENE_MASK ? STATE_MASKED : STATE_OPAQUE;
+}
+
+static bool apply_node_overrides(struct scene_state *state, const struct view *view,
+                                 const double **locals, struct error *err)
+{
+    for (size_t i = 0; i < view->node_override_count; i++) {
+        const struct view_node_override *o = &view->nodes[i];
+        int32_t node = scene_find_node(state->scene, o->node);
+        if (node < 0)
+            return error_set(err, ERROR_NOT_FOUND, "the scene has no node '%s'", o->node);
+        if (o->has_visible)
+            state->is_visible[node] = o->visible;
+        if (o->has_matrix) {
+            for (int k = 0; k < 16; k++)
+                if (!isfinite(o->matrix[k]))
+                    return error_set(err, ERROR_INVALID_REQUEST,
+                                     "matrix of node '%s' is not finite", o->node);
+            locals[node] = o->matrix;
+        }
+    }
+    return true;
+}
+
+/* Parents come before children, so one pass composes matrices and passes invisibility down. */
+static bool compose_nodes(struct scene_state *state, const struct view *view, struct error *err)
+{
+    const struct scene *scene = state->scene;
+    const double **locals = calloc(scene->node_count + 1, sizeof *locals);
+    if (!locals)
+        return error_set(err, ERROR_NO_MEMORY, "%u nodes", scene->node_count);
+    for (uint32_t i = 0; i < scene->node_count; i++)
+        state->is_visible[i] = true;
+    bool ok = apply_node_overrides(state, view, locals, err);
+    for (uint32_t i = 0; ok && i < scene->node_count; i++) {
+        const struct scene_node *node = &scene->nodes[i];
+        const double *local = locals[i] ? locals[i] : node->local_matrix;
+        if (node->parent < 0) {
+            memcpy(state->world[i], local, sizeof state->world[i]);
+        } else {
+            mat4_mul(state->world[node->parent], local, state->world[i]);
+            state->is_visible[i] = state->is_visible[i] && state->is_visible[node->parent];
+        }
+    }
+    free(locals);
+    return ok;
+}
+
+static void override_factors(struct scene_material *m, const struct view_material_override *o)
+{
+    if (o->has_base_color)
+        memcpy(m->base_color, o->base_color, sizeof m->base_color);
+    if (o->has_metallic)
+        m->metallic = o->metallic;
+    if (o->has_roughness)
+        m->roughness = o->roughness;
+    if (o->has_emissive)
+        memcpy(m->emissive, o->emissive, sizeof m->emissive);
+    if (o->has_transmission)
+        m->transmission = o->transmission;
+    if (o->has_ior)
+        m->ior = o->ior;
+    if (o->has_thickness)
+        m->thickness = o->thickness;
+    if (o->has_attenuation) {
+        memcpy(m->attenuation_color, o->attenuation_color, sizeof m->attenuation_color);
+        m->attenuation_distance = o->attenuation_distance;
+    }
+    if (o->has_alpha_mode)
+        m->alpha_mode = o->alpha_mode;
+    if (o->has_pass_through) {
+        m->pass_through = o->pass_through;
+        memcpy(m->edge_color, o->edge_color, sizeof m->edge_color);
+        m->edge_exponent = o->edge_exponent;
+    }
+}
+
+static bool apply_material_overrides(struct scene_state *state, const struct view *view,
+                                     struct error *err)
+{
+    for (uint32_t i = 0; i < state->scene->material_count; i++)
+        state->materials[i].base = state->scene->materials[i];
+    for (size_t i = 0; i < view->material_override_count; i++) {
+        const struct view_material_override *o = &view->materials[i];
+        int32_t index = scene_find_material(state->scene, o->material);
+        if (index < 0)
+            return error_set(err, ERROR_NOT_FOUND, "the scene has no material '%s'", o->material);
+        struct state_material *material = &state->materials[index];
+        override_factors(&material->base, o);
+        if (o->has_self_shadow)
+            material->no_self_shadow = !o->self_shadow;
+        if (o->has_cast_once)
+            material->cast_once = o->cast_once;
+    }
+    return true;
+}
+
+static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *p = bytes;
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ p[i]) * 0x100000001b3ull; /* FNV-1a */
+    return hash;
+}
+
+#define HASH_FIELD(hash, field) (hash) = hash_bytes((hash), &(field), sizeof(field))
+
+static uint64_t shadow_hash(const struct scene_state *state, const struct state_item *item)
+{
+    const struct state_material *material = &state->materials[item->material];
+    const struct scene_material *m = &material->base;
+    uint64_t hash = 0xcbf29ce484222325ull;
+    HASH_FIELD(hash, state->world[item->node]);
+    HASH_FIELD(hash, item->node);
+    HASH_FIELD(hash, item->primitive);
+    HASH_FIELD(hash, item->class_);
+    if (item->class_ == STATE_OPAQUE)
+        return hash;
+    HASH_FIELD(hash, m->base_color);
+    HASH_FIELD(hash, m->alpha_mode);
+    HASH_FIELD(hash, m->alpha_cutoff);
+    HASH_FIELD(hash, m->transmission);
+    HASH_FIELD(hash, m->thickness);
+    HASH_FIELD(hash, m->attenuation_color);
+    HASH_FIELD(hash, m->attenuation_distance);
+    HASH_FIELD(hash, m->pass_through);
+    HASH_FIELD(hash, m->edge_color);
+    HASH_FIELD(hash, m->edge_exponent);
+    HASH_FIELD(hash, m->textures[SCENE_TEXTURE_BASE_COLOR]);
+    HASH_FIELD(hash, m->textures[SCENE_TEXTURE_TRANSMISSION]);
+    HASH_FIELD(hash, m->textures[SCENE_TEXTURE_THICKNESS]);
+    HASH_FIELD(hash, material->no_self_shadow);
+    HASH_FIELD(hash, material->cast_once);
+    return hash;
+}
+
+static void compute_bounds(const struct scene_state *state, struct state_item *item)
+{
+    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    for (int k = 0; k < 3; k++) {
+        item->bounds_min[k] = DBL_MAX;
+        item->bounds_max[k] = -DBL_MAX;
+    }
+    for (int corner = 0; corner < 8; corner++) {
+        double local[3], world[3];
+        for (int k = 0; k < 3; k++)
+            local[k] = (double)(corner >> k & 1 ? p->bounds_max[k] : p->bounds_min[k]);
+        mat4_transform_point(state->world[item->node], local, world);
+        for (int k = 0; k < 3; k++) {
+            item->bounds_min[k] = fmin(item->bounds_min[k], world[k]);
+            item->bounds_max[k] = fmax(item->bounds_max[k], world[k]);
+        }
+    }
+    double diagonal[3];
+    vec3_sub(item->bounds_max, item->bounds_min, diagonal);
+    item->radius_m = 0.5 * vec3_length(diagonal);
+    for (int k = 0; k < 3; k++)
+        item->center[k] = 0.5 * (item->bounds_min[k] + item->bounds_max[k]);
+}
+
+static void fill_item(const struct scene_state *state, uint32_t node, uint32_t primitive,
+                      struct state_item *item)
+{
+    const struct scene_primitive *p = &state->scene->primitives[primitive];
+    const struct scene_material *m = &state->materials[p->material].base;
+    *item = (struct state_item){
+        .node = node,
+        .primitive = primitive,
+        .material = p->material,
+        .class_ = material_class(m),
+        .is_mirrored = mat4_determinant3(state->world[node]) < 0,
+        .casts_shadow = p->topology == SCENE_TRIANGLES,
+    };
+    /* blending with an alpha that is 1 everywhere lets nothing through */
+    if (item->class_ == STATE_TRANSPARENT && m->transmission <= 0 && m->base_color[3] >= 1 &&
+        m->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0 && !(p->flags & SCENE_PRIMITIVE_HAS_COLORS))
+        item->class_ = STATE_OPAQUE;
+    compute_bounds(state, item);
+    item->shadow_hash = shadow_hash(state, item);
+}
+
+static bool list_items(struct scene_state *state, struct error *err)
+{
+    const struct scene *scene = state->scene;
+    size_t count = 0;
+    for (uint32_t i = 0; i < scene->node_count; i++)
+        if (state->is_visible[i] && scene->nodes[i].mesh >= 0)
+            count += scene->meshes[scene->nodes[i].mesh].primitive_count;
+    state->items = calloc(count + 1, sizeof *state->items);
+    if (!state->items)
+        return error_set(err, ERROR_NO_MEMORY, "%zu drawables", count);
+    for (int k = 0; k < 3; k++) {
+        state->bounds_min[k] = DBL_MAX;
+        state->bounds_max[k] = -DBL_MAX;
+    }
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+        if (!state->is_visible[i] || scene->nodes[i].mesh < 0)
+            continue;
+        const struct scene_mesh *mesh = &scene->meshes[scene->nodes[i].mesh];
+        for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+            uint32_t primitive = mesh->first_primitive + p;
+            if (!scene->primitives[primitive].index_count)
+                continue;
+            struct state_item *item = &state->items[state->item_count++];
+            fill_item(state, i, primitive, item);
+            for (int k = 0; k < 3; k++) {
+                state->bounds_min[k] = fmin(state->bounds_min[k], item->bounds_min[k]);
+                state->bounds_max[k] = fmax(state->bounds_max[k], item->bounds_max[k]);
+            }
+        }
+    }
+    return true;
+}
+
+static bool add_light(struct scene_state *state, const struct state_light *light)
+{
+    if (!(light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0))
+        return false; /* emits nothing */
+    state->lights[state->light_count] = *light;
+    return vec3_normalize(state->lights[state->light_count].direction) && ++state->light_count;
+}
+
+static void add_scene_light(struct scene_state *state, uint32_t node)
+{
+    const struct scene_light *source = &state->scene->lights[state->scene->nodes[node].light];
+    const double *world = state->world[node];
+    struct state_light light = {
+        .type = (enum scene_light_type)source->type,
+        .position = {world[12], world[13], world[14]},
+        .direction = {-world[8], -world[9], -world[10]},
+        .range = source->range,
+        .inner_cone_rad = source->inner_cone_rad,
+        .outer_cone_rad = source->outer_cone_rad,
+        .casts_shadow = true,
+        .node = (int32_t)node,
+    };
+    for (int k = 0; k < 3; k++)
+        light.color[k] = source->color[k] * source->intensity;
+    if (light.type == SCENE_LIGHT_POINT)
+        light.direction[0] = light.direction[1] = 0, light.direction[2] = -1;
+    add_light(state, &light);
+}
+
+static void add_view_light(struct scene_state *state, const struct view_light *source)
+{
+    const float degree = 0.017453292519943295f;
+    float outer_deg = source->outer_cone_deg > 0 ? source->outer_cone_deg : 45;
+    struct state_light light = {
+        .type = source->type,
+        .range = source->range,
+        .inner_cone_rad = source->inner_cone_deg * degree,
+        .outer_cone_rad = outer_deg * degree,
+        .casts_shadow = !source->casts_no_shadow,
+        .node = -1,
+    };
+    memcpy(light.position, source->position, sizeof light.position);
+    memcpy(light.direction, source->direction, sizeof light.direction);
+    for (int k = 0; k < 3; k++)
+        light.color[k] = source->color[k] * source->intensity;
+    if (vec3_length(light.direction) == 0)
+        light.direction[1] = -1; /* points need none; others default to straight down */
+    add_light(state, &light);
+}
+
+static void add_default_lights(struct scene_state *state)
+{
+    struct state_light key = {
+        .type = SCENE_LIGHT_DIRECTIONAL,
+        .color = {default_key_lx, default_key_lx, default_key_lx},
+        .casts_shadow = true,
+        .node = -1,
+    };
+    memcpy(key.direction, default_key_direction, sizeof key.direction);
+    add_light(state, &key);
+    state->has_default_lights = true;
+    if (!state->has_environment) {
+        state->has_environment = true;
+        for (int k = 0; k < 3; k++) {
+            state->sky[k] = default_sky_nt;
+            state->ground[k] = default_ground_nt;
+        }
+    }
+}
+
+static bool list_lights(struct scene_state *state, const struct view *view, struct error *err)
+{
+    const struct scene *scene = state->scene;
+    state->lights = calloc(scene->node_count + view->light_count + 1, sizeof *state->lights);
+    if (!state->lights)
+        return error_set(err, ERROR_NO_MEMORY, "%zu lights", view->light_count);
+    state->has_environment = view->has_environment;
+    memcpy(state->sky, view->sky, sizeof state->sky);
+    memcpy(state->ground, view->ground, sizeof state->ground);
+    bool brought_any = view->light_count > 0 || view->has_environment;
+    for (uint32_t i = 0; !view->ignore_scene_lights && i < scene->node_count; i++) {
+        if (scene->nodes[i].light < 0)
+            continue;
+        brought_any = true;
+        if (state->is_visible[i])
+            add_scene_light(state, i);
+    }
+    for (size_t i = 0; i < view->light_count; i++)
+        add_view_light(state, &view->lights[i]);
+    if (!brought_any && !view->ignore_scene_lights)
+        add_default_lights(state);
+    return true;
+}
+
+bool scene_state_init(struct scene_state *state, const struct scene *scene, const struct view *view,
+                      struct error *err)
+{
+    *state = (struct scene_state){.scene = scene};
+    state->world = calloc(scene->node_count + 1, sizeof *state->world);
+    state->is_visible = calloc(scene->node_count + 1, sizeof *state->is_visible);
+    state->materials = calloc(scene->material_count + 1, sizeof *state->materials);
+    if (!state->world || !state->is_visible || !state->materials) {
+        error_set(err, ERROR_NO_MEMORY, "state of %u nodes", scene->node_count);
+        goto fail;
+    }
+    if (!compose_nodes(state, view, err) || !apply_material_overrides(state, view, err) ||
+        !list_items(state, err) || !list_lights(state, view, err))
+        goto fail;
+    return true;
+
+fail:
+    scene_state_finish(state);
+    return false;
+}
+
+void scene_state_finish(struct scene_state *state)
+{
+    free(state->world);
+    free(state->is_visible);
+    free(state->materials);
+    free(state->items);
+    free(state->lights);
+    *state = (struct scene_state){0};
+}
