@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// What a caster does to light at the centre of a texel: its depth in the light's list and its transmittance.
+// Provides: caster_event() -> (depth, T), caster_alpha(). Fragment stage. Needs the defines of shadow_caster.vert.glsl.
+#include "shared/layout.h"
+#include "shared/bindings.h"
+#include "shared/records.h"
+#include "material.glsl"
+
+layout(std430, binding = BIND_DRAWS) readonly buffer draw_buffer { draw_record draws[]; };
+
+uniform vec4 u_axis_z;     // row of face_from_world along the light's view
+uniform vec2 u_clip_w;     // y is 0 for orthographic faces
+uniform uint u_blend_filter;
+
+in vec3 v_from_light;
+flat in uint v_draw;
+#ifdef COLORS
+in vec4 v_color;
+#else
+const vec4 v_color = vec4(1.0);
+#endif
+#if TEXTURES != 0
+in vec2 v_texcoord_0;
+in vec2 v_texcoord_1;
+#else
+const vec2 v_texcoord_0 = vec2(0.0);
+const vec2 v_texcoord_1 = vec2(0.0);
+#endif
+#ifdef ANGLED
+in vec3 v_normal;
+#endif
+
+// Depth in lists: distance from the light; along the light for orthographic faces. Never post-projection z.
+float caster_depth()
+{
+    return u_clip_w.y != 0.0 ? length(v_from_light) : dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;
+}
+
+vec4 caster_base(uint m)
+{
+    vec4 texel = material_texel(m, SLOT_BASE_COLOR, v_texcoord_0, v_texcoord_1, vec4(1.0));
+    return clamp(materials[m].base_color * v_color * texel, 0.0, 1.0);
+}
+
+// Samples textures with implicit derivatives: call it before any helper-lane guard.
+// Exactly 0 or positive, so that the bits sort like the values.
+vec3 caster_transmittance()
+{
+    uint m = draws[v_draw].material;
+    float transmission = materials[m].transmission_f0_thickness.x *
+        material_texel(m, SLOT_TRANSMISSION, v_texcoord_0, v_texcoord_1, vec4(1.0)).r;
+    float thickness_m = materials[m].transmission_f0_thickness.z *
+        material_texel(m, SLOT_THICKNESS, v_texcoord_0, v_texcoord_1, vec4(1.0)).g;
+    float n_dot_l = 1.0;
+#ifdef ANGLED
+    vec3 l = u_clip_w.y != 0.0 ? normalize(v_from_light) : u_axis_z.xyz;
+    float squared = dot(v_normal, v_normal);
+    if (squared > 0.0)
+        n_dot_l = abs(dot(v_normal, l)) * inversesqrt(squared);
+#endif
+    return abs(material_filter(m, caster_base(m), transmission, thickness_m, n_dot_l,
+                               gl_FrontFacing, u_blend_filter));
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// A shadow caster as one face of a light sees it. Draw records are relative to the light's origin.
+// COLORS: the primitive has vertex colours; TEXTURES: bit mask of the sampled slots; ANGLED: the filter depends on the angle.
+#include "draw.glsl"
+
+uniform vec4 u_axis_x, u_axis_y, u_axis_z; // rows of face_from_world; w: shift
+uniform vec4 u_clip;                       // x' = x * u_clip.x, y' = y * u_clip.y, z' = u_clip.z + z * u_clip.w
+uniform vec2 u_clip_w;                     // w' = u_clip_w.x + z * u_clip_w.y
+
+#ifdef COLORS
+layout(location = 5) in vec4 a_color;
+out vec4 v_color;
+#endif
+#if TEXTURES != 0
+layout(location = 3) in vec2 a_texcoord_0;
+layout(location = 4) in vec2 a_texcoord_1;
+out vec2 v_texcoord_0;
+out vec2 v_texcoord_1;
+#endif
+#ifdef ANGLED
+layout(location = 1) in vec3 a_normal;
+out vec3 v_normal;
+#endif
+#ifndef DEPTH_ONLY
+out vec3 v_from_light; // world axes
+flat out uint v_draw;
+#endif
+
+out gl_PerVertex { invariant vec4 gl_Position; };
+
+void main()
+{
+    uint slot = gl_BaseInstanceARB;
+    vec3 r = draw_position(slot);
+    precise vec3 face = vec3(dot(u_axis_x.xyz, r) + u_axis_x.w, dot(u_axis_y.xyz, r) + u_axis_y.w,
+                             dot(u_axis_z.xyz, r) + u_axis_z.w);
+    precise vec4 clip = vec4(face.x * u_clip.x, face.y * u_clip.y, u_clip.z + face.z * u_clip.w,
+                             u_clip_w.x + face.z * u_clip_w.y);
+    gl_Position = clip;
+#ifdef COLORS
+    v_color = a_color;
+#endif
+#if TEXTURES != 0
+    v_texcoord_0 = a_texcoord_0;
+    v_texcoord_1 = a_texcoord_1;
+#endif
+#ifdef ANGLED
+    v_normal = vec3(dot(draws[slot].normal_0.xyz, a_normal), dot(draws[slot].normal_1.xyz, a_normal),
+                    dot(draws[slot].normal_2.xyz, a_normal));
+#endif
+#ifndef DEPTH_ONLY
+    v_from_light = r;
+    v_draw = slot;
+#endif
+}

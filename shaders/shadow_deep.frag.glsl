@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// Deep shadow maps, capture: counts the transmittance events of a texel, and in a second pass writes them to their
+// places. Both passes must decide alike which surfaces make an event, so they are one program where that depends on
+// data: u_scatter selects the pass.
+//   CERTAIN  every fragment makes an event; two programs then: PASS=0 counts without looking at the material, PASS=1 scatters
+//   IDS      keep the object of each event
+// Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque pre-pass").
+#include "shadow_caster.glsl"
+
+layout(early_fragment_tests) in;
+
+layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
+layout(std430, binding = BIND_SHADOW_EVENTS_Z) writeonly buffer z_buffer { float events_z[]; };
+layout(std430, binding = BIND_SHADOW_EVENTS_T) writeonly buffer t_buffer { float events_t[]; };
+#ifdef IDS
+layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
+#endif
+
+uniform uint u_first_count;  // of this face: where the counts of its texels start
+uniform uint u_resolution;
+uniform uint u_event_base;   // of this light
+uniform uint u_event_count;
+#ifndef CERTAIN
+uniform bool u_scatter;
+#endif
+
+void store_event(uint texel, vec3 t)
+{
+    // The count of the texel now is the offset of its next free place.
+    uint place = atomicAdd(counts[texel], 1u);
+    if (place >= u_event_count)
+        return;
+    place += u_event_base;
+    events_z[place] = caster_depth();
+    events_t[3u * place] = t.r;
+    events_t[3u * place + 1u] = t.g;
+    events_t[3u * place + 2u] = t.b;
+#ifdef IDS
+    uint cast_once = materials[draws[v_draw].material].flags & MATERIAL_CAST_ONCE;
+    events_id[place] = draws[v_draw].node | (cast_once != 0u ? 0x80000000u : 0u);
+#endif
+}
+
+void main()
+{
+    uvec2 at = uvec2(gl_FragCoord.xy);
+    uint texel = u_first_count + at.y * u_resolution + at.x;
+#ifndef CERTAIN
+    vec3 t = caster_transmittance();
+    if (t == vec3(1.0))
+        return;
+    if (u_scatter)
+        store_event(texel, t);
+    else
+        atomicAdd(counts[texel], 1u);
+#elif PASS == 1
+    store_event(texel, caster_transmittance());
+#else
+    atomicAdd(counts[texel], 1u);
+#endif
+}

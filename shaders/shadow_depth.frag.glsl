@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// Opaque depth of masked casters: the texel is blocked where alpha reaches the cutoff.
+#include "shadow_caster.glsl"
+
+void main()
+{
+    uint m = draws[v_draw].material;
+    if (caster_base(m).a < materials[m].emissive_alpha_cutoff.w)
+        discard;
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+// The end of every sort of a texel's events: the order, and what is written once it stands.
+// Without IDS the transmittance of each event becomes the product of all up to and including it, accumulated in fp64 and
+// rounded once: a query is then one search and one fetch, and in practice the order of factors does not show.
+// With IDS raw transmittances stay, for queries that leave objects out; neighbours of one cast-once object count once
+// (Lindbeck 2015, 3.2).
+#include "shared/bindings.h"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = BIND_SHADOW_EVENTS_Z) buffer z_buffer { float events_z[]; };
+layout(std430, binding = BIND_SHADOW_EVENTS_T) buffer t_buffer { float events_t[]; };
+#ifdef IDS
+layout(std430, binding = BIND_SHADOW_EVENTS_ID) buffer id_buffer { uint events_id[]; };
+#endif
+layout(std430, binding = BIND_SCAN) readonly buffer texel_buffer { uint class_texels[]; };
+layout(std430, binding = BIND_LIST_NODES) buffer scratch_buffer { uint scratch[]; }; // z, T, id
+
+layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_heads;
+
+uniform uint u_first_head;  // of the light
+uniform uint u_event_base;
+uniform uint u_list_first;  // of the class in class_texels
+uniform uint u_list_count;
+
+struct event {
+    vec4 z_t;
+#ifdef IDS
+    uint id;
+#endif
+};
+
+// A total order without object ids: equal keys are equal events.
+bool is_after(vec4 a, vec4 b)
+{
+    if (a.x != b.x)
+        return a.x > b.x;
+    if (a.y != b.y)
+        return a.y > b.y;
+    return a.z != b.z ? a.z > b.z : a.w > b.w;
+}
+
+bool event_is_after(event a, event b)
+{
+#ifdef IDS
+    if (a.z_t == b.z_t)
+        return a.id > b.id;
+#endif
+    return is_after(a.z_t, b.z_t);
+}
+
+struct list_end {
+    dvec3 product;
+    uint last_id;
+};
+
+list_end list_end_begin()
+{
+    return list_end(dvec3(1.0), 0xffffffffu);
+}
+
+void list_append(inout list_end end, uint place, event e)
+{
+    vec3 t = e.z_t.yzw;
+#ifdef IDS
+    if (e.id == end.last_id && (e.id & 0x80000000u) != 0u)
+        t = vec3(1.0);
+    end.last_id = e.id;
+    events_id[place] = e.id;
+#else
+    end.product *= dvec3(t);
+    t = vec3(end.product);
+#endif
+    events_z[place] = e.z_t.x;
+    events_t[3u * place] = t.r;
+    events_t[3u * place + 1u] = t.g;
+    events_t[3u * place + 2u] = t.b;
+}
+
+// Lists longer than a network are sorted in runs of 32 and merged level by level between the streams and scratch memory.
+// A list of n runs ends in the streams after ceil(log2(runs)) levels; so at level k it starts in scratch memory when an
+// odd number of levels is left.
+uint list_levels(uint n)
+{
+    return uint(findMSB((n + 31u) / 32u - 1u) + 1);
+}
+
+event scratch_read(uint i)
+{
+    event e;
+    e.z_t = uintBitsToFloat(uvec4(scratch[5u * i], scratch[5u * i + 1u], scratch[5u * i + 2u], scratch[5u * i + 3u]));
+#ifdef IDS
+    e.id = scratch[5u * i + 4u];
+#endif
+    return e;
+}
+
+void scratch_write(uint i, event e)
+{
+    uvec4 bits = floatBitsToUint(e.z_t);
+    for (uint c = 0u; c < 4u; c++)
+        scratch[5u * i + c] = bits[c];
+#ifdef IDS
+    scratch[5u * i + 4u] = e.id;
+#endif
+}
+
+void stream_write(uint place, event e)
+{
+    events_z[place] = e.z_t.x;
+    events_t[3u * place] = e.z_t.y;
+    events_t[3u * place + 1u] = e.z_t.z;
+    events_t[3u * place + 2u] = e.z_t.w;
+#ifdef IDS
+    events_id[place] = e.id;
+#endif
+}
+
+void sort_list(uint begin, uint end);
+
+void main()
+{
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint thread = group * 64u + gl_LocalInvocationID.x;
+    if (thread >= u_list_count)
+        return;
+    int texel = int(u_first_head + class_texels[u_list_first + thread]);
+    sort_list(texelFetch(u_heads, texel).r, texelFetch(u_heads, texel + 1).r);
+}

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// The product of the transmittance events of one texel before a depth, from whichever structure holds them.
+layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_shadow_heads;
+
+#ifdef SHADOW_HAS_DEEP
+layout(binding = UNIT_SHADOW_Z) uniform samplerBuffer u_shadow_z;
+layout(binding = UNIT_SHADOW_T) uniform samplerBuffer u_shadow_t;
+
+// Events [begin, end) sorted by depth; t holds prefix products.
+vec3 shadow_deep(uint head, uint event_base, float depth)
+{
+    uint begin = event_base + texelFetch(u_shadow_heads, int(head)).r;
+    uint low = begin, high = event_base + texelFetch(u_shadow_heads, int(head) + 1).r;
+    while (low < high) {
+        uint middle = (low + high) >> 1u;
+        if (texelFetch(u_shadow_z, int(middle)).r < depth)
+            low = middle + 1u;
+        else
+            high = middle;
+    }
+    return low == begin ? vec3(1.0) : texelFetch(u_shadow_t, int(low) - 1).rgb;
+}
+#endif
+
+#ifdef SHADOW_HAS_IDS
+layout(binding = UNIT_SHADOW_ID) uniform usamplerBuffer u_shadow_id;
+
+// t holds the transmittance of each event alone; those of `object` are left out.
+vec3 shadow_deep_without(uint head, uint event_base, float depth, uint object)
+{
+    uint at = event_base + texelFetch(u_shadow_heads, int(head)).r;
+    uint end = event_base + texelFetch(u_shadow_heads, int(head) + 1).r;
+    vec3 t = vec3(1.0);
+    for (; at < end && texelFetch(u_shadow_z, int(at)).r < depth; at++)
+        if ((texelFetch(u_shadow_id, int(at)).r & 0x7fffffffu) != object)
+            t *= texelFetch(u_shadow_t, int(at)).rgb;
+    return t;
+}
+#endif
+
+#ifdef SHADOW_HAS_LINKED
+#include "shadow_element.glsl"
+layout(binding = UNIT_SHADOW_NODES) uniform usamplerBuffer u_shadow_nodes;
+
+vec3 shadow_linked(uint head, uint node_base, float depth, uint object)
+{
+    vec3 t = vec3(1.0);
+    uint next = texelFetch(u_shadow_heads, int(head)).r;
+    while (next < ELEMENT_LOCKED) {
+        uvec4 node = texelFetch(u_shadow_nodes, int(node_base + next));
+        float before = depth - uintBitsToFloat(node.x);
+        if (!(before > 0.0))
+            break;
+        if (!element_is_of(node, object))
+            t *= element_transmittance(node, before);
+        next = node.w;
+    }
+    return t;
+}
+#endif
+
+vec3 shadow_list(uint kind, uint flags, uint head, uint event_base, float depth, uint object)
+{
+#ifdef SHADOW_HAS_LINKED
+    if (kind == SHADOW_LINKED)
+        return shadow_linked(head, event_base, depth, object);
+#endif
+#ifdef SHADOW_HAS_IDS
+    if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_RAW) != 0u)
+        return shadow_deep_without(head, event_base, depth, object);
+#endif
+#ifdef SHADOW_HAS_DEEP
+    if (kind == SHADOW_DEEP)
+        return shadow_deep(head, event_base, depth);
+#endif
+    return vec3(1.0);
+}

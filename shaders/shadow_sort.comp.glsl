@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// Sorts the events of one texel per thread in registers: NET is 2, 4, 8, 16 or 32. With NET 32 longer lists are left as
+// sorted runs of 32 for shadow_merge.comp.glsl.
+#include "shadow_list.glsl"
+#include "shadow_network.glsl"
+
+layout(binding = UNIT_SHADOW_Z) uniform samplerBuffer u_z; // the same memory as events_z, before it is written
+layout(binding = UNIT_SHADOW_T) uniform samplerBuffer u_t;
+#ifdef IDS
+layout(binding = UNIT_SHADOW_ID) uniform usamplerBuffer u_id;
+#endif
+
+#define FAR_AWAY 3.0e38 // pads the list; no event is as deep
+
+event e[NET];
+
+void load(int i, uint place, bool is_used)
+{
+    e[i].z_t = is_used ? vec4(texelFetch(u_z, int(place)).r, texelFetch(u_t, int(place)).rgb)
+                       : vec4(FAR_AWAY, vec3(1.0));
+#ifdef IDS
+    e[i].id = is_used ? texelFetch(u_id, int(place)).r : 0u;
+#endif
+}
+
+void exchange(int i, int j, bool is_wrong)
+{
+    event a = e[i], b = e[j];
+    e[i].z_t = mix(a.z_t, b.z_t, bvec4(is_wrong));
+    e[j].z_t = mix(b.z_t, a.z_t, bvec4(is_wrong));
+#ifdef IDS
+    e[i].id = is_wrong ? b.id : a.id;
+    e[j].id = is_wrong ? a.id : b.id;
+#endif
+}
+
+#define CE(i, j) exchange(i, j, e[i].z_t.x > e[j].z_t.x);
+#define LOAD(i) load(i, first + uint(i), uint(i) < n);
+#define TIE(i) tie = tie || (uint((i) + 1) < n && e[i].z_t.x == e[(i) + 1].z_t.x);
+#define TIE_CE(i) swap = event_is_after(e[i], e[(i) + 1]); swapped = swapped || swap; exchange(i, (i) + 1, swap);
+#define APPEND(i) if (uint(i) < n) list_append(end, first + uint(i), e[i]);
+#define STORE(i) if (uint(i) < n) store_run(first + uint(i), e[i]);
+
+#if NET == 2
+#define NETWORK CE(0, 1)
+#define ALL(DO) DO(0) DO(1)
+#define PAIRS(DO) DO(0)
+#elif NET == 4
+#define NETWORK CE(0, 1) CE(2, 3) CE(0, 2) CE(1, 3) CE(1, 2)
+#define ALL(DO) DO(0) DO(1) DO(2) DO(3)
+#define PAIRS(DO) DO(0) DO(1) DO(2)
+#elif NET == 8
+#define NETWORK NETWORK_8
+#define ALL(DO) EACH_8(DO, 0)
+#define PAIRS(DO) EACH_7(DO, 0)
+#elif NET == 16
+#define NETWORK NETWORK_16
+#define ALL(DO) EACH_8(DO, 0) EACH_8(DO, 8)
+#define PAIRS(DO) EACH_8(DO, 0) EACH_7(DO, 8)
+#else
+#define NETWORK NETWORK_32
+#define ALL(DO) EACH_8(DO, 0) EACH_8(DO, 8) EACH_8(DO, 16) EACH_8(DO, 24)
+#define PAIRS(DO) EACH_8(DO, 0) EACH_8(DO, 8) EACH_8(DO, 16) EACH_7(DO, 24)
+#endif
+
+// The network knows z only. Coplanar events, which are rare, are put in their order by exchanges of neighbours.
+void sort_registers(uint first, uint n)
+{
+    ALL(LOAD)
+    NETWORK
+    bool tie = false;
+    PAIRS(TIE)
+    for (bool swapped = tie; swapped;) {
+        bool swap;
+        swapped = false;
+        PAIRS(TIE_CE)
+    }
+}
+
+#ifdef RUNS
+bool runs_in_scratch;
+
+void store_run(uint place, event sorted)
+{
+    if (runs_in_scratch)
+        scratch_write(place - u_event_base, sorted);
+    else
+        stream_write(place, sorted);
+}
+
+void sort_list(uint begin, uint finish)
+{
+    runs_in_scratch = (list_levels(finish - begin) & 1u) != 0u;
+    for (uint at = begin; at < finish; at += uint(NET)) {
+        uint first = u_event_base + at, n = min(uint(NET), finish - at);
+        sort_registers(first, n);
+        ALL(STORE)
+    }
+}
+#else
+void sort_list(uint begin, uint finish)
+{
+    uint first = u_event_base + begin, n = finish - begin;
+    sort_registers(first, n);
+    list_end end = list_end_begin();
+    ALL(APPEND)
+}
+#endif
