@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+/* vitrail demo-scene: writes the project's own chapel as a .glb. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "clients/glb/demo_scene.h"
+#include "clients/vitrail/commands.h"
+#include "clients/vitrail/output_file.h"
+
+struct demo_scene_options {
+    struct common_options common;
+    const char *output;
+};
+
+static bool demo_scene_run(void *context, const struct text_list *operands, struct failure *failure)
+{
+    const struct demo_scene_options *options = context;
+    struct output_file file = {0};
+    struct error err = {0};
+    void *glb = NULL;
+    size_t size_bytes = 0;
+    bool is_ok;
+
+    (void)operands;
+    if (!options->output)
+        return fail(failure, EXIT_CODE_USAGE, "demo-scene needs an output: -o FILE.glb");
+    is_ok = output_file_open(&file, options->output, failure);
+    if (is_ok && !demo_scene_build(&(struct demo_scene_desc){0}, &glb, &size_bytes, &err))
+        is_ok = fail(failure, EXIT_CODE_OS_ERROR, "%s", err.message);
+    is_ok = is_ok && output_file_write(&file, glb, size_bytes, failure) &&
+            output_file_commit(&file, failure);
+    output_file_finish(&file);
+    free(glb);
+    return is_ok;
+}
+
+static const struct option OPTIONS[] = {
+    {OPTION_TEXT, "output-file", 'o', "FILE", "where the scene goes; - is stdout",
+     offsetof(struct demo_scene_options, output)},
+    {0},
+};
+
+const struct command COMMAND_DEMO_SCENE = {
+    .name = "demo-scene",
+    .synopsis = "-o FILE.glb",
+    .summary = "Write the demo scene, a chapel with stained-glass windows, as a .glb",
+    .details = "Needs no server. The same program always writes the same bytes.",
+    .options = OPTIONS,
+    .options_bytes = sizeof(struct demo_scene_options),
+    .run = demo_scene_run,
+};

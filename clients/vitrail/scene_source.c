@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+/* Hashes, asks and uploads. The only home of libcrypto in this program. */
+#include "clients/vitrail/scene_source.h"
+
+#include <errno.h>
+#include <openssl/evp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "clients/vitrail/gltf_files.h"
+
+enum { HASH_BYTES = 32, BLOCK_BYTES = 1 << 16 };
+
+bool scene_id_is_valid(const char *text)
+{
+    return strlen(text) == SCENE_ID_BYTES - 1 &&
+           strspn(text, "0123456789abcdef") == SCENE_ID_BYTES - 1;
+}
+
+bool scene_source_is_id(const char *text)
+{
+    struct stat status;
+
+    return scene_id_is_valid(text) && stat(text, &status) != 0;
+}
+
+static FILE *open_source(const char *path, struct failure *failure)
+{
+    struct stat status;
+    FILE *stream = fopen(path, "rbe");
+
+    if (stream && fstat(fileno(stream), &status) == 0 && S_ISREG(status.st_mode))
+        return stream;
+    if (stream) {
+        fclose(stream);
+        errno = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
+    }
+    fail(failure, EXIT_CODE_NO_INPUT, "cannot read '%s': %s", path, strerror(errno));
+    return NULL;
+}
+
+/* A GLB says so in its first four bytes (glTF 2.0, 4.4.2); anything else has to be JSON. */
+static bool is_glb(const char *path, bool *answer, struct failure *failure)
+{
+    char magic[4] = {0};
+    FILE *stream = open_source(path, failure);
+    size_t length;
+
+    if (!stream)
+        return false;
+    length = fread(magic, 1, sizeof magic, stream);
+    *answer = length == sizeof magic && !memcmp(magic, "glTF", 4);
+    fclose(stream);
+    return true;
+}
+
+bool scene_source_check(const char *path, struct failure *failure)
+{
+    struct gltf_files files;
+    bool is_binary;
+
+    if (!is_glb(path, &is_binary, failure))
+        return false;
+    if (is_binary)
+        return true;
+    if (!gltf_files_find(&files, path, failure))
+        return false;
+    gltf_files_finish(&files);
+    return true;
+}
+
+/* Hexadecimal SHA-256 of the file. Checks for signals: a scene may be gigabytes. */
+static bool hash_file(struct session *session, const char *path, char id[SCENE_ID_BYTES],
+                      struct failure *failure)
+{
+    unsigned char digest[HASH_BYTES], block[BLOCK_BYTES];
+    EVP_MD_CTX *hash = EVP_MD_CTX_new();
+    FILE *stream = open_source(path, failure);
+    bool is_ok = hash && stream && EVP_DigestInit_ex(hash, EVP_sha256(), NULL);
+    size_t length;
+
+    while (is_ok && (length = fread(block, 1, sizeof block, stream)) > 0)
+        is_ok =
+            EVP_DigestUpdate(hash, block, length) && interrupt_check(&session->interrupt, failure);
+    if (is_ok && ferror(stream))
+        is_ok = fail(failure, EXIT_CODE_NO_INPUT, "cannot read '%s'", path);
+    if (is_ok)
+        is_ok = EVP_DigestFinal_ex(hash, digest, NULL);
+    if (is_ok)
+        for (int i = 0; i < HASH_BYTES; i++)
+            snprintf(id + 2 * i, 3, "%02x", digest[i]);
+    if (stream)
+        fclose(stream);
+    EVP_MD_CTX_free(hash);
+    return is_ok || fail_no_memory(failure); /* the first failure wins */
+}
+
+/* True in *answer when the server has it. An answer other than yes or no is left to the upload to
+ * explain. */
+static bool server_has(struct session *session, const char *id, bool *answer,
+                       struct failure *failure)
+{
+    struct http_reply reply;
+    char path[128];
+
+    snprintf(path, sizeof path, "/v1/scenes/%s", id);
+    if (!http_send(session->client, &(struct http_request){.method = "HEAD", .path = path}, &reply,
+                   failure))
+        return false;
+    *answer = reply.status == 200;
+    http_reply_finish(&reply);
+    return true;
+}
+
+/* The id is in the body, and in the address of the new scene. */
+static bool read_id(const struct http_reply *reply, const char *task, char id[SCENE_ID_BYTES],
+                    struct failure *failure)
+{
+    json_t *body = json_loadb(reply->body ? reply->body : "", reply->body_bytes, 0, NULL);
+    const char *text = json_string_value(json_object_get(body, "id"));
+    const char *slash = strrchr(reply->location, '/');
+    bool is_ok;
+
+    if (!text && slash)
+        text = slash + 1;
+    is_ok = text && scene_id_is_valid(text);
+    if (is_ok)
+        memcpy(id, text, SCENE_ID_BYTES);
+    else
+        fail(failure, EXIT_CODE_UNAVAILABLE,
+             "%s was answered without a scene id; is this a vitrail server?", task);
+    json_decref(body);
+    return is_ok;
+}
+
+static bool upload(struct session *session, const char *path, const struct gltf_files *files,
+                   char id[SCENE_ID_BYTES], struct failure *failure)
+{
+    struct http_reply reply;
+    struct http_request request = {.method = "POST",
+                                   .path = "/v1/scenes",
+                                   .sending = PROGRESS_STAGE_UPLOAD,
+                                   .waiting = PROGRESS_STAGE_DECODE};
+    char task[256];
+    bool is_ok;
+
+    if (files) {
+        request.parts = files->files;
+        request.part_count = files->count;
+    } else {
+        request.body_path = path;
+        request.content_type = "model/gltf-binary";
+    }
+    snprintf(task, sizeof task, "the scene '%.200s'", path);
+    if (!session_ask(session, &request, task, &reply, failure))
+        return false;
+    is_ok = read_id(&reply, task, id, failure);
+    http_reply_finish(&reply);
+    return is_ok;
+}
+
+bool scene_source_push(struct session *session, const char *path, bool force,
+                       struct scene_push *push, struct failure *failure)
+{
+    struct gltf_files files;
+    bool is_binary, is_there = false, is_ok;
+
+    *push = (struct scene_push){0};
+    if (!is_glb(path, &is_binary, failure))
+        return false;
+    if (is_binary) {
+        if (!force && (!hash_file(session, path, push->id, failure) ||
+                       !server_has(session, push->id, &is_there, failure)))
+            return false;
+        if (is_there)
+            return true;
+        push->was_sent = true;
+        return upload(session, path, NULL, push->id, failure);
+    }
+    if (!gltf_files_find(&files, path, failure))
+        return false;
+    push->was_sent = true;
+    is_ok = upload(session, path, &files, push->id, failure);
+    gltf_files_finish(&files);
+    return is_ok;
+}

@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+/* vitrail scenes: lists the scenes of the server, or describes one. */
+#include <jansson.h>
+#include <stdio.h>
+
+#include "clients/vitrail/commands.h"
+#include "clients/vitrail/json_text.h"
+#include "clients/vitrail/scene_source.h"
+
+struct scenes_options {
+    struct common_options common;
+};
+
+static long long member_integer(const json_t *object, const char *key)
+{
+    return (long long)json_integer_value(json_object_get(object, key));
+}
+
+static void print_table(const json_t *scenes)
+{
+    const json_t *scene;
+    size_t index;
+
+    json_array_foreach(scenes, index, scene)
+    {
+        char id[SCENE_ID_BYTES], name[256];
+        const char *text = json_string_value(json_object_get(scene, "id"));
+        const char *title = json_string_value(json_object_get(scene, "name"));
+        text_copy_printable(id, sizeof id, text ? text : "");
+        text_copy_printable(name, sizeof name, title ? title : "");
+        printf("%s  %lld triangles, %lld materials, %lld lights  %s\n", id,
+               member_integer(scene, "triangles"),
+               (long long)json_array_size(json_object_get(scene, "materials")),
+               (long long)json_array_size(json_object_get(scene, "lights")), name);
+    }
+}
+
+static bool scenes_run(void *context, const struct text_list *ids, struct failure *failure)
+{
+    const struct scenes_options *options = context;
+    struct session session = {0};
+    json_t *answer = NULL;
+    char path[128] = "/v1/scenes";
+
+    if (ids->count && !scene_id_is_valid(ids->items[0]))
+        return fail(failure, EXIT_CODE_USAGE, "'%s' is not a scene id: 64 hexadecimal digits",
+                    ids->items[0]);
+    if (ids->count)
+        snprintf(path, sizeof path, "/v1/scenes/%s", ids->items[0]);
+    if (session_begin(&session, &options->common, failure))
+        answer = session_get_json(&session, path, ids->count ? "the scene" : "the list of scenes",
+                                  failure);
+    progress_hide(&session.progress);
+    if (answer && !ids->count && !options->common.json)
+        print_table(json_is_array(answer) ? answer : json_object_get(answer, "scenes"));
+    else if (answer)
+        json_print(answer, options->common.json);
+    session_end(&session);
+    json_decref(answer);
+    return answer != NULL;
+}
+
+const struct command COMMAND_SCENES = {
+    .name = "scenes",
+    .synopsis = "[SCENE-ID]",
+    .summary = "List the scenes of the server, or describe one",
+    .is_remote = true,
+    .operands_max = 1,
+    .options_bytes = sizeof(struct scenes_options),
+    .run = scenes_run,
+};

@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: MIT */
+/* Parses camera, light, environment and size texts. Ranges are the server's to judge; form is
+ * judged here. */
+#include "clients/vitrail/specs.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clients/vitrail/options.h"
+#include "protocol/limits.h"
+
+static bool fail_spec(struct failure *failure, const char *what, const char *text,
+                      const char *expected)
+{
+    return fail(failure, EXIT_CODE_USAGE, "%s: '%.200s' is not %s", what, text, expected);
+}
+
+/* A whole number is sent as an integer, so that the request reads as it was typed. */
+static json_t *number_json(double value)
+{
+    if (value >= -1e9 && value <= 1e9 && value == (double)(json_int_t)value)
+        return json_integer((json_int_t)value);
+    return json_real(value);
+}
+
+json_t *numbers_parse(const char *text, int count, const char *what, struct failure *failure)
+{
+    json_t *array = json_array();
+    char expected[64], *copy = strdup(text), *rest = copy, *word;
+    bool is_ok = array && copy;
+
+    while (is_ok && (word = strsep(&rest, ","))) {
+        double value;
+        is_ok = number_parse(word, &value) && json_array_append_new(array, number_json(value)) == 0;
+    }
+    free(copy);
+    if (is_ok && json_array_size(array) == (size_t)count)
+        return array;
+    json_decref(array);
+    if (count == 1)
+        snprintf(expected, sizeof expected, "a number");
+    else
+        snprintf(expected, sizeof expected, "%d numbers with commas between", count);
+    fail_spec(failure, what, text, expected);
+    return NULL;
+}
+
+/* One number as JSON. */
+static json_t *number_spec(const char *text, const char *what, struct failure *failure)
+{
+    double value;
+
+    if (number_parse(text, &value))
+        return number_json(value);
+    fail_spec(failure, what, text, "a number");
+    return NULL;
+}
+
+static json_t *boolean_spec(const char *text, const char *what, struct failure *failure)
+{
+    if (!strcmp(text, "true") || !strcmp(text, "false"))
+        return json_boolean(text[0] == 't');
+    fail_spec(failure, what, text, "true or false");
+    return NULL;
+}
+
+bool size_parse(const char *text, int *width_px, int *height_px, struct failure *failure)
+{
+    const char *x = strpbrk(text, "xX");
+    char *end;
+    long width, height;
+
+    if (!x || strspn(text, "0123456789") != (size_t)(x - text) || x == text || !x[1] ||
+        strspn(x + 1, "0123456789") != strlen(x + 1))
+        return fail_spec(failure, "--size", text, "WIDTHxHEIGHT in pixels, such as 1280x720");
+    width = strtol(text, &end, 10);
+    height = strtol(x + 1, &end, 10);
+    if (width < 1 || height < 1 || width > LIMIT_IMAGE_SIDE_PX || height > LIMIT_IMAGE_SIDE_PX)
+        return fail(failure, EXIT_CODE_USAGE, "--size: '%.60s': each side is from 1 to %d pixels",
+                    text, LIMIT_IMAGE_SIDE_PX);
+    *width_px = (int)width;
+    *height_px = (int)height;
+    return true;
+}
+
+/* One KEY of a camera or light, the member of the request it sets, and for which kinds it is. */
+struct spec_key {
+    const char *key, *member;
+    int count;      /* of numbers: 1, 3, 16; 0: true or false */
+    unsigned kinds; /* bit set of the kinds that have it */
+};
+
+/* Sets object[member] from "key=value" by the table. */
+static bool apply_pair(json_t *object, const struct spec_key *keys, unsigned kind, const char *pair,
+                       const char *what, struct failure *failure)
+{
+    size_t n = strcspn(pair, "=");
+    char name[96];
+    json_t *value;
+
+    for (const struct spec_key *k = keys; k->key && pair[n]; k++) {
+        if (strlen(k->key) != n || strncmp(k->key, pair, n) || !(k->kinds & kind))
+            continue;
+        snprintf(name, sizeof name, "%s: %s", what, k->key);
+        if (json_object_get(object, k->member))
+            return fail(failure, EXIT_CODE_USAGE, "%s is given twice", name);
+        value = k->count == 0   ? boolean_spec(pair + n + 1, name, failure)
+                : k->count == 1 ? number_spec(pair + n + 1, name, failure)
+                                : numbers_parse(pair + n + 1, k->count, name, failure);
+        return value &&
+               (json_object_set_new(object, k->member, value) == 0 || fail_no_memory(failure));
+    }
+    return fail(failure, EXIT_CODE_USAGE, "%s: '%.200s' is nothing that can be set here", what,
+                pair);
+}
+
+enum { CAMERA_ANY = 1 };
+
+static const struct spec_key CAMERA_KEYS[] = {
+    {"eye", "eye", 3, CAMERA_ANY},
+    {"target", "target", 3, CAMERA_ANY},
+    {"up", "up", 3, CAMERA_ANY},
+    {"matrix", "matrix", 16, CAMERA_ANY},
+    {"fov", "fov_y_deg", 1, CAMERA_ANY},
+    {"ortho", "ortho_height", 1, CAMERA_ANY},
+    {0},
+};
+
+static bool camera_is_complete(const json_t *camera, struct failure *failure)
+{
+    bool has_eye = json_object_get(camera, "eye"), has_target = json_object_get(camera, "target");
+
+    if (json_object_get(camera, "node") || json_object_get(camera, "fit") ||
+        json_object_get(camera, "matrix") || (has_eye && has_target))
+        return true;
+    return fail(failure, EXIT_CODE_USAGE,
+                "--camera: needs node:NAME, fit:front|top|right|iso, or eye=x,y,z target=x,y,z");
+}
+
+json_t *camera_spec_parse(const char *text, struct failure *failure)
+{
+    json_t *camera = json_object();
+    bool is_ok = camera || fail_no_memory(failure);
+
+    for (const char *word = text; is_ok;) {
+        char pair[1024];
+        size_t n;
+        word += strspn(word, " ;");
+        if (!*word)
+            break;
+        if (!strncmp(word, "node:", 5)) { /* to the end: names have blanks in them */
+            json_t *name = json_string(word + 5);
+            is_ok = name || fail_spec(failure, "--camera", word, "a name in UTF-8");
+            json_object_set_new(camera, "node", name);
+            break;
+        }
+        n = strcspn(word, " ;");
+        if (n >= sizeof pair) {
+            is_ok = fail_spec(failure, "--camera", word, "a camera");
+            break;
+        }
+        snprintf(pair, sizeof pair, "%.*s", (int)n, word);
+        word += n;
+        if (!strncmp(pair, "fit:", 4))
+            json_object_set_new(camera, "fit", json_string(pair + 4));
+        else
+            is_ok = apply_pair(camera, CAMERA_KEYS, CAMERA_ANY, pair, "--camera", failure);
+    }
+    if (is_ok && camera_is_complete(camera, failure))
+        return camera;
+    json_decref(camera);
+    return NULL;
+}
+
+enum { LIGHT_POINT = 1, LIGHT_SPOT = 2, LIGHT_DIRECTIONAL = 4 };
+
+static const struct spec_key LIGHT_KEYS[] = {
+    {"pos", "position", 3, LIGHT_POINT | LIGHT_SPOT},
+    {"dir", "direction", 3, LIGHT_SPOT | LIGHT_DIRECTIONAL},
+    {"color", "color", 3, LIGHT_POINT | LIGHT_SPOT | LIGHT_DIRECTIONAL},
+    {"intensity", "intensity", 1, LIGHT_POINT | LIGHT_SPOT | LIGHT_DIRECTIONAL},
+    {"range", "range", 1, LIGHT_POINT | LIGHT_SPOT},
+    {"inner", "inner_cone_deg", 1, LIGHT_SPOT},
+    {"outer", "outer_cone_deg", 1, LIGHT_SPOT},
+    {"shadow", "shadow", 0, LIGHT_POINT | LIGHT_SPOT | LIGHT_DIRECTIONAL},
+    {0},
+};
+
+json_t *light_spec_parse(const char *text, struct failure *failure)
+{
+    static const char *const KINDS[] = {"point", "spot", "directional"};
+    size_t n = strcspn(text, ":");
+    unsigned kind = 0;
+    json_t *light = NULL;
+    char *copy, *rest, *pair;
+    bool is_ok = true;
+
+    for (unsigned i = 0; i < 3; i++)
+        if (strlen(KINDS[i]) == n && !strncmp(text, KINDS[i], n)) {
+            kind = 1u << i;
+            light = json_pack("{s:s}", "type", KINDS[i]);
+        }
+    if (!kind) {
+        fail_spec(failure, "--light", text, "point:..., spot:... or directional:...");
+        return NULL;
+    }
+    copy = rest = strdup(text[n] ? text + n + 1 : "");
+    if (!light || !copy)
+        is_ok = fail_no_memory(failure);
+    while (is_ok && (pair = strsep(&rest, "; ")))
+        if (*pair)
+            is_ok = apply_pair(light, LIGHT_KEYS, kind, pair, "--light", failure);
+    free(copy);
+    if (is_ok)
+        return light;
+    json_decref(light);
+    return NULL;
+}
+
+/* One number for grey, or three. */
+static json_t *radiance_parse(const char *text, struct failure *failure)
+{
+    double value;
+
+    if (number_parse(text, &value))
+        return json_pack("[o,o,o]", number_json(value), number_json(value), number_json(value));
+    return numbers_parse(text, 3, "--environment", failure);
+}
+
+json_t *environment_spec_parse(const char *text, struct failure *failure)
+{
+    const char *colon = strchr(text, ':');
+    char *sky_text;
+    json_t *sky, *ground;
+
+    if (!colon) {
+        fail_spec(failure, "--environment", text, "SKY:GROUND, each a number or r,g,b");
+        return NULL;
+    }
+    sky_text = strndup(text, (size_t)(colon - text));
+    sky = sky_text ? radiance_parse(sky_text, failure) : NULL;
+    ground = sky ? radiance_parse(colon + 1, failure) : NULL;
+    free(sky_text);
+    if (ground)
+        return json_pack("{s:o, s:o}", "sky", sky, "ground", ground);
+    json_decref(sky);
+    return NULL;
+}

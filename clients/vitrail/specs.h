@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* The short texts of the command line for sizes, colours, cameras and lights, as JSON of a request.
+ */
+#ifndef VITRAIL_CLIENTS_VITRAIL_SPECS_H
+#define VITRAIL_CLIENTS_VITRAIL_SPECS_H
+
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "clients/vitrail/failure.h"
+
+/* Each returns a new reference, or NULL and a usage failure that says what is wrong and what is
+ * meant. */
+
+/* "node:NAME" | "fit:front|top|right|iso" | "eye=x,y,z target=x,y,z [up=x,y,z]" | "matrix=16
+ * numbers"; before a node or fit, and anywhere in the others, also "fov=degrees" and
+ * "ortho=metres". Words are apart by blanks or ';'. */
+json_t *camera_spec_parse(const char *text, struct failure *failure);
+
+/* "point:KEY=VALUE;...", "spot:...", "directional:..." with pos, dir, color, intensity, range,
+ * inner, outer (degrees), shadow (true or false). */
+json_t *light_spec_parse(const char *text, struct failure *failure);
+
+/* "SKY:GROUND", each one number or r,g,b, in nits. */
+json_t *environment_spec_parse(const char *text, struct failure *failure);
+
+/* Exactly `count` numbers with commas between; `what` names the option for the message. */
+json_t *numbers_parse(const char *text, int count, const char *what, struct failure *failure);
+
+/* "WxH" in pixels. */
+bool size_parse(const char *text, int *width_px, int *height_px, struct failure *failure);
+
+#endif
