@@ -36,7 +36,7 @@ MUST_CHECK char *capabilities_to_json_text(const struct capabilities *capabiliti
 
 /* The "device" member alone, both ways (worker to front). */
 MUST_CHECK json_t *device_capabilities_to_json(const struct device_capabilities *device);
-MUST_CHECK bool device_capabilities_from_json(const json_t *json, struct device_capabilities *device,
+MUST_CHECK bool device_capabilities_from_json(json_t *json, struct device_capabilities *device,
                                               struct error *err);
 
 #endif

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The one table from error code to wire name, HTTP status and title, and how messages are put together. */
+/* The one table from error code to wire name, HTTP status and title, and how messages are made. */
 #include "protocol/error.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+
+#include "protocol/utf8.h"
 
 struct code_info {
     const char *name;
@@ -20,7 +22,8 @@ static const struct code_info code_table[ERROR_CODE_COUNT] = {
     [ERROR_NOT_ACCEPTABLE] = {"not_acceptable", "None of the accepted formats can be made", 406},
     [ERROR_CONFLICT] = {"conflict", "The request conflicts with the present state", 409},
     [ERROR_TOO_LARGE] = {"too_large", "The request is over a limit", 413},
-    [ERROR_UNSUPPORTED_MEDIA_TYPE] = {"unsupported_media_type", "The media type is not taken here", 415},
+    [ERROR_UNSUPPORTED_MEDIA_TYPE] = {"unsupported_media_type", "This media type is not taken",
+                                      415},
     [ERROR_INVALID_SCENE] = {"invalid_scene", "The scene is broken", 422},
     [ERROR_UNSUPPORTED] = {"unsupported", "This build or device cannot do that", 422},
     [ERROR_TOO_MANY_REQUESTS] = {"too_many_requests", "Too many requests", 429},
@@ -34,47 +37,16 @@ static const struct code_info code_table[ERROR_CODE_COUNT] = {
     [ERROR_OVER_BUDGET] = {"over_budget", "The memory budget is too small for this", 507},
 };
 
-/* Bytes of the well-formed UTF-8 sequence at text, or 0 (Unicode 15, table 3-7). */
-static size_t utf8_sequence_bytes(const char *text)
-{
-    const unsigned char *s = (const unsigned char *)text;
-    if (s[0] < 0x80)
-        return s[0] ? 1 : 0;
-    size_t bytes = s[0] >= 0xC2 && s[0] <= 0xDF ? 2 : (s[0] & 0xF0) == 0xE0 ? 3 : s[0] >= 0xF0 && s[0] <= 0xF4 ? 4 : 0;
-    for (size_t i = 1; i < bytes; i++)
-        if ((s[i] & 0xC0) != 0x80)
-            return 0;
-    if ((s[0] == 0xE0 && s[1] < 0xA0) || (s[0] == 0xED && s[1] > 0x9F) || (s[0] == 0xF0 && s[1] < 0x90) ||
-        (s[0] == 0xF4 && s[1] > 0x8F))
-        return 0;
-    return bytes;
-}
-
-/* Makes text printable UTF-8 in place: control characters and stray bytes become '?'. A sequence that the end of
- * the buffer cut in two is dropped. */
-static void text_sanitize(char *text, bool was_cut)
-{
-    for (char *at = text; *at;) {
-        size_t bytes = utf8_sequence_bytes(at);
-        if (bytes == 0 && was_cut && strlen(at) < 4 && (*at & 0xC0) == 0xC0) {
-            *at = '\0';
-            return;
-        }
-        if (bytes == 0 || (unsigned char)*at < 0x20 || *at == 0x7F)
-            *at = '?';
-        at += bytes ? bytes : 1;
-    }
-}
-
 static void message_print(char *message, const char *format, va_list args)
 {
     int length = vsnprintf(message, ERROR_MESSAGE_BYTES, format, args);
     if (length < 0)
         message[0] = '\0';
-    text_sanitize(message, length >= ERROR_MESSAGE_BYTES);
+    utf8_sanitize(message, length >= ERROR_MESSAGE_BYTES);
 }
 
-/* A pointer that does not fit keeps its leading members: it then names an enclosing object, never a wrong one. */
+/* A pointer that does not fit keeps its leading members: it names an enclosing object, never a
+ * wrong one. */
 static void pointer_copy(char *pointer, const char *source)
 {
     size_t length = strlen(source);
@@ -85,7 +57,7 @@ static void pointer_copy(char *pointer, const char *source)
     }
     memcpy(pointer, source, length);
     pointer[length] = '\0';
-    text_sanitize(pointer, false);
+    utf8_sanitize(pointer, false);
 }
 
 bool error_set(struct error *err, enum error_code code, const char *format, ...)
@@ -101,7 +73,8 @@ bool error_set(struct error *err, enum error_code code, const char *format, ...)
     return false;
 }
 
-bool error_set_at(struct error *err, enum error_code code, const char *pointer, const char *format, ...)
+bool error_set_at(struct error *err, enum error_code code, const char *pointer, const char *format,
+                  ...)
 {
     if (!err || err->code != ERROR_NONE)
         return false;
@@ -127,14 +100,9 @@ bool error_wrap(struct error *err, const char *format, ...)
 
     /* Context may take at most half, so that the cause is never pushed out. */
     enum { CONTEXT_MAX = ERROR_MESSAGE_BYTES / 2 };
-    size_t length = strlen(err->message);
-    if (length > CONTEXT_MAX) {
-        length = CONTEXT_MAX;
-        while (length > 0 && (err->message[length] & 0xC0) == 0x80)
-            length--;
-    }
+    size_t length = utf8_prefix_bytes(err->message, CONTEXT_MAX);
     int written = snprintf(err->message + length, sizeof err->message - length, ": %s", inner);
-    text_sanitize(err->message, written >= (int)(sizeof err->message - length));
+    utf8_sanitize(err->message, written >= (int)(sizeof err->message - length));
     return false;
 }
 

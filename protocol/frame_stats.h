@@ -84,7 +84,7 @@ MUST_CHECK char *frame_stats_to_json_text(const struct frame_stats *stats); /* m
 
 /* Reads what frame_stats_to_json writes (worker to front, server to CLI). Members it does not know are passed over,
  * so that a newer server can be read; wrong types and ranges are refused. */
-MUST_CHECK bool frame_stats_from_json(const json_t *json, struct frame_stats *stats, struct error *err);
+MUST_CHECK bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error *err);
 MUST_CHECK bool frame_stats_from_json_text(const char *json, size_t length, struct frame_stats *stats,
                                            struct error *err);
 

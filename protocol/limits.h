@@ -14,6 +14,8 @@ enum limits {
     LIMIT_UPLOAD_FILES = 1024,           /* parts of one multipart upload */
     LIMIT_FILE_NAME_BYTES = 512,         /* relative path of one uploaded file */
     LIMIT_JSON_DEPTH = 32,               /* nesting of a request body */
+    LIMIT_JSON_CONTAINERS = 1 << 20,     /* in a body: 786,440 hold every list above at its cap */
+    LIMIT_JSON_VALUES = 6 << 20,         /* in a body: 4.6 Mi hold the same; some 32 bytes each */
     LIMIT_OUTPUTS = 8,                   /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,            /* frame reports kept for /v1/frames/{id} */
     LIMIT_QUEUE_DEPTH = 256,             /* renders waiting for a worker; more are refused with 503 */

@@ -56,7 +56,7 @@ MUST_CHECK json_t *scene_summary_to_json(const struct scene_summary *summary);  
 MUST_CHECK char *scene_summary_to_json_text(const struct scene_summary *summary); /* malloc'ed; NULL: no memory */
 
 /* Reads what scene_summary_to_json writes; unknown members are passed over. On failure the summary is zeroed. */
-MUST_CHECK bool scene_summary_from_json(const json_t *json, struct scene_summary *summary, struct error *err);
+MUST_CHECK bool scene_summary_from_json(json_t *json, struct scene_summary *summary, struct error *err);
 MUST_CHECK bool scene_summary_from_json_text(const char *json, size_t length, struct scene_summary *summary,
                                              struct error *err);
 

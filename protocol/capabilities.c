@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: MIT */
+/* Capabilities as JSON: what the parser's tables and the device allow. */
+#include "protocol/capabilities.h"
+
+#include <string.h>
+
+#include "protocol/json_read.h"
+#include "protocol/json_write.h"
+#include "protocol/limits.h"
+#include "protocol/render_request.h"
+
+/* ---- device ---- */
+
+json_t *device_capabilities_to_json(const struct device_capabilities *device)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "vendor", device->vendor);
+    json_put_text(&writer, "renderer", device->renderer);
+    json_put_text(&writer, "version", device->version);
+    json_put_text(&writer, "driver", device->driver);
+    json_put(&writer, "device_count", json_integer(device->device_count));
+    json_put(&writer, "max_texture_size", json_integer(device->max_texture_size));
+    json_put(&writer, "max_samples", json_integer(device->max_samples));
+    json_put_integer(&writer, "max_storage_block_bytes", device->max_storage_block_bytes);
+    json_put_integer(&writer, "gpu_budget_bytes", device->gpu_budget_bytes);
+    json_put_integer(&writer, "gpu_used_bytes", device->gpu_used_bytes);
+    json_put_bool(&writer, "true_timers", device->has_true_timers);
+    json_put_bool(&writer, "post_depth_coverage", device->has_post_depth_coverage);
+    json_put_bool(&writer, "robust", device->is_robust);
+    return json_writer_take(&writer);
+}
+
+static bool read_texts(const struct json_node *root, struct device_capabilities *device)
+{
+    struct json_node vendor = json_member(root, "vendor"), name = json_member(root, "renderer");
+    struct json_node version = json_member(root, "version"), driver = json_member(root, "driver");
+    return json_read_text(&vendor, device->vendor, sizeof device->vendor) &&
+           json_read_text(&name, device->renderer, sizeof device->renderer) &&
+           json_read_text(&version, device->version, sizeof device->version) &&
+           json_read_text(&driver, device->driver, sizeof device->driver);
+}
+
+static bool read_numbers(const struct json_node *root, struct device_capabilities *device)
+{
+    struct json_node count = json_member(root, "device_count");
+    struct json_node texture = json_member(root, "max_texture_size");
+    struct json_node samples = json_member(root, "max_samples");
+    struct json_node block = json_member(root, "max_storage_block_bytes");
+    struct json_node budget = json_member(root, "gpu_budget_bytes");
+    struct json_node used = json_member(root, "gpu_used_bytes");
+    return json_read_int(&count, 0, 1 << 20, &device->device_count) &&
+           json_read_int(&texture, 0, 1 << 30, &device->max_texture_size) &&
+           json_read_int(&samples, 0, 1 << 20, &device->max_samples) &&
+           json_read_uint64(&block, &device->max_storage_block_bytes) &&
+           json_read_uint64(&budget, &device->gpu_budget_bytes) &&
+           json_read_uint64(&used, &device->gpu_used_bytes);
+}
+
+bool device_capabilities_from_json(json_t *json, struct device_capabilities *device,
+                                   struct error *err)
+{
+    *device = (struct device_capabilities){0};
+    struct json_node root = json_root(json, err);
+    if (!json_expect_object(&root, NULL))
+        return false;
+    struct json_node timers = json_member(&root, "true_timers");
+    struct json_node coverage = json_member(&root, "post_depth_coverage");
+    struct json_node robust = json_member(&root, "robust");
+    return read_texts(&root, device) && read_numbers(&root, device) &&
+           json_read_bool(&timers, &device->has_true_timers) &&
+           json_read_bool(&coverage, &device->has_post_depth_coverage) &&
+           json_read_bool(&robust, &device->is_robust);
+}
+
+/* ---- techniques ---- */
+
+/* Every name of an enum, with one sentence on each. */
+struct technique_kind {
+    const char *key; /* the member of `quality` that chooses it */
+    const char *(*name)(int index);
+    const char *const *sentences;
+};
+
+static const char *const shadow_sentences[] = {
+    "deep where a light has a transparent caster, map where it has none",
+    "no shadows: every light passes everything",
+    "one depth per texel (Williams 1978); transparent casters cast none",
+    "every transmittance event of a texel, sorted, in one contiguous list; exact",
+    "linked lists sorted on insertion (Lindbeck 2015), for comparison",
+};
+static const char *const transparency_sentences[] = {
+    "the most exact available: lists",
+    "every transparent layer of a pixel, sorted; exact for any number of layers",
+};
+static const char *const light_list_sentences[] = {
+    "the fastest that loses no light: clustered",
+    "tiles by depth slices, filled on the CPU with tight tests",
+    "two-pass linked lists of rasterised light geometry (Lindbeck 2015), for comparison",
+};
+static const char *const filter_sentences[] = {
+    "(1 - alpha) * (1 - alpha * (1 - base_color)): coloured glass and fabric",
+    "1 - alpha: coverage, grey shadows",
+    "(1 - alpha) * base_color",
+};
+static const struct technique_kind technique_kinds[] = {
+    {"shadows", request_shadows_name, shadow_sentences},
+    {"transparency", request_transparency_name, transparency_sentences},
+    {"light_lists", request_light_lists_name, light_list_sentences},
+    {"blend_filter", request_blend_filter_name, filter_sentences},
+};
+
+static json_t *write_kind(const struct technique_kind *kind)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = 0; kind->name(i); i++) {
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "name", kind->name(i));
+        json_put_text(&writer, "does", kind->sentences[i]);
+        json_append(array, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(array, has_failed);
+}
+
+/* A whole-number parameter of quality. */
+static json_t *write_parameter(int min, int max, int value, const int *allowed)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put(&writer, "min", json_integer(min));
+    json_put(&writer, "max", json_integer(max));
+    json_put(&writer, "default", value ? json_integer(value) : json_null());
+    if (allowed) {
+        json_t *array = json_array();
+        bool has_failed = !array;
+        for (; *allowed; allowed++)
+            json_append(array, json_integer(*allowed), &has_failed);
+        json_put(&writer, "allowed", array);
+        writer.has_failed = writer.has_failed || has_failed;
+    }
+    return json_writer_take(&writer);
+}
+
+static json_t *write_techniques(void)
+{
+    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 0};
+    struct json_writer writer = json_writer_begin(), parameters = json_writer_begin();
+    for (size_t i = 0; i < sizeof technique_kinds / sizeof *technique_kinds; i++)
+        json_put(&writer, technique_kinds[i].key, write_kind(&technique_kinds[i]));
+    struct render_request defaults;
+    render_request_init_defaults(&defaults);
+    const struct request_quality *quality = &defaults.quality;
+    json_put(&parameters, "shadow_resolution",
+             write_parameter(1, LIMIT_SHADOW_RESOLUTION, quality->shadow_resolution, NULL));
+    json_put(&parameters, "shadow_taps", write_parameter(1, 16, quality->shadow_taps, taps));
+    json_put(&parameters, "samples", write_parameter(1, 4, quality->samples, samples));
+    json_put(&writer, "parameters", json_writer_take(&parameters));
+    return json_writer_take(&writer);
+}
+
+/* ---- the whole ---- */
+
+static json_t *write_limits(uint64_t max_upload_bytes)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_integer(&writer, "image_side_px", LIMIT_IMAGE_SIDE_PX);
+    json_put_integer(&writer, "request_bytes", LIMIT_REQUEST_JSON_BYTES);
+    json_put_integer(&writer, "lights", LIMIT_REQUEST_LIGHTS);
+    json_put_integer(&writer, "overrides", LIMIT_REQUEST_OVERRIDES);
+    json_put_integer(&writer, "clip_planes", LIMIT_CLIP_PLANES);
+    json_put_integer(&writer, "outputs", LIMIT_OUTPUTS);
+    json_put_integer(&writer, "name_bytes", LIMIT_NAME_BYTES);
+    json_put_integer(&writer, "upload_bytes", max_upload_bytes);
+    json_put_integer(&writer, "upload_files", LIMIT_UPLOAD_FILES);
+    json_put_integer(&writer, "queue_depth", LIMIT_QUEUE_DEPTH);
+    json_put_integer(&writer, "frames_kept", LIMIT_FRAMES_KEPT);
+    json_put_number(&writer, "coordinate_m", LIMIT_COORDINATE);
+    json_put_number(&writer, "intensity", LIMIT_INTENSITY);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_names(const char *(*name)(int index), int first)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = first; name(i); i++)
+        json_append(array, json_string(name(i)), &has_failed);
+    return json_take_unless(array, has_failed);
+}
+
+static json_t *write_extensions(const char *const *extensions)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (; extensions && *extensions; extensions++)
+        json_append(array, json_text(*extensions), &has_failed);
+    return json_take_unless(array, has_failed);
+}
+
+json_t *capabilities_to_json(const struct capabilities *capabilities)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "version", capabilities->version);
+    json_put(&writer, "device",
+             capabilities->device ? device_capabilities_to_json(capabilities->device)
+                                  : json_null());
+    json_put(&writer, "limits", write_limits(capabilities->max_upload_bytes));
+    json_put(&writer, "techniques", write_techniques());
+    json_put(&writer, "light_types", write_names(request_light_type_name, 0));
+    json_put(&writer, "tone_mappings", write_names(request_tone_mapping_name, 0));
+    json_put(&writer, "outputs", write_names(request_output_name, 0));
+    json_put(&writer, "formats", write_names(request_format_name, REQUEST_FORMAT_PNG));
+    json_put(&writer, "extensions", write_extensions(capabilities->extensions));
+    return json_writer_take(&writer);
+}
+
+char *capabilities_to_json_text(const struct capabilities *capabilities)
+{
+    return json_take_dump(capabilities_to_json(capabilities),
+                          JSON_COMPACT | JSON_REAL_PRECISION(15));
+}

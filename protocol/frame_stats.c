@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: MIT */
+/* Frame stats as JSON, both ways, and as a Server-Timing header. */
+#include "protocol/frame_stats.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "protocol/json_read.h"
+#include "protocol/json_write.h"
+#include "protocol/limits.h"
+#include "protocol/utf8.h"
+
+static const char *const timing_names[FRAME_TIMING_COUNT] = {
+    [FRAME_TIMING_QUEUE] = "queue",           [FRAME_TIMING_SHADOW] = "shadow",
+    [FRAME_TIMING_LIGHT_LIST] = "light-list", [FRAME_TIMING_SHADE] = "shade",
+    [FRAME_TIMING_READBACK] = "readback",     [FRAME_TIMING_ENCODE] = "encode",
+    [FRAME_TIMING_TOTAL] = "total",
+};
+
+const char *frame_timing_name(int timing)
+{
+    return timing >= 0 && timing < FRAME_TIMING_COUNT ? timing_names[timing] : NULL;
+}
+
+static const char *error_source_name(int source)
+{
+    static const char *const names[] = {"exact", "measured", "estimated"};
+    return source >= 0 && source < 3 ? names[source] : NULL;
+}
+
+/* The whole-number members of counts: one list for both directions. */
+struct count_member {
+    const char *key;
+    size_t offset;
+};
+#define COUNT(member)                                        \
+    {                                                        \
+#member, offsetof(struct frame_stats, counts.member) \
+    }
+static const struct count_member count_members[] = {
+    COUNT(lights),
+    COUNT(shadowed_lights),
+    COUNT(draws),
+    COUNT(triangles),
+    COUNT(events),
+    COUNT(longest_list),
+    COUNT(lookups),
+    COUNT(transparent_fragments),
+    COUNT(longest_pixel_list),
+    COUNT(light_list_entries),
+    COUNT(shadow_maps_built),
+    COUNT(shadow_maps_reused),
+};
+enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
+
+void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
+{
+    int last = FRAME_STATS_WARNINGS_MAX - 1;
+    if (stats->warning_count > last) {
+        snprintf(stats->warnings[last], FRAME_STATS_TEXT_BYTES, "more warnings were dropped");
+        return;
+    }
+    char *text = stats->warnings[stats->warning_count++];
+    va_list args;
+    va_start(args, format);
+    int length = vsnprintf(text, FRAME_STATS_TEXT_BYTES, format, args);
+    va_end(args);
+    utf8_sanitize(text, length >= FRAME_STATS_TEXT_BYTES);
+}
+
+/* ---- writing ---- */
+
+/* Times are told to the microsecond, means to a thousandth: more digits would be noise. */
+static double rounded(double number)
+{
+    return round(number * 1000) / 1000;
+}
+
+static json_t *write_plan(const struct frame_stats *stats)
+{
+    json_t *plan = json_array();
+    bool has_failed = !plan;
+    for (int i = 0; i < stats->plan_count; i++) {
+        const struct frame_stats_pass *pass = &stats->plan[i];
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "pass", pass->pass);
+        json_put_text(&writer, "because", pass->because);
+        json_put_text_or_null(&writer, "technique", pass->technique);
+        json_put_number(&writer, "ms", rounded(pass->ms));
+        json_append(plan, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(plan, has_failed);
+}
+
+static json_t *write_timings(const struct frame_stats *stats)
+{
+    struct json_writer writer = json_writer_begin();
+    for (int i = 0; i < FRAME_TIMING_COUNT; i++)
+        json_put_number(&writer, timing_names[i], rounded(stats->timings_ms[i]));
+    return json_writer_take(&writer);
+}
+
+static json_t *write_counts(const struct frame_stats *stats)
+{
+    struct json_writer writer = json_writer_begin();
+    for (int i = 0; i < COUNT_MEMBERS; i++) {
+        uint64_t count;
+        memcpy(&count, (const char *)stats + count_members[i].offset, sizeof count);
+        json_put_integer(&writer, count_members[i].key, count);
+    }
+    json_put_number(&writer, "mean_list", rounded(stats->counts.mean_list));
+    return json_writer_take(&writer);
+}
+
+static json_t *write_bytes(const struct frame_stats *stats)
+{
+    struct json_writer writer = json_writer_begin();
+    for (int i = 0; i < stats->byte_count; i++)
+        json_put_integer(&writer, stats->bytes[i].structure, stats->bytes[i].bytes);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_error(const struct frame_stats *stats)
+{
+    if (!stats->has_error)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "metric", stats->error_metric);
+    json_put_number(&writer, "value", stats->error_value);
+    json_put_text(&writer, "source", error_source_name((int)stats->error_source));
+    return json_writer_take(&writer);
+}
+
+/* `texts` is the first of `count` buffers of `stride` bytes. */
+static json_t *write_texts(const char *texts, size_t stride, int count)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = 0; i < count; i++)
+        json_append(array, json_text(texts + (size_t)i * stride), &has_failed);
+    return json_take_unless(array, has_failed);
+}
+
+json_t *frame_stats_to_json(const struct frame_stats *stats)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text_or_null(&writer, "id", stats->id);
+    json_put_text(&writer, "scene", stats->scene);
+    json_put_text_or_null(&writer, "view", stats->view);
+    json_put_integer(&writer, "revision", stats->revision);
+    json_put_text(&writer, "device", stats->device);
+    json_put(&writer, "width", json_integer(stats->width));
+    json_put(&writer, "height", json_integer(stats->height));
+    json_put(&writer, "plan", write_plan(stats));
+    json_put(&writer, "timings_ms", write_timings(stats));
+    json_put(&writer, "counts", write_counts(stats));
+    json_put(&writer, "bytes", write_bytes(stats));
+    json_put(&writer, "reused",
+             write_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
+    json_put(&writer, "error", write_error(stats));
+    json_put(&writer, "warnings",
+             write_texts(stats->warnings[0], sizeof stats->warnings[0], stats->warning_count));
+    return json_writer_take(&writer);
+}
+
+char *frame_stats_to_json_text(const struct frame_stats *stats)
+{
+    return json_take_dump(frame_stats_to_json(stats), JSON_COMPACT | JSON_REAL_PRECISION(15));
+}
+
+/* ---- reading ---- */
+
+static bool read_plan(const struct json_node *node, struct frame_stats *stats)
+{
+    size_t count;
+    if (!json_expect_array(node, FRAME_STATS_PASSES_MAX, &count))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        struct frame_stats_pass *pass = &stats->plan[i];
+        struct json_node element = json_element(node, i);
+        if (!json_expect_object(&element, NULL))
+            return false;
+        struct json_node name = json_member(&element, "pass");
+        struct json_node because = json_member(&element, "because");
+        struct json_node technique = json_member(&element, "technique");
+        struct json_node ms = json_member(&element, "ms");
+        if (!json_read_text(&name, pass->pass, sizeof pass->pass) ||
+            !json_read_text(&because, pass->because, sizeof pass->because) ||
+            !json_read_text(&technique, pass->technique, sizeof pass->technique) ||
+            !json_read_number(&ms, -INFINITY, INFINITY, &pass->ms))
+            return false;
+    }
+    stats->plan_count = (int)count;
+    return true;
+}
+
+static bool read_counts(const struct json_node *node, struct frame_stats *stats)
+{
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, NULL))
+        return false;
+    for (int i = 0; i < COUNT_MEMBERS; i++) {
+        struct json_node member = json_member(node, count_members[i].key);
+        uint64_t count = 0;
+        if (!json_read_uint64(&member, &count))
+            return false;
+        memcpy((char *)stats + count_members[i].offset, &count, sizeof count);
+    }
+    struct json_node mean = json_member(node, "mean_list");
+    return json_read_number(&mean, 0, INFINITY, &stats->counts.mean_list);
+}
+
+static bool read_timings(const struct json_node *node, struct frame_stats *stats)
+{
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, NULL))
+        return false;
+    for (int i = 0; i < FRAME_TIMING_COUNT; i++) {
+        struct json_node member = json_member(node, timing_names[i]);
+        if (!json_read_number(&member, -INFINITY, INFINITY, &stats->timings_ms[i]))
+            return false;
+    }
+    return true;
+}
+
+static bool read_bytes(const struct json_node *node, struct frame_stats *stats)
+{
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, NULL))
+        return false;
+    if (json_object_size(node->value) > FRAME_STATS_BYTES_MAX)
+        return json_refuse(node, ERROR_TOO_LARGE, "the limit is %d", FRAME_STATS_BYTES_MAX);
+    const char *key;
+    json_t *value;
+    json_object_foreach(node->value, key, value)
+    {
+        struct frame_stats_bytes *bytes = &stats->bytes[stats->byte_count++];
+        struct json_node member = json_member(node, key);
+        utf8_copy(bytes->structure, sizeof bytes->structure, key);
+        if (!json_read_uint64(&member, &bytes->bytes))
+            return false;
+    }
+    return true;
+}
+
+static bool read_error(const struct json_node *node, struct frame_stats *stats)
+{
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, NULL))
+        return false;
+    struct json_node metric = json_member(node, "metric"), value = json_member(node, "value");
+    struct json_node source = json_member(node, "source");
+    const struct json_choice sources = {.name = error_source_name};
+    int index = 0;
+    if (!json_read_text(&metric, stats->error_metric, sizeof stats->error_metric) ||
+        !json_read_number(&value, -INFINITY, INFINITY, &stats->error_value) ||
+        !json_read_choice(&source, &sources, &index))
+        return false;
+    stats->error_source = (enum frame_error_source)index;
+    stats->has_error = true;
+    return true;
+}
+
+static bool read_texts(const struct json_node *node, char *texts, size_t stride, int max_count,
+                       int *count)
+{
+    size_t found;
+    if (!json_expect_array(node, (size_t)max_count, &found))
+        return false;
+    for (size_t i = 0; i < found; i++) {
+        struct json_node element = json_element(node, i);
+        if (!json_read_text(&element, texts + i * stride, stride))
+            return false;
+    }
+    *count = (int)found;
+    return true;
+}
+
+static bool read_lists(const struct json_node *root, struct frame_stats *stats)
+{
+    struct json_node plan = json_member(root, "plan"), bytes = json_member(root, "bytes");
+    struct json_node reused = json_member(root, "reused");
+    struct json_node warnings = json_member(root, "warnings");
+    return read_plan(&plan, stats) && read_bytes(&bytes, stats) &&
+           read_texts(&reused, stats->reused[0], sizeof stats->reused[0], FRAME_STATS_REUSED_MAX,
+                      &stats->reused_count) &&
+           read_texts(&warnings, stats->warnings[0], sizeof stats->warnings[0],
+                      FRAME_STATS_WARNINGS_MAX, &stats->warning_count);
+}
+
+static bool read_head(const struct json_node *root, struct frame_stats *stats)
+{
+    struct json_node id = json_member(root, "id"), scene = json_member(root, "scene");
+    struct json_node view = json_member(root, "view"), device = json_member(root, "device");
+    struct json_node revision = json_member(root, "revision");
+    struct json_node width = json_member(root, "width"), height = json_member(root, "height");
+    return json_read_text(&id, stats->id, sizeof stats->id) &&
+           json_read_text(&scene, stats->scene, sizeof stats->scene) &&
+           json_read_text(&view, stats->view, sizeof stats->view) &&
+           json_read_uint64(&revision, &stats->revision) &&
+           json_read_text(&device, stats->device, sizeof stats->device) &&
+           json_read_int(&width, 0, LIMIT_IMAGE_SIDE_PX, &stats->width) &&
+           json_read_int(&height, 0, LIMIT_IMAGE_SIDE_PX, &stats->height);
+}
+
+bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error *err)
+{
+    *stats = (struct frame_stats){0};
+    struct json_node root = json_root(json, err);
+    if (!json_expect_object(&root, NULL))
+        return false;
+    struct json_node timings = json_member(&root, "timings_ms");
+    struct json_node counts = json_member(&root, "counts"), error = json_member(&root, "error");
+    if (read_head(&root, stats) && read_lists(&root, stats) && read_timings(&timings, stats) &&
+        read_counts(&counts, stats) && read_error(&error, stats))
+        return true;
+    *stats = (struct frame_stats){0};
+    return false;
+}
+
+bool frame_stats_from_json_text(const char *json, size_t length, struct frame_stats *stats,
+                                struct error *err)
+{
+    enum { STATS_BYTES_MAX = 1 << 20 /* every list at its cap takes some 40 kB */ };
+    *stats = (struct frame_stats){0};
+    json_t *value = json_load_checked(json, length, STATS_BYTES_MAX, err);
+    bool is_read = value && frame_stats_from_json(value, stats, err);
+    json_decref(value);
+    return is_read;
+}
+
+/* ---- header ---- */
+
+int frame_stats_server_timing(const struct frame_stats *stats, char *text, size_t size_bytes)
+{
+    char value[FRAME_SERVER_TIMING_BYTES];
+    int used = 0;
+    for (int i = 0; i < FRAME_TIMING_COUNT; i++) {
+        double ms = stats->timings_ms[i];
+        ms = isfinite(ms) ? fmin(fmax(ms, 0), 1e12) : 0; /* bounds the text as well */
+        used += snprintf(value + used, sizeof value - (size_t)used, "%s%s;dur=%.3f", i ? ", " : "",
+                         timing_names[i], ms);
+    }
+    return snprintf(text, size_bytes, "%s", value);
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+/* Building JSON objects without a check per member: a failure is kept and told at the end.
+ * Used by the writers of protocol/ only. Thread: any. */
+#ifndef VITRAIL_PROTOCOL_JSON_WRITE_H
+#define VITRAIL_PROTOCOL_JSON_WRITE_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+
+/* An object under construction. The only reasons to fail are memory and texts beyond repair. */
+struct json_writer {
+    json_t *object; /* owned until json_writer_take */
+    bool has_failed;
+};
+
+struct json_writer json_writer_begin(void);
+
+/* Each takes `value`; a NULL marks the failure. */
+void json_put(struct json_writer *writer, const char *key, json_t *value);
+void json_append(json_t *array, json_t *value, bool *has_failed);
+
+/* `json`, or NULL (and nothing leaked) when its making failed. */
+MUST_CHECK json_t *json_take_unless(json_t *json, bool has_failed);
+
+void json_put_text(struct json_writer *writer, const char *key, const char *text);
+void json_put_text_or_null(struct json_writer *writer, const char *key, const char *text);
+void json_put_number(struct json_writer *writer, const char *key, double number);
+void json_put_numbers(struct json_writer *writer, const char *key, const double *numbers, size_t n);
+void json_put_integer(struct json_writer *writer, const char *key, uint64_t number);
+void json_put_bool(struct json_writer *writer, const char *key, bool value);
+
+json_t *json_text(const char *text);    /* malformed UTF-8 becomes '?'; NULL reads as "" */
+json_t *json_finite(double number);     /* null when it is not finite */
+json_t *json_numbers(const double *numbers, size_t count);
+
+/* The object, or NULL (and nothing leaked) when anything failed. */
+MUST_CHECK json_t *json_writer_take(struct json_writer *writer);
+
+/* Dumps and releases `json` (NULL gives NULL). malloc'ed; flags as json_dumps. */
+MUST_CHECK char *json_take_dump(json_t *json, size_t flags);
+
+#endif

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT */
+/* Render requests: wire names, defaults, and release. */
+#include "protocol/render_request.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define NAME_OF(index, ...)                           \
+    static const char *const names[] = {__VA_ARGS__}; \
+    return (index) >= 0 && (size_t)(index) < sizeof names / sizeof *names ? names[index] : NULL
+
+const char *request_fit_name(int fit)
+{
+    NAME_OF(fit, "front", "top", "right", "iso");
+}
+
+const char *request_light_type_name(int type)
+{
+    NAME_OF(type, "directional", "point", "spot");
+}
+
+const char *request_alpha_mode_name(int mode)
+{
+    NAME_OF(mode, "opaque", "mask", "blend");
+}
+
+const char *request_pass_through_name(int model)
+{
+    NAME_OF(model, "constant", "slab", "edge");
+}
+
+const char *request_tone_mapping_name(int mapping)
+{
+    NAME_OF(mapping, "neutral", "none");
+}
+
+const char *request_shadows_name(int shadows)
+{
+    NAME_OF(shadows, "auto", "none", "map", "deep", "deep-linked");
+}
+
+const char *request_transparency_name(int transparency)
+{
+    NAME_OF(transparency, "auto", "lists");
+}
+
+const char *request_light_lists_name(int light_lists)
+{
+    NAME_OF(light_lists, "auto", "clustered", "linked");
+}
+
+const char *request_blend_filter_name(int filter)
+{
+    NAME_OF(filter, "tint", "coverage", "kim");
+}
+
+const char *request_output_name(int output)
+{
+    NAME_OF(output, "color", "depth", "normal", "albedo", "node", "material");
+}
+
+const char *request_format_name(int format)
+{
+    NAME_OF(format, "any", "png", "jpeg", "webp", "exr");
+}
+
+void render_request_init_defaults(struct render_request *request)
+{
+    *request = (struct render_request){
+        .width = 1280,
+        .height = 720,
+        .quality = {.shadow_resolution = 1024, .shadow_taps = 4},
+        .outputs = 1u << REQUEST_OUTPUT_COLOR,
+    };
+}
+
+void render_request_finish(struct render_request *request)
+{
+    free(request->camera.node);
+    free(request->lights);
+    for (size_t i = 0; i < request->node_count; i++)
+        free(request->nodes[i].node);
+    free(request->nodes);
+    for (size_t i = 0; i < request->material_count; i++)
+        free(request->materials[i].material);
+    free(request->materials);
+    *request = (struct render_request){0};
+}

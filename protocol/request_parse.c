@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: MIT */
+/* Reading a render request: its own members, quality, and outputs. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/limits.h"
+#include "protocol/request_parts.h"
+
+static bool read_scene(const struct json_node *node, char scene[65])
+{
+    const char *name = NULL;
+    if (!json_expect_present(node) || !json_read_name(node, &name))
+        return false;
+    if (strlen(name) != 64 || strspn(name, "0123456789abcdef") != 64)
+        return json_refuse(node, ERROR_NOT_FOUND,
+                           "but scene ids are 64 lowercase hexadecimal digits");
+    memcpy(scene, name, 65);
+    return true;
+}
+
+/* ---- quality ---- */
+
+static bool read_techniques(const struct json_node *node, struct request_quality *quality)
+{
+    static const char *const planned_shadows[] = {"translucent", "stochastic", "colored-stochastic",
+                                                  "composited",  "volume",     "silhouette",
+                                                  "area",        "raytraced",  NULL};
+    const struct json_choice shadows = {.name = request_shadows_name, .planned = planned_shadows};
+    const struct json_choice transparency = {.name = request_transparency_name};
+    const struct json_choice light_lists = {.name = request_light_lists_name};
+    const struct json_choice filters = {.name = request_blend_filter_name};
+    struct json_node shadows_node = json_member(node, "shadows");
+    struct json_node transparency_node = json_member(node, "transparency");
+    struct json_node light_lists_node = json_member(node, "light_lists");
+    struct json_node filter_node = json_member(node, "blend_filter");
+    int shadow = 0, transparent = 0, light_list = 0, filter = 0;
+    if (!json_read_choice(&shadows_node, &shadows, &shadow) ||
+        !json_read_choice(&transparency_node, &transparency, &transparent) ||
+        !json_read_choice(&light_lists_node, &light_lists, &light_list) ||
+        !json_read_choice(&filter_node, &filters, &filter))
+        return false;
+    quality->shadows = (enum request_shadows)shadow;
+    quality->transparency = (enum request_transparency)transparent;
+    quality->light_lists = (enum request_light_lists)light_list;
+    quality->blend_filter = (enum request_blend_filter)filter;
+    return true;
+}
+
+bool request_read_quality(const struct json_node *node, struct request_quality *quality)
+{
+    static const char *const known[] = {
+        "shadows",           "transparency", "light_lists", "blend_filter",
+        "shadow_resolution", "shadow_taps",  "samples",     "faithful",
+        "max_error",         "budget_ms",    NULL};
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, known) || !read_techniques(node, quality))
+        return false;
+    struct json_node resolution = json_member(node, "shadow_resolution");
+    struct json_node taps = json_member(node, "shadow_taps");
+    struct json_node samples = json_member(node, "samples");
+    struct json_node faithful = json_member(node, "faithful");
+    struct json_node max_error = json_member(node, "max_error");
+    struct json_node budget_ms = json_member(node, "budget_ms");
+    if (!json_read_int(&resolution, 1, LIMIT_SHADOW_RESOLUTION, &quality->shadow_resolution) ||
+        !json_read_int(&taps, 1, 16, &quality->shadow_taps) ||
+        !json_read_int(&samples, 1, 4, &quality->samples) ||
+        !json_read_bool(&faithful, &quality->faithful) ||
+        !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||
+        !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms))
+        return false;
+    int n = quality->shadow_taps;
+    if (n != 1 && n != 4 && n != 9 && n != 16)
+        return json_refuse(&taps, ERROR_INVALID_REQUEST, "must be 1, 4, 9 or 16");
+    if (quality->samples != 0 && quality->samples != 1 && quality->samples != 4)
+        return json_refuse(&samples, ERROR_INVALID_REQUEST, "must be 1 or 4");
+    return true;
+}
+
+/* ---- the picture ---- */
+
+static bool read_clip_planes(const struct json_node *node, struct render_request *request)
+{
+    size_t count;
+    if (!json_expect_array(node, LIMIT_CLIP_PLANES, &count))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        struct json_node plane = json_element(node, i);
+        double *p = request->clip_planes[i];
+        if (!json_read_numbers(&plane, 4, -LIMIT_COORDINATE, LIMIT_COORDINATE, p))
+            return false;
+        if (fmax(fmax(fabs(p[0]), fabs(p[1])), fabs(p[2])) < 1e-15)
+            return json_refuse(&plane, ERROR_INVALID_REQUEST,
+                               "but its first three numbers, the normal, must not be zero");
+    }
+    request->clip_plane_count = count;
+    return true;
+}
+
+static bool read_environment(const struct json_node *node, struct render_request *request)
+{
+    static const char *const known[] = {"sky", "ground", NULL};
+    request->has_environment = node->value;
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, known))
+        return false;
+    struct json_node sky = json_member(node, "sky"), ground = json_member(node, "ground");
+    return json_read_numbers(&sky, 3, 0, LIMIT_INTENSITY, request->sky) &&
+           json_read_numbers(&ground, 3, 0, LIMIT_INTENSITY, request->ground);
+}
+
+static bool read_background(const struct json_node *node, double *background)
+{
+    if (!json_read_numbers(node, 4, 0, LIMIT_INTENSITY, background))
+        return false;
+    if (background[3] > 1) {
+        struct json_node alpha = json_element(node, 3);
+        return json_refuse(&alpha, ERROR_INVALID_REQUEST, "alpha must be from 0 to 1");
+    }
+    return true;
+}
+
+/* ---- outputs and format ---- */
+
+static bool read_output(const struct json_node *node, uint32_t *outputs)
+{
+    static const char *const planned[] = {"position", "transmittance", "lights", NULL};
+    const struct json_choice choice = {.name = request_output_name, .planned = planned};
+    int index = 0;
+    if (!json_read_choice(node, &choice, &index))
+        return false;
+    if (*outputs & 1u << index)
+        return json_refuse(node, ERROR_INVALID_REQUEST, "for the second time");
+    *outputs |= 1u << index;
+    return true;
+}
+
+static bool read_outputs(const struct json_node *root, struct render_request *request)
+{
+    struct json_node output = json_member(root, "output"), outputs = json_member(root, "outputs");
+    size_t count;
+    uint32_t found = 0;
+    if (output.value && outputs.value)
+        return json_refuse(&outputs, ERROR_INVALID_REQUEST, "but 'output' is given already");
+    if (output.value && !read_output(&output, &found))
+        return false;
+    if (!json_expect_array(&outputs, LIMIT_OUTPUTS, &count))
+        return false;
+    if (outputs.value && count == 0)
+        return json_refuse(&outputs, ERROR_INVALID_REQUEST, "at least one output is needed");
+    for (size_t i = 0; i < count; i++) {
+        struct json_node element = json_element(&outputs, i);
+        if (!read_output(&element, &found))
+            return false;
+    }
+    if (found)
+        request->outputs = found;
+    return true;
+}
+
+static bool read_format(const struct json_node *root, struct render_request *request)
+{
+    const struct json_choice choice = {.name = request_format_name, .first = REQUEST_FORMAT_PNG};
+    struct json_node format = json_member(root, "format");
+    struct json_node quality = json_member(root, "quality_percent");
+    int index = REQUEST_FORMAT_ANY;
+    if (!json_read_choice(&format, &choice, &index) ||
+        !json_read_int(&quality, 1, 100, &request->quality_percent))
+        return false;
+    request->format = (enum request_format)index;
+    bool is_lossless = index == REQUEST_FORMAT_PNG || index == REQUEST_FORMAT_EXR;
+    if (quality.value && is_lossless)
+        return json_refuse(&quality, ERROR_INVALID_REQUEST, "but %s is lossless",
+                           request_format_name(index));
+    bool has_several = request->outputs & (request->outputs - 1);
+    if (has_several && index == REQUEST_FORMAT_ANY)
+        request->format = REQUEST_FORMAT_EXR;
+    else if (has_several && index != REQUEST_FORMAT_EXR)
+        return json_refuse(&format, ERROR_INVALID_REQUEST,
+                           "which holds one output; several need \"exr\"");
+    return true;
+}
+
+/* ---- the whole ---- */
+
+static bool read_members(const struct json_node *root, struct render_request *request)
+{
+    const struct json_choice mappings = {.name = request_tone_mapping_name};
+    struct json_node scene = json_member(root, "scene");
+    struct json_node width = json_member(root, "width"), height = json_member(root, "height");
+    struct json_node scene_lights = json_member(root, "scene_lights");
+    struct json_node animation = json_member(root, "animation");
+    struct json_node background = json_member(root, "background");
+    struct json_node exposure = json_member(root, "exposure_ev");
+    struct json_node mapping = json_member(root, "tone_mapping");
+    bool has_scene_lights = true;
+    int mapping_index = 0;
+    if (!read_scene(&scene, request->scene) ||
+        !json_read_int(&width, 1, LIMIT_IMAGE_SIDE_PX, &request->width) ||
+        !json_read_int(&height, 1, LIMIT_IMAGE_SIDE_PX, &request->height) ||
+        !json_read_bool(&scene_lights, &has_scene_lights) ||
+        !read_background(&background, request->background) ||
+        !json_read_number(&exposure, -64, 64, &request->exposure_ev) ||
+        !json_read_choice(&mapping, &mappings, &mapping_index))
+        return false;
+    if (animation.value)
+        return json_refuse(&animation, ERROR_UNSUPPORTED,
+                           "but this version does not animate; leave it out or null");
+    request->ignore_scene_lights = !has_scene_lights;
+    request->tone_mapping = (enum request_tone_mapping)mapping_index;
+    return true;
+}
+
+static bool read_request(const struct json_node *root, struct render_request *request)
+{
+    static const char *const known[] = {
+        "scene",        "width",        "height",          "camera",    "lights",
+        "scene_lights", "overrides",    "clip_planes",     "animation", "background",
+        "exposure_ev",  "tone_mapping", "environment",     "quality",   "output",
+        "outputs",      "format",       "quality_percent", NULL};
+    if (!json_expect_object(root, known) || !read_members(root, request))
+        return false;
+    struct json_node camera = json_member(root, "camera"), lights = json_member(root, "lights");
+    struct json_node overrides = json_member(root, "overrides");
+    struct json_node clip_planes = json_member(root, "clip_planes");
+    struct json_node environment = json_member(root, "environment");
+    struct json_node quality = json_member(root, "quality");
+    return request_read_camera(&camera, &request->camera) &&
+           request_read_lights(&lights, request) && request_read_overrides(&overrides, request) &&
+           read_clip_planes(&clip_planes, request) && read_environment(&environment, request) &&
+           request_read_quality(&quality, &request->quality) && read_outputs(root, request) &&
+           read_format(root, request);
+}
+
+bool render_request_parse(const char *json, size_t length, struct render_request *request,
+                          struct error *err)
+{
+    *request = (struct render_request){0};
+    json_t *value = json_load_checked(json, length, LIMIT_REQUEST_JSON_BYTES, err);
+    if (!value)
+        return false;
+    struct json_node root = json_root(value, err);
+    render_request_init_defaults(request);
+    bool is_read = read_request(&root, request);
+    json_decref(value);
+    if (!is_read)
+        render_request_finish(request);
+    return is_read;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* The parts of a render request that are read on their own. Internal to the parser. */
+#ifndef VITRAIL_PROTOCOL_REQUEST_PARTS_H
+#define VITRAIL_PROTOCOL_REQUEST_PARTS_H
+
+#include "protocol/json_read.h"
+#include "protocol/render_request.h"
+
+/* Each reads its member of the root into the request, whose defaults are in place. What they own is
+ * released by render_request_finish, also after a failure. */
+MUST_CHECK bool request_read_camera(const struct json_node *node, struct request_camera *camera);
+MUST_CHECK bool request_read_lights(const struct json_node *node, struct render_request *request);
+MUST_CHECK bool request_read_overrides(const struct json_node *node,
+                                       struct render_request *request);
+MUST_CHECK bool request_read_quality(const struct json_node *node, struct request_quality *quality);
+
+/* A direction: three finite numbers that are not all (nearly) zero. */
+MUST_CHECK bool request_read_direction(const struct json_node *node, double *direction);
+
+/* 16 numbers, column-major: affine and invertible. */
+MUST_CHECK bool request_read_matrix(const struct json_node *node, double *matrix);
+
+#endif

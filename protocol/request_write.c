@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: MIT */
+/* Writing a render request as canonical JSON. */
+#include "protocol/json_write.h"
+#include "protocol/render_request.h"
+
+/* A number for which 0 means "not given". */
+static void put_number_or_null(struct json_writer *writer, const char *key, double number)
+{
+    json_put(writer, key, number != 0 ? json_finite(number) : json_null());
+}
+
+static json_t *write_camera(const struct request_camera *camera)
+{
+    struct json_writer writer = json_writer_begin();
+    switch (camera->kind) {
+    case REQUEST_CAMERA_DEFAULT:
+        break;
+    case REQUEST_CAMERA_NODE:
+        json_put_text(&writer, "node", camera->node);
+        break;
+    case REQUEST_CAMERA_LOOK_AT:
+        json_put_numbers(&writer, "eye", camera->eye, 3);
+        json_put_numbers(&writer, "target", camera->target, 3);
+        if (camera->up[0] != 0 || camera->up[1] != 0 || camera->up[2] != 0)
+            json_put_numbers(&writer, "up", camera->up, 3);
+        break;
+    case REQUEST_CAMERA_MATRIX:
+        json_put_numbers(&writer, "matrix", camera->matrix, 16);
+        break;
+    case REQUEST_CAMERA_FIT:
+        json_put_text(&writer, "fit", request_fit_name((int)camera->fit));
+        break;
+    }
+    put_number_or_null(&writer, "fov_y_deg", camera->fov_y_deg);
+    put_number_or_null(&writer, "ortho_height", camera->ortho_height);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_light(const struct request_light *light)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "type", request_light_type_name((int)light->type));
+    if (light->type != REQUEST_LIGHT_DIRECTIONAL)
+        json_put_numbers(&writer, "position", light->position, 3);
+    if (light->type != REQUEST_LIGHT_POINT)
+        json_put_numbers(&writer, "direction", light->direction, 3);
+    json_put_numbers(&writer, "color", light->color, 3);
+    json_put_number(&writer, "intensity", light->intensity);
+    if (light->type == REQUEST_LIGHT_SPOT) {
+        json_put_number(&writer, "inner_cone_deg", light->inner_cone_deg);
+        json_put_number(&writer, "outer_cone_deg", light->outer_cone_deg);
+    }
+    if (light->type != REQUEST_LIGHT_DIRECTIONAL)
+        json_put_number(&writer, "range", light->range);
+    json_put_bool(&writer, "shadow", !light->casts_no_shadow);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_lights(const struct render_request *request)
+{
+    json_t *lights = json_array();
+    bool has_failed = !lights;
+    for (size_t i = 0; i < request->light_count; i++)
+        json_append(lights, write_light(&request->lights[i]), &has_failed);
+    return json_take_unless(lights, has_failed);
+}
+
+static json_t *write_nodes(const struct render_request *request)
+{
+    struct json_writer nodes = json_writer_begin();
+    for (size_t i = 0; i < request->node_count; i++) {
+        const struct request_node_override *override = &request->nodes[i];
+        struct json_writer writer = json_writer_begin();
+        if (override->has_visible)
+            json_put_bool(&writer, "visible", override->visible);
+        if (override->has_matrix)
+            json_put_numbers(&writer, "matrix", override->matrix, 16);
+        json_put(&nodes, override->node, json_writer_take(&writer));
+    }
+    return json_writer_take(&nodes);
+}
+
+static json_t *write_pass_through(const struct request_material_override *override)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "model", request_pass_through_name((int) override->pass_through));
+    if (override->pass_through == REQUEST_PASS_EDGE) {
+        json_put_numbers(&writer, "edge_color", override->edge_color, 3);
+        json_put_number(&writer, "edge_exponent", override->edge_exponent);
+    }
+    return json_writer_take(&writer);
+}
+
+static json_t *write_material(const struct request_material_override *o)
+{
+    struct json_writer writer = json_writer_begin();
+    if (o->has_base_color)
+        json_put_numbers(&writer, "base_color", o->base_color, 4);
+    if (o->has_metallic)
+        json_put_number(&writer, "metallic", o->metallic);
+    if (o->has_roughness)
+        json_put_number(&writer, "roughness", o->roughness);
+    if (o->has_emissive)
+        json_put_numbers(&writer, "emissive", o->emissive, 3);
+    if (o->has_transmission)
+        json_put_number(&writer, "transmission", o->transmission);
+    if (o->has_ior)
+        json_put_number(&writer, "ior", o->ior);
+    if (o->has_thickness)
+        json_put_number(&writer, "thickness", o->thickness);
+    if (o->has_attenuation) {
+        json_put_numbers(&writer, "attenuation_color", o->attenuation_color, 3);
+        json_put_number(&writer, "attenuation_distance", o->attenuation_distance);
+    }
+    if (o->has_alpha_mode)
+        json_put_text(&writer, "alpha_mode", request_alpha_mode_name((int)o->alpha_mode));
+    if (o->has_pass_through)
+        json_put(&writer, "pass_through", write_pass_through(o));
+    if (o->has_self_shadow)
+        json_put_bool(&writer, "self_shadow", o->self_shadow);
+    if (o->has_cast_once)
+        json_put_bool(&writer, "cast_once", o->cast_once);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_overrides(const struct render_request *request)
+{
+    struct json_writer writer = json_writer_begin(), materials = json_writer_begin();
+    for (size_t i = 0; i < request->material_count; i++)
+        json_put(&materials, request->materials[i].material,
+                 write_material(&request->materials[i]));
+    json_put(&writer, "nodes", write_nodes(request));
+    json_put(&writer, "materials", json_writer_take(&materials));
+    return json_writer_take(&writer);
+}
+
+static json_t *write_clip_planes(const struct render_request *request)
+{
+    json_t *planes = json_array();
+    bool has_failed = !planes;
+    for (size_t i = 0; i < request->clip_plane_count; i++)
+        json_append(planes, json_numbers(request->clip_planes[i], 4), &has_failed);
+    return json_take_unless(planes, has_failed);
+}
+
+static json_t *write_environment(const struct render_request *request)
+{
+    if (!request->has_environment)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_numbers(&writer, "sky", request->sky, 3);
+    json_put_numbers(&writer, "ground", request->ground, 3);
+    return json_writer_take(&writer);
+}
+
+static json_t *integer_or_null(int number)
+{
+    return number ? json_integer(number) : json_null();
+}
+
+static json_t *write_quality(const struct request_quality *quality)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "shadows", request_shadows_name((int)quality->shadows));
+    json_put_text(&writer, "transparency", request_transparency_name((int)quality->transparency));
+    json_put_text(&writer, "light_lists", request_light_lists_name((int)quality->light_lists));
+    json_put_text(&writer, "blend_filter", request_blend_filter_name((int)quality->blend_filter));
+    json_put(&writer, "shadow_resolution", integer_or_null(quality->shadow_resolution));
+    json_put(&writer, "shadow_taps", integer_or_null(quality->shadow_taps));
+    json_put(&writer, "samples", integer_or_null(quality->samples));
+    json_put_bool(&writer, "faithful", quality->faithful);
+    put_number_or_null(&writer, "max_error", quality->max_error);
+    put_number_or_null(&writer, "budget_ms", quality->budget_ms);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_outputs(const struct render_request *request)
+{
+    json_t *outputs = json_array();
+    bool has_failed = !outputs;
+    for (int i = 0; i < REQUEST_OUTPUT_COUNT; i++)
+        if (request->outputs & 1u << i)
+            json_append(outputs, json_string(request_output_name(i)), &has_failed);
+    return json_take_unless(outputs, has_failed);
+}
+
+char *render_request_to_json(const struct render_request *request)
+{
+    bool has_format = request->format != REQUEST_FORMAT_ANY;
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "scene", request->scene);
+    json_put(&writer, "width", json_integer(request->width));
+    json_put(&writer, "height", json_integer(request->height));
+    json_put(&writer, "camera", write_camera(&request->camera));
+    json_put(&writer, "lights", write_lights(request));
+    json_put_bool(&writer, "scene_lights", !request->ignore_scene_lights);
+    json_put(&writer, "overrides", write_overrides(request));
+    json_put(&writer, "clip_planes", write_clip_planes(request));
+    json_put_numbers(&writer, "background", request->background, 4);
+    json_put_number(&writer, "exposure_ev", request->exposure_ev);
+    json_put_text(&writer, "tone_mapping", request_tone_mapping_name((int)request->tone_mapping));
+    json_put(&writer, "environment", write_environment(request));
+    json_put(&writer, "quality", write_quality(&request->quality));
+    json_put(&writer, "outputs", write_outputs(request));
+    json_put(&writer, "format",
+             has_format ? json_text(request_format_name((int)request->format)) : json_null());
+    json_put(&writer, "quality_percent", integer_or_null(request->quality_percent));
+    return json_take_dump(json_writer_take(&writer), JSON_COMPACT | JSON_REAL_PRECISION(17));
+}

@@ -1,0 +1,359 @@
+/* SPDX-License-Identifier: MIT */
+/* Scene summaries as JSON, both ways. */
+#include "protocol/scene_summary.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "protocol/json_read.h"
+#include "protocol/json_write.h"
+
+enum { SUMMARY_JSON_BYTES_MAX = 64 << 20 /* six full lists of the longest names that we write */ };
+
+static const char *light_type_name(int type)
+{
+    static const char *const names[] = {"directional", "point", "spot"};
+    return type >= 0 && type < 3 ? names[type] : NULL;
+}
+
+static const char *camera_type_name(int type)
+{
+    static const char *const names[] = {"perspective", "orthographic"};
+    return type >= 0 && type < 2 ? names[type] : NULL;
+}
+
+/* ---- lists ---- */
+
+/* Room for one more of size_bytes each; capacities are powers of two, known from the count. */
+static bool list_grow(void **items, size_t count, size_t size_bytes, struct error *err)
+{
+    if (count & (count - 1) && count > 0)
+        return true;
+    size_t capacity = count ? 2 * count : 1;
+    void *grown = reallocarray(*items, capacity, size_bytes);
+    if (!grown)
+        return error_set(err, ERROR_NO_MEMORY, "a list of %zu names", capacity);
+    *items = grown;
+    return true;
+}
+
+bool name_list_add(struct name_list *list, const char *name, struct error *err)
+{
+    void *names = list->names;
+    char *copy = strdup(name);
+    if (!copy || !list_grow(&names, list->count, sizeof *list->names, err)) {
+        free(copy);
+        return error_set(err, ERROR_NO_MEMORY, "name '%.40s'", name);
+    }
+    list->names = names;
+    list->names[list->count++] = copy;
+    return true;
+}
+
+void name_list_finish(struct name_list *list)
+{
+    for (size_t i = 0; i < list->count; i++)
+        free(list->names[i]);
+    free(list->names);
+    *list = (struct name_list){0};
+}
+
+static bool item_add(struct summary_item **items, size_t *count, const char *name,
+                     const char *(*type_name)(int), const char *type, struct error *err)
+{
+    int index = 0;
+    while (type_name(index) && strcmp(type_name(index), type) != 0)
+        index++;
+    if (!type_name(index))
+        return error_set(err, ERROR_INVALID_REQUEST, "'%.40s' has the unknown type '%.40s'", name,
+                         type);
+    void *grown = *items;
+    char *copy = strdup(name);
+    if (!copy || !list_grow(&grown, *count, sizeof **items, err)) {
+        free(copy);
+        return error_set(err, ERROR_NO_MEMORY, "name '%.40s'", name);
+    }
+    *items = grown;
+    (*items)[(*count)++] = (struct summary_item){.name = copy, .type = type_name(index)};
+    return true;
+}
+
+bool scene_summary_add_light(struct scene_summary *summary, const char *name, const char *type,
+                             struct error *err)
+{
+    return item_add(&summary->lights, &summary->light_list_count, name, light_type_name, type, err);
+}
+
+bool scene_summary_add_camera(struct scene_summary *summary, const char *name, const char *type,
+                              struct error *err)
+{
+    return item_add(&summary->cameras, &summary->camera_list_count, name, camera_type_name, type,
+                    err);
+}
+
+void scene_summary_finish(struct scene_summary *summary)
+{
+    free(summary->name);
+    name_list_finish(&summary->materials);
+    name_list_finish(&summary->node_names);
+    name_list_finish(&summary->extensions_used);
+    name_list_finish(&summary->extensions_ignored);
+    name_list_finish(&summary->warnings);
+    for (size_t i = 0; i < summary->light_list_count; i++)
+        free(summary->lights[i].name);
+    for (size_t i = 0; i < summary->camera_list_count; i++)
+        free(summary->cameras[i].name);
+    free(summary->lights);
+    free(summary->cameras);
+    *summary = (struct scene_summary){0};
+}
+
+/* ---- plain counts, one list for both directions ---- */
+
+struct count_member {
+    const char *key;
+    size_t offset;
+};
+static const struct count_member count_members[] = {
+    {"triangles", offsetof(struct scene_summary, triangles)},
+    {"vertices", offsetof(struct scene_summary, vertices)},
+    {"nodes", offsetof(struct scene_summary, nodes)},
+    {"meshes", offsetof(struct scene_summary, meshes)},
+    {"primitives", offsetof(struct scene_summary, primitives)},
+    {"textures", offsetof(struct scene_summary, textures)},
+    {"images", offsetof(struct scene_summary, images)},
+    {"animations", offsetof(struct scene_summary, animations)},
+    {"material_count", offsetof(struct scene_summary, material_count)},
+    {"light_count", offsetof(struct scene_summary, light_count)},
+    {"camera_count", offsetof(struct scene_summary, camera_count)},
+};
+enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
+
+/* ---- writing ---- */
+
+static json_t *write_names(const struct name_list *list)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (size_t i = 0; i < list->count; i++)
+        json_append(array, json_text(list->names[i]), &has_failed);
+    return json_take_unless(array, has_failed);
+}
+
+static json_t *write_items(const struct summary_item *items, size_t count)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (size_t i = 0; i < count; i++) {
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "name", items[i].name);
+        json_put_text(&writer, "type", items[i].type);
+        json_append(array, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(array, has_failed);
+}
+
+static json_t *write_bounds(const struct scene_summary *summary)
+{
+    if (!summary->has_bounds)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_numbers(&writer, "min", summary->bounds_min, 3);
+    json_put_numbers(&writer, "max", summary->bounds_max, 3);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_bytes(const struct scene_summary *summary)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_integer(&writer, "upload", summary->upload_bytes);
+    json_put_integer(&writer, "decoded", summary->decoded_bytes);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_extensions(const struct scene_summary *summary)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put(&writer, "used", write_names(&summary->extensions_used));
+    json_put(&writer, "ignored", write_names(&summary->extensions_ignored));
+    return json_writer_take(&writer);
+}
+
+/* RFC 3339 in UTC; null when the time was never set or has no calendar date. */
+static json_t *write_time(int64_t unix_s)
+{
+    char text[64];
+    time_t time = (time_t)unix_s;
+    struct tm utc;
+    if (unix_s == 0 || !gmtime_r(&time, &utc) ||
+        strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) == 0)
+        return json_null();
+    return json_string(text);
+}
+
+json_t *scene_summary_to_json(const struct scene_summary *summary)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "id", summary->id);
+    json_put_text_or_null(&writer, "name", summary->name);
+    for (int i = 0; i < COUNT_MEMBERS; i++) {
+        uint64_t count;
+        memcpy(&count, (const char *)summary + count_members[i].offset, sizeof count);
+        json_put_integer(&writer, count_members[i].key, count);
+    }
+    json_put(&writer, "materials", write_names(&summary->materials));
+    json_put(&writer, "lights", write_items(summary->lights, summary->light_list_count));
+    json_put(&writer, "cameras", write_items(summary->cameras, summary->camera_list_count));
+    json_put(&writer, "node_names", write_names(&summary->node_names));
+    json_put(&writer, "bounds", write_bounds(summary));
+    json_put(&writer, "bytes", write_bytes(summary));
+    json_put(&writer, "extensions", write_extensions(summary));
+    json_put(&writer, "warnings", write_names(&summary->warnings));
+    json_put(&writer, "created", write_time(summary->created_unix_s));
+    return json_writer_take(&writer);
+}
+
+char *scene_summary_to_json_text(const struct scene_summary *summary)
+{
+    return json_take_dump(scene_summary_to_json(summary), JSON_COMPACT | JSON_REAL_PRECISION(17));
+}
+
+/* ---- reading ---- */
+
+static bool read_string(const struct json_node *node, const char **text)
+{
+    if (!json_is_string(node->value))
+        return json_refuse(node, ERROR_INVALID_REQUEST, "must be a string");
+    *text = json_string_value(node->value);
+    return true;
+}
+
+static bool read_names(const struct json_node *node, struct name_list *list)
+{
+    size_t count;
+    if (!json_expect_array(node, SCENE_SUMMARY_NAMES_MAX, &count))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        struct json_node element = json_element(node, i);
+        const char *name;
+        if (!read_string(&element, &name) || !name_list_add(list, name, node->err))
+            return false;
+    }
+    return true;
+}
+
+static bool read_items(const struct json_node *node,
+                       bool (*add)(struct scene_summary *, const char *name, const char *type,
+                                   struct error *),
+                       struct scene_summary *summary)
+{
+    size_t count;
+    if (!json_expect_array(node, SCENE_SUMMARY_NAMES_MAX, &count))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        struct json_node element = json_element(node, i);
+        if (!json_expect_object(&element, NULL))
+            return false;
+        struct json_node name = json_member(&element, "name");
+        struct json_node type = json_member(&element, "type");
+        const char *name_text, *type_text;
+        if (!read_string(&name, &name_text) || !read_string(&type, &type_text) ||
+            !add(summary, name_text, type_text, node->err))
+            return false;
+    }
+    return true;
+}
+
+static bool read_counts(const struct json_node *root, struct scene_summary *summary)
+{
+    for (int i = 0; i < COUNT_MEMBERS; i++) {
+        struct json_node member = json_member(root, count_members[i].key);
+        uint64_t count = 0;
+        if (!json_read_uint64(&member, &count))
+            return false;
+        memcpy((char *)summary + count_members[i].offset, &count, sizeof count);
+    }
+    return true;
+}
+
+static bool read_parts(const struct json_node *root, struct scene_summary *summary)
+{
+    struct json_node bounds = json_member(root, "bounds"), bytes = json_member(root, "bytes");
+    struct json_node extensions = json_member(root, "extensions");
+    struct json_node min = json_member(&bounds, "min"), max = json_member(&bounds, "max");
+    struct json_node upload = json_member(&bytes, "upload");
+    struct json_node decoded = json_member(&bytes, "decoded");
+    struct json_node used = json_member(&extensions, "used");
+    struct json_node ignored = json_member(&extensions, "ignored");
+    summary->has_bounds = bounds.value;
+    if (bounds.value && (!json_expect_object(&bounds, NULL) || !json_expect_present(&min) ||
+                         !json_expect_present(&max)))
+        return false;
+    return json_read_numbers(&min, 3, -DBL_MAX, DBL_MAX, summary->bounds_min) &&
+           json_read_numbers(&max, 3, -DBL_MAX, DBL_MAX, summary->bounds_max) &&
+           json_read_uint64(&upload, &summary->upload_bytes) &&
+           json_read_uint64(&decoded, &summary->decoded_bytes) &&
+           read_names(&used, &summary->extensions_used) &&
+           read_names(&ignored, &summary->extensions_ignored);
+}
+
+static bool read_created(const struct json_node *node, int64_t *unix_s)
+{
+    if (!node->value)
+        return true;
+    const char *text = "";
+    struct tm utc = {0};
+    if (!read_string(node, &text))
+        return false;
+    const char *end = strptime(text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    if (!end || *end)
+        return json_refuse(node, ERROR_INVALID_REQUEST, "must be like 2026-01-31T12:00:00Z");
+    *unix_s = timegm(&utc);
+    return true;
+}
+
+static bool read_summary(const struct json_node *root, struct scene_summary *summary)
+{
+    if (!json_expect_object(root, NULL))
+        return false;
+    struct json_node id = json_member(root, "id"), name = json_member(root, "name");
+    struct json_node materials = json_member(root, "materials");
+    struct json_node node_names = json_member(root, "node_names");
+    struct json_node lights = json_member(root, "lights"), cameras = json_member(root, "cameras");
+    struct json_node warnings = json_member(root, "warnings");
+    struct json_node created = json_member(root, "created");
+    const char *name_text = NULL;
+    if (name.value && !read_string(&name, &name_text))
+        return false;
+    if (name_text && !(summary->name = strdup(name_text)))
+        return error_set(root->err, ERROR_NO_MEMORY, "name of a scene");
+    return json_read_text(&id, summary->id, sizeof summary->id) && read_counts(root, summary) &&
+           read_names(&materials, &summary->materials) &&
+           read_names(&node_names, &summary->node_names) &&
+           read_items(&lights, scene_summary_add_light, summary) &&
+           read_items(&cameras, scene_summary_add_camera, summary) && read_parts(root, summary) &&
+           read_names(&warnings, &summary->warnings) &&
+           read_created(&created, &summary->created_unix_s);
+}
+
+bool scene_summary_from_json(json_t *json, struct scene_summary *summary, struct error *err)
+{
+    *summary = (struct scene_summary){0};
+    struct json_node root = json_root(json, err);
+    if (read_summary(&root, summary))
+        return true;
+    scene_summary_finish(summary);
+    return false;
+}
+
+bool scene_summary_from_json_text(const char *json, size_t length, struct scene_summary *summary,
+                                  struct error *err)
+{
+    *summary = (struct scene_summary){0};
+    json_t *value = json_load_checked(json, length, SUMMARY_JSON_BYTES_MAX, err);
+    bool is_read = value && scene_summary_from_json(value, summary, err);
+    json_decref(value);
+    return is_read;
+}

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: MIT */
+/* From the renderer to the wire: frame reports to stats, scenes to summaries, devices to
+ * capabilities. */
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "protocol/utf8.h"
+#include "server/view_mapping.h"
+
+static_assert((int)FRAME_STATS_PASSES_MAX >= (int)REPORT_PASSES_MAX, "passes do not fit");
+static_assert((int)FRAME_STATS_BYTES_MAX >= (int)REPORT_BYTES_MAX, "bytes do not fit");
+static_assert((int)FRAME_STATS_REUSED_MAX >= (int)REPORT_REUSED_MAX, "reused does not fit");
+static_assert((int)FRAME_STATS_WARNINGS_MAX >= (int)REPORT_WARNINGS_MAX + 4, "warnings do not fit");
+
+/* ---- frame report ---- */
+
+static void copy_plan(const struct frame_report *report, struct frame_stats *stats)
+{
+    for (int i = 0; i < report->pass_count; i++) {
+        const struct report_pass *from = &report->passes[i];
+        struct frame_stats_pass *to = &stats->plan[i];
+        utf8_copy(to->pass, sizeof to->pass, from->pass);
+        utf8_copy(to->because, sizeof to->because, from->because);
+        utf8_copy(to->technique, sizeof to->technique, from->technique);
+        to->ms = from->ms;
+    }
+    stats->plan_count = report->pass_count;
+}
+
+static void copy_counts(const struct frame_report *report, struct frame_stats *stats)
+{
+    stats->counts.lights = report->counts.lights;
+    stats->counts.shadowed_lights = report->counts.shadowed_lights;
+    stats->counts.draws = report->counts.draws;
+    stats->counts.triangles = report->counts.triangles;
+    stats->counts.events = report->counts.events;
+    stats->counts.longest_list = report->counts.longest_list;
+    stats->counts.mean_list = report->counts.mean_list;
+    stats->counts.lookups = report->counts.lookups;
+    stats->counts.transparent_fragments = report->counts.transparent_fragments;
+    stats->counts.longest_pixel_list = report->counts.longest_pixel_list;
+    stats->counts.light_list_entries = report->counts.light_list_entries;
+    stats->counts.shadow_maps_built = report->counts.shadow_maps_built;
+    stats->counts.shadow_maps_reused = report->counts.shadow_maps_reused;
+}
+
+static void copy_lists(const struct frame_report *report, struct frame_stats *stats)
+{
+    for (int i = 0; i < report->byte_count; i++) {
+        utf8_copy(stats->bytes[i].structure, sizeof stats->bytes[i].structure,
+                  report->bytes[i].structure);
+        stats->bytes[i].bytes = report->bytes[i].bytes;
+    }
+    for (int i = 0; i < report->reused_count; i++)
+        utf8_copy(stats->reused[i], sizeof stats->reused[i], report->reused[i]);
+    for (int i = 0; i < report->warning_count; i++)
+        utf8_copy(stats->warnings[i], sizeof stats->warnings[i], report->warnings[i]);
+    stats->byte_count = report->byte_count;
+    stats->reused_count = report->reused_count;
+    stats->warning_count = report->warning_count;
+}
+
+/* The user asked for a promise that nobody makes yet: say so instead of staying silent. */
+static void warn_of_unused(const struct request_quality *quality, struct frame_stats *stats)
+{
+    if (quality->budget_ms > 0)
+        frame_stats_warn(stats, "budget_ms %.6g was not used: this version does not choose by time",
+                         quality->budget_ms);
+    if (quality->max_error > 0 && !stats->has_error)
+        frame_stats_warn(stats,
+                         "max_error %.6g is not promised: the error of the techniques used is "
+                         "not known",
+                         quality->max_error);
+}
+
+void frame_stats_from_report(const struct render_request *request,
+                             const struct frame_report *report, const char *device,
+                             struct frame_stats *stats)
+{
+    *stats = (struct frame_stats){.width = request->width, .height = request->height};
+    utf8_copy(stats->scene, sizeof stats->scene, request->scene);
+    utf8_copy(stats->device, sizeof stats->device, device);
+    copy_plan(report, stats);
+    copy_counts(report, stats);
+    copy_lists(report, stats);
+    stats->timings_ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];
+    stats->timings_ms[FRAME_TIMING_LIGHT_LIST] = report->stage_ms[REPORT_LIGHT_LIST];
+    stats->timings_ms[FRAME_TIMING_SHADE] = report->stage_ms[REPORT_SHADE];
+    stats->timings_ms[FRAME_TIMING_READBACK] = report->stage_ms[REPORT_READBACK];
+    stats->timings_ms[FRAME_TIMING_TOTAL] = report->total_ms;
+    if (report->error_is_exact) {
+        stats->has_error = true;
+        stats->error_source = FRAME_ERROR_EXACT;
+        utf8_copy(stats->error_metric, sizeof stats->error_metric, "transmittance");
+    }
+    warn_of_unused(&request->quality, stats);
+}
+
+/* ---- scene ---- */
+
+static bool add_strings(const struct scene *scene, const uint32_t *offsets, uint32_t count,
+                        struct name_list *list, struct error *err)
+{
+    for (uint32_t i = 0; i < count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+        if (!name_list_add(list, scene->strings + offsets[i], err))
+            return false;
+    return true;
+}
+
+static const char *light_type(uint32_t type)
+{
+    return request_light_type_name((int)type); /* same order, asserted in view_mapping.c */
+}
+
+static bool add_names(const struct scene *scene, struct scene_summary *summary, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->material_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+        if (!name_list_add(&summary->materials, scene->strings + scene->materials[i].name, err))
+            return false;
+    for (uint32_t i = 0; i < scene->node_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+        if (!name_list_add(&summary->node_names, scene->strings + scene->nodes[i].name, err))
+            return false;
+    return add_strings(scene, scene->extensions_used, scene->extension_used_count,
+                       &summary->extensions_used, err) &&
+           add_strings(scene, scene->extensions_ignored, scene->extension_ignored_count,
+                       &summary->extensions_ignored, err) &&
+           add_strings(scene, scene->warnings, scene->warning_count, &summary->warnings, err);
+}
+
+/* Lights and cameras are listed as they stand in the scene: once per node that carries one, under
+ * the name by which a request can say it. */
+static bool add_items(const struct scene *scene, struct scene_summary *summary, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+        const struct scene_node *node = &scene->nodes[i];
+        const char *name = scene->strings + node->name;
+        if (node->light >= 0 && summary->light_count++ < SCENE_SUMMARY_NAMES_MAX &&
+            !scene_summary_add_light(summary, name, light_type(scene->lights[node->light].type),
+                                     err))
+            return false;
+        if (node->camera < 0)
+            continue;
+        bool is_ortho = scene->cameras[node->camera].is_orthographic;
+        if (summary->camera_count++ < SCENE_SUMMARY_NAMES_MAX &&
+            !scene_summary_add_camera(summary, name, is_ortho ? "orthographic" : "perspective",
+                                      err))
+            return false;
+    }
+    return true;
+}
+
+bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *summary,
+                              struct error *err)
+{
+    const struct scene_header *header = scene->header;
+    summary->triangles = header->triangle_count;
+    summary->vertices = scene->vertex_count;
+    summary->nodes = scene->node_count;
+    summary->meshes = scene->mesh_count;
+    summary->primitives = scene->primitive_count;
+    summary->textures = scene->texture_count;
+    summary->images = scene->image_count;
+    summary->animations = header->animation_count;
+    summary->material_count = scene->material_count;
+    summary->has_bounds = header->bounds_min[0] <= header->bounds_max[0];
+    memcpy(summary->bounds_min, header->bounds_min, sizeof summary->bounds_min);
+    memcpy(summary->bounds_max, header->bounds_max, sizeof summary->bounds_max);
+    summary->decoded_bytes = header->size_bytes;
+    if (add_names(scene, summary, err) && add_items(scene, summary, err))
+        return true;
+    scene_summary_finish(summary);
+    return false;
+}
+
+/* ---- device ---- */
+
+void device_capabilities_from_info(const struct renderer_info *info,
+                                   struct device_capabilities *device)
+{
+    *device = (struct device_capabilities){
+        .device_count = info->device_count,
+        .max_texture_size = info->max_texture_size,
+        .max_samples = info->max_samples,
+        .max_storage_block_bytes = info->max_storage_block_bytes,
+        .gpu_budget_bytes = info->budget_bytes,
+        .gpu_used_bytes = info->used_bytes,
+        .has_true_timers = info->has_true_timers,
+        .has_post_depth_coverage = info->has_post_depth_coverage,
+        .is_robust = info->is_robust,
+    };
+    utf8_copy(device->vendor, sizeof device->vendor, info->vendor);
+    utf8_copy(device->renderer, sizeof device->renderer, info->renderer);
+    utf8_copy(device->version, sizeof device->version, info->version);
+    utf8_copy(device->driver, sizeof device->driver, info->driver);
+}
