@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""Includes point one way between the folders, and each third-party API has one home."""
+
+import fnmatch
+import re
+import unittest
+
+import sources
+
+FOLDERS = {"server", "protocol", "renderer", "shaders", "clients", "tests"}
+
+# folder -> what it may include: whole folders, or single headers
+ARROWS = {
+    "protocol": {"protocol"},
+    "renderer": {"renderer", "shaders", "protocol/error.h"},
+    "server": {"server", "protocol", "renderer"},
+    "clients": {"clients", "protocol"},
+    "shaders": {"shaders"},
+    "tests": FOLDERS,
+}
+
+# third-party header -> the only files that may include it; the first pattern that fits decides
+HOMES = [
+    ("microhttpd.h", ["server/http*.c", "server/http*.h"]),
+    ("tiny_gltf.h", ["renderer/*_shim.cpp"]),
+    ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
+    ("draco/*", ["renderer/*_shim.cpp"]),
+    ("meshoptimizer.h", ["renderer/*_shim.cpp"]),
+    ("curl/*", ["clients/vitrail/http.c"]),
+    ("epoxy/*", ["renderer/*", "tests/gpu/*", "tests/bench/*"]),
+    ("GL/*", []),
+    ("GLES*/*", []),
+    ("EGL/*", []),
+    ("jansson.h", ["protocol/*", "server/*", "clients/*", "tests/*"]),
+    ("seccomp.h", ["server/*"]),
+    ("sqlite3.h", ["server/*"]),
+    ("ini.h", ["server/*"]),
+    ("openssl/*", ["server/*"]),
+    ("png.h", ["clients/glb/*", "tests/*"]),
+    ("embree*/*", ["renderer/*"]),
+    ("cmocka.h", ["tests/*"]),
+]
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def may_include(folder, target):
+    return any(target == allowed or target.startswith(allowed + "/") for allowed in ARROWS[folder])
+
+
+def include_fault(path, quote, target):
+    """Why the file `path` must not include `target`, or None."""
+    folder = path.split("/")[0]
+    if folder not in FOLDERS:
+        return None
+    if target.split("/")[0] in FOLDERS:
+        if not may_include(folder, target):
+            return f"{folder} may not include {target}"
+        return None
+    for header, homes in HOMES:
+        if fnmatch.fnmatchcase(target, header):
+            if not any(fnmatch.fnmatchcase(path, home) for home in homes):
+                return f"{target} lives in {', '.join(homes) or 'no file of ours'}"
+            return None
+    if quote == '"' and not is_shader_fragment(path, target):
+        return f'"{target}" names no folder of ours'
+    return None
+
+
+def is_shader_fragment(path, target):
+    """GLSL names fragments from shaders/ on, because that is where the composer looks them up."""
+    return path.endswith(".glsl") and ".." not in target.split("/")
+
+
+def faults_of(path, text):
+    faults = []
+    for number, line in enumerate(text.splitlines(), 1):
+        found = INCLUDE.match(line)
+        fault = found and include_fault(path, found[1], found[2])
+        if fault:
+            faults.append(f"{path}:{number}: {fault}")
+    return faults
+
+
+class Arrows(unittest.TestCase):
+    def test_every_include_of_the_project_is_allowed(self):
+        checked = 0
+        faults = []
+        for path in sources.files():
+            if path.suffix in sources.C_SUFFIXES | {".glsl"}:
+                checked += 1
+                faults += faults_of(str(path), sources.read(path))
+        self.assertGreater(checked, 20, "the scanner must have found the sources")
+        self.assertEqual([], faults, "\n" + "\n".join(faults))
+
+    def test_cpp_is_for_shims_only(self):
+        strays = [str(path) for path in sources.files()
+                  if path.suffix in {".cpp", ".cc", ".cxx"} and not path.stem.endswith("_shim")]
+        self.assertEqual([], strays)
+
+
+class PlantedFaultsAreCaught(unittest.TestCase):
+    def assert_refused(self, path, include):
+        self.assertEqual(1, len(faults_of(path, f"#include {include}\n")), f"{path} {include}")
+
+    def assert_allowed(self, path, include):
+        self.assertEqual([], faults_of(path, f"#include {include}\n"))
+
+    def test_wrong_arrows_between_folders(self):
+        self.assert_refused("protocol/a.c", '"renderer/view.h"')
+        self.assert_refused("protocol/a.c", '"server/routes.h"')
+        self.assert_refused("renderer/gl/a.c", '"protocol/render_request.h"')
+        self.assert_refused("renderer/gl/a.c", '"server/worker.h"')
+        self.assert_refused("clients/vitrail/a.c", '"renderer/view.h"')
+        self.assert_refused("server/a.c", '"clients/glb/glb.h"')
+        self.assert_refused("server/a.c", '"tests/support/a.h"')
+        self.assert_refused("shaders/shared/a.h", '"renderer/view.h"')
+        self.assert_refused("renderer/a.c", "<server/worker.h>")
+
+    def test_third_party_apis_away_from_home(self):
+        self.assert_refused("server/routes.c", "<microhttpd.h>")
+        self.assert_refused("renderer/scene/import.c", "<tiny_gltf.h>")
+        self.assert_refused("server/a.c", "<OpenImageIO/imageio.h>")
+        self.assert_refused("server/a.c", "<epoxy/gl.h>")
+        self.assert_refused("tests/unit/test_a.c", "<epoxy/gl.h>")
+        self.assert_refused("renderer/gl/a.c", "<GL/gl.h>")
+        self.assert_refused("renderer/plan/a.c", "<jansson.h>")
+        self.assert_refused("clients/vitrail/main.c", "<curl/curl.h>")
+
+    def test_includes_without_a_folder(self):
+        self.assert_refused("renderer/gl/a.c", '"program.h"')
+        self.assert_refused("renderer/gl/a.c", '"../scene/scene.h"')
+        self.assert_refused("shaders/draw.glsl", '"../renderer/view.h"')
+
+    def test_the_arrows_of_the_design_are_allowed(self):
+        self.assert_allowed("server/a.c", '"protocol/error.h"')
+        self.assert_allowed("server/a.c", '"renderer/renderer.h"')
+        self.assert_allowed("renderer/gl/a.c", '"protocol/error.h"')
+        self.assert_allowed("renderer/gl/a.c", '"shaders/shared/light.h"')
+        self.assert_allowed("renderer/gl/a.c", "<epoxy/gl.h>")
+        self.assert_allowed("renderer/scene/gltf_shim.cpp", "<tiny_gltf.h>")
+        self.assert_allowed("server/http_daemon.c", "<microhttpd.h>")
+        self.assert_allowed("clients/vitrail/http.c", "<curl/curl.h>")
+        self.assert_allowed("renderer/a.c", "<stdio.h>")
+        self.assert_allowed("shaders/draw.glsl", '"shared/records.h"')
+
+
+if __name__ == "__main__":
+    sources.run_tests(__name__)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+"""clang-format would change nothing in C and C++."""
+
+import shutil
+import subprocess
+import sys
+import unittest
+
+import sources
+
+FORMATTER = shutil.which("clang-format")
+
+
+class Format(unittest.TestCase):
+    def test_every_file_is_as_clang_format_writes_it(self):
+        names = [str(path) for path in sources.files() if path.suffix in sources.C_SUFFIXES]
+        self.assertGreater(len(names), 20, "the scanner must have found the sources")
+        done = subprocess.run([FORMATTER, "--dry-run", "-Werror", *names], cwd=sources.root(),
+                              capture_output=True, text=True, check=False)
+        faults = [line for line in done.stderr.splitlines() if ": error: " in line]
+        summary = sorted({line.split(":")[0] for line in faults})
+        self.assertEqual(0, done.returncode,
+                         "\n".join(["", "run: clang-format -i " + " ".join(summary)] + faults[:20]))
+
+    def test_a_planted_fault_is_caught(self):
+        done = subprocess.run([FORMATTER, "--dry-run", "-Werror", "--assume-filename=a.c"],
+                              input="int main(void) {return 0 ;}\n", cwd=sources.root(),
+                              capture_output=True, text=True, check=False)
+        self.assertNotEqual(0, done.returncode)
+
+
+if __name__ == "__main__":
+    if not FORMATTER:
+        print("skipped: clang-format is not installed")
+        sys.exit(sources.SKIPPED_EXIT_CODE)
+    sources.run_tests(__name__)
