@@ -42,6 +42,10 @@ def read(path):
     return (root() / path).read_text(encoding="utf-8")
 
 
+def read_manual(name):
+    return read(f"docs/{name}")
+
+
 def run_tests(module_name):
     """unittest.main with our own arguments taken out of its sight."""
     unittest.main(module=module_name, argv=sys.argv[:1], verbosity=2)
