@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Images in memory, and their encoding to files by name of format. Thread: any, one image on one thread at a time. */
+/* Images in memory, and their encoding to files by name of format. Thread: any, one image on one
+ * thread at a time. */
 #ifndef VITRAIL_RENDERER_IMAGE_IMAGE_H
 #define VITRAIL_RENDERER_IMAGE_IMAGE_H
 
@@ -19,10 +20,11 @@ enum { IMAGE_CHANNEL_NAME_BYTES = 32, IMAGE_CHANNELS_MAX = 32 };
 /* Row-major, first row on top, channels interleaved, no padding between rows. Zeroed = empty. */
 struct image {
     int width_px, height_px;
-    int channels;                   /* [1, IMAGE_CHANNELS_MAX] */
+    int channels; /* [1, IMAGE_CHANNELS_MAX] */
     enum image_component component;
-    void *pixels;                   /* owned; width * height * channels components, malloc'ed */
-    char channel_names[IMAGE_CHANNELS_MAX][IMAGE_CHANNEL_NAME_BYTES]; /* "" = by convention R,G,B,A or Y */
+    void *pixels; /* owned; width * height * channels components, malloc'ed */
+    char channel_names[IMAGE_CHANNELS_MAX]
+                      [IMAGE_CHANNEL_NAME_BYTES]; /* "" = by convention R,G,B,A or Y */
 };
 
 size_t image_component_bytes(enum image_component component);
@@ -33,11 +35,17 @@ MUST_CHECK bool image_init(struct image *image, int width_px, int height_px, int
                            enum image_component component, struct error *err);
 void image_finish(struct image *image); /* accepts zeroed */
 
-enum image_format { IMAGE_FORMAT_PNG, IMAGE_FORMAT_JPEG, IMAGE_FORMAT_WEBP, IMAGE_FORMAT_EXR, IMAGE_FORMAT_COUNT };
+enum image_format {
+    IMAGE_FORMAT_PNG,
+    IMAGE_FORMAT_JPEG,
+    IMAGE_FORMAT_WEBP,
+    IMAGE_FORMAT_EXR,
+    IMAGE_FORMAT_COUNT
+};
 
 const char *image_format_name(enum image_format format);       /* "png" ... */
 const char *image_format_media_type(enum image_format format); /* "image/png", "image/x-exr" ... */
-bool image_format_from_name(const char *name, enum image_format *format);             /* also "jpg" */
+bool image_format_from_name(const char *name, enum image_format *format); /* also "jpg" */
 bool image_format_from_media_type(const char *media_type, enum image_format *format);
 
 struct image_encode_desc {
@@ -46,19 +54,23 @@ struct image_encode_desc {
     const char *description; /* optional, borrowed; stored as ImageDescription */
 };
 
-/* Encodes into freshly malloc'ed memory that the caller frees. PNG takes U8 or U16, JPEG and WebP U8 (JPEG
- * drops alpha), EXR F32 or U32 (lossless ZIP). Alpha of U8/U16 images is unassociated, of EXR associated. */
+/* Encodes into freshly malloc'ed memory that the caller frees. PNG takes U8 or U16, JPEG and WebP
+ * U8 (JPEG drops alpha), EXR F32 or U32 (lossless ZIP). Alpha of U8/U16 images is unassociated, of
+ * EXR associated. */
 MUST_CHECK bool image_encode(const struct image *image, const struct image_encode_desc *desc,
                              void **bytes, size_t *size_bytes, struct error *err);
 
 struct image_decode_desc {
-    uint64_t max_pixels;  /* refuse larger images before decoding; 0 means 64 Mi pixels */
-    bool keep_float;      /* EXR/HDR stay F32 with their channels; otherwise everything becomes U8 RGBA */
+    uint64_t max_pixels; /* refuse larger images before decoding; 0 means 64 Mi pixels */
+    bool
+        keep_float; /* EXR/HDR stay F32 with their channels; otherwise everything becomes U8 RGBA */
 };
 
-/* Decodes PNG, JPEG, WebP (and EXR, HDR if keep_float) by magic bytes; every other format is refused. */
-MUST_CHECK bool image_decode(const void *bytes, size_t size_bytes, const struct image_decode_desc *desc,
-                             struct image *image, struct error *err);
+/* Decodes PNG, JPEG, WebP (and EXR, HDR if keep_float) by magic bytes; every other format is
+ * refused. */
+MUST_CHECK bool image_decode(const void *bytes, size_t size_bytes,
+                             const struct image_decode_desc *desc, struct image *image,
+                             struct error *err);
 
 #ifdef __cplusplus
 }

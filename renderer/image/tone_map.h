@@ -6,7 +6,8 @@
 #include "renderer/image/image.h"
 
 enum tone_mapping {
-    TONE_MAPPING_NEUTRAL, /* Khronos PBR Neutral (2024): keeps hue and saturation below 0.8, compresses above */
+    TONE_MAPPING_NEUTRAL, /* Khronos PBR Neutral (2024): keeps hue and saturation below 0.8,
+                             compresses above */
     TONE_MAPPING_NONE,    /* clamp to [0,1] */
 };
 
@@ -17,7 +18,7 @@ struct tone_map_desc {
 
 /* hdr: F32 RGBA, linear Rec.709, associated alpha. ldr: becomes U8 RGBA, sRGB, unassociated alpha.
  * Non-finite input becomes 0; nothing outside [0,255] is written. */
-MUST_CHECK bool tone_map(const struct image *hdr, const struct tone_map_desc *desc, struct image *ldr,
-                         struct error *err);
+MUST_CHECK bool tone_map(const struct image *hdr, const struct tone_map_desc *desc,
+                         struct image *ldr, struct error *err);
 
 #endif

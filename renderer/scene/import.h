@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* From an uploaded glTF and its files to a scene blob. Thread: any. Runs inside the sandboxed decoder: it opens no
- * file, touches no network, and finds every URI only among the files it was handed. */
+/* From an uploaded glTF and its files to a scene blob. Thread: any. Runs inside the sandboxed
+ * decoder: it opens no file, touches no network, and finds every URI only among the files it was
+ * handed. */
 #ifndef VITRAIL_RENDERER_SCENE_IMPORT_H
 #define VITRAIL_RENDERER_SCENE_IMPORT_H
 
@@ -20,15 +21,18 @@ struct scene_file {
 };
 
 struct scene_import_desc {
-    const struct scene_file *files; /* required; exactly one is a .gltf or .glb (by name, or by GLB magic) */
+    const struct scene_file
+        *files; /* required; exactly one is a .gltf or .glb (by name, or by GLB magic) */
     size_t file_count;
-    uint64_t max_blob_bytes;        /* 0 means 8 GiB */
-    uint64_t max_image_pixels;      /* per image; 0 means 64 Mi */
+    uint64_t max_blob_bytes;   /* 0 means 8 GiB */
+    uint64_t max_image_pixels; /* per image; 0 means 64 Mi */
 };
 
-/* Writes a new blob to *blob (malloc'ed, caller frees). Errors: ERROR_INVALID_SCENE naming file, element and reason;
- * ERROR_UNSUPPORTED naming a required extension that is not known; ERROR_TOO_LARGE; ERROR_NO_MEMORY. */
-MUST_CHECK bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes, struct error *err);
+/* Writes a new blob to *blob (malloc'ed, caller frees). Errors: ERROR_INVALID_SCENE naming file,
+ * element and reason; ERROR_UNSUPPORTED naming a required extension that is not known;
+ * ERROR_TOO_LARGE; ERROR_NO_MEMORY. */
+MUST_CHECK bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
+                             struct error *err);
 
 /* The extensions that are evaluated, NULL-terminated. */
 const char *const *scene_import_extensions(void);

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT */
+/* Decoding: header first, then the one decoder of that format, then the channels the caller wants.
+ */
+#include "renderer/image/image.h"
+
+#include <limits.h>
+#include <string.h>
+
+#include "renderer/image/image_header.h"
+#include "renderer/image/oiio_shim.h"
+
+#define MAX_PIXELS_DEFAULT (64ull << 20)
+
+static const struct {
+    const char *oiio_name;
+    bool is_float;
+} kinds[] = {
+    [IMAGE_KIND_PNG] = {"png", false},   [IMAGE_KIND_JPEG] = {"jpeg", false},
+    [IMAGE_KIND_WEBP] = {"webp", false}, [IMAGE_KIND_EXR] = {"openexr", true},
+    [IMAGE_KIND_HDR] = {"hdr", true},
+};
+
+static bool check_size(const struct image_header *header, uint64_t max_pixels, struct error *err)
+{
+    if (header->width_px > INT_MAX || header->height_px > INT_MAX ||
+        (uint64_t)header->width_px * header->height_px > max_pixels)
+        return error_set(err, ERROR_TOO_LARGE, "the image is %u x %u, limit is %llu pixels",
+                         header->width_px, header->height_px, (unsigned long long)max_pixels);
+    return true;
+}
+
+/* From grey, grey-alpha, RGB or RGBA to RGBA. */
+static bool expand_to_rgba(struct image *image, struct error *err)
+{
+    int n = image->channels;
+    if (n == 4) {
+        memset(image->channel_names, 0, sizeof image->channel_names);
+        return true;
+    }
+    struct image rgba;
+    if (!image_init(&rgba, image->width_px, image->height_px, 4, IMAGE_U8, err))
+        return false;
+    size_t count = (size_t)image->width_px * (size_t)image->height_px;
+    const uint8_t *in = image->pixels;
+    uint8_t *out = rgba.pixels;
+    for (size_t i = 0; i < count; i++, in += n, out += 4) {
+        for (int c = 0; c < 3; c++)
+            out[c] = in[n < 3 ? 0 : c];
+        out[3] = n == 2 ? in[1] : 255;
+    }
+    image_finish(image);
+    *image = rgba;
+    return true;
+}
+
+bool image_decode(const void *bytes, size_t size_bytes, const struct image_decode_desc *desc,
+                  struct image *image, struct error *err)
+{
+    memset(image, 0, sizeof *image);
+    struct image_header header;
+    if (!image_header_read(&header, bytes, size_bytes, err))
+        return false;
+    bool is_float = kinds[header.kind].is_float;
+    if (is_float && !desc->keep_float)
+        return error_set(err, ERROR_UNSUPPORTED,
+                         "floating-point images are not read here, only PNG, JPEG and WebP");
+    if (!check_size(&header, desc->max_pixels ? desc->max_pixels : MAX_PIXELS_DEFAULT, err) ||
+        !oiio_decode(bytes, size_bytes, kinds[header.kind].oiio_name,
+                     is_float ? IMAGE_F32 : IMAGE_U8, image, err))
+        return false;
+    bool is_done = true;
+    if ((uint32_t)image->width_px != header.width_px ||
+        (uint32_t)image->height_px != header.height_px)
+        is_done =
+            error_set(err, ERROR_INVALID_SCENE, "the image is %d x %d, its header says %u x %u",
+                      image->width_px, image->height_px, header.width_px, header.height_px);
+    else if (!is_float)
+        is_done = (image->channels <= 4 ||
+                   error_set(err, ERROR_UNSUPPORTED, "%d channels", image->channels)) &&
+                  expand_to_rgba(image, err);
+    if (!is_done)
+        image_finish(image);
+    return is_done;
+}

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+// The one home of OpenImageIO (Debian's 2.4). PNG, JPEG, WebP, EXR and HDR all read and write
+// through an IOProxy there, so neither files nor memfds are needed. Its WebP writer always searches
+// with method 6: seconds for a large frame.
+#include "renderer/image/oiio_shim.h"
+
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+namespace
+{
+
+// Library-wide settings, all of them constants: no pool of threads (the decoder's sandbox forbids
+// one, and encoders run on our own pool), and no log on standard error.
+void configure()
+{
+    static std::once_flag once;
+    std::call_once(once, [] {
+        OIIO::attribute("threads", 1);
+        OIIO::attribute("exr_threads", -1);
+        OIIO::attribute("limits:channels", int(IMAGE_CHANNELS_MAX));
+        OIIO::attribute("limits:imagesize_MB", 4096);
+    });
+}
+
+OIIO::TypeDesc type_of(enum image_component component)
+{
+    switch (component) {
+    case IMAGE_U8:
+        return OIIO::TypeDesc::UINT8;
+    case IMAGE_U16:
+        return OIIO::TypeDesc::UINT16;
+    case IMAGE_U32:
+        return OIIO::TypeDesc::UINT32;
+    default:
+        return OIIO::TypeDesc::FLOAT;
+    }
+}
+
+std::string first_line(const std::string &text)
+{
+    return text.substr(0, text.find('\n'));
+}
+
+void name_channels(const struct image *image, OIIO::ImageSpec &spec)
+{
+    if (image->channels == 1)
+        spec.channelnames = {"Y"};
+    else if (image->channels == 2)
+        spec.channelnames = {"Y", "A"};
+    for (int i = 0; i < image->channels; i++)
+        if (image->channel_names[i][0])
+            spec.channelnames[size_t(i)] = image->channel_names[i];
+    spec.alpha_channel = -1;
+    for (int i = 0; i < image->channels; i++)
+        if (spec.channelnames[size_t(i)] == "A")
+            spec.alpha_channel = i;
+}
+
+bool encode(const struct image *image, const char *format, const oiio_option *options, void **bytes,
+            size_t *size_bytes, struct error *err)
+{
+    OIIO::ImageSpec spec(image->width_px, image->height_px, image->channels,
+                         type_of(image->component));
+    name_channels(image, spec);
+    for (const oiio_option *o = options; o->name; o++) {
+        if (o->text)
+            spec.attribute(o->name, o->text);
+        else
+            spec.attribute(o->name, o->number);
+    }
+    std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
+    if (!output || !output->supports("ioproxy"))
+        return error_set(err, ERROR_UNSUPPORTED, "images cannot be written as %s here: %s", format,
+                         first_line(OIIO::geterror()).c_str());
+    std::vector<unsigned char> memory;
+    OIIO::Filesystem::IOVecOutput proxy(memory);
+    std::string name = std::string("memory.") + format;
+    output->set_ioproxy(&proxy);
+    if (!output->open(name, spec) || !output->write_image(spec.format, image->pixels) ||
+        !output->close())
+        return error_set(err, ERROR_INTERNAL, "writing %s: %s", format,
+                         first_line(output->geterror()).c_str());
+    *bytes = malloc(memory.size() ? memory.size() : 1);
+    if (!*bytes)
+        return error_set(err, ERROR_NO_MEMORY, "%s of %zu bytes", format, memory.size());
+    memcpy(*bytes, memory.data(), memory.size());
+    *size_bytes = memory.size();
+    return true;
+}
+
+bool decode(const void *bytes, size_t size_bytes, const char *format,
+            enum image_component component, struct image *image, struct error *err)
+{
+    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
+    if (!input || !input->supports("ioproxy"))
+        return error_set(err, ERROR_UNSUPPORTED, "images cannot be read as %s here: %s", format,
+                         first_line(OIIO::geterror()).c_str());
+    OIIO::Filesystem::IOMemReader proxy(const_cast<void *>(bytes), size_bytes);
+    OIIO::ImageSpec spec, config;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    input->set_ioproxy(&proxy);
+    if (!input->open(std::string("memory.") + format, spec, config))
+        return error_set(err, ERROR_INVALID_SCENE, "%s: %s", format,
+                         first_line(input->geterror()).c_str());
+    if (spec.depth > 1 || spec.deep)
+        return error_set(err, ERROR_UNSUPPORTED, "%s: deep and volume images are not read", format);
+    if (!image_init(image, spec.width, spec.height, spec.nchannels, component, err))
+        return false;
+    for (int i = 0; i < spec.nchannels && size_t(i) < spec.channelnames.size(); i++)
+        strncpy(image->channel_names[i], spec.channelnames[size_t(i)].c_str(),
+                IMAGE_CHANNEL_NAME_BYTES - 1);
+    if (!input->read_image(0, 0, 0, spec.nchannels, type_of(component), image->pixels))
+        return error_set(err, ERROR_INVALID_SCENE, "%s: %s", format,
+                         first_line(input->geterror()).c_str());
+    return true;
+}
+
+} // namespace
+
+bool oiio_encode(const struct image *image, const char *format, const oiio_option *options,
+                 void **bytes, size_t *size_bytes, struct error *err)
+{
+    try {
+        configure();
+        return encode(image, format, options, bytes, size_bytes, err);
+    } catch (const std::bad_alloc &) {
+        return error_set(err, ERROR_NO_MEMORY, "writing %s", format);
+    } catch (const std::exception &e) {
+        return error_set(err, ERROR_INTERNAL, "writing %s: %s", format, e.what());
+    } catch (...) {
+        return error_set(err, ERROR_INTERNAL, "writing %s: unknown exception", format);
+    }
+}
+
+bool oiio_decode(const void *bytes, size_t size_bytes, const char *format,
+                 enum image_component component, struct image *image, struct error *err)
+{
+    memset(image, 0, sizeof *image);
+    bool is_done = false;
+    try {
+        configure();
+        is_done = decode(bytes, size_bytes, format, component, image, err);
+    } catch (const std::bad_alloc &) {
+        error_set(err, ERROR_NO_MEMORY, "reading %s", format);
+    } catch (const std::exception &e) {
+        error_set(err, ERROR_INVALID_SCENE, "reading %s: %s", format, e.what());
+    } catch (...) {
+        error_set(err, ERROR_INTERNAL, "reading %s: unknown exception", format);
+    }
+    if (!is_done)
+        image_finish(image);
+    return is_done;
+}

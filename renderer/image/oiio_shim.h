@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+/* OpenImageIO as plain C: one named format, from memory to memory. The only home of OpenImageIO is
+ * oiio_shim.cpp. Thread: any. No threads are started, no file is opened. */
+#ifndef VITRAIL_RENDERER_IMAGE_OIIO_SHIM_H
+#define VITRAIL_RENDERER_IMAGE_OIIO_SHIM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "protocol/error.h"
+#include "renderer/image/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct oiio_option {
+    const char *name; /* NULL ends a list */
+    const char *text; /* a string attribute, or NULL: `number` is meant */
+    int number;
+};
+
+/* format: OpenImageIO's name, e.g. "openexr". The image's channels and component are written as
+ * they are. */
+MUST_CHECK bool oiio_encode(const struct image *image, const char *format,
+                            const struct oiio_option *options, void **bytes, size_t *size_bytes,
+                            struct error *err);
+
+/* Decodes the first subimage into *image (initialised here) with its own channels, converted to
+ * `component`. */
+MUST_CHECK bool oiio_decode(const void *bytes, size_t size_bytes, const char *format,
+                            enum image_component component, struct image *image, struct error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

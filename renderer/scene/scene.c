@@ -1,0 +1,401 @@
+/* SPDX-License-Identifier: MIT */
+/* Opening a scene blob: every offset, index, enum and number is checked before anyone follows it.
+ */
+#include "renderer/scene/scene.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/scene/blob_writer.h"
+
+static bool refuse(struct error *err, const char *what, uint64_t index)
+{
+    return error_set(err, ERROR_INVALID_SCENE, "scene blob: %s %llu is malformed", what,
+                     (unsigned long long)index);
+}
+
+static bool are_finite(const float *values, uint64_t count)
+{
+    float sum =
+        0; /* stays zero unless some value is NaN or infinite; the compiler vectorises this */
+    for (uint64_t i = 0; i < count; i++)
+        sum += values[i] * 0;
+    return sum == 0;
+}
+
+static bool are_finite_f64(const double *values, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return false;
+    return true;
+}
+
+static bool in_range(float value, float low, float high)
+{
+    return value >= low && value <= high;
+}
+
+static bool is_index(int32_t index, uint64_t count)
+{
+    return index == -1 || (index >= 0 && (uint64_t)index < count);
+}
+
+/* ---- sections ---- */
+
+static bool check_header(const struct scene_header *header, size_t size_bytes, struct error *err)
+{
+    if (size_bytes < sizeof *header)
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: %zu bytes are no header",
+                         size_bytes);
+    if (memcmp(header->magic, SCENE_BLOB_MAGIC, sizeof header->magic) != 0 ||
+        header->version != SCENE_BLOB_VERSION || header->section_count != SCENE_SECTION_COUNT)
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: of another kind or version than %d",
+                         SCENE_BLOB_VERSION);
+    if (header->size_bytes != size_bytes)
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: %zu bytes, its header says %llu",
+                         size_bytes, (unsigned long long)header->size_bytes);
+    if (!are_finite_f64(header->bounds_min, 3) || !are_finite_f64(header->bounds_max, 3))
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: the bounds are not finite");
+    return true;
+}
+
+/* Opens sections one after the other and remembers whether one was malformed. */
+struct opener {
+    const struct scene_header *header;
+    struct error *err;
+    bool has_failed;
+};
+
+/* NULL with count 0 when empty or malformed. Counts stay below 2^32, those of bytes excepted. */
+static const void *open_section(struct opener *opener, enum scene_section which, uint64_t *count)
+{
+    const struct scene_header *header = opener->header;
+    const struct scene_section_range *range = &header->sections[which];
+    size_t stride = blob_record_bytes(which);
+    bool is_good = range->stride == stride && range->offset % 16 == 0 &&
+                   range->offset >= sizeof *header && range->offset <= header->size_bytes &&
+                   range->count <= (header->size_bytes - range->offset) / stride &&
+                   (stride == 1 || range->count <= UINT32_MAX);
+    *count = is_good ? range->count : 0;
+    if (!is_good) {
+        refuse(opener->err, "section", which);
+        opener->has_failed = true;
+    }
+    return *count ? (const char *)header + range->offset : NULL;
+}
+
+static const void *open_records(struct opener *opener, enum scene_section which, uint32_t *count)
+{
+    uint64_t count_64;
+    const void *records = open_section(opener, which, &count_64);
+    *count = (uint32_t)count_64;
+    return records;
+}
+
+static bool open_sections(struct scene *scene, struct error *err)
+{
+    struct opener o = {.header = scene->header, .err = err};
+    scene->nodes = open_records(&o, SCENE_NODES, &scene->node_count);
+    scene->meshes = open_records(&o, SCENE_MESHES, &scene->mesh_count);
+    scene->primitives = open_records(&o, SCENE_PRIMITIVES, &scene->primitive_count);
+    scene->materials = open_records(&o, SCENE_MATERIALS, &scene->material_count);
+    scene->textures = open_records(&o, SCENE_TEXTURES, &scene->texture_count);
+    scene->images = open_records(&o, SCENE_IMAGES, &scene->image_count);
+    scene->pixels = open_section(&o, SCENE_PIXELS, &scene->pixel_bytes);
+    scene->lights = open_records(&o, SCENE_LIGHTS, &scene->light_count);
+    scene->cameras = open_records(&o, SCENE_CAMERAS, &scene->camera_count);
+    scene->indices = open_records(&o, SCENE_INDICES, &scene->index_count);
+    scene->extensions_used = open_records(&o, SCENE_EXTENSIONS_USED, &scene->extension_used_count);
+    scene->extensions_ignored =
+        open_records(&o, SCENE_EXTENSIONS_IGNORED, &scene->extension_ignored_count);
+    scene->warnings = open_records(&o, SCENE_WARNINGS, &scene->warning_count);
+    if (o.has_failed)
+        return false;
+    if (scene->material_count == 0)
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: there is no material");
+    if (scene->node_count > INT32_MAX)
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: too many nodes");
+    return true;
+}
+
+static bool open_vertices(struct scene *scene, struct error *err)
+{
+    static const struct {
+        enum scene_section section;
+        bool is_required;
+    } sections[] = {{SCENE_POSITIONS, true},    {SCENE_NORMALS, true},      {SCENE_TANGENTS, false},
+                    {SCENE_TEXCOORDS_0, false}, {SCENE_TEXCOORDS_1, false}, {SCENE_COLORS, false}};
+    const float **pointers[] = {&scene->positions,   &scene->normals,     &scene->tangents,
+                                &scene->texcoords_0, &scene->texcoords_1, &scene->colors};
+    struct opener opener = {.header = scene->header, .err = err};
+    uint64_t vertices = scene->header->sections[SCENE_POSITIONS].count;
+    for (int i = 0; i < 6; i++) {
+        enum scene_section section = sections[i].section;
+        uint64_t count;
+        const float *records = open_section(&opener, section, &count);
+        if (opener.has_failed)
+            return false;
+        if (count != vertices && (sections[i].is_required || count != 0))
+            return refuse(err, "section", section);
+        if (!are_finite(records, count * (blob_record_bytes(section) / sizeof(float))))
+            return error_set(err, ERROR_INVALID_SCENE,
+                             "scene blob: section %d has a number that is not finite", section);
+        *pointers[i] = records;
+    }
+    scene->vertex_count = (uint32_t)vertices;
+    return true;
+}
+
+/* ---- text ---- */
+
+static uint64_t string_bytes(const struct scene *scene)
+{
+    return scene->header->sections[SCENE_STRINGS].count;
+}
+
+/* The section ends in NUL, so any offset inside it is a string. */
+static bool is_text(const struct scene *scene, uint32_t offset)
+{
+    return offset < string_bytes(scene);
+}
+
+static bool open_strings(struct scene *scene, struct error *err)
+{
+    struct opener opener = {.header = scene->header, .err = err};
+    uint64_t count;
+    const char *strings = open_section(&opener, SCENE_STRINGS, &count);
+    if (opener.has_failed)
+        return false;
+    if (count == 0 || strings[0] != '\0' || strings[count - 1] != '\0')
+        return error_set(err, ERROR_INVALID_SCENE,
+                         "scene blob: the strings do not begin and end with NUL");
+    scene->strings = strings;
+    return true;
+}
+
+static bool check_lines(const struct scene *scene, const uint32_t *lines, uint32_t count,
+                        struct error *err)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (!is_text(scene, lines[i]))
+            return refuse(err, "line of text", i);
+    return true;
+}
+
+/* ---- records ---- */
+
+static bool is_node(const struct scene *scene, const struct scene_node *node, uint32_t index)
+{
+    return are_finite_f64(node->local_matrix, 16) && are_finite_f64(node->world_matrix, 16) &&
+           is_index(node->parent, index) && is_index(node->mesh, scene->mesh_count) &&
+           is_index(node->camera, scene->camera_count) &&
+           is_index(node->light, scene->light_count) && is_text(scene, node->name);
+}
+
+static bool check_hierarchy(const struct scene *scene, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->node_count; i++)
+        if (!is_node(scene, &scene->nodes[i], i))
+            return refuse(err, "node", i);
+    for (uint32_t i = 0; i < scene->mesh_count; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[i];
+        if (mesh->first_primitive > scene->primitive_count ||
+            mesh->primitive_count > scene->primitive_count - mesh->first_primitive ||
+            !is_text(scene, mesh->name))
+            return refuse(err, "mesh", i);
+    }
+    int32_t camera = scene->header->default_camera_node;
+    if (!is_index(camera, scene->node_count) || (camera >= 0 && scene->nodes[camera].camera < 0))
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: the default camera is malformed");
+    return true;
+}
+
+static bool is_primitive(const struct scene *scene, const struct scene_primitive *p)
+{
+    static const uint32_t corners[] = {
+        [SCENE_POINTS] = 1, [SCENE_LINES] = 2, [SCENE_TRIANGLES] = 3};
+    enum { HAS_ALL = 31 };
+    if (p->topology > SCENE_TRIANGLES || p->material >= scene->material_count ||
+        p->flags > HAS_ALL ||
+        (p->topology == SCENE_TRIANGLES && !(p->flags & SCENE_PRIMITIVE_HAS_NORMALS)))
+        return false;
+    if (((p->flags & SCENE_PRIMITIVE_HAS_TANGENTS) && !scene->tangents) ||
+        ((p->flags & SCENE_PRIMITIVE_HAS_TEXCOORDS_0) && !scene->texcoords_0) ||
+        ((p->flags & SCENE_PRIMITIVE_HAS_TEXCOORDS_1) && !scene->texcoords_1) ||
+        ((p->flags & SCENE_PRIMITIVE_HAS_COLORS) && !scene->colors))
+        return false;
+    return p->index_count % corners[p->topology] == 0 && p->first_index <= scene->index_count &&
+           p->index_count <= scene->index_count - p->first_index &&
+           p->first_vertex <= scene->vertex_count &&
+           p->vertex_count <= scene->vertex_count - p->first_vertex &&
+           are_finite(p->bounds_min, 3) && are_finite(p->bounds_max, 3);
+}
+
+/* Ranges of indices may be shared, but not so often that checking them takes more than twice the
+ * size of the blob. */
+static bool check_primitives(const struct scene *scene, struct error *err)
+{
+    uint64_t checked = 0;
+    for (uint32_t i = 0; i < scene->primitive_count; i++) {
+        const struct scene_primitive *p = &scene->primitives[i];
+        if (!is_primitive(scene, p))
+            return refuse(err, "primitive", i);
+        checked += p->index_count;
+        if (checked > scene->header->size_bytes / 2)
+            return error_set(err, ERROR_INVALID_SCENE,
+                             "scene blob: its primitives share too many indices");
+        uint32_t largest = 0;
+        for (uint32_t k = 0; k < p->index_count; k++) {
+            uint32_t index = scene->indices[p->first_index + k];
+            largest = index > largest ? index : largest;
+        }
+        if (p->index_count > 0 && largest >= p->vertex_count)
+            return error_set(err, ERROR_INVALID_SCENE,
+                             "scene blob: primitive %u has index %u of %u vertices", i, largest,
+                             p->vertex_count);
+    }
+    return true;
+}
+
+static bool is_material(const struct scene *scene, const struct scene_material *m)
+{
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        const struct scene_texture_ref *ref = &m->textures[slot];
+        if (!is_index(ref->texture, scene->texture_count) || ref->texcoord > 1 ||
+            !are_finite(ref->uv_transform, 6))
+            return false;
+    }
+    for (int i = 0; i < 4; i++)
+        if (!in_range(m->base_color[i], 0, 1))
+            return false;
+    for (int i = 0; i < 3; i++)
+        if (!in_range(m->attenuation_color[i], 0, 1) || !in_range(m->edge_color[i], 0, 1) ||
+            !in_range(m->emissive[i], 0, INFINITY))
+            return false;
+    return in_range(m->metallic, 0, 1) && in_range(m->roughness, 0, 1) &&
+           in_range(m->transmission, 0, 1) && in_range(m->occlusion_strength, 0, 1) &&
+           are_finite(&m->normal_scale, 1) && are_finite(m->emissive, 3) &&
+           in_range(m->alpha_cutoff, 0, INFINITY) && (m->ior == 0 || in_range(m->ior, 1, 1000)) &&
+           in_range(m->thickness, 0, 1e30f) && in_range(m->attenuation_distance, 0, 1e30f) &&
+           in_range(m->edge_exponent, 0, 1e6f) && m->alpha_mode <= SCENE_BLEND &&
+           m->pass_through <= SCENE_PASS_EDGE &&
+           m->flags <= (SCENE_MATERIAL_DOUBLE_SIDED | SCENE_MATERIAL_UNLIT) &&
+           is_text(scene, m->name);
+}
+
+static bool is_filter(uint32_t filter, bool is_min)
+{
+    return filter == 9728 || filter == 9729 || (is_min && filter >= 9984 && filter <= 9987);
+}
+
+static bool is_wrap(uint32_t wrap)
+{
+    return wrap == 10497 || wrap == 33071 || wrap == 33648;
+}
+
+static bool is_image(const struct scene *scene, const struct scene_image *image)
+{
+    uint64_t pixels = (uint64_t)image->width_px * image->height_px;
+    return image->width_px > 0 && image->height_px > 0 &&
+           image->offset_bytes <= scene->pixel_bytes &&
+           pixels <= (scene->pixel_bytes - image->offset_bytes) / 4 && is_text(scene, image->name);
+}
+
+static bool check_surfaces(const struct scene *scene, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        if (!is_material(scene, &scene->materials[i]))
+            return refuse(err, "material", i);
+    for (uint32_t i = 0; i < scene->texture_count; i++) {
+        const struct scene_texture *t = &scene->textures[i];
+        if (!is_index(t->image, scene->image_count) || !is_filter(t->mag_filter, false) ||
+            !is_filter(t->min_filter, true) || !is_wrap(t->wrap_s) || !is_wrap(t->wrap_t) ||
+            !is_text(scene, t->name))
+            return refuse(err, "texture", i);
+    }
+    for (uint32_t i = 0; i < scene->image_count; i++)
+        if (!is_image(scene, &scene->images[i]))
+            return refuse(err, "image", i);
+    return true;
+}
+
+static bool is_light(const struct scene *scene, const struct scene_light *l)
+{
+    for (int i = 0; i < 3; i++)
+        if (!in_range(l->color[i], 0, 1e30f))
+            return false;
+    return l->type <= SCENE_LIGHT_SPOT && in_range(l->intensity, 0, 1e30f) &&
+           in_range(l->range, 0, 1e30f) && in_range(l->inner_cone_rad, 0, 1.5708f) &&
+           in_range(l->outer_cone_rad, l->inner_cone_rad, 1.5708f) && is_text(scene, l->name);
+}
+
+static bool is_camera(const struct scene *scene, const struct scene_camera *c)
+{
+    if (c->is_orthographic > 1 || !is_text(scene, c->name) || !in_range(c->z_near, 0, 1e30f) ||
+        !in_range(c->z_far, 0, 1e30f) || (c->z_far != 0 && c->z_far <= c->z_near))
+        return false;
+    if (c->is_orthographic)
+        return in_range(c->x_mag, 1e-30f, 1e30f) && in_range(c->y_mag, 1e-30f, 1e30f);
+    return in_range(c->y_fov_rad, 1e-30f, 3.1415927f) && in_range(c->aspect, 0, 1e30f);
+}
+
+static bool check_lights_and_cameras(const struct scene *scene, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->light_count; i++)
+        if (!is_light(scene, &scene->lights[i]))
+            return refuse(err, "light", i);
+    for (uint32_t i = 0; i < scene->camera_count; i++)
+        if (!is_camera(scene, &scene->cameras[i]))
+            return refuse(err, "camera", i);
+    return true;
+}
+
+bool scene_open(struct scene *scene, const void *blob, size_t size_bytes, struct error *err)
+{
+    memset(scene, 0, sizeof *scene);
+    if ((uintptr_t)blob % _Alignof(struct scene_header) != 0)
+        return error_set(err, ERROR_INTERNAL, "scene blob: not aligned");
+    if (!check_header(blob, size_bytes, err))
+        return false;
+    scene->header = blob;
+    bool is_good =
+        open_strings(scene, err) && open_sections(scene, err) && open_vertices(scene, err) &&
+        check_lines(scene, scene->extensions_used, scene->extension_used_count, err) &&
+        check_lines(scene, scene->extensions_ignored, scene->extension_ignored_count, err) &&
+        check_lines(scene, scene->warnings, scene->warning_count, err) &&
+        check_hierarchy(scene, err) && check_primitives(scene, err) && check_surfaces(scene, err) &&
+        check_lights_and_cameras(scene, err);
+    if (!is_good)
+        memset(scene, 0, sizeof *scene);
+    return is_good;
+}
+
+/* ---- names ---- */
+
+/* The index in "#12", or -1 when it is none below count. */
+static int32_t index_from_name(const char *name, uint32_t count)
+{
+    if (name[0] != '#' || name[1] < '0' || name[1] > '9')
+        return -1;
+    char *end;
+    unsigned long long index = strtoull(name + 1, &end, 10);
+    return *end == '\0' && index < count ? (int32_t)index : -1;
+}
+
+int32_t scene_find_node(const struct scene *scene, const char *name)
+{
+    for (uint32_t i = 0; i < scene->node_count; i++)
+        if (strcmp(scene->strings + scene->nodes[i].name, name) == 0)
+            return (int32_t)i;
+    return index_from_name(name, scene->node_count);
+}
+
+int32_t scene_find_material(const struct scene *scene, const char *name)
+{
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        if (strcmp(scene->strings + scene->materials[i].name, name) == 0)
+            return (int32_t)i;
+    return index_from_name(name, scene->material_count);
+}
