@@ -68,7 +68,7 @@ def purpose_of(text):
     spdx = next((i for i, line in enumerate(lines[:3]) if "SPDX-License-Identifier:" in line), None)
     if spdx is None or spdx + 1 >= len(lines):
         return ""
-    comment = re.match(r'\s*(/\*+|//|#|"""|\'\'\')\s*(.*)', lines[spdx + 1])
+    comment = re.match(r'\s*(/\*+|//|#\s|"""|\'\'\')\s*(.*)', lines[spdx + 1])
     return comment[2] if comment else ""
 
 
@@ -128,7 +128,7 @@ class PlantedFaultsAreCaught(unittest.TestCase):
     def test_the_length_of_a_c_function_is_counted_from_signature_to_brace(self):
         body = "    x += 1;\n" * 7
         text = f"struct a {{\n    int b;\n}};\n\nstatic int f(int x,\n    int y)\n{{\n{body}}}\n"
-        self.assertEqual([("f", 5, 10)], c_functions(text))
+        self.assertEqual([("f", 5, 11)], c_functions(text))
 
     def test_functions_inside_extern_c_are_seen(self):
         text = 'extern "C" {\n\nint g(void)\n{\n    return 1;\n}\n\n}\n'

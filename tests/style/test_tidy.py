@@ -29,7 +29,8 @@ def compiled_files(database):
 def findings(database, name):
     done = subprocess.run([TIDY, "--quiet", "-p", str(database), name], cwd=sources.root(),
                           capture_output=True, text=True, check=False)
-    told = [line for line in done.stdout.splitlines() if ": error: " in line or ": warning: " in line]
+    told = [line for line in done.stdout.splitlines()
+            if ": error: " in line or ": warning: " in line]
     if done.returncode != 0 and not told:
         told = [f"{name}: clang-tidy failed: {done.stderr.strip()[-300:]}"]
     return told
