@@ -12,7 +12,10 @@
 #define BIND_FRAGMENT_KEYS 5   /* transparency: uvec4 per entry: depth, coverage, ... */
 #define BIND_FRAGMENT_SURFACE_0 6
 #define BIND_FRAGMENT_SURFACE_1 7
-#define BIND_FRAGMENT_COLORS 8 /* vec4 per entry: shaded radiance, premultiplied */
+#define BIND_FRAGMENT_COLORS 8 /* two vec4 per entry: radiance premultiplied by coverage; transmittance */
+#define BIND_FRAGMENT_SURFACE_2 9 /* uvec4: transmission, thickness, pixel, depth */
+
+/* building shadows and lists; numbers above are not in use at that time and may be shared */
 #define BIND_SHADOW_COUNTS 9   /* deep build: u32 per texel */
 #define BIND_SHADOW_EVENTS_Z 10
 #define BIND_SHADOW_EVENTS_T 11
@@ -34,5 +37,6 @@
 #define UNIT_LIGHT_HEADS 16    /* usamplerBuffer: RG32UI offset, count per cluster (or head per tile) */
 #define UNIT_LIGHT_ITEMS 17    /* usamplerBuffer: light indices (or list nodes) */
 #define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
+#define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, seven texels each */
 
 #endif

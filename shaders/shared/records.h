@@ -65,11 +65,13 @@ LAYOUT(light_record, color, 16) LAYOUT(light_record, type, 48) LAYOUT_SIZE(light
 #define SHADOW_CUBE 1u         /* six perspective faces, +X -X +Y -Y +Z -Z */
 #define SHADOW_ORTHOGRAPHIC 2u
 
+#define SHADOW_FLAG_RAW 1u     /* the list keeps raw transmittances and objects, for queries that leave objects out */
+
 struct shadow_record {
     vec4 axis_x, axis_y, axis_z; /* rows of light_from_world rotation; the light looks along +axis_z (not -Z); w: origin shift
                                     for orthographic maps: light coordinate = dot(axis.xyz, p - light origin) + axis.w */
     vec4 origin;            /* xyz eye-relative world position of the light (or of the orthographic frame) */
-    vec4 projection;        /* perspective: x = 1/tan(half), y = near [m]; orthographic: x = 1/half extent, y = depth min, z = 1/(depth range) */
+    vec4 projection;        /* perspective: x = 1/tan(half), y = near [m]; orthographic: x = 1/half extent, y = depth min, z = 1/(depth range), w = 1/half extent in y */
     uint kind;              /* SHADOW_MAP ... */
     uint shape;             /* SHADOW_ONE_FACE ... */
     uint resolution;        /* texels per side of a face */

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT */
+/* The renderer's life and its public door. Rendering one frame is in frame.c. */
+#include "renderer/renderer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/gl/selftest.h"
+#include "renderer/renderer_internal.h"
+
+static const uint64_t default_budget_bytes = 4ull << 30;
+
+struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
+{
+    struct renderer *renderer = calloc(1, sizeof *renderer);
+    if (!renderer) {
+        error_set(err, ERROR_NO_MEMORY, "renderer");
+        return NULL;
+    }
+    renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
+    renderer->context = gl_context_create(
+        &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
+    if (!renderer->context)
+        goto fail;
+    renderer->programs = program_cache_create(desc->shader_dump_dir, err);
+    if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
+        goto fail;
+    renderer->timeline = gpu_timeline_create(renderer->context, err);
+    renderer->arena = draw_arena_create(err);
+    if (!renderer->timeline || !renderer->arena)
+        goto fail;
+    renderer->lists = light_lists_create(renderer->programs, renderer->timeline, err);
+    renderer->shadows = shadow_system_create(
+        &(struct shadow_system_desc){
+            .programs = renderer->programs,
+            .timeline = renderer->timeline,
+            .limits = gl_context_limits(renderer->context),
+            .budget_bytes = renderer->budget_bytes / 2,
+        },
+        err);
+    if (!renderer->lists || !renderer->shadows)
+        goto fail;
+    return renderer;
+
+fail:
+    renderer_destroy(renderer);
+    return NULL;
+}
+
+void renderer_destroy(struct renderer *renderer)
+{
+    if (!renderer)
+        return;
+    scene_cache_finish(&renderer->scenes);
+    shade_finish(&renderer->shade);
+    pixel_lists_finish(&renderer->pixels);
+    targets_finish(&renderer->targets);
+    shadow_system_destroy(renderer->shadows);
+    light_lists_destroy(renderer->lists);
+    draw_arena_destroy(renderer->arena);
+    gpu_timeline_destroy(renderer->timeline);
+    program_cache_destroy(renderer->programs);
+    gl_context_destroy(renderer->context);
+    free(renderer);
+}
+
+void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
+{
+    const struct gl_limits *limits = gl_context_limits(renderer->context);
+    *info = (struct renderer_info){
+        .device_count = limits->device_count,
+        .max_texture_size = limits->max_texture_size,
+        .max_samples = limits->max_samples,
+        .max_storage_block_bytes = (uint64_t)limits->max_storage_block_bytes,
+        .has_true_timers = limits->has_true_timers,
+        .has_post_depth_coverage = limits->has_post_depth_coverage,
+        .is_robust = limits->is_robust,
+        .budget_bytes = renderer->budget_bytes,
+        .used_bytes = renderer_used_bytes(renderer),
+    };
+    snprintf(info->vendor, sizeof info->vendor, "%s", limits->vendor);
+    snprintf(info->renderer, sizeof info->renderer, "%s", limits->renderer);
+    snprintf(info->version, sizeof info->version, "%s", limits->version);
+    snprintf(info->driver, sizeof info->driver, "%s", limits->platform);
+}
+
+uint64_t renderer_used_bytes(const struct renderer *renderer)
+{
+    return renderer->scenes.size_bytes + shadow_system_size_bytes(renderer->shadows) +
+           pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets);
+}
+
+bool renderer_has_scene(const struct renderer *renderer, const char *key)
+{
+    for (size_t i = 0; i < renderer->scenes.count; i++)
+        if (!strcmp(renderer->scenes.entries[i]->key, key))
+            return true;
+    return false;
+}
+
+/* Makes room by forgetting scenes that were not used for longest; never the one asked for. */
+static void evict_scenes(struct renderer *renderer, const char *keep)
+{
+    while (renderer_used_bytes(renderer) > renderer->budget_bytes) {
+        const char *oldest = scene_cache_oldest(&renderer->scenes, keep);
+        if (!oldest)
+            return;
+        shadow_system_forget(renderer->shadows, oldest);
+        scene_cache_remove(&renderer->scenes, oldest);
+    }
+}
+
+bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scene_desc *desc,
+                           struct error *err)
+{
+    if (scene_cache_find(&renderer->scenes, desc->key)) {
+        if (desc->release)
+            desc->release(desc->context);
+        return true;
+    }
+    if (!scene_cache_add(&renderer->scenes, desc, err))
+        return false;
+    evict_scenes(renderer, desc->key);
+    if (renderer_used_bytes(renderer) > renderer->budget_bytes) {
+        uint64_t needed = renderer_used_bytes(renderer);
+        renderer_detach_scene(renderer, desc->key);
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "the scene brings GPU memory to %llu bytes, the budget is %llu",
+                         (unsigned long long)needed, (unsigned long long)renderer->budget_bytes);
+    }
+    return gl_context_check(renderer->context, "uploading a scene", err);
+}
+
+void renderer_detach_scene(struct renderer *renderer, const char *key)
+{
+    if (!renderer_has_scene(renderer, key))
+        return;
+    shadow_system_forget(renderer->shadows, key);
+    scene_cache_remove(&renderer->scenes, key);
+}
+
+void frame_finish(struct frame *frame)
+{
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        image_finish(&frame->outputs[i]);
+    memset(frame, 0, sizeof *frame);
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+/* The renderer's parts, shared by renderer.c and frame.c only. */
+#ifndef VITRAIL_RENDERER_RENDERER_INTERNAL_H
+#define VITRAIL_RENDERER_RENDERER_INTERNAL_H
+
+#include "renderer/renderer.h"
+#include "renderer/scene_cache.h"
+#include "renderer/shading/shade.h"
+
+struct renderer {
+    struct gl_context *context;
+    struct program_cache *programs;
+    struct gpu_timeline *timeline;
+    struct draw_arena *arena;
+    struct light_lists *lists;
+    struct shadow_system *shadows;
+    struct targets targets;
+    struct pixel_lists pixels;
+    struct shade shade;
+    struct scene_cache scenes;
+    uint64_t budget_bytes;
+};
+
+uint64_t renderer_used_bytes(const struct renderer *renderer);
+
+#endif

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+/* The GPU side of the scene cache. */
+#include "renderer/scene_cache.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static size_t find_index(const struct scene_cache *cache, const char *key)
+{
+    size_t i = 0;
+    while (i < cache->count && strcmp(cache->entries[i]->key, key) != 0)
+        i++;
+    return i;
+}
+
+struct resident_scene *scene_cache_find(struct scene_cache *cache, const char *key)
+{
+    size_t i = find_index(cache, key);
+    if (i == cache->count)
+        return NULL;
+    cache->entries[i]->last_use = ++cache->clock;
+    return cache->entries[i];
+}
+
+static bool reserve(struct scene_cache *cache)
+{
+    if (cache->count < cache->capacity)
+        return true;
+    size_t capacity = cache->capacity ? 2 * cache->capacity : 8;
+    void *grown = realloc(cache->entries, capacity * sizeof *cache->entries);
+    if (!grown)
+        return false;
+    cache->entries = grown;
+    cache->capacity = capacity;
+    return true;
+}
+
+bool scene_cache_add(struct scene_cache *cache, const struct renderer_scene_desc *desc,
+                     struct error *err)
+{
+    if (strlen(desc->key) >= SCENE_KEY_BYTES)
+        return error_set(err, ERROR_INTERNAL, "scene key of %zu bytes", strlen(desc->key));
+    struct resident_scene *entry = calloc(1, sizeof *entry);
+    if (!entry || !reserve(cache)) {
+        free(entry);
+        return error_set(err, ERROR_NO_MEMORY, "scene cache");
+    }
+    snprintf(entry->key, sizeof entry->key, "%s", desc->key);
+    entry->scene = *desc->scene;
+    entry->gpu = scene_gpu_create(&entry->scene, err);
+    if (!entry->gpu) {
+        free(entry);
+        return false;
+    }
+    entry->release = desc->release;
+    entry->context = desc->context;
+    entry->last_use = ++cache->clock;
+    cache->size_bytes += scene_gpu_size_bytes(entry->gpu);
+    cache->entries[cache->count++] = entry;
+    return true;
+}
+
+void scene_cache_remove(struct scene_cache *cache, const char *key)
+{
+    size_t i = find_index(cache, key);
+    if (i == cache->count)
+        return;
+    struct resident_scene *entry = cache->entries[i];
+    cache->entries[i] = cache->entries[--cache->count];
+    cache->size_bytes -= scene_gpu_size_bytes(entry->gpu);
+    scene_gpu_destroy(entry->gpu);
+    if (entry->release)
+        entry->release(entry->context);
+    free(entry);
+}
+
+const char *scene_cache_oldest(const struct scene_cache *cache, const char *keep)
+{
+    const struct resident_scene *oldest = NULL;
+    for (size_t i = 0; i < cache->count; i++) {
+        const struct resident_scene *entry = cache->entries[i];
+        if (strcmp(entry->key, keep) != 0 && (!oldest || entry->last_use < oldest->last_use))
+            oldest = entry;
+    }
+    return oldest ? oldest->key : NULL;
+}
+
+void scene_cache_finish(struct scene_cache *cache)
+{
+    while (cache->count)
+        scene_cache_remove(cache, cache->entries[cache->count - 1]->key);
+    free(cache->entries);
+    *cache = (struct scene_cache){0};
+}

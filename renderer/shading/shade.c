@@ -1,0 +1,305 @@
+/* SPDX-License-Identifier: MIT */
+/* The shading passes: programs, uniforms and dispatches. */
+#include "renderer/shading/shade.h"
+
+#include <epoxy/gl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "renderer/scene/matrix.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/records.h"
+
+enum { STATISTICS_WORDS = 128, STATISTICS_LOOKUPS = 64, DEFINES_BYTES = 512 };
+
+static void fill_light(const struct state_light *light, uint32_t shadow, const double eye[3],
+                       struct light_record *r)
+{
+    *r = (struct light_record){.shadow = shadow};
+    for (int k = 0; k < 3; k++) {
+        r->position_range.v[k] = (float)(light->position[k] - eye[k]);
+        r->color.v[k] = light->color[k];
+        r->direction_cone.v[k] = (float)light->direction[k];
+    }
+    r->position_range.v[3] = light->range;
+    r->type = light->type == SCENE_LIGHT_DIRECTIONAL ? LIGHT_DIRECTIONAL
+              : light->type == SCENE_LIGHT_POINT     ? LIGHT_POINT
+                                                     : LIGHT_SPOT;
+    /* KHR_lights_punctual, "Inner and Outer Cone Angles" */
+    float outer = cosf(light->outer_cone_rad), inner = cosf(light->inner_cone_rad);
+    float scale = 1 / fmaxf(inner - outer, 1e-3f);
+    r->direction_cone.v[3] = scale;
+    r->spot_offset = -outer * scale;
+}
+
+bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
+                         const struct shadow_system *shadows, const double eye[3],
+                         struct error *err)
+{
+    struct light_record *records = calloc(state->light_count + 1, sizeof *records);
+    if (!records)
+        return error_set(err, ERROR_NO_MEMORY, "%zu lights", state->light_count);
+    for (size_t i = 0; i < state->light_count; i++)
+        fill_light(&state->lights[i], shadow_system_record(shadows, i), eye, &records[i]);
+    uint64_t bytes = state->light_count * sizeof *records;
+    bool ok = gl_buffer_reserve(&shade->lights,
+                                &(struct gl_buffer_desc){.label = "frame.lights",
+                                                         .size_bytes = bytes,
+                                                         .is_dynamic = true},
+                                false, err) &&
+              gl_buffer_reserve(&shade->statistics,
+                                &(struct gl_buffer_desc){.label = "frame.statistics",
+                                                         .size_bytes = STATISTICS_WORDS * 4,
+                                                         .is_dynamic = true},
+                                false, err);
+    if (ok)
+        gl_buffer_write(&shade->lights, 0, bytes, records);
+    free(records);
+    return ok;
+}
+
+/* Requirements of the shading programs, in canonical order. */
+static void describe(const struct shade_desc *desc, bool for_pixels, char text[DEFINES_BYTES])
+{
+    const struct window_frame *frame = desc->frame;
+    const char *shadow_defines = shadow_system_defines(desc->shadows);
+    bool has_lights = frame->state->light_count > 0;
+    bool has_shadows = has_lights && shadow_defines && *shadow_defines;
+    char pixel_defines[64] = "";
+    if (for_pixels)
+        snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s", frame->targets->samples,
+                 desc->pixels->entry_count ? " HAS_TRANSPARENT" : "");
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
+             has_shadows ? " HAS_SHADOWS" : "",
+             frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, "",
+             has_lights ? light_lists_defines(desc->lists) : "", has_shadows ? shadow_defines : "");
+}
+
+static const struct gl_program *prepare_program(struct shade *shade, const struct shade_desc *desc,
+                                                const char *file, bool for_pixels,
+                                                struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    char defines[DEFINES_BYTES];
+    describe(desc, for_pixels, defines);
+    const struct gl_program *program = program_cache_get(
+        frame->programs,
+        &(struct program_desc){.label = file, .compute = file, .defines = defines}, err);
+    if (!program)
+        return NULL;
+    gl_program_use(program);
+    window_set_view_ray(frame, program);
+    gl_program_set_f3(program, "u_sky", frame->state->sky);
+    gl_program_set_f3(program, "u_ground", frame->state->ground);
+    int taps = frame->view->quality.shadow_taps ? frame->view->quality.shadow_taps : 4;
+    gl_program_set_f(program, "u_taps", (float)taps);
+    gl_buffer_bind_storage(&shade->lights, BIND_LIGHTS);
+    gl_buffer_bind_storage(&shade->statistics, BIND_STATISTICS);
+    if (frame->state->light_count) {
+        light_lists_bind(desc->lists, program);
+        shadow_system_bind(desc->shadows, program);
+    }
+    pixel_lists_bind(desc->pixels, program);
+    return program;
+}
+
+static bool shade_entries(struct shade *shade, const struct shade_desc *desc, struct error *err)
+{
+    char because[REPORT_TEXT_BYTES];
+    snprintf(because, sizeof because, "%llu transparent surface samples are lit",
+             (unsigned long long)desc->pixels->entry_count);
+    const struct gl_program *program =
+        prepare_program(shade, desc, "shade_fragments.comp.glsl", false, err);
+    if (!program)
+        return false;
+    gpu_scope_begin(desc->frame->timeline, &(struct gpu_scope_desc){
+                                               .pass = "shade.transparent",
+                                               .because = because,
+                                               .technique = "lists",
+                                               .stage = REPORT_SHADE,
+                                           });
+    gl_program_set_u(program, "u_entries", (uint32_t)desc->pixels->entry_count);
+    gl_program_set_u(program, "u_width_px", (uint32_t)desc->frame->window.width);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    window_dispatch_items(desc->pixels->entry_count);
+    gpu_scope_end(desc->frame->timeline);
+    return true;
+}
+
+static void set_samples(const struct window_frame *frame, const struct gl_program *program)
+{
+    for (int i = 0; i < frame->targets->samples; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "u_sample_positions[%d]", i);
+        glProgramUniform2fv(program->name, glGetUniformLocation(program->name, name), 1,
+                            frame->sample_positions[i]);
+    }
+}
+
+static void bind_targets(const struct window_frame *frame, const struct gl_program *program)
+{
+    gl_texture_bind(&frame->targets->surface_0, UNIT_GBUFFER_0);
+    gl_texture_bind(&frame->targets->surface_1, UNIT_GBUFFER_1);
+    gl_texture_bind(&frame->targets->depth, UNIT_GBUFFER_DEPTH);
+    for (GLuint unit = UNIT_GBUFFER_0; unit <= UNIT_GBUFFER_DEPTH; unit++)
+        glBindSampler(unit, 0);
+    gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
+                      (uint32_t)frame->window.height);
+}
+
+static bool shade_pixels(struct shade *shade, const struct shade_desc *desc, struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    const struct gl_program *program =
+        prepare_program(shade, desc, "shade_pixels.comp.glsl", true, err);
+    if (!program)
+        return false;
+    const float *b = frame->view->background;
+    const float background[4] = {b[0] * b[3], b[1] * b[3], b[2] * b[3], b[3]};
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "shade.opaque",
+                                         .because = "the color output was asked for",
+                                         .technique = frame->targets->samples > 1 ? "msaa4" : "",
+                                         .stage = REPORT_SHADE,
+                                     });
+    gl_program_set_f4(program, "u_background", background);
+    set_samples(frame, program);
+    bind_targets(frame, program);
+    glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
+    window_dispatch_pixels(frame);
+    gpu_scope_end(frame->timeline);
+    return true;
+}
+
+static void read_statistics(const struct shade *shade, struct frame_report *report)
+{
+    uint32_t words[STATISTICS_WORDS];
+    gl_buffer_read(&shade->statistics, 0, sizeof words, words);
+    for (int i = 0; i < 64; i++)
+        report->counts.lookups += words[STATISTICS_LOOKUPS + i];
+}
+
+bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err)
+{
+    gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
+    if (desc->pixels->entry_count && !shade_entries(shade, desc, err))
+        return false;
+    if (!shade_pixels(shade, desc, err))
+        return false;
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+    read_statistics(shade, desc->frame->report);
+    return true;
+}
+
+bool shade_read_color(const struct window_frame *frame, struct image *color, struct error *err)
+{
+    const struct camera_window *w = &frame->window;
+    size_t row = (size_t)w->width * 4, bytes = row * (size_t)w->height * sizeof(float);
+    float *pixels = malloc(bytes);
+    if (!pixels)
+        return error_set(err, ERROR_NO_MEMORY, "reading back %zu bytes", bytes);
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "readback",
+                                         .because = "the color output was asked for",
+                                         .stage = REPORT_READBACK,
+                                     });
+    glGetTextureSubImage(frame->targets->image.name, 0, 0, 0, 0, w->width, w->height, 1, GL_RGBA,
+                         GL_FLOAT, (GLsizei)bytes, pixels);
+    for (int y = 0; y < w->height; y++) { /* the image's first row is on top, GL's at the bottom */
+        float *out = (float *)color->pixels +
+                     ((size_t)(w->y + y) * (size_t)color->width_px + (size_t)w->x) * 4;
+        memcpy(out, pixels + (size_t)(w->height - 1 - y) * row, row * sizeof(float));
+    }
+    gpu_scope_end(frame->timeline);
+    free(pixels);
+    return true;
+}
+
+/* Where each output's words are among the nine of shaders/aov.comp.glsl. */
+static const struct { int first, count; } aov_words[VIEW_OUTPUT_COUNT] = {
+    [VIEW_OUTPUT_DEPTH] = {0, 1}, [VIEW_OUTPUT_NORMAL] = {1, 3},   [VIEW_OUTPUT_ALBEDO] = {4, 3},
+    [VIEW_OUTPUT_NODE] = {7, 1},  [VIEW_OUTPUT_MATERIAL] = {8, 1},
+};
+
+static void copy_aov(const struct camera_window *w, const uint32_t *words, int output,
+                     struct image *image)
+{
+    uint32_t *pixels = image->pixels; /* f32 and u32 alike are moved as words */
+    int count = aov_words[output].count;
+    for (int y = 0; y < w->height; y++) {
+        for (int x = 0; x < w->width; x++) {
+            const uint32_t *in =
+                words + ((size_t)(w->height - 1 - y) * (size_t)w->width + (size_t)x) * 9;
+            uint32_t *out = pixels + ((size_t)(w->y + y) * (size_t)image->width_px +
+                                      (size_t)(w->x + x)) *
+                                         (size_t)count;
+            memcpy(out, in + aov_words[output].first, (size_t)count * 4);
+        }
+    }
+}
+
+static bool run_aov(struct shade *shade, const struct shade_desc *desc, struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    char defines[96];
+    snprintf(defines, sizeof defines, "SAMPLES=%d%s%s", frame->targets->samples,
+             desc->pixels->entry_count ? " HAS_TRANSPARENT" : "",
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
+    const struct gl_program *program = program_cache_get(
+        frame->programs,
+        &(struct program_desc){
+            .label = "aov.comp.glsl", .compute = "aov.comp.glsl", .defines = defines},
+        err);
+    if (!program)
+        return false;
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "aov",
+                                         .because = "auxiliary outputs were asked for",
+                                         .stage = REPORT_SHADE,
+                                     });
+    gl_program_use(program);
+    window_set_view_ray(frame, program);
+    bind_targets(frame, program);
+    pixel_lists_bind(desc->pixels, program);
+    gl_buffer_bind_storage(&shade->aov, BIND_STATISTICS);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    window_dispatch_pixels(frame);
+    gpu_scope_end(frame->timeline);
+    return true;
+}
+
+bool shade_read_aovs(struct shade *shade, const struct shade_desc *desc, struct image *outputs,
+                     struct error *err)
+{
+    const struct camera_window *w = &desc->frame->window;
+    uint64_t bytes = (uint64_t)w->width * (uint64_t)w->height * 9 * 4;
+    if (!gl_buffer_reserve(
+            &shade->aov,
+            &(struct gl_buffer_desc){.label = "frame.aov", .size_bytes = bytes, .is_dynamic = true},
+            false, err) ||
+        !run_aov(shade, desc, err))
+        return false;
+    uint32_t *words = malloc(bytes);
+    if (!words)
+        return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
+                         (unsigned long long)bytes);
+    gl_buffer_read(&shade->aov, 0, bytes, words);
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        if (i != VIEW_OUTPUT_COLOR && desc->frame->view->outputs & 1u << i)
+            copy_aov(w, words, i, &outputs[i]);
+    free(words);
+    return true;
+}
+
+void shade_finish(struct shade *shade)
+{
+    gl_buffer_finish(&shade->lights);
+    gl_buffer_finish(&shade->statistics);
+    gl_buffer_finish(&shade->aov);
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+/* Lighting of opaque pixels and transparent entries, compositing, and the auxiliary outputs. Thread: GL. */
+#ifndef VITRAIL_RENDERER_SHADING_SHADE_H
+#define VITRAIL_RENDERER_SHADING_SHADE_H
+
+#include "renderer/image/image.h"
+#include "renderer/lights/light_lists.h"
+#include "renderer/shading/window.h"
+#include "renderer/shadows/shadows.h"
+#include "renderer/transparency/pixel_lists.h"
+
+struct shade {
+    struct gl_buffer lights;     /* light_record[] */
+    struct gl_buffer statistics; /* 128 u32, see shaders/lighting.glsl */
+    struct gl_buffer aov;        /* nine words a pixel */
+};
+
+struct shade_desc {
+    const struct window_frame *frame;    /* required */
+    const struct light_lists *lists;     /* required, prepared for the window */
+    const struct shadow_system *shadows; /* required, prepared for the frame */
+    const struct pixel_lists *pixels;    /* required, built for the window */
+};
+
+/* Uploads the lights of the frame, relative to the eye. Once per frame. */
+MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
+                                    const struct shadow_system *shadows, const double eye[3],
+                                    struct error *err);
+/* Shades list entries, then pixels, into frame->targets->image. */
+MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
+/* Writes the requested auxiliary outputs of the window into `outputs` (whole images, indexed by view_output). */
+MUST_CHECK bool shade_read_aovs(struct shade *shade, const struct shade_desc *desc,
+                                struct image *outputs, struct error *err);
+/* Copies the window's linear image into `color`. */
+MUST_CHECK bool shade_read_color(const struct window_frame *frame, struct image *color,
+                                 struct error *err);
+void shade_finish(struct shade *shade);
+
+#endif

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/* Creation of the render targets. */
+#include "renderer/shading/targets.h"
+
+#include <epoxy/gl.h>
+
+static bool create_textures(struct targets *t, struct error *err)
+{
+    int samples = t->samples > 1 ? t->samples : 0;
+    struct gl_texture_desc desc = {.width = t->width, .height = t->height, .samples = samples};
+    desc.label = "gbuffer.surface_0";
+    desc.format = GL_RGBA32UI;
+    if (!gl_texture_init(&t->surface_0, &desc, err))
+        return false;
+    desc.label = "gbuffer.surface_1";
+    if (!gl_texture_init(&t->surface_1, &desc, err))
+        return false;
+    desc.label = "gbuffer.depth";
+    desc.format = GL_DEPTH_COMPONENT32F;
+    if (!gl_texture_init(&t->depth, &desc, err))
+        return false;
+    desc.label = "frame.image";
+    desc.format = GL_RGBA32F;
+    desc.samples = 0;
+    return gl_texture_init(&t->image, &desc, err);
+}
+
+bool targets_prepare(struct targets *t, int width, int height, int samples, struct error *err)
+{
+    if (t->gbuffer.name && t->width == width && t->height == height && t->samples == samples)
+        return true;
+    targets_finish(t);
+    t->width = width;
+    t->height = height;
+    t->samples = samples;
+    bool ok = create_textures(t, err) &&
+              gl_framebuffer_init(&t->gbuffer,
+                                  &(struct gl_framebuffer_desc){
+                                      .label = "gbuffer",
+                                      .colors = {&t->surface_0, &t->surface_1},
+                                      .depth = &t->depth,
+                                  },
+                                  err) &&
+              gl_framebuffer_init(
+                  &t->depth_only,
+                  &(struct gl_framebuffer_desc){.label = "gbuffer.depth_only", .depth = &t->depth},
+                  err);
+    if (!ok)
+        targets_finish(t);
+    return ok;
+}
+
+void targets_finish(struct targets *t)
+{
+    gl_framebuffer_finish(&t->gbuffer);
+    gl_framebuffer_finish(&t->depth_only);
+    gl_texture_finish(&t->surface_0);
+    gl_texture_finish(&t->surface_1);
+    gl_texture_finish(&t->depth);
+    gl_texture_finish(&t->image);
+    *t = (struct targets){0};
+}
+
+uint64_t targets_size_bytes(const struct targets *t)
+{
+    return t->surface_0.size_bytes + t->surface_1.size_bytes + t->depth.size_bytes +
+           t->image.size_bytes;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* The render targets of one window: G-buffer, depth, and the linear image. Thread: GL. */
+#ifndef VITRAIL_RENDERER_SHADING_TARGETS_H
+#define VITRAIL_RENDERER_SHADING_TARGETS_H
+
+#include "renderer/gl/object.h"
+
+struct targets {
+    int width, height, samples;       /* of what is allocated */
+    struct gl_texture surface_0, surface_1; /* RGBA32UI: shaders/surface.glsl */
+    struct gl_texture depth;          /* D32F, reversed: 0 is infinitely far */
+    struct gl_texture image;          /* RGBA32F, linear, associated alpha */
+    struct gl_framebuffer gbuffer;    /* both surfaces and depth */
+    struct gl_framebuffer depth_only; /* depth alone: list passes must have no colour attachment (llvmpipe) */
+};
+
+/* Re-creates the targets when size or samples differ. */
+MUST_CHECK bool targets_prepare(struct targets *targets, int width, int height, int samples,
+                                struct error *err);
+void targets_finish(struct targets *targets);
+uint64_t targets_size_bytes(const struct targets *targets);
+
+#endif

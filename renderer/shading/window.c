@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/* Uniforms and dispatch sizes shared by the passes over a window. */
+#include "renderer/shading/window.h"
+
+#include <epoxy/gl.h>
+
+static void set_axis(const struct gl_program *program, const char *name, const double axis[3])
+{
+    gl_program_set_f3(program, name, (const float[3]){(float)axis[0], (float)axis[1],
+                                                      (float)axis[2]});
+}
+
+void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program)
+{
+    const struct camera *camera = frame->camera;
+    const struct camera_window *w = &frame->window;
+    set_axis(program, "u_right", camera->right);
+    set_axis(program, "u_up", camera->up);
+    set_axis(program, "u_back", camera->back);
+    double step_x = 2 * camera->half_width / w->image_width;
+    double step_y = 2 * camera->half_height / w->image_height;
+    double left = -camera->half_width + w->x * step_x;
+    double bottom = camera->half_height - (w->y + w->height) * step_y;
+    gl_program_set_f4(program, "u_window", (const float[4]){(float)left, (float)bottom,
+                                                            (float)step_x, (float)step_y});
+    gl_program_set_f3(program, "u_depth",
+                      (const float[3]){(float)camera->z_near, (float)camera->z_far,
+                                       (float)(camera->z_far - camera->z_near)});
+}
+
+void window_dispatch_items(uint64_t count)
+{
+    const uint64_t row = 32768; /* groups; the limit per dimension is at least 65,535 */
+    uint64_t groups = (count + 63) / 64;
+    if (!groups)
+        return;
+    uint64_t rows = (groups + row - 1) / row;
+    glDispatchCompute((GLuint)(rows > 1 ? row : groups), (GLuint)rows, 1);
+}
+
+void window_dispatch_pixels(const struct window_frame *frame)
+{
+    glDispatchCompute((GLuint)(frame->window.width + 7) / 8, (GLuint)(frame->window.height + 7) / 8,
+                      1);
+}

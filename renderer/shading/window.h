@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+/* What every pass over one window of one frame needs to know. Borrowed pointers, lives on the stack of the frame. */
+#ifndef VITRAIL_RENDERER_SHADING_WINDOW_H
+#define VITRAIL_RENDERER_SHADING_WINDOW_H
+
+#include "renderer/frame_report.h"
+#include "renderer/gl/context.h"
+#include "renderer/gl/program.h"
+#include "renderer/gl/scope.h"
+#include "renderer/plan/camera.h"
+#include "renderer/scene/scene_gpu.h"
+#include "renderer/shading/targets.h"
+
+struct window_frame {
+    struct program_cache *programs;
+    struct gpu_timeline *timeline;
+    const struct gl_limits *limits;
+    const struct view *view;
+    const struct scene_state *state;
+    const struct scene_gpu *gpu;
+    struct draw_arena *arena;
+    const struct camera *camera;
+    struct camera_window window;
+    struct targets *targets;
+    struct frame_report *report;
+    float sample_positions[4][2]; /* in the pixel, y up */
+};
+
+/* Camera axes, window and depth uniforms of shaders/view_ray.glsl. */
+void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program);
+
+/* Runs one compute thread per item in groups of 64, over two dimensions where one is too short. */
+void window_dispatch_items(uint64_t count);
+/* Runs one compute thread per pixel in groups of 8 x 8. */
+void window_dispatch_pixels(const struct window_frame *frame);
+
+#endif

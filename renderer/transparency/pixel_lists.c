@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: MIT */
+/* Building the per-pixel lists of transparent surfaces. */
+#include "renderer/transparency/pixel_lists.h"
+
+#include <epoxy/gl.h>
+#include <stdio.h>
+
+#include "shaders/shared/bindings.h"
+
+enum { SORT_RUN = 16 }; /* RUN of shaders/lists_sort.comp.glsl */
+
+static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes, struct error *err)
+{
+    return gl_buffer_reserve(
+        buffer, &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
+        false, err);
+}
+
+static const struct gl_program *get_compute(const struct window_frame *frame, const char *file,
+                                            const char *defines, struct error *err)
+{
+    return program_cache_get(
+        frame->programs,
+        &(struct program_desc){.label = file, .compute = file, .defines = defines}, err);
+}
+
+/* Chunks of about the square root, so that neither loop of the scan is long. */
+static uint32_t scan_chunk(uint32_t count)
+{
+    uint32_t chunk = 64;
+    while ((uint64_t)chunk * chunk < count)
+        chunk *= 2;
+    return chunk;
+}
+
+static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame, struct error *err)
+{
+    uint32_t count = (uint32_t)(frame->window.width * frame->window.height);
+    uint32_t chunk = scan_chunk(count), chunks = (count + chunk - 1) / chunk;
+    if (!reserve(&lists->scan, "lists.scan", (uint64_t)chunks * 8, err) ||
+        !reserve(&lists->statistics, "lists.statistics", 16, err))
+        return false;
+    gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
+    gl_buffer_bind_storage(&lists->scan, BIND_SCAN);
+    gl_buffer_bind_storage(&lists->statistics, BIND_STATISTICS);
+    static const char *const passes[] = {"PASS=0", "PASS=1", "PASS=2"};
+    for (int i = 0; i < 3; i++) {
+        const struct gl_program *program =
+            get_compute(frame, "lists_scan.comp.glsl", passes[i], err);
+        if (!program)
+            return false;
+        gl_program_use(program);
+        gl_program_set_u(program, "u_count", count);
+        gl_program_set_u(program, "u_chunk", chunk);
+        gl_program_set_u(program, "u_chunks", chunks);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        window_dispatch_items(i == 1 ? 1 : chunks);
+    }
+    uint32_t totals[2];
+    gl_buffer_read(&lists->statistics, 0, sizeof totals, totals);
+    lists->entry_count = totals[0];
+    lists->longest = totals[1];
+    return true;
+}
+
+static bool count_fragments(struct pixel_lists *lists, const struct window_frame *frame,
+                            const struct geometry_items *items, struct error *err)
+{
+    uint64_t bytes = (uint64_t)frame->window.width * (uint64_t)frame->window.height * 4;
+    if (!reserve(&lists->counts, "lists.counts", bytes, err))
+        return false;
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "transparency.count",
+                                         .because = "transparent surfaces are in view",
+                                         .technique = "lists",
+                                         .stage = REPORT_SHADE,
+                                     });
+    gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
+    gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
+    bool ok =
+        geometry_draw_transparent(frame, items, "lists_count.frag.glsl", false, err) &&
+        run_scan(lists, frame, err);
+    gpu_scope_end(frame->timeline);
+    return ok;
+}
+
+static bool scatter_fragments(struct pixel_lists *lists, const struct window_frame *frame,
+                              const struct geometry_items *items, struct error *err)
+{
+    static const char *const labels[] = {"lists.surface_0", "lists.surface_1", "lists.surface_2"};
+    uint64_t n = lists->entry_count;
+    uint64_t halves = lists->longest > SORT_RUN ? 2 : 1;
+    if (!reserve(&lists->keys, "lists.keys", n * 16 * halves, err) ||
+        !reserve(&lists->colors, "lists.colors", n * 32, err))
+        return false;
+    for (int i = 0; i < 3; i++)
+        if (!reserve(&lists->surfaces[i], labels[i], n * 16, err))
+            return false;
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "transparency.scatter",
+                                         .because = "transparent surfaces are in view",
+                                         .technique = "lists",
+                                         .stage = REPORT_SHADE,
+                                     });
+    pixel_lists_bind(lists, NULL);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    bool ok = geometry_draw_transparent(frame, items, "lists_scatter.frag.glsl", true, err);
+    gpu_scope_end(frame->timeline);
+    return ok;
+}
+
+static bool run_sort(struct pixel_lists *lists, const struct window_frame *frame, const char *pass,
+                     uint64_t run, struct error *err)
+{
+    const struct gl_program *program = get_compute(frame, "lists_sort.comp.glsl", pass, err);
+    if (!program)
+        return false;
+    uint64_t to = lists->keys_offset ? 0 : lists->entry_count;
+    gl_program_use(program);
+    gl_program_set_u(program, "u_entries", (uint32_t)lists->entry_count);
+    gl_program_set_u(program, "u_run", (uint32_t)run);
+    gl_program_set_u(program, "u_from", (uint32_t)lists->keys_offset);
+    gl_program_set_u(program, "u_to", (uint32_t)to);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    window_dispatch_items(lists->entry_count);
+    if (run)
+        lists->keys_offset = to;
+    return true;
+}
+
+static bool sort_lists(struct pixel_lists *lists, const struct window_frame *frame,
+                       struct error *err)
+{
+    char because[REPORT_TEXT_BYTES];
+    snprintf(because, sizeof because, "some pixel has %llu transparent layers",
+             (unsigned long long)lists->longest);
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "transparency.sort",
+                                         .because = because,
+                                         .technique = "lists",
+                                         .stage = REPORT_SHADE,
+                                     });
+    lists->keys_offset = 0;
+    bool ok = lists->longest < 2 || run_sort(lists, frame, "PASS=0", 0, err);
+    for (uint64_t run = SORT_RUN; ok && run < lists->longest; run *= 2)
+        ok = run_sort(lists, frame, "PASS=1", run, err);
+    gpu_scope_end(frame->timeline);
+    return ok;
+}
+
+enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
+                                           const struct window_frame *frame,
+                                           const struct geometry_items *items, struct error *err)
+{
+    lists->entry_count = lists->longest = lists->keys_offset = 0;
+    if (!items->transparent_count)
+        return PIXEL_LISTS_BUILT;
+    if (!count_fragments(lists, frame, items, err))
+        return PIXEL_LISTS_FAILED;
+    if (lists->longest > PIXEL_LISTS_LONGEST_MAX) {
+        error_set(err, ERROR_OVER_BUDGET, "a pixel has %llu transparent layers, limit is %d",
+                  (unsigned long long)lists->longest, PIXEL_LISTS_LONGEST_MAX);
+        return PIXEL_LISTS_FAILED;
+    }
+    if (lists->entry_count > PIXEL_LISTS_ENTRIES_MAX)
+        return PIXEL_LISTS_TOO_MANY;
+    if (lists->entry_count &&
+        (!scatter_fragments(lists, frame, items, err) || !sort_lists(lists, frame, err)))
+        return PIXEL_LISTS_FAILED;
+    frame->report->counts.transparent_fragments += lists->entry_count;
+    if (frame->report->counts.longest_pixel_list < lists->longest)
+        frame->report->counts.longest_pixel_list = lists->longest;
+    return PIXEL_LISTS_BUILT;
+}
+
+void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *program)
+{
+    gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
+    gl_buffer_bind_storage(&lists->keys, BIND_FRAGMENT_KEYS);
+    gl_buffer_bind_storage(&lists->surfaces[0], BIND_FRAGMENT_SURFACE_0);
+    gl_buffer_bind_storage(&lists->surfaces[1], BIND_FRAGMENT_SURFACE_1);
+    gl_buffer_bind_storage(&lists->surfaces[2], BIND_FRAGMENT_SURFACE_2);
+    gl_buffer_bind_storage(&lists->colors, BIND_FRAGMENT_COLORS);
+    if (program)
+        gl_program_set_u(program, "u_keys_offset", (uint32_t)lists->keys_offset);
+}
+
+void pixel_lists_finish(struct pixel_lists *lists)
+{
+    gl_buffer_finish(&lists->counts);
+    gl_buffer_finish(&lists->scan);
+    gl_buffer_finish(&lists->statistics);
+    gl_buffer_finish(&lists->keys);
+    for (int i = 0; i < 3; i++)
+        gl_buffer_finish(&lists->surfaces[i]);
+    gl_buffer_finish(&lists->colors);
+    *lists = (struct pixel_lists){0};
+}
+
+uint64_t pixel_lists_size_bytes(const struct pixel_lists *lists)
+{
+    return lists->counts.size_bytes + lists->scan.size_bytes + lists->keys.size_bytes +
+           lists->surfaces[0].size_bytes + lists->surfaces[1].size_bytes +
+           lists->surfaces[2].size_bytes + lists->colors.size_bytes;
+}

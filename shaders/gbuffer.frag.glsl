@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Opaque and masked surfaces into the G-buffer. Needs: those of evaluate.glsl, IS_MASKED.
+#include "evaluate.glsl"
+
+layout(location = 0) out uvec4 o_surface_0;
+layout(location = 1) out uvec4 o_surface_1;
+
+void main()
+{
+    surface s = evaluate_surface();
+#ifdef IS_MASKED
+    if (s.alpha < materials[s.material].emissive_alpha_cutoff.w)
+        discard;
+#endif
+    s.alpha = 1.0;
+    o_surface_0 = surface_pack_0(s);
+    o_surface_1 = surface_pack_1(s);
+}

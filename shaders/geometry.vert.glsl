@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Vertices of the camera's passes. Needs: HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR, CLIP_PLANES (count).
+#include "draw.glsl"
+
+layout(location = 1) in vec3 a_normal;
+layout(location = 0) out vec3 v_position; // eye-relative, world axes [m]
+layout(location = 1) out vec3 v_normal;   // not normalised
+layout(location = 2) flat out uvec4 v_ids; // material, node, primitive, sign of the determinant (1 or 0)
+#ifdef HAS_TANGENT
+layout(location = 2) in vec4 a_tangent;
+layout(location = 3) out vec4 v_tangent;
+#endif
+#ifdef HAS_TEXCOORDS
+layout(location = 3) in vec2 a_texcoord_0;
+layout(location = 4) in vec2 a_texcoord_1;
+layout(location = 4) out vec4 v_texcoords;
+#endif
+#ifdef HAS_COLOR
+layout(location = 5) in vec4 a_color;
+layout(location = 5) out vec4 v_color;
+#endif
+#ifdef CLIP_PLANES
+uniform vec4 u_clip_planes[CLIP_PLANES]; // eye-relative
+out float gl_ClipDistance[CLIP_PLANES];
+#endif
+
+uniform mat4 u_clip_from_relative;
+
+invariant gl_Position; // the count and the scatter pass must agree on every fragment
+
+void main()
+{
+    uint slot = uint(gl_BaseInstanceARB);
+    v_position = draw_position(slot);
+    v_normal = vec3(dot(draws[slot].normal_0.xyz, a_normal),
+                    dot(draws[slot].normal_1.xyz, a_normal),
+                    dot(draws[slot].normal_2.xyz, a_normal));
+    v_ids = uvec4(draws[slot].material, draws[slot].node, draws[slot].primitive,
+                  draws[slot].normal_0.w > 0.0 ? 1u : 0u);
+#ifdef HAS_TANGENT
+    v_tangent = vec4(dot(draws[slot].row_0.xyz, a_tangent.xyz),
+                     dot(draws[slot].row_1.xyz, a_tangent.xyz),
+                     dot(draws[slot].row_2.xyz, a_tangent.xyz), a_tangent.w);
+#endif
+#ifdef HAS_TEXCOORDS
+    v_texcoords = vec4(a_texcoord_0, a_texcoord_1);
+#endif
+#ifdef HAS_COLOR
+    v_color = a_color;
+#endif
+#ifdef CLIP_PLANES
+    for (int i = 0; i < CLIP_PLANES; i++)
+        gl_ClipDistance[i] = dot(u_clip_planes[i].xyz, v_position) + u_clip_planes[i].w;
+#endif
+    gl_Position = u_clip_from_relative * vec4(v_position, 1.0);
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere, emission.
+// The same code serves opaque pixels and every transparent layer. Needs: light list and shadow defines.
+#include "shared/layout.h"
+#include "shared/bindings.h"
+#include "shared/records.h"
+#include "material.glsl"
+#include "surface.glsl"
+#include "brdf.glsl"
+#ifdef HAS_LIGHTS
+layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
+#include "light_list.glsl"
+#ifdef HAS_SHADOWS
+#include "shadow_query.glsl"
+#endif
+#endif
+
+layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
+#define STATISTICS_LOOKUPS 64u // first of 64 counters of shadow queries, spread to keep atomics apart
+
+uniform vec3 u_sky, u_ground; // nt
+uniform float u_taps;         // per shadow query, for the statistics
+
+// Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot falloff and range window.
+vec3 light_arriving(light_record r, vec3 position, out vec3 l)
+{
+    if (r.type == LIGHT_DIRECTIONAL) {
+        l = -r.direction_cone.xyz;
+        return r.color.rgb;
+    }
+    vec3 to_light = r.position_range.xyz - position;
+    float d2 = dot(to_light, to_light);
+    l = to_light * inversesqrt(max(d2, 1e-30));
+    float gain = 1.0 / max(d2, 1e-12);
+    float range = r.position_range.w;
+    if (range > 0.0) {
+        float q = d2 / (range * range);
+        gain *= clamp(1.0 - q * q, 0.0, 1.0);
+    }
+    if (r.type == LIGHT_SPOT) {
+        float cone = clamp(dot(r.direction_cone.xyz, -l) * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
+        gain *= cone * cone;
+    }
+    return r.color.rgb * gain;
+}
+
+vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
+{
+    float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
+    vec3 irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * b.normal.y); // over pi
+    vec3 r = reflect(-b.view, b.normal);
+    float spread = mix(0.05, 1.0, roughness);
+    vec3 mirrored = mix(u_ground, u_sky, clamp(0.5 + 0.5 * r.y / spread, 0.0, 1.0));
+    vec2 split = environment_brdf(roughness, n_dot_v);
+    vec3 f0 = mix(vec3(b.f0), b.base, b.metallic);
+    vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
+    return (diffuse * irradiance + mirrored * (f0 * split.x + split.y)) * occlusion;
+}
+
+// position: eye-relative, world axes; view: unit, towards the viewer; pixel: in the window, y up.
+vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, uvec2 pixel,
+                       float view_z)
+{
+    uint flags = materials[s.material].flags;
+    if ((flags & MATERIAL_UNLIT) != 0u)
+        return s.base + s.emissive;
+    brdf_input b;
+    b.normal = s.normal;
+    b.view = view;
+    b.base = s.base;
+    b.metallic = s.metallic;
+    b.alpha = max(s.roughness * s.roughness, MIN_ALPHA);
+    b.f0 = materials[s.material].transmission_f0_thickness.y;
+    b.transmission = transmission;
+    vec3 radiance = s.emissive;
+#ifdef HAS_ENVIRONMENT
+    radiance += hemisphere_light(b, s.roughness, s.occlusion);
+#endif
+#ifdef HAS_LIGHTS
+    uint lookups = 0u;
+    light_cursor cursor = light_list_first(pixel, view_z);
+    uint index;
+    while (light_list_next(cursor, index)) {
+        light_record r = lights[index];
+        vec3 l;
+        vec3 arriving = light_arriving(r, position, l);
+        if (max(arriving.r, max(arriving.g, arriving.b)) <= 0.0)
+            continue;
+        vec3 reflected = brdf_evaluate(b, l);
+        if (max(reflected.r, max(reflected.g, reflected.b)) <= 0.0)
+            continue;
+#ifdef HAS_SHADOWS
+        if (r.shadow != NO_SHADOW) {
+            arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, s.node);
+            lookups++;
+        }
+#endif
+        radiance += reflected * arriving;
+    }
+#ifdef HAS_SHADOWS
+    if (lookups > 0u)
+        atomicAdd(statistics[STATISTICS_LOOKUPS + (pixel.x & 63u)], lookups * uint(u_taps));
+#endif
+#endif
+    return radiance;
+}

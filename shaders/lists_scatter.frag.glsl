@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// Second pass of the per-pixel lists: writes each transparent fragment's surface into its pixel's range.
+// Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target with post-depth coverage).
+#include "evaluate.glsl"
+layout(early_fragment_tests) in;
+#ifdef HAS_COVERAGE
+layout(post_depth_coverage) in;
+#endif
+layout(std430, binding = BIND_PIXEL_COUNTS) buffer count_buffer { uint cursors[]; };
+layout(std430, binding = BIND_FRAGMENT_KEYS) writeonly buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_0) writeonly buffer s0_buffer { uvec4 surfaces_0[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_1) writeonly buffer s1_buffer { uvec4 surfaces_1[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer { uvec4 surfaces_2[]; };
+uniform uint u_width_px;
+
+// Same value for the same triangle whatever the draw order; breaks ties of equal depth.
+uint tie_key()
+{
+    uint h = v_ids.y * 0x9e3779b9u ^ v_ids.z * 0x85ebca6bu ^ uint(gl_PrimitiveID) * 0xc2b2ae35u;
+    return h ^ h >> 15;
+}
+
+void main()
+{
+    surface s = evaluate_surface();
+    material_record r = materials[s.material];
+    float transmission = r.transmission_f0_thickness.x * evaluate_texel(s.material, SLOT_TRANSMISSION).r;
+    float thickness_m = r.transmission_f0_thickness.z * evaluate_texel(s.material, SLOT_THICKNESS).g;
+    if ((r.flags & MATERIAL_BLEND) == 0u)
+        s.alpha = 1.0;
+#ifdef IS_MASKED
+    if (s.alpha < r.emissive_alpha_cutoff.w)
+        s.alpha = 0.0; // counted already, so it stays in the list as nothing
+#endif
+    if (gl_HelperInvocation)
+        return;
+    uint pixel = uint(gl_FragCoord.y) * u_width_px + uint(gl_FragCoord.x);
+    uint entry = atomicAdd(cursors[pixel], 1u);
+#ifdef HAS_COVERAGE
+    uint coverage = uint(gl_SampleMaskIn[0]);
+#else
+    uint coverage = 1u;
+#endif
+    keys[entry] = uvec4(floatBitsToUint(gl_FragCoord.z), tie_key(), entry, coverage);
+    surfaces_0[entry] = surface_pack_0(s);
+    surfaces_1[entry] = surface_pack_1(s);
+    surfaces_2[entry] = uvec4(floatBitsToUint(transmission), floatBitsToUint(thickness_m), pixel,
+                              floatBitsToUint(gl_FragCoord.z));
+}

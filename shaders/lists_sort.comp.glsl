@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// Sorts the per-pixel lists, nearest first, by (depth, triangle): a total order, so the result does not depend on how
+// the fragments arrived. A thread per entry; the first thread of a run does the run's work.
+//   PASS=0  runs of RUN entries by insertion in a local array
+//   PASS=1  merges two sorted runs of u_run entries from u_from to u_to halves of the buffer
+// The longest loop is 2 * u_run < 65,536: the host refuses longer lists.
+#include "shared/bindings.h"
+#define RUN 16u
+layout(local_size_x = 64) in;
+layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
+layout(std430, binding = BIND_FRAGMENT_KEYS) buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
+uniform uint u_entries;
+uniform uint u_run;
+uniform uint u_from; // offset of the half that is read; its keys are u_entries long
+uniform uint u_to;
+
+// Reversed depth: greater is nearer, and bits of non-negative floats order like the floats.
+bool comes_before(uvec4 a, uvec4 b)
+{
+    if (a.x != b.x)
+        return a.x > b.x;
+    return a.y != b.y ? a.y < b.y : a.w < b.w;
+}
+
+void main()
+{
+    uint entry = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u +
+                 gl_LocalInvocationID.x;
+    if (entry >= u_entries)
+        return;
+    uint pixel = surfaces_2[keys[u_from + entry].z].z;
+    uint first = pixel == 0u ? 0u : ends[pixel - 1u], end = ends[pixel];
+#if PASS == 0
+    if ((entry - first) % RUN != 0u)
+        return;
+    uint n = min(RUN, end - entry);
+    if (n < 2u)
+        return;
+    uvec4 run[RUN];
+    for (uint i = 0u; i < n; i++) {
+        uvec4 key = keys[entry + i];
+        uint at = i;
+        while (at > 0u && comes_before(key, run[at - 1u])) {
+            run[at] = run[at - 1u];
+            at--;
+        }
+        run[at] = key;
+    }
+    for (uint i = 0u; i < n; i++)
+        keys[entry + i] = run[i];
+#else
+    if ((entry - first) % (2u * u_run) != 0u)
+        return;
+    uint middle = min(entry + u_run, end), last = min(entry + 2u * u_run, end);
+    uint a = entry, b = middle;
+    for (uint i = entry; i < last; i++) {
+        bool take_a = b >= last;
+        if (!take_a && a < middle)
+            take_a = !comes_before(keys[u_from + b], keys[u_from + a]);
+        keys[u_to + i] = keys[u_from + (take_a ? a++ : b++)];
+    }
+#endif
+}

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
+// Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, those of lighting.glsl.
+#include "lighting.glsl"
+#include "view_ray.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+#if SAMPLES > 1
+layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
+layout(binding = UNIT_GBUFFER_1) uniform usampler2DMS u_surface_1;
+layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2DMS u_depth_map;
+#else
+layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
+layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
+layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
+#endif
+layout(rgba32f, binding = 0) writeonly uniform image2D u_image;
+uniform uvec2 u_size_px;
+uniform vec4 u_background;             // associated alpha
+uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
+#ifdef HAS_TRANSPARENT
+layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
+layout(std430, binding = BIND_FRAGMENT_KEYS) readonly buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { vec4 colors[]; };
+uniform uint u_keys_offset; // of the sorted half
+#endif
+
+// Two samples of one smooth surface are shaded once: same node and material, nearly one plane and depth.
+bool is_same_surface(uvec4 a0, uvec4 a1, float depth_a, uvec4 b0, uvec4 b1, float depth_b)
+{
+    if (a1.z != b1.z || a1.w != b1.w)
+        return false;
+    if (abs(depth_a - depth_b) > 0.02 * max(depth_a, depth_b))
+        return false;
+    return a0.x == b0.x || dot(unpack_unit(a0.x), unpack_unit(b0.x)) > 0.98;
+}
+
+vec4 shade_sample(ivec2 pixel, uvec4 s0, uvec4 s1, float depth, vec2 offset)
+{
+    if (depth <= 0.0)
+        return u_background;
+    surface s = surface_unpack(s0, s1);
+    float view_z = view_depth(depth);
+    vec3 position = view_position(vec2(pixel) + offset, view_z);
+    return vec4(lighting_evaluate(s, 0.0, position, view_direction(position), uvec2(pixel), view_z), 1.0);
+}
+
+void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
+{
+#if SAMPLES == 1
+    color[0] = shade_sample(pixel, texelFetch(u_surface_0, pixel, 0), texelFetch(u_surface_1, pixel, 0),
+                            texelFetch(u_depth_map, pixel, 0).x, u_sample_positions[0]);
+#else
+    uvec4 s0[SAMPLES], s1[SAMPLES];
+    float depth[SAMPLES];
+    for (int i = 0; i < SAMPLES; i++) {
+        s0[i] = texelFetch(u_surface_0, pixel, i);
+        s1[i] = texelFetch(u_surface_1, pixel, i);
+        depth[i] = texelFetch(u_depth_map, pixel, i).x;
+    }
+    for (int i = 0; i < SAMPLES; i++) {
+        int twin = -1;
+        for (int j = 0; j < i && twin < 0; j++)
+            if (is_same_surface(s0[j], s1[j], depth[j], s0[i], s1[i], depth[i]))
+                twin = j;
+        if (twin >= 0)
+            color[i] = color[twin];
+        else
+            color[i] = shade_sample(pixel, s0[i], s1[i], depth[i], u_sample_positions[i]);
+    }
+#endif
+}
+
+vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
+{
+    vec4 sum = vec4(0.0);
+#ifdef HAS_TRANSPARENT
+    uint index = uint(pixel.y) * u_size_px.x + uint(pixel.x);
+    uint first = index == 0u ? 0u : ends[index - 1u], end = ends[index];
+    vec3 radiance[SAMPLES];
+    dvec3 through[SAMPLES]; // fp64: the product does not depend on the order of the layers
+    for (int i = 0; i < SAMPLES; i++) {
+        radiance[i] = vec3(0.0);
+        through[i] = dvec3(1.0LF);
+    }
+    for (uint k = first; k < end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        vec3 layer = colors[2u * key.z].rgb, filter_ = colors[2u * key.z + 1u].rgb;
+        for (int i = 0; i < SAMPLES; i++) {
+            if ((key.w & 1u << i) == 0u)
+                continue;
+            radiance[i] += vec3(through[i]) * layer;
+            through[i] *= dvec3(filter_);
+        }
+    }
+    for (int i = 0; i < SAMPLES; i++) {
+        vec3 t = vec3(through[i]);
+        float alpha = 1.0 - (1.0 - color[i].a) * (t.r + t.g + t.b) / 3.0;
+        sum += vec4(radiance[i] + t * color[i].rgb, alpha);
+    }
+#else
+    for (int i = 0; i < SAMPLES; i++)
+        sum += color[i];
+#endif
+    return sum / float(SAMPLES);
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, u_size_px)))
+        return;
+    vec4 color[SAMPLES];
+    shade_opaque(pixel, color);
+    vec4 result = composite(pixel, color);
+    // A value that is not a number has no place in an image; none is known to arise.
+    result = mix(result, vec4(0.0), isnan(result));
+    imageStore(u_image, pixel, clamp(result, vec4(-3e38), vec4(3e38)));
+}

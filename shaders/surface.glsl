@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// A shaded point's surface, as it travels from the geometry passes to the shading passes: two words of four.
+#include "pack.glsl"
+
+struct surface {
+    vec3 normal;         // shading normal, unit, world axes, on the viewer's side
+    vec3 geo_normal;     // of the triangle, unit, on the viewer's side
+    vec3 base;           // linear base colour after textures
+    float alpha;         // coverage of BLEND surfaces, else 1
+    float metallic, roughness, occlusion;
+    vec3 emissive;       // nt
+    uint node, material;
+    bool is_front;       // the viewer sees the front face
+};
+
+uvec4 surface_pack_0(surface s)
+{
+    return uvec4(pack_unit(s.normal), pack_unit(s.geo_normal), packUnorm2x16(s.base.rg),
+                 packUnorm2x16(vec2(s.base.b, s.roughness)));
+}
+
+uvec4 surface_pack_1(surface s)
+{
+    uvec2 small = uvec2(vec2(s.metallic, s.occlusion) * 255.0 + 0.5);
+    uint alpha = uint(s.alpha * 65535.0 + 0.5);
+    return uvec4(pack_radiance(s.emissive), small.x | small.y << 8 | alpha << 16,
+                 s.node | (s.is_front ? 0x80000000u : 0u), s.material);
+}
+
+surface surface_unpack(uvec4 a, uvec4 b)
+{
+    surface s;
+    s.normal = unpack_unit(a.x);
+    s.geo_normal = unpack_unit(a.y);
+    vec2 w = unpackUnorm2x16(a.w);
+    s.base = vec3(unpackUnorm2x16(a.z), w.x);
+    s.roughness = w.y;
+    s.emissive = unpack_radiance(b.x);
+    s.metallic = float(b.y & 255u) / 255.0;
+    s.occlusion = float(b.y >> 8 & 255u) / 255.0;
+    s.alpha = float(b.y >> 16) / 65535.0;
+    s.node = b.z & 0x7fffffffu;
+    s.is_front = (b.z & 0x80000000u) != 0u;
+    s.material = b.w;
+    return s;
+}
