@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What this server can do, as /v1/capabilities tells it: device, limits, techniques, formats. Thread: any. */
+/* What this server can do, as /v1/capabilities tells it: device, limits, techniques, formats.
+ * Thread: any. */
 #ifndef VITRAIL_PROTOCOL_CAPABILITIES_H
 #define VITRAIL_PROTOCOL_CAPABILITIES_H
 
@@ -14,7 +15,8 @@ enum { CAPABILITIES_NAME_BYTES = 128 };
 
 /* The device as the worker found it. Fixed size, so that it can be kept and sent by value. */
 struct device_capabilities {
-    char vendor[CAPABILITIES_NAME_BYTES], renderer[CAPABILITIES_NAME_BYTES], version[CAPABILITIES_NAME_BYTES];
+    char vendor[CAPABILITIES_NAME_BYTES], renderer[CAPABILITIES_NAME_BYTES],
+        version[CAPABILITIES_NAME_BYTES];
     char driver[CAPABILITIES_NAME_BYTES]; /* EGL platform in use */
     int device_count;
     int max_texture_size, max_samples;
@@ -25,14 +27,16 @@ struct device_capabilities {
 
 struct capabilities {
     const char *version;                       /* required, borrowed: of the program */
-    const struct device_capabilities *device;  /* borrowed; NULL while no worker has a device: null on the wire */
+    const struct device_capabilities *device;  /* borrowed; NULL while no worker has a device */
     uint64_t max_upload_bytes;                 /* as configured */
-    const char *const *extensions;             /* borrowed, NULL-terminated: evaluated glTF extensions; may be NULL */
+    const char *const *extensions;             /* borrowed, NULL-terminated, may be NULL: those of
+                                                  glTF that are evaluated */
 };
 
-/* Techniques, outputs, formats and the limits of a request are added from the tables that the parser reads. */
-MUST_CHECK json_t *capabilities_to_json(const struct capabilities *capabilities);    /* NULL: no memory */
-MUST_CHECK char *capabilities_to_json_text(const struct capabilities *capabilities); /* malloc'ed; NULL: no memory */
+/* Techniques, outputs, formats and the limits of a request are added from the tables that the
+ * parser reads. A new reference, or malloc'ed text; NULL only when memory runs out. */
+MUST_CHECK json_t *capabilities_to_json(const struct capabilities *capabilities);
+MUST_CHECK char *capabilities_to_json_text(const struct capabilities *capabilities);
 
 /* The "device" member alone, both ways (worker to front). */
 MUST_CHECK json_t *device_capabilities_to_json(const struct device_capabilities *device);

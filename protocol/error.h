@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One error type for the whole program: a code, a sentence for the client, and where it happened. */
+/* One error type for the whole program: a code, a sentence for the client, and where it was. */
 #ifndef VITRAIL_PROTOCOL_ERROR_H
 #define VITRAIL_PROTOCOL_ERROR_H
 
@@ -9,7 +9,8 @@
 extern "C" {
 #endif
 
-/* Whose fault it is follows from the HTTP status in the table of error.c: 4xx the caller, 503/504 load, 500 us. */
+/* Whose fault it is follows from the HTTP status in the table of error.c: 4xx the caller, 503/504
+ * load, 500 us. */
 enum error_code {
     ERROR_NONE = 0,
     ERROR_INVALID_REQUEST,        /* 400: syntax, type, range or unknown field of a request */
@@ -20,11 +21,11 @@ enum error_code {
     ERROR_TOO_LARGE,              /* 413: over a named limit */
     ERROR_UNSUPPORTED_MEDIA_TYPE, /* 415 */
     ERROR_INVALID_SCENE,          /* 422: the scene is broken; names file, element and limit */
-    ERROR_UNSUPPORTED,            /* 422: valid, but asks for something this build or device cannot do */
+    ERROR_UNSUPPORTED,            /* 422: valid, but this build or device cannot do it */
     ERROR_TOO_MANY_REQUESTS,      /* 429 */
     ERROR_INTERNAL,               /* 500: our fault */
     ERROR_RENDER_FAILED,          /* 500: the worker died or overran on this request, twice */
-    ERROR_IO,                     /* 500: a file of the state directory could not be read or written */
+    ERROR_IO,                     /* 500: a file of the state directory failed to read or write */
     ERROR_OVERLOADED,             /* 503: queue full or draining */
     ERROR_NO_DEVICE,              /* 503: no usable GL device, or its self-test failed */
     ERROR_NO_MEMORY,              /* 503: an allocation failed */
@@ -35,10 +36,11 @@ enum error_code {
 
 enum { ERROR_MESSAGE_BYTES = 320, ERROR_POINTER_BYTES = 128 };
 
-/* Zeroed = no error. Caller owns it. The first error wins; error_wrap adds context in front. */
+/* Zeroed = no error. Caller owns it. The first error wins; error_wrap adds context in front. Texts
+ * are always NUL-terminated. */
 struct error {
     enum error_code code;
-    char message[ERROR_MESSAGE_BYTES]; /* for the client: what, where, which limit; always NUL-terminated, UTF-8 */
+    char message[ERROR_MESSAGE_BYTES]; /* for the client: what, where, which limit; UTF-8 */
     char pointer[ERROR_POINTER_BYTES]; /* RFC 6901 JSON pointer into the request body, or "" */
 };
 
@@ -50,13 +52,13 @@ bool error_set(struct error *err, enum error_code code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* As error_set, and also records the JSON pointer of the offending member. */
-bool error_set_at(struct error *err, enum error_code code, const char *pointer, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
+bool error_set_at(struct error *err, enum error_code code, const char *pointer,
+                  const char *format, ...) __attribute__((format(printf, 4, 5)));
 
 /* Puts "context: " in front of the message of a set error. Always returns false. */
 bool error_wrap(struct error *err, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-const char *error_code_name(enum error_code code);          /* wire name, e.g. "invalid_scene"; never NULL */
+const char *error_code_name(enum error_code code);          /* e.g. "invalid_scene"; never NULL */
 int error_code_http_status(enum error_code code);           /* e.g. 422 */
 const char *error_code_title(enum error_code code);         /* short human title for problem+json */
 enum error_code error_code_from_name(const char *wire_name); /* ERROR_INTERNAL when unknown */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What one frame cost, as clients see it: /v1/frames/{id} and the Server-Timing header. Thread: any. */
+/* What one frame cost, as clients see it: /v1/frames/{id} and the Server-Timing header.
+ * Thread: any. */
 #ifndef VITRAIL_PROTOCOL_FRAME_STATS_H
 #define VITRAIL_PROTOCOL_FRAME_STATS_H
 
@@ -20,7 +21,8 @@ enum {
     FRAME_STATS_DEVICE_BYTES = 128,
 };
 
-/* Tokens of Server-Timing and keys of timings_ms: queue, shadow, light-list, shade, readback, encode, total. */
+/* Tokens of Server-Timing and keys of timings_ms: queue, shadow, light-list, shade, readback,
+ * encode, total. */
 enum frame_timing {
     FRAME_TIMING_QUEUE,
     FRAME_TIMING_SHADOW,
@@ -77,21 +79,24 @@ struct frame_stats {
 };
 
 /* Adds a warning; the last slot says that more were dropped. */
-void frame_stats_warn(struct frame_stats *stats, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
-MUST_CHECK json_t *frame_stats_to_json(const struct frame_stats *stats);    /* new reference; NULL: no memory */
-MUST_CHECK char *frame_stats_to_json_text(const struct frame_stats *stats); /* malloc'ed; NULL: no memory */
+/* A new reference, or malloc'ed text; NULL only when memory runs out. */
+MUST_CHECK json_t *frame_stats_to_json(const struct frame_stats *stats);
+MUST_CHECK char *frame_stats_to_json_text(const struct frame_stats *stats);
 
-/* Reads what frame_stats_to_json writes (worker to front, server to CLI). Members it does not know are passed over,
- * so that a newer server can be read; wrong types and ranges are refused. */
+/* Reads what frame_stats_to_json writes (worker to front, server to CLI). Members it does not know
+ * are passed over, so that a newer server can be read; wrong types and ranges are refused. */
 MUST_CHECK bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error *err);
-MUST_CHECK bool frame_stats_from_json_text(const char *json, size_t length, struct frame_stats *stats,
-                                           struct error *err);
+MUST_CHECK bool frame_stats_from_json_text(const char *json, size_t length,
+                                           struct frame_stats *stats, struct error *err);
 
 const char *frame_timing_name(int timing); /* token; NULL past the last */
 
-/* Value of the Server-Timing header, e.g. "queue;dur=0.1, shadow;dur=3.2, ...". Always NUL-terminated; returns the
- * length that the whole value has, as snprintf does. FRAME_SERVER_TIMING_BYTES always suffices. */
+/* Value of the Server-Timing header, e.g. "queue;dur=0.1, shadow;dur=3.2, ...". Always
+ * NUL-terminated; returns the length that the whole value has, as snprintf does.
+ * FRAME_SERVER_TIMING_BYTES always suffices. */
 enum { FRAME_SERVER_TIMING_BYTES = 512 };
 int frame_stats_server_timing(const struct frame_stats *stats, char *text, size_t size_bytes);
 

@@ -4,7 +4,7 @@
 #define VITRAIL_PROTOCOL_LIMITS_H
 
 enum limits {
-    LIMIT_IMAGE_SIDE_PX = 16384,         /* GL_MAX_TEXTURE_SIZE of the reference device; larger is tiled, not offered */
+    LIMIT_IMAGE_SIDE_PX = 16384,         /* GL_MAX_TEXTURE_SIZE of the reference device */
     LIMIT_SHADOW_RESOLUTION = 16384,     /* texels per side; same reason */
     LIMIT_REQUEST_JSON_BYTES = 32 << 20, /* holds 65,536 lights written out in full */
     LIMIT_REQUEST_LIGHTS = 65536,        /* specs/accuracy 8.5 asks for this many */
@@ -18,10 +18,10 @@ enum limits {
     LIMIT_JSON_VALUES = 6 << 20,         /* in a body: 4.6 Mi hold the same; some 32 bytes each */
     LIMIT_OUTPUTS = 8,                   /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,            /* frame reports kept for /v1/frames/{id} */
-    LIMIT_QUEUE_DEPTH = 256,             /* renders waiting for a worker; more are refused with 503 */
+    LIMIT_QUEUE_DEPTH = 256,             /* renders waiting for a worker; more are a 503 */
 };
 
-#define LIMIT_UPLOAD_BYTES (2ull << 30)      /* default of --max-upload-bytes: one upload, all files */
+#define LIMIT_UPLOAD_BYTES (2ull << 30)      /* default of --max-upload-bytes: all files of one */
 #define LIMIT_SCENE_BLOB_BYTES (8ull << 30)  /* decoded scene */
 #define LIMIT_COORDINATE 1e12                /* metres; beyond it even f64 loses the millimetre */
 #define LIMIT_INTENSITY 1e12                 /* cd, lx or nt; keeps every product inside f32 */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A render request (the body of POST /v1/renders): plain C, and its JSON both ways. Thread: any.
- * The manual for clients is docs/requests.md. Units are in the names: degrees, metres, milliseconds, pixels. */
+ * The manual for clients is docs/requests.md. Units are in the names: degrees, metres,
+ * milliseconds, pixels. */
 #ifndef VITRAIL_PROTOCOL_RENDER_REQUEST_H
 #define VITRAIL_PROTOCOL_RENDER_REQUEST_H
 
@@ -11,7 +12,7 @@
 #include "protocol/error.h"
 
 enum request_camera_kind {
-    REQUEST_CAMERA_DEFAULT, /* the scene's first camera; without one, fit the bounds from the front */
+    REQUEST_CAMERA_DEFAULT, /* the scene's first camera; without one, fit from the front */
     REQUEST_CAMERA_NODE,
     REQUEST_CAMERA_LOOK_AT,
     REQUEST_CAMERA_MATRIX,
@@ -30,7 +31,11 @@ enum request_shadows {
     REQUEST_SHADOWS_DEEP_LINKED,
 };
 enum request_transparency { REQUEST_TRANSPARENCY_AUTO, REQUEST_TRANSPARENCY_LISTS };
-enum request_light_lists { REQUEST_LIGHT_LISTS_AUTO, REQUEST_LIGHT_LISTS_CLUSTERED, REQUEST_LIGHT_LISTS_LINKED };
+enum request_light_lists {
+    REQUEST_LIGHT_LISTS_AUTO,
+    REQUEST_LIGHT_LISTS_CLUSTERED,
+    REQUEST_LIGHT_LISTS_LINKED
+};
 enum request_blend_filter { REQUEST_BLEND_TINT, REQUEST_BLEND_COVERAGE, REQUEST_BLEND_KIM };
 enum request_output {
     REQUEST_OUTPUT_COLOR,
@@ -66,7 +71,8 @@ struct request_light {
     double color[3];                 /* linear, [0, 1] */
     double intensity;                /* cd, or lx for directional */
     double range;                    /* m; 0 = unbounded */
-    double inner_cone_deg, outer_cone_deg; /* half angles of a spot; outer [0.001, 90], inner [0, outer] */
+    double inner_cone_deg;           /* half angles of a spot; [0, outer] */
+    double outer_cone_deg;           /* [0.001, 90]; default 45 */
     bool casts_no_shadow;
 };
 
@@ -74,7 +80,7 @@ struct request_node_override {
     char *node;                      /* owned */
     bool has_visible, visible;
     bool has_matrix;
-    double matrix[16];               /* replaces the local matrix; column-major, affine, invertible */
+    double matrix[16];               /* replaces the local one; column-major, affine, invertible */
 };
 
 struct request_material_override {
@@ -109,7 +115,7 @@ struct request_quality {
 
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
 struct render_request {
-    char scene[65];                  /* 64 lowercase hexadecimal digits; "" only before it is filled in */
+    char scene[65];                  /* 64 lowercase hexadecimal digits; "" until it is known */
     int width, height;               /* px, [1, 16384] */
     struct request_camera camera;
     struct request_light *lights;    /* owned, in addition to those of the scene */
@@ -135,15 +141,18 @@ struct render_request {
 /* 1280x720, default camera, scene lights, color. The scene id stays empty. */
 void render_request_init_defaults(struct render_request *request);
 
-/* Reads and checks one JSON text. On failure the request is zeroed and err names the member (pointer), what was
- * found and what is allowed. `null` means the same as leaving a member out. Unknown and duplicate members are
- * refused. Several outputs without a format become EXR, the only one that holds them. */
-MUST_CHECK bool render_request_parse(const char *json, size_t length, struct render_request *request, struct error *err);
+/* Reads and checks one JSON text. On failure the request is zeroed and err names the member
+ * (pointer), what was found and what is allowed. `null` means the same as leaving a member out.
+ * Unknown and duplicate members are refused. Several outputs without a format become EXR, the only
+ * one that holds them. */
+MUST_CHECK bool render_request_parse(const char *json, size_t length,
+                                     struct render_request *request, struct error *err);
 
 void render_request_finish(struct render_request *request); /* accepts zeroed; zeroes */
 
-/* Canonical JSON: every member, fixed key order, numbers to 17 digits, so that equal requests have equal text.
- * Parsing it gives the same request. malloc'ed, caller frees; NULL only when memory runs out. */
+/* Canonical JSON: every member, fixed key order, numbers to 17 digits, so that equal requests have
+ * equal text. Parsing it gives the same request. malloc'ed, caller frees; NULL only when memory
+ * runs out. */
 MUST_CHECK char *render_request_to_json(const struct render_request *request);
 
 /* Wire names. The index is the enum; NULL past the last, so that a loop can list them all. */

@@ -17,7 +17,8 @@ struct name_list {
     char **names;
     size_t count;
 };
-MUST_CHECK bool name_list_add(struct name_list *list, const char *name, struct error *err); /* copies */
+/* Copies the name. */
+MUST_CHECK bool name_list_add(struct name_list *list, const char *name, struct error *err);
 void name_list_finish(struct name_list *list);
 
 /* A light or a camera: what it is called and which kind it is. */
@@ -46,18 +47,21 @@ struct scene_summary {
 };
 
 /* type is matched against the names above; an unknown one is refused. */
-MUST_CHECK bool scene_summary_add_light(struct scene_summary *summary, const char *name, const char *type,
-                                        struct error *err);
-MUST_CHECK bool scene_summary_add_camera(struct scene_summary *summary, const char *name, const char *type,
-                                         struct error *err);
+MUST_CHECK bool scene_summary_add_light(struct scene_summary *summary, const char *name,
+                                        const char *type, struct error *err);
+MUST_CHECK bool scene_summary_add_camera(struct scene_summary *summary, const char *name,
+                                         const char *type, struct error *err);
 void scene_summary_finish(struct scene_summary *summary); /* accepts zeroed; zeroes */
 
-MUST_CHECK json_t *scene_summary_to_json(const struct scene_summary *summary);    /* new reference; NULL: no memory */
-MUST_CHECK char *scene_summary_to_json_text(const struct scene_summary *summary); /* malloc'ed; NULL: no memory */
+/* A new reference, or malloc'ed text; NULL only when memory runs out. */
+MUST_CHECK json_t *scene_summary_to_json(const struct scene_summary *summary);
+MUST_CHECK char *scene_summary_to_json_text(const struct scene_summary *summary);
 
-/* Reads what scene_summary_to_json writes; unknown members are passed over. On failure the summary is zeroed. */
-MUST_CHECK bool scene_summary_from_json(json_t *json, struct scene_summary *summary, struct error *err);
-MUST_CHECK bool scene_summary_from_json_text(const char *json, size_t length, struct scene_summary *summary,
-                                             struct error *err);
+/* Reads what scene_summary_to_json writes; unknown members are passed over. On failure the summary
+ * is zeroed. */
+MUST_CHECK bool scene_summary_from_json(json_t *json, struct scene_summary *summary,
+                                        struct error *err);
+MUST_CHECK bool scene_summary_from_json_text(const char *json, size_t length,
+                                             struct scene_summary *summary, struct error *err);
 
 #endif

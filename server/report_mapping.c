@@ -115,7 +115,7 @@ static const char *light_type(uint32_t type)
 
 static bool add_names(const struct scene *scene, struct scene_summary *summary, struct error *err)
 {
-    for (uint32_t i = 0; i < scene->material_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+    for (uint32_t i = 0; i < summary->material_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
         if (!name_list_add(&summary->materials, scene->strings + scene->materials[i].name, err))
             return false;
     for (uint32_t i = 0; i < scene->node_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
@@ -162,7 +162,7 @@ bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *s
     summary->textures = scene->texture_count;
     summary->images = scene->image_count;
     summary->animations = header->animation_count;
-    summary->material_count = scene->material_count;
+    summary->material_count = scene->material_count - 1; /* the last is the default of glTF */
     summary->has_bounds = header->bounds_min[0] <= header->bounds_max[0];
     memcpy(summary->bounds_min, header->bounds_min, sizeof summary->bounds_min);
     memcpy(summary->bounds_max, header->bounds_max, sizeof summary->bounds_max);

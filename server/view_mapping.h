@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Between the wire's structs and the renderer's: requests to views, reports to stats, scenes to summaries.
- * Thread: any; nothing here touches GL or the network. */
+/* Between the wire's structs and the renderer's: requests to views, reports to stats, scenes to
+ * summaries. Thread: any; nothing here touches GL or the network. */
 #ifndef VITRAIL_SERVER_VIEW_MAPPING_H
 #define VITRAIL_SERVER_VIEW_MAPPING_H
 
@@ -25,25 +25,30 @@ struct view_storage {
 };
 void view_storage_finish(struct view_storage *storage); /* accepts zeroed; zeroes */
 
-/* Fills view and storage (whose former contents are overwritten). The view borrows arrays from storage and names
- * from request: both must outlive it. Fails only for want of memory. */
-MUST_CHECK bool view_from_request(const struct render_request *request, struct view_storage *storage,
-                                  struct view *view, struct error *err);
+/* Fills view and storage (whose former contents are overwritten). The view borrows arrays from
+ * storage and names from request: both must outlive it. Fails only for want of memory. */
+MUST_CHECK bool view_from_request(const struct render_request *request,
+                                  struct view_storage *storage, struct view *view,
+                                  struct error *err);
 
 /* The rest of a request, for those who tone map and encode. */
 void tone_map_from_request(const struct render_request *request, struct tone_map_desc *desc);
-enum image_format image_format_from_request(const struct render_request *request); /* ANY becomes PNG */
+enum image_format image_format_from_request(const struct render_request *request); /* ANY: PNG */
 
-/* Copies the report of a frame and what the request says about it. Queue, encode, total, id, view and revision are
- * left to those who know them: total is the renderer's until then. Warns of max_error and budget_ms, which the
- * renderer does not yet use to choose. device names the device (renderer_info.renderer). */
-void frame_stats_from_report(const struct render_request *request, const struct frame_report *report,
-                             const char *device, struct frame_stats *stats);
+/* Copies the report of a frame and what the request says about it. Queue, encode, total, id, view
+ * and revision are left to those who know them: total is the renderer's until then. Warns of
+ * max_error and budget_ms, which the renderer does not yet use to choose. device names the device
+ * (renderer_info.renderer). */
+void frame_stats_from_report(const struct render_request *request,
+                             const struct frame_report *report, const char *device,
+                             struct frame_stats *stats);
 
-/* Everything the blob knows: the id, name, upload size and time of creation are the caller's to fill in. The
- * summary must be zeroed; on failure it is zeroed again. */
-MUST_CHECK bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *summary, struct error *err);
+/* Everything the blob knows: the id, name, upload size and time of creation are the caller's to
+ * fill in. The summary must be zeroed; on failure it is zeroed again. */
+MUST_CHECK bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *summary,
+                                         struct error *err);
 
-void device_capabilities_from_info(const struct renderer_info *info, struct device_capabilities *device);
+void device_capabilities_from_info(const struct renderer_info *info,
+                                   struct device_capabilities *device);
 
 #endif
