@@ -89,33 +89,30 @@ static bool has_scheme(const char *uri)
  * climbs out. */
 static bool name_normalise(char *name)
 {
-    char *out = name;
+    char *out = name; /* end of what is kept; never past `in` */
     const char *in = name;
 
     if (*in == '/')
         return false;
     while (*in) {
         size_t n = strcspn(in, "/");
-        bool is_up = n == 2 && !strncmp(in, "..", 2);
-        if (is_up) {
+        if (n == 2 && !strncmp(in, "..", 2)) {
             if (out == name)
                 return false;
-            out--; /* the slash */
-            while (out > name && out[-1] != '/')
-                out--;
+            while (out > name && *--out != '/')
+                continue;
         } else if (n > 0 && !(n == 1 && *in == '.')) {
+            if (out > name)
+                *out++ = '/';
             memmove(out, in, n);
             out += n;
-            *out++ = '/';
         }
         in += n;
         if (*in == '/')
             in++;
     }
-    if (out == name)
-        return false;
-    out[-1] = '\0';
-    return true;
+    *out = '\0';
+    return out > name;
 }
 
 static bool is_known(const struct gltf_files *files, const char *name)

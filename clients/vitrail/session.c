@@ -7,6 +7,8 @@
 #define DEFAULT_SERVER "http://127.0.0.1:8090"
 
 enum {
+    DEATH_POLL_MS = 20,
+    DEATH_POLLS = 50, /* a daemon's connections close a moment before it is known to be dead */
     READY_POLL_MS = 50,
     READY_S = 120 /* the worker's self-test on a cold software rasteriser */
 };
@@ -85,19 +87,29 @@ void session_end(struct session *session)
     *session = (struct session){0};
 }
 
+/* A private server that broke off: says why it died, and that the same call may well succeed, since
+ * it was up. */
+static void explain_death(struct session *session, struct failure *failure)
+{
+    struct failure death = {0}, ignored = {0};
+
+    for (int i = 0; i < DEATH_POLLS && !death.exit_code; i++)
+        if (spawned_server_check(&session->spawned, &death) &&
+            !interrupt_sleep(&session->interrupt, DEATH_POLL_MS, &ignored))
+            return;
+    if (death.exit_code)
+        *failure = death;
+    failure->exit_code = EXIT_CODE_TEMPORARY;
+}
+
 bool session_ask(struct session *session, const struct http_request *request, const char *task,
                  struct http_reply *reply, struct failure *failure)
 {
-    struct failure death = {0};
-
     if (http_ask(session->client, request, task, reply, failure))
         return true;
-    if (failure->exit_code == EXIT_CODE_UNAVAILABLE || failure->exit_code == EXIT_CODE_TEMPORARY)
-        if (!spawned_server_check(&session->spawned, &death)) {
-            *failure = death;
-            failure->exit_code =
-                EXIT_CODE_TEMPORARY; /* it was up: the same call may well succeed */
-        }
+    if (session->spawned.keeper > 0 && failure->http_status == 0 &&
+        (failure->exit_code == EXIT_CODE_UNAVAILABLE || failure->exit_code == EXIT_CODE_TEMPORARY))
+        explain_death(session, failure);
     return false;
 }
 
@@ -108,9 +120,7 @@ json_t *reply_json(const struct http_reply *reply, const char *task, struct fail
 
     if (!json)
         fail(failure, EXIT_CODE_UNAVAILABLE,
-             "%s was answered without JSON; is this a vitrail "
-             "server?",
-             task);
+             "%s was answered without JSON; is this a vitrail server?", task);
     return json;
 }
 

@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The options of `vitrail render` become the JSON that the API documents, and wrong ones never reach a server."""
+import json
+
+from cli_support import CliTest, main
+
+
+class RequestTest(CliTest):
+    def test_only_what_is_given_is_sent(self):
+        request = self.render_request()
+        self.assertEqual(set(request), {"scene", "format"})
+        self.assertEqual(request["format"], "png")
+
+    def test_every_option_lands_in_its_member(self):
+        request = self.render_request(
+            "--size", "640x480", "--shadows", "deep-linked", "--shadow-resolution=2048",
+            "--samples", "4", "--light-lists", "linked", "--transparency", "lists",
+            "--blend-filter", "kim", "--max-error", "0.01", "--budget-ms", "33.5",
+            "--output", "depth", "--exposure", "-1.5", "--tone-mapping", "none",
+            "--background", "0,0.5,1,1", "--environment", "1:0.1,0.2,0.3", "--no-scene-lights")
+        del request["scene"], request["format"]
+        self.assertEqual(request, {
+            "width": 640, "height": 480, "outputs": ["depth"], "exposure_ev": -1.5,
+            "tone_mapping": "none", "background": [0, 0.5, 1, 1], "scene_lights": False,
+            "environment": {"sky": [1, 1, 1], "ground": [0.1, 0.2, 0.3]},
+            "quality": {"shadows": "deep-linked", "shadow_resolution": 2048, "samples": 4,
+                        "light_lists": "linked", "transparency": "lists", "blend_filter": "kim",
+                        "max_error": 0.01, "budget_ms": 33.5}})
+
+    def test_whole_numbers_are_sent_as_integers(self):
+        self.render_request("--shadow-resolution", "512")
+        body = self.stub.sent("POST", "/v1/renders")[-1].body
+        self.assertIn(b'"shadow_resolution":512', body)
+
+    def test_cameras(self):
+        for text, camera in {
+                "node:My Camera; 2": {"node": "My Camera; 2"},
+                "fit:iso": {"fit": "iso"},
+                "ortho=3 fit:top": {"fit": "top", "ortho_height": 3},
+                "ortho=2.5;node:Cam": {"node": "Cam", "ortho_height": 2.5},
+                "eye=1,2,3 target=0,0,0 up=0,0,1 fov=30": {
+                    "eye": [1, 2, 3], "target": [0, 0, 0], "up": [0, 0, 1], "fov_y_deg": 30},
+                "eye=1e7,2,-3;target=0,0,0": {"eye": [1e7, 2, -3], "target": [0, 0, 0]},
+                "matrix=1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1": {
+                    "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]}}.items():
+            self.assertEqual(self.render_request("--camera", text)["camera"], camera, text)
+
+    def test_lights(self):
+        request = self.render_request(
+            "--light", "point:pos=0,3,0;color=1,0.8,0.6;intensity=100;range=0",
+            "--light", "spot:pos=0,4,0;dir=0,-1,0;inner=20;outer=35;intensity=800;shadow=false",
+            "--light", "directional:dir=0,-1,-0.3;intensity=5")
+        self.assertEqual(request["lights"], [
+            {"type": "point", "position": [0, 3, 0], "color": [1, 0.8, 0.6], "intensity": 100,
+             "range": 0},
+            {"type": "spot", "position": [0, 4, 0], "direction": [0, -1, 0],
+             "inner_cone_deg": 20, "outer_cone_deg": 35, "intensity": 800, "shadow": False},
+            {"type": "directional", "direction": [0, -1, -0.3], "intensity": 5}])
+
+    def test_options_go_over_the_base_and_settings_over_both(self):
+        base = self.write("base.json", json.dumps({
+            "width": 100, "height": 50, "exposure_ev": 1,
+            "lights": [{"type": "point"}], "quality": {"shadows": "map", "shadow_taps": 9}}))
+        request = self.render_request(
+            "--request", base, "--size", "10x20", "--shadows", "deep",
+            "--light", "point:pos=1,1,1", "--set", "/quality/shadow_taps=16",
+            "--set", "/overrides/nodes/a~1b~0c/visible=false",
+            "--set", '/lights/-={"type": "spot"}', "--set", '/lights/0/intensity=3',
+            "--set", '/animation={"name": "Wälk"}')
+        self.assertEqual((request["width"], request["height"]), (10, 20))
+        self.assertEqual(request["exposure_ev"], 1)
+        self.assertEqual(request["quality"], {"shadows": "deep", "shadow_taps": 16})
+        self.assertEqual(request["overrides"], {"nodes": {"a/b~c": {"visible": False}}})
+        self.assertEqual(request["lights"], [{"type": "point", "intensity": 3},
+                                             {"type": "point", "position": [1, 1, 1]},
+                                             {"type": "spot"}])
+        self.assertEqual(request["animation"], {"name": "Wälk"})
+
+    def test_outputs_may_be_listed_either_way(self):
+        scene = self.scene()
+        for options in (["--output", "color,depth"], ["--output", "color", "--output", "depth"]):
+            self.run_cli("render", scene, "-o", "out.exr", "-q", *options)
+            request = self.stub.sent("POST", "/v1/renders")[-1]
+            self.assertEqual(request.json()["outputs"], ["color", "depth"])
+            self.assertEqual(request.json()["format"], "exr")
+            self.assertEqual(request.headers["Accept"], "image/x-exr")
+
+    def test_format_follows_the_extension(self):
+        scene = self.scene()
+        for name, format_name in {"a.PNG": "png", "a.jpg": "jpeg", "a.jpeg": "jpeg",
+                                  "a.webp": "webp", "a.b.exr": "exr"}.items():
+            self.run_cli("render", scene, "-o", name, "-q")
+            self.assertEqual(self.stub.sent("POST", "/v1/renders")[-1].json()["format"],
+                             format_name)
+
+    def test_wrong_command_lines_are_usage_errors_and_ask_no_server(self):
+        scene = self.scene()
+        base = self.write("base.json", '{"width": 1, "width": 2}')
+        for options in (
+                ["--size", "0x10"], ["--size", "10"], ["--size", "10x"], ["--size", "-1x5"],
+                ["--size", "99999x10"], ["--size", "99999999999999999999x1"],
+                ["--camera", "eye=1,2 target=0,0,0"], ["--camera", "eye=1,2,3"], ["--camera", ""],
+                ["--camera", "eye=nan,0,0 target=0,0,0"], ["--camera", "orbit"],
+                ["--camera", "eye=1,2,3 eye=1,2,3 target=0,0,0"],
+                ["--light", "laser:pos=0,0,0"], ["--light", "point:dir=0,1,0"],
+                ["--light", "point:pos=0,0,0;intensity=inf"], ["--light", "spot:inner"],
+                ["--light", "point:pos=0x1,0,0"], ["--light", "point:shadow=maybe"],
+                ["--background", "1,1,1"], ["--environment", "1"], ["--environment", "1:x"],
+                ["--exposure", "bright"], ["--samples", ""], ["--set", "/a"], ["--set", "a=1"],
+                ["--set", "/a=b"], ["--set", "/=1"], ["--size", "1x1", "--set", "/width/x=1"],
+                ["--request", base], ["--format", "bmp"], ["--frobnicate"], ["--quiet=yes"],
+                ["--timeout", "-1"], ["--spawn", "--server", "http://x"], ["--state-dir", "x"],
+                ["--progress", "loud"], ["--server", "ftp://x"], ["--server", "http://"],
+                ["--stats", "-", "-o", "-", "--format", "png"], ["-o", "out.tga"], ["-o", "out"],
+                ["extra"], ["--size"]):
+            with self.subTest(options=options):
+                out, err = self.run_cli("render", scene, "-o", "out.png", *options, code=2)
+                self.assertEqual(out, "")
+                self.assertRegex(err, r"\Avitrail: [^\n]+\n\Z")
+        self.assertEqual(self.stub.requests, [])
+        self.assert_only("box.glb", "base.json")
+
+    def test_missing_inputs_are_told_apart_from_wrong_usage(self):
+        for arguments in (["no.glb"], [self.scene(), "--request", "no.json"], [self.folder]):
+            _, err = self.run_cli("render", *arguments, "-o", "out.png", code=66)
+            self.assertIn("cannot read", err)
+        self.assertEqual(self.stub.requests, [])
+
+    def test_no_command_and_unknown_commands_are_usage_errors(self):
+        self.run_cli(code=2)
+        self.run_cli("rendre", code=2)
+        self.run_cli("render", code=2)
+        self.run_cli("render", self.scene(), code=2)
+
+    def test_help_names_every_command_and_every_option_it_takes(self):
+        overview, _ = self.run_cli("--help")
+        for command in ("render", "push", "scenes", "delete", "stats", "capabilities", "health",
+                        "demo-scene"):
+            self.assertIn("\n  %s" % command, overview)
+            text, _ = self.run_cli(command, "--help")
+            self.assertEqual(text, self.run_cli("help", command)[0])
+            self.assertIn("vitrail " + command, text)
+            if command != "demo-scene":
+                self.assertIn("--server URL", text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 100)
+
+    def test_version_is_one_line(self):
+        self.assertRegex(self.run_cli("--version")[0], r"\Avitrail \d+\.\d+\.\d+\n\Z")
+
+
+if __name__ == "__main__":
+    main()

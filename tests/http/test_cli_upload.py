@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""`vitrail push` and the upload of `vitrail render`: what is sent, what is not sent again, what never leaves."""
+import hashlib
+import json
+import os
+import unittest
+
+from cli_support import CliTest, glb, main, multipart_parts
+
+
+def gltf(buffers=(), images=()):
+    return json.dumps({"asset": {"version": "2.0"}, "buffers": [{"uri": u} for u in buffers],
+                       "images": [{"uri": u} for u in images]})
+
+
+class UploadTest(CliTest):
+    def upload(self):
+        request = self.stub.sent("POST", "/v1/scenes")[-1]
+        return multipart_parts(request.headers["Content-Type"], request.body)
+
+    def test_glb_is_sent_as_it_is_and_its_id_printed(self):
+        content = glb(3_000_000)
+        out, _ = self.run_cli("push", self.scene(content))
+        request = self.stub.sent("POST", "/v1/scenes")[0]
+        self.assertEqual(request.headers["Content-Type"], "model/gltf-binary")
+        self.assertEqual(request.body, content)
+        self.assertEqual(out, hashlib.sha256(content).hexdigest() + "\n")
+
+    def test_known_glb_is_not_sent_again(self):
+        content = glb(5000)
+        scene_id = hashlib.sha256(content).hexdigest()
+        self.stub.scenes.add(scene_id)
+        out, _ = self.run_cli("push", self.scene(content), "--json")
+        self.assertEqual(json.loads(out),
+                         {"file": self.path("box.glb"), "id": scene_id, "sent": False})
+        self.assertEqual(self.stub.sent("POST", "/v1/scenes"), [])
+        self.run_cli("push", self.path("box.glb"), "--force")
+        self.assertEqual(len(self.stub.sent("POST", "/v1/scenes")), 1)
+
+    def test_scene_dropped_after_the_question_is_sent_after_all(self):
+        content = glb(5000)
+        scene_id = hashlib.sha256(content).hexdigest()
+        self.stub.special["HEAD", "/v1/scenes/" + scene_id] = lambda h, r: h.answer(200) or True
+        out, _ = self.run_cli("render", self.scene(content), "-o", "out.png", "--json")
+        self.assertTrue(json.loads(out)["sent"])
+        self.assertEqual(len(self.stub.sent("POST", "/v1/scenes")), 1)
+        self.assertEqual(len(self.stub.sent("POST", "/v1/renders")), 2)
+
+    def test_scene_id_is_rendered_without_any_upload(self):
+        self.stub.scenes.add("c0" * 32)
+        self.run_cli("render", "c0" * 32, "-o", "out.png")
+        self.assertEqual([r.path for r in self.stub.requests], ["/v1/renders", "/v1/frames/f1"])
+
+    def test_several_files_print_their_ids_in_order(self):
+        paths = [self.write("%d.glb" % i, glb(100 + i)) for i in range(3)]
+        out, _ = self.run_cli("push", *paths)
+        self.assertEqual(out.split(), [hashlib.sha256(glb(100 + i)).hexdigest() for i in range(3)])
+
+    def test_gltf_is_sent_with_every_file_it_names(self):
+        self.write("a b/scene one.gltf", gltf(
+            ["geo%20metry.bin", "./sub/../geo%20metry.bin", "data:application/octet-stream;base64,AA=="],
+            ["textures/r%C3%A9d.png", "textures/red%2Bblue.png", "DATA:image/png;base64,AA=="]))
+        self.write("a b/geo metry.bin", b"\0\1\r\n--\2")
+        self.write("a b/textures/réd.png", b"red")
+        self.write("a b/textures/red+blue.png", b"both")
+        self.write("a b/unused.png", b"never named")
+        out, _ = self.run_cli("push", "a b/scene one.gltf")
+        self.assertEqual(out, "ab" * 32 + "\n")
+        self.assertEqual(self.upload(), {
+            name: (name, self.read("a b/" + name))
+            for name in ("scene one.gltf", "geo metry.bin", "textures/réd.png",
+                         "textures/red+blue.png")})
+
+    def test_gltf_without_other_files_is_one_part(self):
+        self.run_cli("push", self.write("x.gltf", gltf()))
+        self.assertEqual(list(self.upload()), ["x.gltf"])
+
+    def test_no_uri_leads_out_of_the_folder(self):
+        secret = self.write("secret.bin", b"private")
+        self.write("in/link.bin", b"")
+        os.remove(self.path("in/link.bin"))
+        os.symlink(secret, self.path("in/link.bin"))
+        os.mkfifo(self.path("in/pipe.bin"))
+        os.makedirs(self.path("in/folder"))
+        for uri in ("../secret.bin", "%2e%2e/secret.bin", "x/../../secret.bin", secret,
+                    "/etc/passwd", "file://" + secret, "FILE:" + secret, "http://localhost/x",
+                    "link.bin", "pipe.bin", "folder", "a%00b", "..", "", "./", "%2Fetc/passwd"):
+            for tables in ([uri], ()), ((), [uri]):
+                with self.subTest(uri=uri):
+                    _, err = self.run_cli("push", self.write("in/x.gltf", gltf(*tables)), code=1)
+                    self.assertRegex(err, r"/(buffers|images)/0/uri")
+        self.assertEqual(self.stub.requests, [])
+
+    def test_gltf_through_a_linked_folder_is_taken(self):
+        self.write("real/x.gltf", gltf(["sub/b.bin"]))
+        self.write("real/sub/b.bin", b"1")
+        os.symlink("real", self.path("alias"))
+        self.run_cli("push", "alias/x.gltf")
+        self.assertEqual(set(self.upload()), {"x.gltf", "sub/b.bin"})
+
+    def test_missing_file_is_named_before_anything_is_sent(self):
+        _, err = self.run_cli("push", self.write("x.gltf", gltf(["gone.bin"])), code=66)
+        self.assertIn("gone.bin", err)
+        self.assertIn("/buffers/0/uri", err)
+        self.assertEqual(self.stub.requests, [])
+
+    def test_what_is_no_gltf_is_refused_with_the_line(self):
+        for text in ("{\n\"asset\":\n", "", "glT", "\x00\x01", "[" * 5000):
+            _, err = self.run_cli("push", self.write("x.gltf", text), code=1)
+            self.assertIn("not glTF: line", err)
+
+    def test_odd_but_valid_tables_are_left_to_the_server(self):
+        for text in ('{"buffers": 3}', '{"images": [1, null, {"uri": 5}]}', '[]', '{"buffers": {}}'):
+            self.run_cli("push", self.write("x.gltf", text))
+
+    def test_too_many_files_are_refused_before_they_are_sent(self):
+        names = ["b%d.bin" % i for i in range(1025)]
+        for name in names:
+            self.write(name, b"")
+        _, err = self.run_cli("push", self.write("x.gltf", gltf(names)), code=1)
+        self.assertIn("1024", err)
+
+    def test_bad_file_among_several_sends_none(self):
+        self.run_cli("push", self.scene(), "gone.glb", code=66)
+        self.assertEqual(self.stub.requests, [])
+
+    @unittest.skipIf(os.getuid() == 0, "root reads everything")
+    def test_unreadable_file_is_an_input_failure(self):
+        os.chmod(self.scene(), 0)
+        self.run_cli("push", self.path("box.glb"), code=66)
+
+
+if __name__ == "__main__":
+    main()
