@@ -58,37 +58,18 @@ static void print_plain_list(const json_t *json)
         fputs("none", stdout);
 }
 
-static void print_nested(const json_t *json, int depth);
-
-/* What follows "key:" or "-", to the end of its last line. */
-static void print_value(const json_t *json, int depth)
-{
-    if (is_plain(json)) {
-        print_plain(json);
-        putchar('\n');
-    } else if (is_plain_list(json)) {
-        print_plain_list(json);
-        putchar('\n');
-    } else {
-        putchar('\n');
-        print_nested(json, depth);
-    }
-}
-
 /* {"a": 1, "b": 2} on one line: what a list of many small objects is read best as. */
-static bool print_as_row(const json_t *json)
+static bool print_as_row(json_t *json)
 {
     const char *key, *separator = "";
-    const json_t *member;
+    json_t *member;
 
-    if (!json_is_object(json))
-        return false;
-    json_object_foreach((json_t *)(uintptr_t)json, key, member)
+    json_object_foreach(json, key, member)
     {
         if (!is_plain(member))
             return false;
     }
-    json_object_foreach((json_t *)(uintptr_t)json, key, member)
+    json_object_foreach(json, key, member)
     {
         char name[TEXT_BYTES];
         text_copy_printable(name, sizeof name, key);
@@ -96,48 +77,51 @@ static bool print_as_row(const json_t *json)
         print_plain(member);
         separator = ", ";
     }
-    putchar('\n');
-    return true;
+    return json_is_object(json);
 }
 
-static void print_nested(const json_t *json, int depth)
+/* Prints what follows "key:" or "-" on its line, and all lines below it. */
+static void print_value(json_t *json, int depth)
 {
     const char *key;
-    const json_t *member;
+    json_t *member;
     size_t index;
 
-    if (depth > DEPTH_MAX)
+    if (is_plain(json)) {
+        putchar(' ');
+        print_plain(json);
+    } else if (is_plain_list(json)) {
+        putchar(' ');
+        print_plain_list(json);
+    }
+    if (depth > 0)
+        putchar('\n');
+    if (is_plain(json) || is_plain_list(json) || depth > DEPTH_MAX)
         return;
-    json_object_foreach((json_t *)(uintptr_t)json, key, member)
+    json_object_foreach(json, key, member)
     {
         char name[TEXT_BYTES];
         text_copy_printable(name, sizeof name, key);
-        printf("%*s%s: ", 2 * depth, "", name);
+        printf("%*s%s:", 2 * depth, "", name);
         print_value(member, depth + 1);
     }
     json_array_foreach(json, index, member)
     {
         printf("%*s- ", 2 * depth, "");
-        if (!print_as_row(member))
+        if (print_as_row(member))
+            putchar('\n');
+        else
             print_value(member, depth + 1);
     }
 }
 
-void json_print_outline(const json_t *json)
-{
-    if (is_plain(json) || is_plain_list(json))
-        print_value(json, 0);
-    else
-        print_nested(json, 0);
-}
-
-void json_print(const json_t *json, bool as_json)
+void json_print(json_t *json, bool as_json)
 {
     if (as_json) {
         json_dumpf(json, stdout, JSON_COMPACT | JSON_ENCODE_ANY);
         putchar('\n');
     } else {
-        json_print_outline(json);
+        print_value(json, 0);
     }
 }
 

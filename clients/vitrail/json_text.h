@@ -9,12 +9,9 @@
 #include "clients/vitrail/failure.h"
 #include "clients/vitrail/output_file.h"
 
-/* Prints on stdout: `key: value` lines, nested by two blanks; short lists of plain values on one
- * line. */
-void json_print_outline(const json_t *json);
-
-/* Prints on stdout: one line of JSON with `as_json`, else the outline. */
-void json_print(const json_t *json, bool as_json);
+/* Prints on stdout: one line of JSON with `as_json`, else `key: value` lines, nested by two blanks,
+ * with short lists of plain values on one line. */
+void json_print(json_t *json, bool as_json);
 
 /* Writes indented JSON and a line end. */
 bool json_write(const json_t *json, struct output_file *file, struct failure *failure);

@@ -11,11 +11,6 @@ struct scenes_options {
     struct common_options common;
 };
 
-static long long member_integer(const json_t *object, const char *key)
-{
-    return (long long)json_integer_value(json_object_get(object, key));
-}
-
 static void print_table(const json_t *scenes)
 {
     const json_t *scene;
@@ -26,12 +21,12 @@ static void print_table(const json_t *scenes)
         char id[SCENE_ID_BYTES], name[256];
         const char *text = json_string_value(json_object_get(scene, "id"));
         const char *title = json_string_value(json_object_get(scene, "name"));
+        json_int_t bytes = json_integer_value(json_object_get(scene, "decoded_bytes"));
         text_copy_printable(id, sizeof id, text ? text : "");
         text_copy_printable(name, sizeof name, title ? title : "");
-        printf("%s  %lld triangles, %lld materials, %lld lights  %s\n", id,
-               member_integer(scene, "triangles"),
-               (long long)json_array_size(json_object_get(scene, "materials")),
-               (long long)json_array_size(json_object_get(scene, "lights")), name);
+        printf("%s  %" JSON_INTEGER_FORMAT " triangles, %.1f MiB  %s\n", id,
+               json_integer_value(json_object_get(scene, "triangles")), (double)bytes / 1048576.,
+               name);
     }
 }
 

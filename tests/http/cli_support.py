@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the tests of the command-line client share: a stub server, scenes to send, and a way to run `vitrail`."""
+"""What the tests of the client share: a stub server, scenes to send, and a way to run `vitrail`."""
 import hashlib
 import http.server
 import json
@@ -100,7 +100,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.answer(201, {"id": scene}, [("Location", "/v1/scenes/" + scene)])
         elif path == "/v1/scenes":
             self.answer(200, {"scenes": [{"id": s, "name": "box\x1b[2J.glb", "triangles": 12,
-                                          "material_count": 1} for s in sorted(stub.scenes)]})
+                                          "decoded_bytes": 3 << 20} for s in sorted(stub.scenes)]})
         elif path.startswith("/v1/scenes/"):
             if scene not in stub.scenes:
                 self.problem(404, "not_found", "no scene " + scene)
@@ -125,8 +125,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 
 class Stub:
-    """A server with the routes that the client uses. `special` overrides a route: {(method, path): function(handler,
-    request)}; a function that returns False leaves the answer to the usual route."""
+    """A server with the routes that the client uses. `special` overrides a route:
+    {(method, path): function(handler, request)}; one that returns False leaves the answer to the
+    usual route."""
 
     def __init__(self):
         self.requests, self.scenes, self.special = [], set(), {}

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The options of `vitrail render` become the JSON that the API documents, and wrong ones never reach a server."""
+"""The options of `vitrail render` become the JSON of the API; wrong ones never reach a server."""
 import json
 
 from cli_support import CliTest, main

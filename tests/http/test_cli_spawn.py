@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""`vitrail --spawn`: a private daemon is started, waited for and ended, however the call ends. The daemon here is a
-stand-in with a worker process of its own, so that whatever is left behind is seen."""
+"""`vitrail --spawn`: a private daemon is started, waited for and ended, however the call ends.
+
+The daemon here is a stand-in with a worker process of its own, so that whatever is left is seen."""
 import json
 import os
 import shutil
@@ -17,7 +18,8 @@ sys.path.insert(0, %(tests)r)
 plan = json.load(open(%(plan)r))
 arguments = dict(zip(sys.argv[1::2], sys.argv[2::2]))
 state = arguments["--state-dir"]
-note = {"argv": sys.argv[1:], "pid": os.getpid(), "blocked": list(signal.pthread_sigmask(signal.SIG_BLOCK, [])),
+note = {"argv": sys.argv[1:], "pid": os.getpid(),
+        "blocked": list(signal.pthread_sigmask(signal.SIG_BLOCK, [])),
         "server": os.environ.get("VITRAIL_SERVER"), "state_exists": os.path.isdir(state),
         "fds": sorted(int(f) for f in os.listdir("/proc/self/fd"))}
 worker = os.fork()
@@ -65,7 +67,8 @@ class SpawnTest(CliTest):
     def plan(self, folder="bin", **plan):
         """Puts the stand-in in place; it will do as planned."""
         self.write("plan.json", json.dumps(plan))
-        text = FAKE % {"python": sys.executable, "tests": os.path.dirname(os.path.abspath(__file__)),
+        tests = os.path.dirname(os.path.abspath(__file__))
+        text = FAKE % {"python": sys.executable, "tests": tests,
                        "plan": self.path("plan.json"), "note": self.path("note.json")}
         os.chmod(self.write(folder + "/vitraild", text), 0o755)
 
@@ -98,6 +101,15 @@ class SpawnTest(CliTest):
     def spawn(self, *arguments, **options):
         return self.run_cli("render", self.scene(), "-o", "out.png", "--spawn", *arguments,
                             program=self.program, **options)
+
+    def start_render(self, **options):
+        """A call that has got as far as waiting for its image."""
+        process = self.start("render", self.scene(), "-o", "out.png", "--spawn",
+                             "--progress", "json", program=self.program, **options)
+        for line in process.stderr:
+            if b"rendering" in line:
+                return process
+        self.fail("it never came to rendering")
 
     def test_private_daemon_renders_and_is_gone_when_the_call_returns(self):
         self.spawn()
@@ -189,11 +201,7 @@ class SpawnTest(CliTest):
     def interrupt_render(self, end, code, **options):
         if os.path.exists(self.path("note.json")):
             os.remove(self.path("note.json"))
-        process = self.start("render", self.scene(), "-o", "out.png", "--spawn", "--progress", "json",
-                             program=self.program, **options)
-        for line in process.stderr:
-            if b"rendering" in line:
-                break
+        process = self.start_render(**options)
         end(process)
         process.communicate(timeout=20)
         self.assertEqual(process.returncode, code)
@@ -203,17 +211,13 @@ class SpawnTest(CliTest):
     def test_kill_of_the_keeper_ends_the_daemon(self):
         self.plan(hang=True)
 
-        def kill_keeper(process):
+        def kill_keeper():
             with open("/proc/%d/stat" % self.note()["pid"], encoding="ascii") as file:
                 keeper = int(file.read().rpartition(")")[2].split()[1])
             os.kill(self.note()["worker"], signal.SIGKILL)  # a real worker sees its daemon go
             os.kill(keeper, signal.SIGKILL)
-        process = self.start("render", self.scene(), "-o", "out.png", "--spawn", "--progress", "json",
-                             program=self.program)
-        for line in process.stderr:
-            if b"rendering" in line:
-                break
-        kill_keeper(process)
+        process = self.start_render()
+        kill_keeper()
         process.communicate(timeout=20)
         self.assertEqual(process.returncode, 75)
         deadline = time.monotonic() + 10

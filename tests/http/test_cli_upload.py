@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""`vitrail push` and the upload of `vitrail render`: what is sent, what is not sent again, what never leaves."""
+"""The uploads of `vitrail`: what is sent, what is not sent again, what never leaves."""
 import hashlib
 import json
 import os
@@ -59,7 +59,8 @@ class UploadTest(CliTest):
 
     def test_gltf_is_sent_with_every_file_it_names(self):
         self.write("a b/scene one.gltf", gltf(
-            ["geo%20metry.bin", "./sub/../geo%20metry.bin", "data:application/octet-stream;base64,AA=="],
+            ["geo%20metry.bin", "./sub/../geo%20metry.bin",
+             "data:application/octet-stream;base64,AA=="],
             ["textures/r%C3%A9d.png", "textures/red%2Bblue.png", "DATA:image/png;base64,AA=="]))
         self.write("a b/geo metry.bin", b"\0\1\r\n--\2")
         self.write("a b/textures/réd.png", b"red")
@@ -111,7 +112,8 @@ class UploadTest(CliTest):
             self.assertIn("not glTF: line", err)
 
     def test_odd_but_valid_tables_are_left_to_the_server(self):
-        for text in ('{"buffers": 3}', '{"images": [1, null, {"uri": 5}]}', '[]', '{"buffers": {}}'):
+        for text in ('{"buffers": 3}', '{"images": [1, null, {"uri": 5}]}', '[]',
+                     '{"buffers": {}}'):
             self.run_cli("push", self.write("x.gltf", text))
 
     def test_too_many_files_are_refused_before_they_are_sent(self):
