@@ -67,13 +67,13 @@ json_t *json_load_checked(const char *json, size_t length, size_t max_bytes, str
     }
     if (!text_check(json, length, err))
         return NULL;
-    json_error_t found;
+    json_error_t found = {0};
     json_t *root = json_loadb(json, length, JSON_REJECT_DUPLICATES, &found);
-    if (!root)
-        error_set(err,
-                  json_error_code(&found) == json_error_out_of_memory ? ERROR_NO_MEMORY
-                                                                      : ERROR_INVALID_REQUEST,
-                  "not valid JSON, line %d column %d: %s", found.line, found.column, found.text);
+    if (!root && !found.text[0]) /* jansson says nothing only when memory runs out */
+        error_set(err, ERROR_NO_MEMORY, "parsing %zu bytes of JSON", length);
+    else if (!root)
+        error_set(err, ERROR_INVALID_REQUEST, "not valid JSON, line %d column %d: %s", found.line,
+                  found.column, found.text);
     return root;
 }
 

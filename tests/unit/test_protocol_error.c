@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Errors: the table is complete, the first error wins, texts stay UTF-8 and within their buffers. */
+/* Errors: the table is complete, the first error wins, texts stay UTF-8 and within their buffers.
+ */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -124,9 +125,10 @@ static void stray_bytes_and_control_characters_become_question_marks(void **stat
 {
     (void)state;
     struct error err = {0};
-    (void)error_set(&err, ERROR_INTERNAL, "a\xFF"
-                                          "b\xC3"
-                                          "c\n\xED\xA0\x80");
+    (void)error_set(&err, ERROR_INTERNAL,
+                    "a\xFF"
+                    "b\xC3"
+                    "c\n\xED\xA0\x80");
     assert_string_equal(err.message, "a?b?c????");
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Bad render requests: each is refused with its code, the pointer to the member, and words that help. */
+/* Bad render requests: each is refused with its code, the pointer to the member, and words that
+ * help. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -49,8 +50,8 @@ static void check(const struct refusal *refusals, size_t count)
         if (err.code != r->code || strcmp(err.pointer, r->pointer) != 0 ||
             !strstr(err.message, r->words))
             fail_msg("%s\n  gave %s at '%s': %s\n  expected %s at '%s': ...%s...", r->json,
-                     error_code_name(err.code), err.pointer, err.message,
-                     error_code_name(r->code), r->pointer, r->words);
+                     error_code_name(err.code), err.pointer, err.message, error_code_name(r->code),
+                     r->pointer, r->words);
     }
 }
 #define CHECK(refusals) check(refusals, sizeof(refusals) / sizeof *(refusals))
