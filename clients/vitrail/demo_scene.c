@@ -10,11 +10,14 @@
 struct demo_scene_options {
     struct common_options common;
     const char *output;
+    struct option_number texture_size_px, light_factor;
+    bool no_curtains;
 };
 
 static bool demo_scene_run(void *context, const struct text_list *operands, struct failure *failure)
 {
     const struct demo_scene_options *options = context;
+    double size_px = options->texture_size_px.value;
     struct output_file file = {0};
     struct error err = {0};
     void *glb = NULL;
@@ -24,9 +27,16 @@ static bool demo_scene_run(void *context, const struct text_list *operands, stru
     (void)operands;
     if (!options->output)
         return fail(failure, EXIT_CODE_USAGE, "demo-scene needs an output: -o FILE.glb");
+    if (size_px < 0 || size_px > 4096 || size_px != (double)(int)size_px)
+        return fail(failure, EXIT_CODE_USAGE, "--texture-size: pixels, from 64 to 4096");
     is_ok = output_file_open(&file, options->output, failure);
-    if (is_ok && !demo_scene_build(&(struct demo_scene_desc){0}, &glb, &size_bytes, &err))
-        is_ok = fail(failure, EXIT_CODE_OS_ERROR, "%s", err.message);
+    if (is_ok &&
+        !demo_scene_build(&(struct demo_scene_desc){.texture_size_px = (int)size_px,
+                                                    .light_factor = options->light_factor.value,
+                                                    .has_no_curtains = options->no_curtains},
+                          &glb, &size_bytes, &err))
+        is_ok = fail(failure, err.code == ERROR_NO_MEMORY ? EXIT_CODE_OS_ERROR : EXIT_CODE_USAGE,
+                     "the demo scene: %s", err.message);
     is_ok = is_ok && output_file_write(&file, glb, size_bytes, failure) &&
             output_file_commit(&file, failure);
     output_file_finish(&file);
@@ -34,9 +44,14 @@ static bool demo_scene_run(void *context, const struct text_list *operands, stru
     return is_ok;
 }
 
+#define AT(member) offsetof(struct demo_scene_options, member)
+
 static const struct option OPTIONS[] = {
-    {OPTION_TEXT, "output-file", 'o', "FILE", "where the scene goes; - is stdout",
-     offsetof(struct demo_scene_options, output)},
+    {OPTION_TEXT, "output-file", 'o', "FILE", "where the scene goes; - is stdout", AT(output)},
+    {OPTION_NUMBER, "texture-size", 0, "N", "side of the rose window's texture; default 1024",
+     AT(texture_size_px)},
+    {OPTION_NUMBER, "light-factor", 0, "F", "on every light; default 1", AT(light_factor)},
+    {OPTION_FLAG, "no-curtains", 0, NULL, "leave the coloured curtains out", AT(no_curtains)},
     {0},
 };
 

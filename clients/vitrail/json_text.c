@@ -94,7 +94,7 @@ static void print_value(json_t *json, int depth)
         putchar(' ');
         print_plain_list(json);
     }
-    if (depth > 0)
+    if (depth > 0 || is_plain(json) || is_plain_list(json))
         putchar('\n');
     if (is_plain(json) || is_plain_list(json) || depth > DEPTH_MAX)
         return;
