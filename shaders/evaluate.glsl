@@ -47,9 +47,9 @@ vec3 evaluate_normal_map(uint m, vec3 n)
     t = normalize(t);
     vec3 b = cross(n, t) * v_tangent.w * (v_ids.w != 0u ? 1.0 : -1.0);
 #else
-    vec2 uv = material_uv(m, SLOT_NORMAL, v_texcoords.xy, v_texcoords.zw);
+    material_uv uv = material_coordinates(m, SLOT_NORMAL, v_texcoords.xy, v_texcoords.zw);
     vec3 px = dFdx(v_position), py = dFdy(v_position);
-    vec2 ux = dFdx(uv), uy = dFdy(uv);
+    vec2 ux = uv.dx, uy = uv.dy;
     vec3 qx = cross(py, n), qy = cross(n, px);
     vec3 t = qx * ux.x + qy * uy.x, b = qx * ux.y + qy * uy.y;
     float largest = max(dot(t, t), dot(b, b));

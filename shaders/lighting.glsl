@@ -6,6 +6,7 @@
 #include "shared/records.h"
 #include "material.glsl"
 #include "surface.glsl"
+#include "branch.glsl"
 #include "brdf.glsl"
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
@@ -84,18 +85,16 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
         light_record r = lights[index];
         vec3 l;
         vec3 arriving = light_arriving(r, position, l);
-        if (max(arriving.r, max(arriving.g, arriving.b)) <= 0.0)
-            continue;
-        vec3 reflected = brdf_evaluate(b, l);
-        if (max(reflected.r, max(reflected.g, reflected.b)) <= 0.0)
-            continue;
+        BRANCH (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
+            vec3 reflected = brdf_evaluate(b, l);
 #ifdef HAS_SHADOWS
-        if (r.shadow != NO_SHADOW) {
-            arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, s.node);
-            lookups++;
-        }
+            BRANCH (r.shadow != NO_SHADOW && max(reflected.r, max(reflected.g, reflected.b)) > 0.0) {
+                arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, s.node);
+                lookups++;
+            }
 #endif
-        radiance += reflected * arriving;
+            radiance += reflected * arriving;
+        }
     }
 #ifdef HAS_SHADOWS
     if (lookups > 0u)

@@ -32,8 +32,7 @@ void main()
     if (s.alpha < r.emissive_alpha_cutoff.w)
         s.alpha = 0.0; // counted already, so it stays in the list as nothing
 #endif
-    if (gl_HelperInvocation)
-        return;
+    // No helper guard: there is no loop, and llvmpipe calls a partly covered fragment whose centre is outside a helper.
     uint pixel = uint(gl_FragCoord.y) * u_width_px + uint(gl_FragCoord.x);
     uint entry = atomicAdd(cursors[pixel], 1u);
 #ifdef HAS_COVERAGE

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Sorts the per-pixel lists, nearest first, by (depth, triangle): a total order, so the result does not depend on how
 // the fragments arrived. A thread per entry; the first thread of a run does the run's work.
-//   PASS=0  runs of RUN entries by insertion in a local array
+//   PASS=0  runs of RUN entries by insertion, in the buffer: llvmpipe 22.3 loses copies between elements of a local array
 //   PASS=1  merges two sorted runs of u_run entries from u_from to u_to halves of the buffer
 // The longest loop is 2 * u_run < 65,536: the host refuses longer lists.
 #include "shared/bindings.h"
 #define RUN 16u
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
-layout(std430, binding = BIND_FRAGMENT_KEYS) buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_FRAGMENT_KEYS) coherent buffer key_buffer { uvec4 keys[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
 uniform uint u_entries;
 uniform uint u_run;
@@ -37,18 +37,18 @@ void main()
     uint n = min(RUN, end - entry);
     if (n < 2u)
         return;
-    uvec4 run[RUN];
-    for (uint i = 0u; i < n; i++) {
+    for (uint i = 1u; i < n; i++) {
         uvec4 key = keys[entry + i];
         uint at = i;
-        while (at > 0u && comes_before(key, run[at - 1u])) {
-            run[at] = run[at - 1u];
+        while (at > 0u) {
+            uvec4 before = keys[entry + at - 1u];
+            if (!comes_before(key, before))
+                break;
+            keys[entry + at] = before;
             at--;
         }
-        run[at] = key;
+        keys[entry + at] = key;
     }
-    for (uint i = 0u; i < n; i++)
-        keys[entry + i] = run[i];
 #else
     if ((entry - first) % (2u * u_run) != 0u)
         return;

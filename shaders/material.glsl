@@ -10,11 +10,23 @@ layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer { mater
 #if TEXTURES != 0
 layout(binding = UNIT_MATERIAL_0) uniform sampler2D u_textures[7];
 
-vec2 material_uv(uint m, int slot, vec2 uv_0, vec2 uv_1)
+struct material_uv {
+    vec2 at, dx, dy; // texture coordinates and their screen derivatives
+};
+
+// Derivatives are taken of the varyings and transformed afterwards: on llvmpipe a storage buffer reads as zero in the
+// helper lanes of a quad, which would spoil any derivative of a value that depends on the material record.
+material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 {
-    vec3 uv = vec3((materials[m].texcoord_mask & (1u << slot)) != 0u ? uv_1 : uv_0, 1.0);
-    return vec2(dot(materials[m].uv_transforms[2 * slot].xyz, uv),
-                dot(materials[m].uv_transforms[2 * slot + 1].xyz, uv));
+    vec2 dx_0 = dFdx(uv_0), dy_0 = dFdy(uv_0), dx_1 = dFdx(uv_1), dy_1 = dFdy(uv_1);
+    bool second = (materials[m].texcoord_mask & (1u << slot)) != 0u;
+    vec3 uv = vec3(second ? uv_1 : uv_0, 1.0);
+    vec2 dx = second ? dx_1 : dx_0, dy = second ? dy_1 : dy_0;
+    vec3 row_0 = materials[m].uv_transforms[2 * slot].xyz;
+    vec3 row_1 = materials[m].uv_transforms[2 * slot + 1].xyz;
+    return material_uv(vec2(dot(row_0, uv), dot(row_1, uv)),
+                       vec2(dot(row_0.xy, dx), dot(row_1.xy, dx)),
+                       vec2(dot(row_0.xy, dy), dot(row_1.xy, dy)));
 }
 #endif
 
@@ -30,7 +42,10 @@ vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 {
 #if TEXTURES != 0
     if ((TEXTURES & (1 << slot)) != 0)
-        return texture(u_textures[slot], material_uv(m, slot, uv_0, uv_1));
+    {
+        material_uv uv = material_coordinates(m, slot, uv_0, uv_1);
+        return textureGrad(u_textures[slot], uv.at, uv.dx, uv.dy);
+    }
 #endif
     return otherwise;
 }

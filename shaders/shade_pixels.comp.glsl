@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
 // Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, those of lighting.glsl.
+#include "branch.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -24,51 +25,56 @@ layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { ve
 uniform uint u_keys_offset; // of the sorted half
 #endif
 
-// Two samples of one smooth surface are shaded once: same node and material, nearly one plane and depth.
-bool is_same_surface(uvec4 a0, uvec4 a1, float depth_a, uvec4 b0, uvec4 b1, float depth_b)
-{
-    if (a1.z != b1.z || a1.w != b1.w)
-        return false;
-    if (abs(depth_a - depth_b) > 0.02 * max(depth_a, depth_b))
-        return false;
-    return a0.x == b0.x || dot(unpack_unit(a0.x), unpack_unit(b0.x)) > 0.98;
-}
-
 vec4 shade_sample(ivec2 pixel, uvec4 s0, uvec4 s1, float depth, vec2 offset)
 {
-    if (depth <= 0.0)
-        return u_background;
-    surface s = surface_unpack(s0, s1);
-    float view_z = view_depth(depth);
-    vec3 position = view_position(vec2(pixel) + offset, view_z);
-    return vec4(lighting_evaluate(s, 0.0, position, view_direction(position), uvec2(pixel), view_z), 1.0);
+    vec4 color = u_background;
+    BRANCH (depth > 0.0) {
+        surface s = surface_unpack(s0, s1);
+        float view_z = view_depth(depth);
+        vec3 position = view_position(vec2(pixel) + offset, view_z);
+        color = vec4(lighting_evaluate(s, 0.0, position, view_direction(position), uvec2(pixel), view_z), 1.0);
+    }
+    return color;
 }
 
+#if SAMPLES == 1
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
-#if SAMPLES == 1
     color[0] = shade_sample(pixel, texelFetch(u_surface_0, pixel, 0), texelFetch(u_surface_1, pixel, 0),
                             texelFetch(u_depth_map, pixel, 0).x, u_sample_positions[0]);
-#else
-    uvec4 s0[SAMPLES], s1[SAMPLES];
-    float depth[SAMPLES];
-    for (int i = 0; i < SAMPLES; i++) {
-        s0[i] = texelFetch(u_surface_0, pixel, i);
-        s1[i] = texelFetch(u_surface_1, pixel, i);
-        depth[i] = texelFetch(u_depth_map, pixel, i).x;
-    }
-    for (int i = 0; i < SAMPLES; i++) {
-        int twin = -1;
-        for (int j = 0; j < i && twin < 0; j++)
-            if (is_same_surface(s0[j], s1[j], depth[j], s0[i], s1[i], depth[i]))
-                twin = j;
-        if (twin >= 0)
-            color[i] = color[twin];
-        else
-            color[i] = shade_sample(pixel, s0[i], s1[i], depth[i], u_sample_positions[i]);
-    }
-#endif
 }
+#else
+// Whether sample i shows the same smooth surface: same node and material, nearly one plane and depth.
+bool is_same_surface(ivec2 pixel, int i, uvec4 s0, uvec4 s1, float depth)
+{
+    uvec4 other_1 = texelFetch(u_surface_1, pixel, i);
+    float other_depth = texelFetch(u_depth_map, pixel, i).x;
+    uint other_normal = texelFetch(u_surface_0, pixel, i).x;
+    return other_1.z == s1.z && other_1.w == s1.w &&
+           abs(other_depth - depth) <= 0.02 * max(other_depth, depth) &&
+           (other_normal == s0.x || dot(unpack_unit(other_normal), unpack_unit(s0.x)) > 0.98);
+}
+
+// Each distinct surface among the samples is shaded once, at the first of its samples.
+void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
+{
+    for (int j = 0; j < SAMPLES; j++)
+        color[j] = vec4(0.0);
+    uint remaining = (1u << SAMPLES) - 1u;
+    while (remaining != 0u) {
+        int i = findLSB(remaining);
+        uvec4 s0 = texelFetch(u_surface_0, pixel, i), s1 = texelFetch(u_surface_1, pixel, i);
+        float depth = texelFetch(u_depth_map, pixel, i).x;
+        vec4 shaded = shade_sample(pixel, s0, s1, depth, u_sample_positions[i]);
+        for (int j = 0; j < SAMPLES; j++) {
+            if ((remaining & 1u << j) != 0u && (j == i || is_same_surface(pixel, j, s0, s1, depth))) {
+                color[j] = shaded;
+                remaining &= ~(1u << j);
+            }
+        }
+    }
+}
+#endif
 
 vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
 {
