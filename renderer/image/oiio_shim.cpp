@@ -19,13 +19,13 @@
 namespace
 {
 
-// Library-wide settings, all of them constants: no pool of threads (the decoder's sandbox forbids
-// one, and encoders run on our own pool), and no log on standard error.
+// Library-wide settings, all of them constants. "threads" is not among them: setting it starts the
+// very pool it limits, which the decoder's sandbox forbids. Readers and writers are told one by
+// one.
 void configure()
 {
     static std::once_flag once;
     std::call_once(once, [] {
-        OIIO::attribute("threads", 1);
         OIIO::attribute("exr_threads", -1);
         OIIO::attribute("limits:channels", int(IMAGE_CHANNELS_MAX));
         OIIO::attribute("limits:imagesize_MB", 4096);
@@ -85,6 +85,7 @@ bool encode(const struct image *image, const char *format, const oiio_option *op
     std::vector<unsigned char> memory;
     OIIO::Filesystem::IOVecOutput proxy(memory);
     std::string name = std::string("memory.") + format;
+    output->threads(1);
     output->set_ioproxy(&proxy);
     if (!output->open(name, spec) || !output->write_image(spec.format, image->pixels) ||
         !output->close())
@@ -108,6 +109,7 @@ bool decode(const void *bytes, size_t size_bytes, const char *format,
     OIIO::Filesystem::IOMemReader proxy(const_cast<void *>(bytes), size_bytes);
     OIIO::ImageSpec spec, config;
     config.attribute("oiio:UnassociatedAlpha", 1);
+    input->threads(1);
     input->set_ioproxy(&proxy);
     if (!input->open(std::string("memory.") + format, spec, config))
         return error_set(err, ERROR_INVALID_SCENE, "%s: %s", format,

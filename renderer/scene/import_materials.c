@@ -46,7 +46,7 @@ static bool import_transform(const struct gltf_texture_ref *from, float out[6], 
     out[0] = (float)(c * scale[0]);
     out[1] = (float)(s * scale[1]);
     out[2] = offset[0];
-    out[3] = (float)(-s * scale[0]);
+    out[3] = (float)(0 - s * scale[0]); /* not -0 */
     out[4] = (float)(c * scale[1]);
     out[5] = offset[1];
     return true;

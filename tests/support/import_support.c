@@ -106,6 +106,39 @@ bool imported_scene_init(struct imported_scene *imported, const struct scene_fil
     return false;
 }
 
+void *glb_make(const char *json, const void *bin, size_t bin_bytes, size_t *size_bytes)
+{
+    size_t json_bytes = strlen(json), json_padded = (json_bytes + 3) / 4 * 4;
+    size_t bin_padded = (bin_bytes + 3) / 4 * 4,
+           size = 20 + json_padded + (bin ? 8 + bin_padded : 0);
+    uint8_t *glb = calloc(1, size);
+    if (!glb)
+        abort();
+    uint32_t head[5] = {0x46546C67, 2, (uint32_t)size, (uint32_t)json_padded, 0x4E4F534A};
+    memcpy(glb, head, sizeof head);
+    memset(glb + 20, ' ', json_padded);
+    for (size_t i = 0; i < json_bytes; i++)
+        glb[20 + i] = json[i] == '\'' ? '"' : (uint8_t)json[i];
+    if (bin) {
+        uint32_t chunk[2] = {(uint32_t)bin_padded, 0x004E4942};
+        memcpy(glb + 20 + json_padded, chunk, sizeof chunk);
+        memcpy(glb + 28 + json_padded, bin, bin_bytes);
+    }
+    *size_bytes = size;
+    return glb;
+}
+
+bool imported_scene_make(struct imported_scene *imported, const char *json, const void *bin,
+                         size_t bin_bytes, struct error *err)
+{
+    size_t size;
+    void *glb = glb_make(json, bin, bin_bytes, &size);
+    struct scene_file file = {.name = "", .bytes = glb, .size_bytes = size};
+    bool is_done = imported_scene_init(imported, &file, 1, err);
+    free(glb);
+    return is_done;
+}
+
 void imported_scene_finish(struct imported_scene *imported)
 {
     free(imported->blob);

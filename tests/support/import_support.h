@@ -18,6 +18,13 @@ void imported_scene_finish(struct imported_scene *imported);
 MUST_CHECK bool imported_scene_init(struct imported_scene *imported, const struct scene_file *files,
                                     size_t file_count, struct error *err);
 
+/* A GLB of the JSON (its ' become ") and BIN chunk, in malloc'ed memory. bin may be NULL. */
+void *glb_make(const char *json, const void *bin, size_t bin_bytes, size_t *size_bytes);
+
+/* Makes such a GLB and imports it. */
+MUST_CHECK bool imported_scene_make(struct imported_scene *imported, const char *json,
+                                    const void *bin, size_t bin_bytes, struct error *err);
+
 /* Reads a .glb, or a .gltf with every other file of its folder and below, and imports it. */
 MUST_CHECK bool imported_scene_load(struct imported_scene *imported, const char *path,
                                     struct error *err);
