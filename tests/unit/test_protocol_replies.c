@@ -1,0 +1,525 @@
+/* SPDX-License-Identifier: MIT */
+/* What the server says: problems, frame stats, scene summaries and capabilities, and reading them.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "protocol/capabilities.h"
+#include "protocol/frame_stats.h"
+#include "protocol/problem.h"
+#include "protocol/render_request.h"
+#include "protocol/scene_summary.h"
+
+#define ID "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
+
+/* Takes the text. */
+static json_t *load(char *text)
+{
+    assert_non_null(text);
+    json_t *json = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+    free(text);
+    assert_non_null(json);
+    return json;
+}
+
+/* ---- problems ---- */
+
+static void problem_has_the_members_of_rfc_9457_and_ours(void **state)
+{
+    (void)state;
+    struct error err = {0};
+    (void)error_set_at(&err, ERROR_TOO_LARGE, "/lights", "9 \"lights\"");
+    json_t *json = load(problem_to_json(&err, "r-17"));
+    assert_string_equal(json_string_value(json_object_get(json, "type")),
+                        "urn:vitrail:problem:too_large");
+    assert_string_equal(json_string_value(json_object_get(json, "title")),
+                        error_code_title(ERROR_TOO_LARGE));
+    assert_int_equal(json_integer_value(json_object_get(json, "status")), 413);
+    assert_string_equal(json_string_value(json_object_get(json, "code")), "too_large");
+    assert_string_equal(json_string_value(json_object_get(json, "detail")), "9 \"lights\"");
+    assert_string_equal(json_string_value(json_object_get(json, "pointer")), "/lights");
+    assert_string_equal(json_string_value(json_object_get(json, "request_id")), "r-17");
+    json_decref(json);
+}
+
+static void problem_leaves_out_what_is_not_known(void **state)
+{
+    (void)state;
+    struct error err = {0};
+    (void)error_set(&err, ERROR_INTERNAL, "x");
+    json_t *json = load(problem_to_json(&err, NULL));
+    assert_int_equal(json_object_size(json), 5);
+    json_decref(json);
+}
+
+static void every_problem_reads_back(void **state)
+{
+    (void)state;
+    for (int code = ERROR_INVALID_REQUEST; code < ERROR_CODE_COUNT; code++) {
+        struct error err = {0}, read = {0};
+        (void)error_set_at(&err, (enum error_code)code, "/a~1b", "caf\xC3\xA9 %d", code);
+        char *text = problem_to_json(&err, NULL);
+        assert_false(problem_from_json(text, strlen(text), 500, &read));
+        assert_int_equal(read.code, code);
+        assert_string_equal(read.message, err.message);
+        assert_string_equal(read.pointer, err.pointer);
+        free(text);
+    }
+}
+
+static void replies_that_are_no_problem_tell_their_status(void **state)
+{
+    (void)state;
+    static const char *const bodies[] = {"<html>502 Bad Gateway</html>",
+                                         "",
+                                         "{}",
+                                         "[1]",
+                                         "{\"code\":7}",
+                                         "\xFF\xFE",
+                                         "{\"code\":null}"};
+    for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++) {
+        struct error err = {0};
+        assert_false(problem_from_json(bodies[i], strlen(bodies[i]), 502, &err));
+        assert_int_equal(err.code, ERROR_INTERNAL);
+        assert_non_null(strstr(err.message, "502"));
+    }
+    struct error err = {0};
+    assert_false(problem_from_json(NULL, 0, 500, &err));
+    assert_int_equal(err.code, ERROR_INTERNAL);
+}
+
+/* ---- frame stats ---- */
+
+static void fill_stats(struct frame_stats *stats)
+{
+    *stats = (struct frame_stats){.scene = ID, .device = "llvmpipe", .width = 640, .height = 360};
+    strcpy(stats->id, "f-1");
+    stats->plan_count = FRAME_STATS_PASSES_MAX;
+    for (int i = 0; i < FRAME_STATS_PASSES_MAX; i++) {
+        snprintf(stats->plan[i].pass, sizeof stats->plan[i].pass, "shadow.%d", i);
+        strcpy(stats->plan[i].because, "2 lights have transparent casters");
+        strcpy(stats->plan[i].technique, i ? "deep" : "");
+        stats->plan[i].ms = i * 0.125;
+    }
+    for (int i = 0; i < FRAME_TIMING_COUNT; i++)
+        stats->timings_ms[i] = 1.5 * i;
+    stats->counts.lights = 12;
+    stats->counts.events = UINT64_C(1) << 40;
+    stats->counts.longest_list = 64;
+    stats->counts.mean_list = 3.25;
+    stats->counts.shadow_maps_reused = 7;
+    stats->byte_count = 2;
+    strcpy(stats->bytes[0].structure, "shadow.deep");
+    stats->bytes[0].bytes = UINT64_C(5) << 32;
+    strcpy(stats->bytes[1].structure, "scene");
+    stats->bytes[1].bytes = 17;
+    stats->reused_count = 1;
+    strcpy(stats->reused[0], "scene");
+    stats->has_error = true;
+    stats->error_source = FRAME_ERROR_MEASURED;
+    stats->error_value = 0.0625;
+    strcpy(stats->error_metric, "transmittance");
+    frame_stats_warn(stats, "no light: %s", "default lighting");
+}
+
+static void stats_read_back_as_they_were(void **state)
+{
+    (void)state;
+    struct frame_stats stats, read;
+    struct error err = {0};
+    fill_stats(&stats);
+    char *text = frame_stats_to_json_text(&stats);
+    assert_non_null(text);
+    memset(&read, 0xA5, sizeof read);
+    if (!frame_stats_from_json_text(text, strlen(text), &read, &err))
+        fail_msg("%s at '%s'", err.message, err.pointer);
+    char *again = frame_stats_to_json_text(&read);
+    assert_string_equal(text, again);
+    assert_int_equal(read.counts.events, UINT64_C(1) << 40);
+    assert_int_equal(read.bytes[0].bytes, UINT64_C(5) << 32);
+    assert_int_equal(read.plan_count, FRAME_STATS_PASSES_MAX);
+    assert_string_equal(read.plan[63].pass, "shadow.63");
+    assert_true(read.timings_ms[FRAME_TIMING_TOTAL] == 9);
+    assert_true(read.counts.mean_list == 3.25);
+    assert_true(read.has_error && read.error_value == 0.0625);
+    assert_int_equal(read.error_source, FRAME_ERROR_MEASURED);
+    assert_string_equal(read.warnings[0], "no light: default lighting");
+    free(text);
+    free(again);
+}
+
+static void stats_have_the_documented_members(void **state)
+{
+    (void)state;
+    static const char *const members[] = {"scene",  "view",  "revision",   "device", "width",
+                                          "height", "plan",  "timings_ms", "counts", "bytes",
+                                          "reused", "error", "warnings",   "id"};
+    struct frame_stats stats = {0};
+    json_t *json = frame_stats_to_json(&stats);
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++)
+        assert_non_null(json_object_get(json, members[i]));
+    assert_true(json_is_null(json_object_get(json, "view")));
+    assert_true(json_is_null(json_object_get(json, "error")));
+    assert_non_null(json_object_get(json_object_get(json, "timings_ms"), "light-list"));
+    assert_non_null(json_object_get(json_object_get(json, "counts"), "longest_list"));
+    json_decref(json);
+}
+
+static void stats_never_write_what_json_cannot_hold(void **state)
+{
+    (void)state;
+    struct frame_stats stats = {.plan_count = 1};
+    stats.timings_ms[FRAME_TIMING_SHADE] = NAN;
+    stats.plan[0].ms = INFINITY;
+    stats.counts.lookups = UINT64_MAX;
+    strcpy(stats.device, "bad \xFF byte");
+    json_t *json = load(frame_stats_to_json_text(&stats));
+    assert_string_equal(json_string_value(json_object_get(json, "device")), "bad ? byte");
+    assert_true(json_is_null(json_object_get(json_object_get(json, "timings_ms"), "shade")));
+    json_decref(json);
+}
+
+static void stats_of_a_newer_server_are_read(void **state)
+{
+    (void)state;
+    static const char text[] = "{\"scene\":\"" ID "\",\"new\":{\"a\":[1]},\"counts\":{\"new\":1}}";
+    struct frame_stats stats;
+    struct error err = {0};
+    assert_true(frame_stats_from_json_text(text, sizeof text - 1, &stats, &err));
+    assert_string_equal(stats.scene, ID);
+}
+
+static void broken_stats_are_refused_with_a_pointer(void **state)
+{
+    (void)state;
+    static const char *const bodies[][2] = {
+        {"[]", ""},
+        {"{\"plan\":{}}", "/plan"},
+        {"{\"plan\":[7]}", "/plan/0"},
+        {"{\"plan\":[{\"ms\":\"1\"}]}", "/plan/0/ms"},
+        {"{\"timings_ms\":{\"shade\":[]}}", "/timings_ms/shade"},
+        {"{\"counts\":{\"lights\":-1}}", "/counts/lights"},
+        {"{\"bytes\":{\"a\":1.5}}", "/bytes/a"},
+        {"{\"width\":1e9}", "/width"},
+        {"{\"error\":{\"source\":\"guessed\"}}", "/error/source"},
+        {"{\"warnings\":[1]}", "/warnings/0"},
+    };
+    for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++) {
+        struct frame_stats stats;
+        struct error err = {0};
+        assert_false(frame_stats_from_json_text(bodies[i][0], strlen(bodies[i][0]), &stats, &err));
+        assert_string_equal(err.pointer, bodies[i][1]);
+        assert_int_equal(stats.plan_count + stats.warning_count + stats.byte_count, 0);
+    }
+}
+
+static void longer_lists_than_ours_are_refused(void **state)
+{
+    (void)state;
+    char text[4096] = "{\"reused\":[\"a\"";
+    for (int i = 0; i < FRAME_STATS_REUSED_MAX; i++)
+        strcat(text, ",\"a\"");
+    strcat(text, "]}");
+    struct frame_stats stats;
+    struct error err = {0};
+    assert_false(frame_stats_from_json_text(text, strlen(text), &stats, &err));
+    assert_int_equal(err.code, ERROR_TOO_LARGE);
+}
+
+static void dropped_warnings_are_told(void **state)
+{
+    (void)state;
+    struct frame_stats stats = {0};
+    for (int i = 0; i < FRAME_STATS_WARNINGS_MAX; i++)
+        frame_stats_warn(&stats, "warning %d", i);
+    assert_int_equal(stats.warning_count, FRAME_STATS_WARNINGS_MAX);
+    assert_string_equal(stats.warnings[FRAME_STATS_WARNINGS_MAX - 1], "warning 39");
+    frame_stats_warn(&stats, "one more");
+    assert_int_equal(stats.warning_count, FRAME_STATS_WARNINGS_MAX);
+    assert_non_null(strstr(stats.warnings[FRAME_STATS_WARNINGS_MAX - 1], "dropped"));
+}
+
+static void server_timing_lists_every_stage(void **state)
+{
+    (void)state;
+    struct frame_stats stats = {0};
+    stats.timings_ms[FRAME_TIMING_QUEUE] = 0.1;
+    stats.timings_ms[FRAME_TIMING_TOTAL] = 12.3456;
+    stats.timings_ms[FRAME_TIMING_SHADE] = NAN;
+    stats.timings_ms[FRAME_TIMING_SHADOW] = -1;
+    char text[FRAME_SERVER_TIMING_BYTES];
+    int length = frame_stats_server_timing(&stats, text, sizeof text);
+    assert_int_equal(length, strlen(text));
+    assert_string_equal(text, "queue;dur=0.100, shadow;dur=0.000, light-list;dur=0.000, "
+                              "shade;dur=0.000, readback;dur=0.000, encode;dur=0.000, "
+                              "total;dur=12.346");
+}
+
+static void server_timing_always_fits_and_always_ends(void **state)
+{
+    (void)state;
+    struct frame_stats stats = {0};
+    for (int i = 0; i < FRAME_TIMING_COUNT; i++)
+        stats.timings_ms[i] = 1e300;
+    char text[FRAME_SERVER_TIMING_BYTES];
+    assert_true(frame_stats_server_timing(&stats, text, sizeof text) < (int)sizeof text);
+    assert_true(frame_stats_server_timing(&stats, text, 8) > 8);
+    assert_int_equal(strlen(text), 7);
+}
+
+/* ---- scene summaries ---- */
+
+static void fill_summary(struct scene_summary *summary)
+{
+    struct error err = {0};
+    *summary = (struct scene_summary){.id = ID,
+                                      .triangles = UINT64_C(1) << 33,
+                                      .vertices = 5,
+                                      .nodes = 3,
+                                      .meshes = 1,
+                                      .primitives = 2,
+                                      .textures = 4,
+                                      .images = 6,
+                                      .animations = 8,
+                                      .material_count = 5000,
+                                      .light_count = 1,
+                                      .camera_count = 1,
+                                      .has_bounds = true,
+                                      .bounds_min = {-1e7, 0.1, 0},
+                                      .bounds_max = {1e7 + 0.125, 2, 3},
+                                      .upload_bytes = 77,
+                                      .decoded_bytes = UINT64_C(1) << 34,
+                                      .created_unix_s = 1767225600};
+    summary->name = strdup("chapel.glb");
+    for (int i = 0; i < 9; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "Glass %d \xC3\xA9", i);
+        assert_true(name_list_add(&summary->materials, name, &err));
+    }
+    assert_true(name_list_add(&summary->node_names, "", &err));
+    assert_true(name_list_add(&summary->extensions_used, "KHR_lights_punctual", &err));
+    assert_true(name_list_add(&summary->extensions_ignored, "KHR_materials_sheen", &err));
+    assert_true(name_list_add(&summary->warnings, "sheen is ignored", &err));
+    assert_true(scene_summary_add_light(summary, "Sun", "directional", &err));
+    assert_true(scene_summary_add_camera(summary, "Cam", "orthographic", &err));
+}
+
+static void summaries_read_back_as_they_were(void **state)
+{
+    (void)state;
+    struct scene_summary summary, read;
+    struct error err = {0};
+    fill_summary(&summary);
+    char *text = scene_summary_to_json_text(&summary);
+    assert_non_null(text);
+    if (!scene_summary_from_json_text(text, strlen(text), &read, &err))
+        fail_msg("%s at '%s'", err.message, err.pointer);
+    char *again = scene_summary_to_json_text(&read);
+    assert_string_equal(again, text);
+    assert_int_equal(read.materials.count, 9);
+    assert_string_equal(read.materials.names[8], "Glass 8 \xC3\xA9");
+    assert_true(read.bounds_max[0] == 1e7 + 0.125);
+    assert_string_equal(read.lights[0].type, "directional");
+    assert_int_equal(read.created_unix_s, 1767225600);
+    assert_non_null(strstr(text, "\"created\":\"2026-01-01T00:00:00Z\""));
+    free(text);
+    free(again);
+    scene_summary_finish(&summary);
+    scene_summary_finish(&read);
+}
+
+static void empty_summary_has_null_bounds_and_empty_lists(void **state)
+{
+    (void)state;
+    struct scene_summary summary = {0};
+    json_t *json = scene_summary_to_json(&summary);
+    assert_true(json_is_null(json_object_get(json, "bounds")));
+    assert_true(json_is_null(json_object_get(json, "name")));
+    assert_int_equal(json_array_size(json_object_get(json, "materials")), 0);
+    struct scene_summary read;
+    struct error err = {0};
+    assert_true(scene_summary_from_json(json, &read, &err));
+    assert_false(read.has_bounds);
+    json_decref(json);
+    scene_summary_finish(&read);
+}
+
+static void broken_summaries_are_refused_and_leave_nothing(void **state)
+{
+    (void)state;
+    static const char *const bodies[][2] = {
+        {"{\"materials\":[\"a\",\"b\",3]}", "/materials/2"},
+        {"{\"lights\":[{\"name\":\"a\",\"type\":\"point\"},{\"name\":\"b\"}]}", "/lights/1/type"},
+        {"{\"lights\":[{\"name\":\"a\",\"type\":\"laser\"}]}", ""},
+        {"{\"name\":\"a\",\"bounds\":{\"min\":[0,0,0]}}", "/bounds/max"},
+        {"{\"bounds\":7}", "/bounds"},
+        {"{\"created\":\"yesterday\"}", "/created"},
+        {"{\"triangles\":-3}", "/triangles"},
+    };
+    for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++) {
+        struct scene_summary summary;
+        struct error err = {0};
+        assert_false(
+            scene_summary_from_json_text(bodies[i][0], strlen(bodies[i][0]), &summary, &err));
+        assert_int_equal(err.code, ERROR_INVALID_REQUEST);
+        assert_string_equal(err.pointer, bodies[i][1]);
+        assert_null(summary.materials.names);
+        assert_null(summary.lights);
+        assert_null(summary.name);
+    }
+}
+
+/* ---- capabilities ---- */
+
+static void fill_device(struct device_capabilities *device)
+{
+    *device = (struct device_capabilities){.vendor = "Mesa",
+                                           .renderer = "llvmpipe",
+                                           .version = "4.5",
+                                           .driver = "surfaceless",
+                                           .device_count = 1,
+                                           .max_texture_size = 16384,
+                                           .max_samples = 4,
+                                           .max_storage_block_bytes = UINT64_C(1) << 31,
+                                           .gpu_budget_bytes = UINT64_C(4) << 30,
+                                           .gpu_used_bytes = 12345,
+                                           .has_post_depth_coverage = true};
+}
+
+static void device_reads_back_as_it_was(void **state)
+{
+    (void)state;
+    struct device_capabilities device, read;
+    struct error err = {0};
+    fill_device(&device);
+    json_t *json = device_capabilities_to_json(&device);
+    assert_true(device_capabilities_from_json(json, &read, &err));
+    assert_memory_equal(&read, &device, sizeof read);
+    json_decref(json);
+
+    json = json_pack("{s:s}", "max_samples", "many");
+    assert_false(device_capabilities_from_json(json, &read, &err));
+    assert_string_equal(err.pointer, "/max_samples");
+    json_decref(json);
+}
+
+/* What capabilities name is what the parser takes: nothing is promised that is refused. */
+static void every_technique_named_is_accepted_by_the_parser(void **state)
+{
+    (void)state;
+    static const char *const extensions[] = {"KHR_lights_punctual", NULL};
+    struct device_capabilities device;
+    fill_device(&device);
+    json_t *json = load(capabilities_to_json_text(
+        &(struct capabilities){.version = "1", .device = &device, .extensions = extensions}));
+    json_t *techniques = json_object_get(json, "techniques"), *list;
+    const char *key;
+    int accepted = 0;
+    json_object_foreach(techniques, key, list)
+    {
+        for (size_t i = 0; json_is_array(list) && i < json_array_size(list); i++) {
+            char body[256];
+            json_t *technique = json_array_get(list, i);
+            assert_true(json_string_length(json_object_get(technique, "does")) > 0);
+            snprintf(body, sizeof body, "{\"scene\":\"" ID "\",\"quality\":{\"%s\":\"%s\"}}", key,
+                     json_string_value(json_object_get(technique, "name")));
+            struct render_request request;
+            struct error err = {0};
+            if (!render_request_parse(body, strlen(body), &request, &err))
+                fail_msg("%s: %s", body, err.message);
+            render_request_finish(&request);
+            accepted++;
+        }
+    }
+    assert_int_equal(accepted, 13);
+    assert_int_equal(json_array_size(json_object_get(json, "formats")), 4);
+    assert_int_equal(json_array_size(json_object_get(json, "outputs")), REQUEST_OUTPUT_COUNT);
+    assert_int_equal(json_array_size(json_object_get(json, "extensions")), 1);
+    json_decref(json);
+}
+
+static void capabilities_without_a_device_say_null(void **state)
+{
+    (void)state;
+    json_t *json = load(capabilities_to_json_text(&(struct capabilities){.version = "1"}));
+    assert_true(json_is_null(json_object_get(json, "device")));
+    json_decref(json);
+}
+
+/* ---- allocations that fail, in turn ---- */
+
+/* jansson's allocator has no user pointer, so the countdown of this one test is a global. */
+static long allocations_left = -1;
+
+static void *failing_malloc(size_t size)
+{
+    if (allocations_left == 0)
+        return NULL;
+    if (allocations_left > 0)
+        allocations_left--;
+    return malloc(size);
+}
+
+static void writers_return_null_when_memory_runs_out(void **state)
+{
+    (void)state;
+    struct frame_stats stats;
+    struct scene_summary summary;
+    struct device_capabilities device;
+    fill_stats(&stats);
+    fill_summary(&summary);
+    fill_device(&device);
+    const struct capabilities capabilities = {.version = "1", .device = &device};
+    json_set_alloc_funcs(failing_malloc, free);
+    for (int writer = 0; writer < 3; writer++) {
+        char *text = NULL;
+        long failures = 0;
+        for (; !text; failures++) {
+            allocations_left = failures;
+            text = writer == 0   ? frame_stats_to_json_text(&stats)
+                   : writer == 1 ? scene_summary_to_json_text(&summary)
+                                 : capabilities_to_json_text(&capabilities);
+            allocations_left = -1;
+        }
+        assert_true(failures > 50);
+        free(text);
+    }
+    json_set_alloc_funcs(malloc, free);
+    scene_summary_finish(&summary);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(problem_has_the_members_of_rfc_9457_and_ours),
+        cmocka_unit_test(problem_leaves_out_what_is_not_known),
+        cmocka_unit_test(every_problem_reads_back),
+        cmocka_unit_test(replies_that_are_no_problem_tell_their_status),
+        cmocka_unit_test(stats_read_back_as_they_were),
+        cmocka_unit_test(stats_have_the_documented_members),
+        cmocka_unit_test(stats_never_write_what_json_cannot_hold),
+        cmocka_unit_test(stats_of_a_newer_server_are_read),
+        cmocka_unit_test(broken_stats_are_refused_with_a_pointer),
+        cmocka_unit_test(longer_lists_than_ours_are_refused),
+        cmocka_unit_test(dropped_warnings_are_told),
+        cmocka_unit_test(server_timing_lists_every_stage),
+        cmocka_unit_test(server_timing_always_fits_and_always_ends),
+        cmocka_unit_test(summaries_read_back_as_they_were),
+        cmocka_unit_test(empty_summary_has_null_bounds_and_empty_lists),
+        cmocka_unit_test(broken_summaries_are_refused_and_leave_nothing),
+        cmocka_unit_test(device_reads_back_as_it_was),
+        cmocka_unit_test(every_technique_named_is_accepted_by_the_parser),
+        cmocka_unit_test(capabilities_without_a_device_say_null),
+        cmocka_unit_test(writers_return_null_when_memory_runs_out),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
