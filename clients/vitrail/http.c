@@ -17,7 +17,8 @@ enum {
 
 struct http_client {
     char *base_url;
-    bool is_local; /* on this machine: never through a proxy */
+    char *shown_url; /* the same without user and password, for messages */
+    bool is_local;   /* on this machine: never through a proxy */
     struct interrupt *interrupt;
     struct progress *progress;
     double deadline_s;
@@ -38,39 +39,58 @@ struct transfer {
     char curl_message[CURL_ERROR_SIZE];
 };
 
-/* Takes "host:port" for http://host:port, and finds out whether the host is this machine. */
-static bool url_check(struct http_client *client, const char *text, struct failure *failure)
+/* The address as it may be shown: without user and password. NULL: no memory. */
+static char *url_to_show(CURLU *url)
 {
-    CURLU *url = curl_url();
-    char *scheme = NULL, *host = NULL;
-    char *whole = NULL;
-    bool is_ok = false;
+    char *text = NULL, *copy = NULL;
 
-    if (!url)
-        return fail_no_memory(failure);
-    if (asprintf(&whole, "%s%s", strstr(text, "://") ? "" : "http://", text) < 0) {
-        curl_url_cleanup(url);
-        return fail_no_memory(failure);
-    }
-    for (size_t n = strlen(whole); n > 0 && whole[n - 1] == '/'; n--)
-        whole[n - 1] = '\0';
-    if (curl_url_set(url, CURLUPART_URL, whole, 0) || strpbrk(whole, "?# \t\r\n") ||
-        curl_url_get(url, CURLUPART_SCHEME, &scheme, 0) ||
-        curl_url_get(url, CURLUPART_HOST, &host, 0) ||
-        (strcmp(scheme, "http") && strcmp(scheme, "https"))) {
-        fail(failure, EXIT_CODE_USAGE, "'%s' is not the address of a server, such as %s", text,
-             "http://127.0.0.1:8090");
-        free(whole);
-    } else {
-        client->base_url = whole;
+    if (!curl_url_set(url, CURLUPART_USER, NULL, 0) &&
+        !curl_url_set(url, CURLUPART_PASSWORD, NULL, 0) &&
+        !curl_url_get(url, CURLUPART_URL, &text, 0))
+        copy = strdup(text);
+    curl_free(text);
+    for (size_t n = copy ? strlen(copy) : 0; n > 0 && copy[n - 1] == '/'; n--)
+        copy[n - 1] = '\0';
+    return copy;
+}
+
+/* Takes the address apart: it must be of a server, and may be on this machine. */
+static bool url_understand(struct http_client *client, CURLU *url)
+{
+    char *scheme = NULL, *host = NULL;
+    bool is_ok = !curl_url_set(url, CURLUPART_URL, client->base_url, 0) &&
+                 !strpbrk(client->base_url, "?# \t\r\n") &&
+                 !curl_url_get(url, CURLUPART_SCHEME, &scheme, 0) &&
+                 !curl_url_get(url, CURLUPART_HOST, &host, 0) &&
+                 (!strcmp(scheme, "http") || !strcmp(scheme, "https"));
+
+    if (is_ok)
         client->is_local =
             !strncmp(host, "127.", 4) || !strcmp(host, "localhost") || !strcmp(host, "[::1]");
-        is_ok = true;
-    }
     curl_free(scheme);
     curl_free(host);
-    curl_url_cleanup(url);
     return is_ok;
+}
+
+/* Also takes "host:port", for http://host:port. */
+static bool url_set(struct http_client *client, const char *text, struct failure *failure)
+{
+    CURLU *url = curl_url();
+
+    if (asprintf(&client->base_url, "%s%s", strstr(text, "://") ? "" : "http://", text) < 0)
+        client->base_url = NULL;
+    for (size_t n = client->base_url ? strlen(client->base_url) : 0;
+         n > 0 && client->base_url[n - 1] == '/'; n--)
+        client->base_url[n - 1] = '\0';
+    if (url && client->base_url) {
+        if (url_understand(client, url))
+            client->shown_url = url_to_show(url);
+        else
+            fail(failure, EXIT_CODE_USAGE,
+                 "'%s' is not the address of a server, such as http://127.0.0.1:8090", text);
+    }
+    curl_url_cleanup(url);
+    return client->shown_url || fail_no_memory(failure);
 }
 
 struct http_client *http_client_create(const struct http_client_desc *desc, struct failure *failure)
@@ -91,7 +111,7 @@ struct http_client *http_client_create(const struct http_client_desc *desc, stru
         fail_no_memory(failure);
         goto fail;
     }
-    if (!url_check(client, desc->base_url, failure))
+    if (!url_set(client, desc->base_url, failure))
         goto fail;
     return client;
 
@@ -110,12 +130,13 @@ void http_client_destroy(struct http_client *client)
         curl_multi_cleanup(client->multi);
     curl_global_cleanup();
     free(client->base_url);
+    free(client->shown_url);
     free(client);
 }
 
 const char *http_client_url(const struct http_client *client)
 {
-    return client->base_url;
+    return client->shown_url;
 }
 
 void http_reply_finish(struct http_reply *reply)
@@ -321,7 +342,7 @@ static bool transfer_run(struct transfer *transfer, CURLcode *code)
             return fail(transfer->failure, EXIT_CODE_TEMPORARY,
                         "%s did not finish in the time "
                         "given by --timeout",
-                        client->base_url);
+                        client->shown_url);
         curl_multi_poll(client->multi, &signals, 1, POLL_MS, NULL);
     }
     return true;
@@ -353,7 +374,7 @@ static void read_head(struct transfer *transfer)
 
 static bool transfer_judge(struct transfer *transfer, CURLcode code)
 {
-    const char *url = transfer->client->base_url;
+    const char *url = transfer->client->shown_url;
     const char *why = transfer->curl_message[0] ? transfer->curl_message : curl_easy_strerror(code);
 
     read_head(transfer);

@@ -23,7 +23,8 @@ struct http_client_desc {
 struct http_client *http_client_create(const struct http_client_desc *desc,
                                        struct failure *failure);
 void http_client_destroy(struct http_client *client);
-const char *http_client_url(const struct http_client *client); /* without a slash at its end */
+/* For people: without user, password and the slash at its end. */
+const char *http_client_url(const struct http_client *client);
 
 /* One file of a multipart upload. */
 struct http_part {

@@ -4,6 +4,7 @@
 import json
 import os
 import pty
+import re
 import signal
 import socket
 import stat
@@ -118,24 +119,33 @@ class OutcomeTest(CliTest):
             "detail": "the render was refused: expected 3 numbers"})
         self.assert_only("box.glb")
 
-    def test_statuses_become_documented_exit_codes(self):
-        for status, code, expected in (
-                (400, "invalid_request", 1), (404, "not_found", 1), (413, "too_large", 1),
-                (422, "invalid_scene", 1), (422, "unsupported", 1), (507, "over_budget", 1),
-                (500, "internal", 1), (500, "render_failed", 75), (500, "io", 75),
-                (429, "too_many_requests", 75), (503, "overloaded", 75), (503, "no_device", 75),
-                (504, "timeout", 75)):
-            self.answer_with(status, code)
-            _, err = self.render(code=expected)
-            self.assertIn(code, err)
-            self.assert_only("box.glb")
-
-    def test_codes_of_the_protocol_are_those_tested_here(self):
+    def test_every_code_of_the_protocol_becomes_a_documented_exit_code(self):
+        again = {"too_many_requests", "render_failed", "io", "overloaded", "no_device",
+                 "no_memory", "timeout"}
         source = os.path.join(os.path.dirname(__file__), "../../protocol/error.c")
         with open(source, encoding="utf-8") as file:
-            text = file.read()
-        for name in ("render_failed", "invalid_request", "not_found", "overloaded"):
-            self.assertIn('"%s"' % name, text)
+            table = re.findall(r'\[ERROR_\w+\]\s*=\s*\{"(\w+)",\s*"[^"]*",\s*(\d+)\}', file.read())
+        self.assertLessEqual(again, {code for code, _ in table})
+        for code, status in table:
+            if code == "none":
+                continue
+            self.answer_with(int(status), code)
+            _, err = self.render(code=75 if code in again else 1)
+            self.assertIn("(%s)" % code, err)
+            self.assert_only("box.glb")
+
+    def test_statuses_of_proxies_become_exit_codes_too(self):
+        for status, expected in ((401, 1), (403, 1), (405, 1), (408, 75), (502, 75), (503, 75)):
+            self.stub.special[RENDER] = lambda h, r, s=status: h.answer(s, b"<html>")
+            self.render(code=expected)
+
+    def test_passwords_are_not_shown(self):
+        _, err = self.run_cli("health", "--server", "http://me:secret@127.0.0.1:1/x/", code=69)
+        self.assertIn("no server at http://127.0.0.1:1/x:", err)
+        url = self.stub.url.replace("//", "//me:secret@")
+        self.assertEqual(self.run_cli("health", "--server", url)[0],
+                         "ready: %s\n" % self.stub.url)
+        self.assertTrue(self.stub.requests[-1].headers["Authorization"].startswith("Basic "))
 
     def test_retry_after_is_passed_on(self):
         self.answer_with(503, "overloaded", headers=[("Retry-After", "7")])
