@@ -80,8 +80,6 @@ static bool push_roots(struct importer *importer, const int32_t *parents, uint32
     if (scene < 0 || (size_t)scene >= document->scene_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no scene %d", scene);
     struct gltf_indices roots = document->scenes[scene].nodes;
-    if (roots.count > document->node_count)
-        return error_set(err, ERROR_INVALID_SCENE, "scene %d: a node is listed twice", scene);
     for (size_t i = roots.count; i-- > 0;) {
         int root = roots.values[i];
         if (root < 0 || (size_t)root >= document->node_count)
@@ -91,6 +89,8 @@ static bool push_roots(struct importer *importer, const int32_t *parents, uint32
             return error_set(err, ERROR_INVALID_SCENE,
                              "scene %d: node %d is no root, its parent is node %d", scene, root,
                              parents[root]);
+        if (*count == document->node_count)
+            return error_set(err, ERROR_INVALID_SCENE, "scene %d lists a node twice", scene);
         stack[(*count)++] = (uint32_t)root;
     }
     return true;
@@ -417,23 +417,30 @@ bool import_lights(struct importer *importer, struct error *err)
     return true;
 }
 
+/* Half the width or height of an orthographic view; some files give it a sign. */
+static bool import_extent(double extent, float *out, const char *what, struct error *err)
+{
+    if (!(fabs(extent) > 1e-12))
+        return error_set(err, ERROR_INVALID_SCENE, "%s is %g, too small", what, extent);
+    return import_number(fabs(extent), 0, COORDINATE_MAX, out, what, err);
+}
+
 static bool import_camera(const struct gltf_camera *from, struct scene_camera *to,
                           struct error *err)
 {
     to->is_orthographic = from->is_orthographic;
-    double z_near_min = from->is_orthographic ? 0 : 1e-9;
-    if (!import_number(from->z_near, z_near_min, COORDINATE_MAX, &to->z_near, "znear", err) ||
+    if (!from->is_orthographic && !(from->z_near > 0))
+        return error_set(err, ERROR_INVALID_SCENE, "znear is %g, not positive", from->z_near);
+    if (!import_number(from->z_near, 0, COORDINATE_MAX, &to->z_near, "znear", err) ||
         !import_number(fmin(from->z_far, COORDINATE_MAX), 0, COORDINATE_MAX, &to->z_far, "zfar",
                        err))
         return false;
-    if (to->z_near <= 0 && !from->is_orthographic)
-        return error_set(err, ERROR_INVALID_SCENE, "znear is %g, not positive", from->z_near);
     if (to->z_far != 0 && to->z_far <= to->z_near)
         return error_set(err, ERROR_INVALID_SCENE, "zfar %g is not beyond znear %g", from->z_far,
                          from->z_near);
     if (from->is_orthographic)
-        return import_number(fabs(from->x_mag), 1e-9, COORDINATE_MAX, &to->x_mag, "xmag", err) &&
-               import_number(fabs(from->y_mag), 1e-9, COORDINATE_MAX, &to->y_mag, "ymag", err);
+        return import_extent(from->x_mag, &to->x_mag, "xmag", err) &&
+               import_extent(from->y_mag, &to->y_mag, "ymag", err);
     if (!(from->y_fov_rad > 0 && from->y_fov_rad < M_PI))
         return error_set(err, ERROR_INVALID_SCENE, "yfov is %g, not in (0, pi)", from->y_fov_rad);
     to->y_fov_rad = (float)from->y_fov_rad;
