@@ -1,0 +1,424 @@
+/* SPDX-License-Identifier: MIT */
+/* Requests arrive in views whole; reports, scenes and devices arrive in their replies whole. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "server/view_mapping.h"
+
+#define ID "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
+#define BODY(members) "{\"scene\":\"" ID "\"" members "}"
+
+static struct render_request parse(const char *json)
+{
+    struct render_request request;
+    struct error err = {0};
+    if (!render_request_parse(json, strlen(json), &request, &err))
+        fail_msg("%s: %s", err.pointer, err.message);
+    return request;
+}
+
+static void every_member_of_a_request_reaches_the_view(void **state)
+{
+    (void)state;
+    struct render_request request =
+        parse(BODY(",\"width\":640,\"height\":360,\"camera\":{\"eye\":[10000000.25,2,3],"
+                   "\"target\":[0,0,1],\"up\":[0,0,2],\"fov_y_deg\":60,\"ortho_height\":12.5},"
+                   "\"lights\":[{\"type\":\"spot\",\"position\":[0,4,0.1],\"direction\":[0,-1,0],"
+                   "\"color\":[1,0.5,0.25],\"intensity\":800,\"inner_cone_deg\":20,"
+                   "\"outer_cone_deg\":35,\"range\":9,\"shadow\":false}],\"scene_lights\":false,"
+                   "\"overrides\":{\"nodes\":{\"N\":{\"visible\":false,"
+                   "\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1]}},"
+                   "\"materials\":{\"M\":{\"base_color\":[1,0,0,0.5],\"metallic\":0.25,"
+                   "\"roughness\":0.5,\"emissive\":[1,2,3],\"transmission\":0.75,\"ior\":1.5,"
+                   "\"thickness\":0.125,\"attenuation_color\":[0.5,0.25,0.125],"
+                   "\"attenuation_distance\":2,\"alpha_mode\":\"mask\",\"pass_through\":{"
+                   "\"model\":\"edge\",\"edge_color\":[0.5,0.25,1],\"edge_exponent\":3},"
+                   "\"self_shadow\":false,\"cast_once\":true}}},"
+                   "\"clip_planes\":[[0,1,0,-2]],\"background\":[0.5,0.25,0.125,1],"
+                   "\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6]},"
+                   "\"quality\":{\"shadows\":\"map\",\"transparency\":\"lists\","
+                   "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":256,"
+                   "\"shadow_taps\":9,\"samples\":1,\"faithful\":true},"
+                   "\"outputs\":[\"color\",\"node\"]"));
+    struct view_storage storage;
+    struct view view;
+    struct error err = {0};
+    assert_true(view_from_request(&request, &storage, &view, &err));
+    assert_int_equal(view.width_px, 640);
+    assert_int_equal(view.height_px, 360);
+    assert_int_equal(view.outputs, 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_NODE);
+    assert_int_equal(view.camera.kind, VIEW_CAMERA_LOOK_AT);
+    assert_true(view.camera.eye[0] == 10000000.25 && view.camera.target[2] == 1);
+    assert_true(view.camera.up[2] == 2 && view.camera.fov_y_deg == 60);
+    assert_true(view.camera.ortho_height == 12.5);
+
+    assert_int_equal(view.light_count, 1);
+    const struct view_light *light = view.lights;
+    assert_int_equal(light->type, SCENE_LIGHT_SPOT);
+    assert_true(light->position[2] == 0.1 && light->direction[1] == -1);
+    assert_true(light->color[2] == 0.25f && light->intensity == 800 && light->range == 9);
+    assert_true(light->inner_cone_deg == 20 && light->outer_cone_deg == 35);
+    assert_true(light->casts_no_shadow && view.ignore_scene_lights);
+
+    assert_int_equal(view.node_override_count, 1);
+    assert_string_equal(view.nodes->node, "N");
+    assert_true(view.nodes->has_visible && !view.nodes->visible && view.nodes->has_matrix);
+    assert_true(view.nodes->matrix[13] == 6);
+
+    assert_int_equal(view.material_override_count, 1);
+    const struct view_material_override *m = view.materials;
+    assert_string_equal(m->material, "M");
+    assert_true(m->has_base_color && m->base_color[3] == 0.5f);
+    assert_true(m->has_metallic && m->metallic == 0.25f);
+    assert_true(m->has_roughness && m->roughness == 0.5f);
+    assert_true(m->has_emissive && m->emissive[2] == 3);
+    assert_true(m->has_transmission && m->transmission == 0.75f && m->has_ior && m->ior == 1.5f);
+    assert_true(m->has_thickness && m->thickness == 0.125f);
+    assert_true(m->has_attenuation && m->attenuation_color[2] == 0.125f);
+    assert_true(m->attenuation_distance == 2);
+    assert_true(m->has_alpha_mode && m->alpha_mode == SCENE_MASK);
+    assert_true(m->has_pass_through && m->pass_through == SCENE_PASS_EDGE);
+    assert_true(m->edge_color[2] == 1 && m->edge_exponent == 3);
+    assert_true(m->has_self_shadow && !m->self_shadow && m->has_cast_once && m->cast_once);
+
+    assert_int_equal(view.clip_plane_count, 1);
+    assert_true(view.clip_planes[0][3] == -2 && view.background[2] == 0.125f);
+    assert_true(view.has_environment && view.sky[2] == 3 && view.ground[1] == 5);
+    assert_int_equal(view.quality.shadows, VIEW_SHADOWS_MAP);
+    assert_int_equal(view.quality.transparency, VIEW_TRANSPARENCY_LISTS);
+    assert_int_equal(view.quality.light_lists, VIEW_LIGHT_LISTS_LINKED);
+    assert_int_equal(view.quality.blend_filter, VIEW_BLEND_KIM);
+    assert_int_equal(view.quality.shadow_resolution, 256);
+    assert_int_equal(view.quality.shadow_taps, 9);
+    assert_int_equal(view.quality.samples, 1);
+    assert_true(view.quality.faithful);
+    view_storage_finish(&storage);
+    render_request_finish(&request);
+}
+
+static void default_request_gives_the_default_view(void **state)
+{
+    (void)state;
+    struct render_request request = parse(BODY(""));
+    struct view_storage storage;
+    struct view view;
+    struct error err = {0};
+    assert_true(view_from_request(&request, &storage, &view, &err));
+    assert_int_equal(view.camera.kind, VIEW_CAMERA_DEFAULT);
+    assert_null(view.camera.node);
+    assert_int_equal(view.light_count + view.node_override_count + view.material_override_count, 0);
+    assert_false(view.ignore_scene_lights || view.has_environment);
+    assert_int_equal(image_format_from_request(&request), IMAGE_FORMAT_PNG);
+    struct tone_map_desc tone;
+    tone_map_from_request(&request, &tone);
+    assert_int_equal(tone.operator_, TONE_MAPPING_NEUTRAL);
+    assert_true(tone.exposure_ev == 0);
+    view_storage_finish(&storage);
+    view_storage_finish(&storage);
+    render_request_finish(&request);
+}
+
+/* The ends of the ranges in docs/requests.md must not become inf, nor "0 means default", in f32. */
+static void ends_of_ranges_survive_the_way_to_f32(void **state)
+{
+    (void)state;
+    struct render_request request = parse(
+        BODY(",\"lights\":[{\"type\":\"spot\",\"position\":[0,0,0],\"direction\":[0,0,1],"
+             "\"intensity\":1e12,\"outer_cone_deg\":0.001,\"range\":1e12}],"
+             "\"overrides\":{\"materials\":{\"M\":{\"thickness\":1e12,\"emissive\":[1e12,0,0],"
+             "\"attenuation_color\":[1,1,1],\"attenuation_distance\":1e-9,"
+             "\"pass_through\":{\"model\":\"edge\",\"edge_exponent\":0.01}}}}"));
+    struct view_storage storage;
+    struct view view;
+    struct error err = {0};
+    assert_true(view_from_request(&request, &storage, &view, &err));
+    assert_true(isfinite(view.lights->intensity) && isfinite(view.lights->range));
+    assert_true(view.lights->outer_cone_deg > 0);
+    assert_true(isfinite(view.materials->thickness) && isfinite(view.materials->emissive[0]));
+    assert_true(view.materials->attenuation_distance > 0 && view.materials->edge_exponent > 0);
+    view_storage_finish(&storage);
+    render_request_finish(&request);
+}
+
+static void formats_map_by_name(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"png", "jpeg", "webp", "exr"};
+    for (int i = 0; i < 4; i++) {
+        char json[160];
+        snprintf(json, sizeof json, BODY(",\"format\":\"%s\""), names[i]);
+        struct render_request request = parse(json);
+        assert_int_equal(image_format_from_request(&request), IMAGE_FORMAT_PNG + i);
+        render_request_finish(&request);
+    }
+}
+
+/* A full report: nothing overflows, everything arrives. */
+static void reports_reach_the_stats_whole(void **state)
+{
+    (void)state;
+    struct render_request request = parse(BODY(",\"width\":64,\"height\":32"));
+    struct frame_report *report = calloc(1, sizeof *report);
+    struct frame_stats *stats = calloc(1, sizeof *stats);
+    assert_non_null(report);
+    assert_non_null(stats);
+    report->pass_count = REPORT_PASSES_MAX;
+    for (int i = 0; i < REPORT_PASSES_MAX; i++)
+        snprintf(report->passes[i].pass, sizeof report->passes[i].pass, "pass.%d", i);
+    memset(report->passes[3].because, 'b', sizeof report->passes[3].because - 1);
+    strcpy(report->passes[3].technique, "deep");
+    report->passes[3].ms = 4.5;
+    report->stage_ms[REPORT_SHADOW] = 1;
+    report->stage_ms[REPORT_LIGHT_LIST] = 2;
+    report->stage_ms[REPORT_SHADE] = 3;
+    report->stage_ms[REPORT_READBACK] = 4;
+    report->total_ms = 11;
+    /* Each count a different number, found again under the same name. */
+    uint64_t next = 1;
+    uint64_t *counts[] = {&report->counts.lights,
+                          &report->counts.shadowed_lights,
+                          &report->counts.draws,
+                          &report->counts.triangles,
+                          &report->counts.events,
+                          &report->counts.longest_list,
+                          &report->counts.lookups,
+                          &report->counts.transparent_fragments,
+                          &report->counts.longest_pixel_list,
+                          &report->counts.light_list_entries,
+                          &report->counts.shadow_maps_built,
+                          &report->counts.shadow_maps_reused};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
+        *counts[i] = next++;
+    report->counts.mean_list = 2.5;
+    report->byte_count = REPORT_BYTES_MAX;
+    strcpy(report->bytes[REPORT_BYTES_MAX - 1].structure, "scene");
+    report->bytes[REPORT_BYTES_MAX - 1].bytes = 99;
+    report->reused_count = REPORT_REUSED_MAX;
+    strcpy(report->reused[REPORT_REUSED_MAX - 1], "shadow.deep");
+    report->warning_count = REPORT_WARNINGS_MAX;
+    strcpy(report->warnings[REPORT_WARNINGS_MAX - 1], "last");
+
+    frame_stats_from_report(&request, report, "llvmpipe", stats);
+    assert_string_equal(stats->scene, ID);
+    assert_string_equal(stats->device, "llvmpipe");
+    assert_int_equal(stats->width, 64);
+    assert_int_equal(stats->height, 32);
+    assert_int_equal(stats->plan_count, REPORT_PASSES_MAX);
+    assert_string_equal(stats->plan[REPORT_PASSES_MAX - 1].pass, "pass.63");
+    assert_string_equal(stats->plan[3].because, report->passes[3].because);
+    assert_string_equal(stats->plan[3].technique, "deep");
+    assert_true(stats->plan[3].ms == 4.5);
+    static const double expected_ms[] = {0, 1, 2, 3, 4, 0, 11};
+    for (int i = 0; i < FRAME_TIMING_COUNT; i++)
+        assert_true(stats->timings_ms[i] == expected_ms[i]);
+    uint64_t arrived[] = {stats->counts.lights,
+                          stats->counts.shadowed_lights,
+                          stats->counts.draws,
+                          stats->counts.triangles,
+                          stats->counts.events,
+                          stats->counts.longest_list,
+                          stats->counts.lookups,
+                          stats->counts.transparent_fragments,
+                          stats->counts.longest_pixel_list,
+                          stats->counts.light_list_entries,
+                          stats->counts.shadow_maps_built,
+                          stats->counts.shadow_maps_reused};
+    for (size_t i = 0; i < sizeof arrived / sizeof *arrived; i++)
+        assert_int_equal(arrived[i], i + 1);
+    assert_true(stats->counts.mean_list == 2.5);
+    assert_int_equal(stats->bytes[REPORT_BYTES_MAX - 1].bytes, 99);
+    assert_string_equal(stats->reused[REPORT_REUSED_MAX - 1], "shadow.deep");
+    assert_int_equal(stats->warning_count, REPORT_WARNINGS_MAX);
+    assert_string_equal(stats->warnings[REPORT_WARNINGS_MAX - 1], "last");
+    assert_false(stats->has_error);
+    free(report);
+    free(stats);
+    render_request_finish(&request);
+}
+
+static void exact_techniques_state_no_error(void **state)
+{
+    (void)state;
+    struct render_request request = parse(BODY(",\"quality\":{\"max_error\":0.01}"));
+    struct frame_report report = {.error_is_exact = true};
+    struct frame_stats stats;
+    frame_stats_from_report(&request, &report, "d", &stats);
+    assert_true(stats.has_error && stats.error_value == 0);
+    assert_int_equal(stats.error_source, FRAME_ERROR_EXACT);
+    assert_int_equal(stats.warning_count, 0);
+    render_request_finish(&request);
+}
+
+static void promises_nobody_makes_are_warned_of(void **state)
+{
+    (void)state;
+    struct render_request request =
+        parse(BODY(",\"quality\":{\"max_error\":0.01,\"budget_ms\":50}"));
+    struct frame_report report = {0};
+    struct frame_stats stats;
+    frame_stats_from_report(&request, &report, "d", &stats);
+    assert_int_equal(stats.warning_count, 2);
+    assert_non_null(strstr(stats.warnings[0], "budget_ms 50"));
+    assert_non_null(strstr(stats.warnings[1], "max_error 0.01"));
+    render_request_finish(&request);
+}
+
+/* ---- scenes ---- */
+
+static const char strings[] = "\0Glass\0Lamp\0Camera\0KHR_lights_punctual\0odd file\0default";
+enum { GLASS = 1, LAMP = 7, CAMERA = 12, EXTENSION = 19, WARNING = 39, DEFAULT = 48 };
+
+static void scenes_reach_their_summary(void **state)
+{
+    (void)state;
+    struct scene_header header = {.size_bytes = 4096,
+                                  .bounds_min = {-1, -2, -3},
+                                  .bounds_max = {1, 2, 3},
+                                  .triangle_count = 24,
+                                  .animation_count = 2};
+    const struct scene_node nodes[] = {
+        {.name = LAMP, .mesh = -1, .camera = -1, .light = 0},
+        {.name = CAMERA, .mesh = 0, .camera = 0, .light = -1},
+        {.name = LAMP, .mesh = -1, .camera = -1, .light = 0},
+    };
+    const struct scene_material materials[] = {{.name = GLASS}, {.name = DEFAULT}};
+    const struct scene_light lights[] = {{.type = SCENE_LIGHT_SPOT, .name = LAMP}};
+    const struct scene_camera cameras[] = {{.is_orthographic = 1}};
+    const uint32_t extensions[] = {EXTENSION}, warnings[] = {WARNING};
+    const struct scene scene = {
+        .header = &header,
+        .strings = strings,
+        .nodes = nodes,
+        .node_count = 3,
+        .mesh_count = 5,
+        .primitive_count = 6,
+        .materials = materials,
+        .material_count = 2,
+        .texture_count = 7,
+        .image_count = 8,
+        .lights = lights,
+        .light_count = 1,
+        .cameras = cameras,
+        .camera_count = 1,
+        .vertex_count = 36,
+        .extensions_used = extensions,
+        .extension_used_count = 1,
+        .warnings = warnings,
+        .warning_count = 1,
+    };
+    struct scene_summary summary = {0};
+    struct error err = {0};
+    assert_true(scene_summary_from_scene(&scene, &summary, &err));
+    assert_int_equal(summary.triangles, 24);
+    assert_int_equal(summary.vertices, 36);
+    assert_int_equal(summary.nodes, 3);
+    assert_int_equal(summary.meshes, 5);
+    assert_int_equal(summary.primitives, 6);
+    assert_int_equal(summary.textures, 7);
+    assert_int_equal(summary.images, 8);
+    assert_int_equal(summary.animations, 2);
+    assert_int_equal(summary.decoded_bytes, 4096);
+    assert_true(summary.has_bounds && summary.bounds_min[2] == -3 && summary.bounds_max[0] == 1);
+    /* The default material of glTF belongs to no file. */
+    assert_int_equal(summary.material_count, 1);
+    assert_int_equal(summary.materials.count, 1);
+    assert_string_equal(summary.materials.names[0], "Glass");
+    /* One light record on two nodes shines twice. */
+    assert_int_equal(summary.light_count, 2);
+    assert_string_equal(summary.lights[1].name, "Lamp");
+    assert_string_equal(summary.lights[1].type, "spot");
+    assert_int_equal(summary.camera_count, 1);
+    assert_string_equal(summary.cameras[0].name, "Camera");
+    assert_string_equal(summary.cameras[0].type, "orthographic");
+    assert_int_equal(summary.node_names.count, 3);
+    assert_string_equal(summary.extensions_used.names[0], "KHR_lights_punctual");
+    assert_int_equal(summary.extensions_ignored.count, 0);
+    assert_string_equal(summary.warnings.names[0], "odd file");
+    scene_summary_finish(&summary);
+}
+
+static void long_lists_of_names_are_cut_but_counted(void **state)
+{
+    (void)state;
+    enum { COUNT = SCENE_SUMMARY_NAMES_MAX + 5 };
+    struct scene_header header = {.bounds_min = {1, 1, 1}, .bounds_max = {-1, -1, -1}};
+    struct scene_node *nodes = calloc(COUNT, sizeof *nodes);
+    const struct scene_material material = {.name = 0};
+    const struct scene_light light = {.type = SCENE_LIGHT_POINT};
+    assert_non_null(nodes);
+    for (int i = 0; i < COUNT; i++)
+        nodes[i] = (struct scene_node){.name = LAMP, .mesh = -1, .camera = -1, .light = 0};
+    const struct scene scene = {.header = &header,
+                                .strings = strings,
+                                .nodes = nodes,
+                                .node_count = COUNT,
+                                .materials = &material,
+                                .material_count = 1,
+                                .lights = &light,
+                                .light_count = 1};
+    struct scene_summary summary = {0};
+    struct error err = {0};
+    assert_true(scene_summary_from_scene(&scene, &summary, &err));
+    assert_int_equal(summary.nodes, COUNT);
+    assert_int_equal(summary.node_names.count, SCENE_SUMMARY_NAMES_MAX);
+    assert_int_equal(summary.light_count, COUNT);
+    assert_int_equal(summary.light_list_count, SCENE_SUMMARY_NAMES_MAX);
+    assert_false(summary.has_bounds);
+    scene_summary_finish(&summary);
+    free(nodes);
+}
+
+static void device_info_reaches_the_capabilities(void **state)
+{
+    (void)state;
+    struct renderer_info info = {.vendor = "Mesa",
+                                 .renderer = "llvmpipe",
+                                 .version = "4.5",
+                                 .driver = "surfaceless",
+                                 .device_count = 2,
+                                 .max_texture_size = 16384,
+                                 .max_samples = 4,
+                                 .max_storage_block_bytes = 1,
+                                 .has_true_timers = true,
+                                 .is_robust = true,
+                                 .budget_bytes = 3,
+                                 .used_bytes = 2};
+    struct device_capabilities device;
+    device_capabilities_from_info(&info, &device);
+    assert_string_equal(device.vendor, "Mesa");
+    assert_string_equal(device.renderer, "llvmpipe");
+    assert_string_equal(device.version, "4.5");
+    assert_string_equal(device.driver, "surfaceless");
+    assert_int_equal(device.device_count, 2);
+    assert_int_equal(device.max_texture_size, 16384);
+    assert_int_equal(device.max_samples, 4);
+    assert_int_equal(device.max_storage_block_bytes, 1);
+    assert_int_equal(device.gpu_budget_bytes, 3);
+    assert_int_equal(device.gpu_used_bytes, 2);
+    assert_true(device.has_true_timers && device.is_robust && !device.has_post_depth_coverage);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_member_of_a_request_reaches_the_view),
+        cmocka_unit_test(default_request_gives_the_default_view),
+        cmocka_unit_test(ends_of_ranges_survive_the_way_to_f32),
+        cmocka_unit_test(formats_map_by_name),
+        cmocka_unit_test(reports_reach_the_stats_whole),
+        cmocka_unit_test(exact_techniques_state_no_error),
+        cmocka_unit_test(promises_nobody_makes_are_warned_of),
+        cmocka_unit_test(scenes_reach_their_summary),
+        cmocka_unit_test(long_lists_of_names_are_cut_but_counted),
+        cmocka_unit_test(device_info_reaches_the_capabilities),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
