@@ -4,6 +4,9 @@
 
 layout(location = 0) out uvec4 o_surface_0;
 layout(location = 1) out uvec4 o_surface_1;
+#ifdef HAS_COVERAGE
+layout(location = 2) out uint o_signature;
+#endif
 
 void main()
 {
@@ -15,4 +18,7 @@ void main()
     s.alpha = 1.0;
     o_surface_0 = surface_pack_0(s);
     o_surface_1 = surface_pack_1(s);
+#ifdef HAS_COVERAGE
+    o_signature = surface_signature(s);
+#endif
 }

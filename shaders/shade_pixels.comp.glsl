@@ -9,6 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
 layout(binding = UNIT_GBUFFER_1) uniform usampler2DMS u_surface_1;
 layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2DMS u_depth_map;
+layout(binding = UNIT_GBUFFER_SIGNATURE) uniform usampler2DMS u_signature;
 #else
 layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
 layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
@@ -27,35 +28,24 @@ uniform uint u_keys_offset; // of the sorted half
 
 vec4 shade_sample(ivec2 pixel, uvec4 s0, uvec4 s1, float depth, vec2 offset)
 {
-    vec4 color = u_background;
-    BRANCH (depth > 0.0) {
-        surface s = surface_unpack(s0, s1);
-        float view_z = view_depth(depth);
-        vec3 position = view_position(vec2(pixel) + offset, view_z);
-        color = vec4(lighting_evaluate(s, 0.0, position, view_direction(position), uvec2(pixel), view_z), 1.0);
-    }
-    return color;
+    surface s = surface_unpack(s0, s1);
+    float view_z = view_depth(depth);
+    vec3 position = view_position(vec2(pixel) + offset, view_z);
+    return vec4(lighting_evaluate(s, 0.0, position, view_direction(position), uvec2(pixel), view_z), 1.0);
 }
 
 #if SAMPLES == 1
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
-    color[0] = shade_sample(pixel, texelFetch(u_surface_0, pixel, 0), texelFetch(u_surface_1, pixel, 0),
-                            texelFetch(u_depth_map, pixel, 0).x, u_sample_positions[0]);
+    float depth = texelFetch(u_depth_map, pixel, 0).x;
+    color[0] = u_background;
+    BRANCH (depth > 0.0)
+        color[0] = shade_sample(pixel, texelFetch(u_surface_0, pixel, 0),
+                                texelFetch(u_surface_1, pixel, 0), depth, u_sample_positions[0]);
 }
 #else
-// Whether sample i shows the same smooth surface: same node and material, nearly one plane and depth.
-bool is_same_surface(ivec2 pixel, int i, uvec4 s0, uvec4 s1, float depth)
-{
-    uvec4 other_1 = texelFetch(u_surface_1, pixel, i);
-    float other_depth = texelFetch(u_depth_map, pixel, i).x;
-    uint other_normal = texelFetch(u_surface_0, pixel, i).x;
-    return other_1.z == s1.z && other_1.w == s1.w &&
-           abs(other_depth - depth) <= 0.02 * max(other_depth, depth) &&
-           (other_normal == s0.x || dot(unpack_unit(other_normal), unpack_unit(s0.x)) > 0.98);
-}
-
-// Each distinct surface among the samples is shaded once, at the first of its samples.
+// Each distinct surface among the samples is shaded once, at the first of its samples: samples of one signature and
+// nearly one depth are one surface.
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
     for (int j = 0; j < SAMPLES; j++)
@@ -63,11 +53,17 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
     uint remaining = (1u << SAMPLES) - 1u;
     while (remaining != 0u) {
         int i = findLSB(remaining);
-        uvec4 s0 = texelFetch(u_surface_0, pixel, i), s1 = texelFetch(u_surface_1, pixel, i);
+        uint signature = texelFetch(u_signature, pixel, i).x;
         float depth = texelFetch(u_depth_map, pixel, i).x;
-        vec4 shaded = shade_sample(pixel, s0, s1, depth, u_sample_positions[i]);
+        vec4 shaded = u_background;
+        BRANCH (depth > 0.0)
+            shaded = shade_sample(pixel, texelFetch(u_surface_0, pixel, i),
+                                  texelFetch(u_surface_1, pixel, i), depth, u_sample_positions[i]);
         for (int j = 0; j < SAMPLES; j++) {
-            if ((remaining & 1u << j) != 0u && (j == i || is_same_surface(pixel, j, s0, s1, depth))) {
+            float other = texelFetch(u_depth_map, pixel, j).x;
+            bool is_same = texelFetch(u_signature, pixel, j).x == signature &&
+                           abs(other - depth) <= 0.02 * max(other, depth);
+            if ((remaining & 1u << j) != 0u && (j == i || is_same)) {
                 color[j] = shaded;
                 remaining &= ~(1u << j);
             }

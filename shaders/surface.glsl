@@ -27,6 +27,14 @@ uvec4 surface_pack_1(surface s)
                  s.node | (s.is_front ? 0x80000000u : 0u), s.material);
 }
 
+// Equal for samples of one smooth surface: node, material, and the coarse direction of the triangle. One word, because
+// comparing the samples of every pixel is what multisampled shading spends its time on.
+uint surface_signature(surface s)
+{
+    uvec3 coarse = uvec3(s.geo_normal * 3.49 + 4.0);
+    return coarse.x | coarse.y << 3 | coarse.z << 6 | (s.node & 0x1fffu) << 9 | s.material << 22;
+}
+
 surface surface_unpack(uvec4 a, uvec4 b)
 {
     surface s;

@@ -226,6 +226,8 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
     glBindFramebuffer(GL_FRAMEBUFFER, frame->targets->gbuffer.name);
     glClearNamedFramebufferuiv(frame->targets->gbuffer.name, GL_COLOR, 0, zero);
     glClearNamedFramebufferuiv(frame->targets->gbuffer.name, GL_COLOR, 1, zero);
+    if (frame->targets->samples > 1)
+        glClearNamedFramebufferuiv(frame->targets->gbuffer.name, GL_COLOR, 2, zero);
     glClearNamedFramebufferfv(frame->targets->gbuffer.name, GL_DEPTH, 0, &far_);
     bool ok = submit(frame, items->opaque, items->opaque_count, "gbuffer.frag.glsl", true, err);
     gpu_scope_end(frame->timeline);

@@ -15,6 +15,10 @@ static bool create_textures(struct targets *t, struct error *err)
     desc.label = "gbuffer.surface_1";
     if (!gl_texture_init(&t->surface_1, &desc, err))
         return false;
+    desc.label = "gbuffer.signature";
+    desc.format = GL_R32UI;
+    if (samples && !gl_texture_init(&t->signature, &desc, err))
+        return false;
     desc.label = "gbuffer.depth";
     desc.format = GL_DEPTH_COMPONENT32F;
     if (!gl_texture_init(&t->depth, &desc, err))
@@ -37,7 +41,8 @@ bool targets_prepare(struct targets *t, int width, int height, int samples, stru
               gl_framebuffer_init(&t->gbuffer,
                                   &(struct gl_framebuffer_desc){
                                       .label = "gbuffer",
-                                      .colors = {&t->surface_0, &t->surface_1},
+                                      .colors = {&t->surface_0, &t->surface_1,
+                                                 samples > 1 ? &t->signature : NULL},
                                       .depth = &t->depth,
                                   },
                                   err) &&
@@ -56,6 +61,7 @@ void targets_finish(struct targets *t)
     gl_framebuffer_finish(&t->depth_only);
     gl_texture_finish(&t->surface_0);
     gl_texture_finish(&t->surface_1);
+    gl_texture_finish(&t->signature);
     gl_texture_finish(&t->depth);
     gl_texture_finish(&t->image);
     *t = (struct targets){0};
@@ -63,6 +69,6 @@ void targets_finish(struct targets *t)
 
 uint64_t targets_size_bytes(const struct targets *t)
 {
-    return t->surface_0.size_bytes + t->surface_1.size_bytes + t->depth.size_bytes +
-           t->image.size_bytes;
+    return t->surface_0.size_bytes + t->surface_1.size_bytes + t->signature.size_bytes +
+           t->depth.size_bytes + t->image.size_bytes;
 }

@@ -21,10 +21,12 @@
 #define BIND_SHADOW_EVENTS_T 11
 #define BIND_SHADOW_EVENTS_ID 12
 #define BIND_SCAN 13           /* block sums of a scan */
+#define BIND_LIGHT_HEADS 13    /* linked light lists: counter and heads under construction */
 #define BIND_STATISTICS 14     /* counters read back by the report */
 #define BIND_LIST_NODES 15     /* linked techniques: elements under construction */
 
 /* texture units */
+#define UNIT_GBUFFER_SIGNATURE 7
 #define UNIT_MATERIAL_0 0      /* seven material slots, in the order of enum scene_texture_slot: units 0..6 */
 #define UNIT_GBUFFER_0 8
 #define UNIT_GBUFFER_1 9
@@ -38,5 +40,8 @@
 #define UNIT_LIGHT_ITEMS 17    /* usamplerBuffer: light indices (or list nodes) */
 #define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
 #define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, seven texels each */
+#define UNIT_LIGHT_RECORDS 20  /* building linked light lists: samplerBuffer RGBA32F, six texels per light */
+#define UNIT_LIGHT_MESH 21     /* building linked light lists: samplerBuffer RGBA32F, triangle soup */
+#define UNIT_LIGHT_FRONT 22    /* building linked light lists: sampler2D R32F, depth of front faces */
 
 #endif
