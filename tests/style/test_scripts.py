@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""The scripts at the root refuse what they cannot do, and count tests as ctest saw them."""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import sources
+
+SCRIPTS = ["run", "check", ".ci/run", "packaging/install-packages"]
+
+REPORT = """<?xml version="1.0"?>
+<testsuite name="x" tests="5">
+<testcase name="unit.good" status="run"><system-out>fine</system-out></testcase>
+<testcase name="unit.bad" status="fail"><failure message=""/><system-out>no</system-out></testcase>
+<testcase name="gpu.absent" status="notrun"><skipped message="SKIP_RETURN_CODE=77"/>
+<system-out>some text
+skipped: no device
+</system-out></testcase>
+<testcase name="unit.unbuilt" status="notrun"><skipped message="Unable to find executable"/>
+</testcase>
+<testcase name="unit.late" status="fail"><failure message="Timeout"/></testcase>
+</testsuite>
+"""
+
+
+def call(script, *arguments):
+    return subprocess.run([str(sources.root() / script), *arguments], capture_output=True,
+                          text=True, check=False, timeout=60)
+
+
+class Scripts(unittest.TestCase):
+    def test_every_script_is_sound_bash_and_stops_at_errors_or_counts_them(self):
+        for script in SCRIPTS:
+            text = sources.read(script)
+            self.assertTrue(text.startswith("#!/usr/bin/env bash\n"), script)
+            self.assertRegex(text, r"(?m)^set -[eu]*u", script)
+            done = subprocess.run(["bash", "-n", str(sources.root() / script)], check=False)
+            self.assertEqual(0, done.returncode, script)
+
+    def test_run_refuses_a_wrong_command_line_before_it_does_anything(self):
+        for arguments in (["--size", "foo"], ["--size", "0x10"], ["--port", "70000"], ["-o"],
+                          ["--bogus"], ["-o", "/no/such/folder/a.png"]):
+            done = call("run", *arguments)
+            self.assertEqual(2, done.returncode, arguments)
+            self.assertRegex(done.stderr, r"^run: .*" + arguments[0], arguments)
+            self.assertNotIn("==", done.stderr, arguments)
+
+    def test_help_is_given(self):
+        for script in ("run", "check"):
+            done = call(script, "--help")
+            self.assertEqual(0, done.returncode)
+            self.assertIn("usage:", done.stdout)
+
+    def test_an_unknown_section_of_packages_is_refused(self):
+        done = call("packaging/install-packages", "nonsense")
+        self.assertEqual(1, done.returncode)
+        self.assertIn("no section [nonsense]", done.stderr)
+
+
+class Verdicts(unittest.TestCase):
+    def test_only_what_asked_to_be_skipped_counts_as_skipped(self):
+        with tempfile.TemporaryDirectory() as folder:
+            report = pathlib.Path(folder) / "report.xml"
+            report.write_text(REPORT)
+            done = subprocess.run([sys.executable, str(sources.HERE / "junit_verdicts.py"),
+                                   str(report)], capture_output=True, text=True, check=True)
+        self.assertEqual(["passed\tunit.good", "failed\tunit.bad: ",
+                          "skipped\tgpu.absent: skipped: no device",
+                          "failed\tunit.unbuilt: Unable to find executable",
+                          "failed\tunit.late: Timeout"], done.stdout.splitlines())
+
+
+if __name__ == "__main__":
+    sources.run_tests(__name__)
