@@ -142,7 +142,7 @@ static bool add_named(struct search *search, const char *where, char *name)
     if (!resolved)
         fail(search->failure, EXIT_CODE_NO_INPUT, "%s: %s names '%s': %s", search->gltf, where,
              name, strerror(errno));
-    else if (strncmp(resolved, search->folder, folder_length) ||
+    else if (strncmp(resolved, search->folder, folder_length) != 0 ||
              (resolved[folder_length] != '/' && folder_length > 1))
         fail(search->failure, EXIT_CODE_REFUSED, "%s: %s names '%s', a link out of its folder",
              search->gltf, where, name);

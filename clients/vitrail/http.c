@@ -282,7 +282,7 @@ static bool attach_body(struct transfer *transfer)
         curl_easy_setopt(easy, CURLOPT_POSTFIELDS, request->body);
     } else if (!strcmp(request->method, "HEAD")) {
         curl_easy_setopt(easy, CURLOPT_NOBODY, 1L);
-    } else if (strcmp(request->method, "GET")) {
+    } else if (strcmp(request->method, "GET") != 0) {
         curl_easy_setopt(easy, CURLOPT_CUSTOMREQUEST, request->method);
     }
     return true;

@@ -100,7 +100,7 @@ static bool apply_pair(json_t *object, const struct spec_key *keys, unsigned kin
     json_t *value;
 
     for (const struct spec_key *k = keys; k->key && pair[n]; k++) {
-        if (strlen(k->key) != n || strncmp(k->key, pair, n) || !(k->kinds & kind))
+        if (strlen(k->key) != n || strncmp(k->key, pair, n) != 0 || !(k->kinds & kind))
             continue;
         snprintf(name, sizeof name, "%s: %s", what, k->key);
         if (json_object_get(object, k->member))
