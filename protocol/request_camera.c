@@ -86,10 +86,10 @@ static bool read_look_at(const struct json_node *node, struct request_camera *ca
         return json_refuse(&target, ERROR_INVALID_REQUEST,
                            "%.3g m from eye: too near to say where to look", distance);
 
-    const double plus_y[3] = {0, 1, 0};
-    const double *used_up = up.value ? camera->up : plus_y;
-    cross3(forward, used_up, side);
-    if (length3(side) < INDEPENDENCE_MIN * distance * length3(used_up))
+    if (!up.value)
+        camera->up[1] = 1;
+    cross3(forward, camera->up, side);
+    if (length3(side) < INDEPENDENCE_MIN * distance * length3(camera->up))
         return json_refuse(&up, ERROR_INVALID_REQUEST,
                            "parallel to the view direction; give an up across it (default +Y)");
     return true;
