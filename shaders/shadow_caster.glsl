@@ -9,7 +9,7 @@
 layout(std430, binding = BIND_DRAWS) readonly buffer draw_buffer { draw_record draws[]; };
 
 uniform vec4 u_axis_z;     // row of face_from_world along the light's view
-uniform vec2 u_clip_w;     // y is 0 for orthographic faces
+uniform vec4 u_clip_w;     // y is 0 for orthographic faces
 uniform uint u_blend_filter;
 
 in vec3 v_from_light;
@@ -58,6 +58,9 @@ vec3 caster_transmittance()
     if (squared > 0.0)
         n_dot_l = abs(dot(v_normal, l)) * inversesqrt(squared);
 #endif
-    return abs(material_filter(m, caster_base(m), transmission, thickness_m, n_dot_l,
-                               gl_FrontFacing, u_blend_filter));
+    vec4 base = caster_base(m);
+    vec3 t = abs(material_filter(m, base, transmission, thickness_m, n_dot_l,
+                                 gl_FrontFacing, u_blend_filter));
+    bool is_cut = (materials[m].flags & MATERIAL_MASK) != 0u && base.a < materials[m].emissive_alpha_cutoff.w;
+    return is_cut ? vec3(1.0) : t;
 }

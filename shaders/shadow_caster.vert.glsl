@@ -5,7 +5,7 @@
 
 uniform vec4 u_axis_x, u_axis_y, u_axis_z; // rows of face_from_world; w: shift
 uniform vec4 u_clip;                       // x' = x * u_clip.x, y' = y * u_clip.y, z' = u_clip.z + z * u_clip.w
-uniform vec2 u_clip_w;                     // w' = u_clip_w.x + z * u_clip_w.y
+uniform vec4 u_clip_w;                     // w' = u_clip_w.x + z * u_clip_w.y
 
 #ifdef COLORS
 layout(location = 5) in vec4 a_color;

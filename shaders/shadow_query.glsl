@@ -119,7 +119,8 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
         z = r.p.z - range;
     float steepness = min(length(r.n) / max(abs(slope), 1e-6), 50.0);
     float limit = z - (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
-    bool is_behind = limit > (1.0 - shadow_opaque(view, 0u, at)) * range;
+    float nearest = shadow_opaque(view, 0u, at); // 1 at the near side, 0 where nothing is
+    bool is_behind = nearest > 0.0 && limit > (1.0 - nearest) * range;
     return shadow_texel(view, 0u, at, is_behind, limit, object);
 }
 

@@ -17,6 +17,7 @@ uniform uint u_first;   // of the light's counts
 uniform uint u_count;
 uniform uint u_chunk;   // entries per chunk
 uniform uint u_chunks;
+uniform uint u_chunk_first; // of the light in sums
 uniform uint u_slot;    // of the light in the statistics
 uniform uint u_list;    // of the light in class_texels
 
@@ -50,7 +51,7 @@ void scan(uint thread)
         low += uvec3(equal(uvec3(c), uvec3(0u, 1u, 2u)));
         high += uvec3(equal(uvec3(c), uvec3(3u, 4u, 5u)));
     }
-    uint at = thread * WORDS;
+    uint at = (u_chunk_first + thread) * WORDS;
     sums[at + SUM] = sum;
     sums[at + LONGEST] = longest;
     sums[at + OCCUPIED] = occupied;
@@ -67,7 +68,7 @@ void scan(uint thread)
     for (uint w = 0u; w < WORDS; w++)
         running[w] = 0u;
     for (uint i = 0u; i < u_chunks; i++) {
-        uint at = i * WORDS, carry, sum = sums[at + SUM];
+        uint at = (u_chunk_first + i) * WORDS, carry, sum = sums[at + SUM];
         sums[at + SUM] = running[SUM];
         running[SUM] = uaddCarry(running[SUM], sum, carry);
         running[HIGH] += carry;
@@ -89,7 +90,7 @@ void scan(uint thread)
 {
     uint first = u_first + thread * u_chunk;
     uint end = min(first + u_chunk, u_first + u_count);
-    uint at = thread * WORDS;
+    uint at = (u_chunk_first + thread) * WORDS;
     uint running = sums[at + SUM];
     uint place[CLASSES];
     for (uint c = 0u; c < CLASSES; c++)

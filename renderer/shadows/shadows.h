@@ -16,6 +16,7 @@ struct shadow_system_desc {
     struct gpu_timeline *timeline;     /* required */
     const struct gl_limits *limits;    /* required */
     uint64_t budget_bytes;             /* of all shadow structures; 0 means 2 GiB */
+    uint64_t first_linked_elements;    /* deep-linked: room per light to begin with; 0 means 4 per texel */
 };
 
 struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc, struct error *err);

@@ -1,0 +1,321 @@
+/* SPDX-License-Identifier: MIT */
+/* Casters of a light: selection, program variants, and one pass over the faces of a map. */
+#include "renderer/shadows/shadow_casters.h"
+
+#include <assert.h>
+#include <epoxy/gl.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "renderer/scene/matrix.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+static bool reserve_casters(struct shadow_casters *casters, struct error *err)
+{
+    if (casters->count < casters->capacity)
+        return true;
+    size_t capacity = casters->capacity ? 2 * casters->capacity : 64;
+    uint32_t *items = realloc(casters->items, capacity * sizeof *items);
+    if (items)
+        casters->items = items;
+    uint8_t *faces = items ? realloc(casters->faces, capacity) : NULL;
+    if (!faces)
+        return error_set(err, ERROR_NO_MEMORY, "%zu shadow casters", capacity);
+    casters->faces = faces;
+    casters->capacity = capacity;
+    return true;
+}
+
+bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_frame *frame,
+                            const struct scene_state *state, struct error *err)
+{
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        uint32_t faces = item->casts_shadow ? shadow_frame_faces(frame, item) : 0;
+        if (!faces)
+            continue;
+        if (!reserve_casters(casters, err))
+            return false;
+        casters->items[casters->count] = (uint32_t)i;
+        casters->faces[casters->count++] = (uint8_t)faces;
+        if (item->class_ != STATE_TRANSPARENT) {
+            casters->opaque_count++;
+            continue;
+        }
+        const struct state_material *material = &state->materials[item->material];
+        casters->transparent_count++;
+        if (material->no_self_shadow || material->cast_once)
+            casters->has_exclusions = true;
+    }
+    return true;
+}
+
+void shadow_casters_finish(struct shadow_casters *casters)
+{
+    free(casters->items);
+    free(casters->faces);
+    *casters = (struct shadow_casters){0};
+}
+
+void caster_painter_finish(struct caster_painter *painter)
+{
+    free(painter->selected);
+    *painter = (struct caster_painter){0};
+}
+
+/* The key of a variant: bits 0..6 sampled texture slots, then these. */
+enum {
+    VARIANT_COLORS = 1 << 7,
+    VARIANT_ANGLED = 1 << 8,
+    VARIANT_CERTAIN = 1 << 9, /* every fragment makes an event */
+    VARIANT_OPAQUE = 1 << 10,
+    VARIANT_MASKED = 1 << 11,
+    VARIANT_IDS = 1 << 12,
+    VARIANT_PASS = 1 << 13,   /* times enum caster_pass */
+};
+
+/* Whether the filter is constant over the surface and darkens some channel at every angle. */
+static bool filters_everywhere(const struct scene_material *m, uint32_t blend_filter)
+{
+    const float darkens = 0.999f;
+    float a = m->base_color[3];
+    float least = 1;
+    for (int k = 0; k < 3; k++) {
+        float base = m->base_color[k];
+        float t = m->transmission > 0 ? m->transmission * base : 0;
+        if (m->alpha_mode == SCENE_BLEND) {
+            if (m->transmission > 0)
+                t = 1 - a * (1 - t);
+            else if (blend_filter == VIEW_BLEND_TINT)
+                t = (1 - a) * (1 - a * (1 - base));
+            else
+                t = blend_filter == VIEW_BLEND_COVERAGE ? 1 - a : (1 - a) * base;
+        }
+        least = fminf(least, t);
+    }
+    return least < darkens;
+}
+
+static uint32_t sampled_slots(const struct scene *scene, const struct scene_material *m)
+{
+    static const int slots[] = {SCENE_TEXTURE_BASE_COLOR, SCENE_TEXTURE_TRANSMISSION,
+                                SCENE_TEXTURE_THICKNESS};
+    uint32_t mask = 0;
+    for (int i = 0; i < 3; i++) {
+        int32_t texture = m->textures[slots[i]].texture;
+        bool is_used = i == 0 || (m->transmission > 0 && (i == 1 || m->thickness > 0));
+        if (is_used && texture >= 0 && scene->textures[texture].image >= 0)
+            mask |= 1u << slots[i];
+    }
+    return mask;
+}
+
+struct paint_context {
+    struct caster_painter *painter;
+    const struct caster_paint_desc *desc;
+    uint32_t face;
+};
+
+static uint32_t variant_key(const struct caster_paint_desc *desc, const struct state_item *item)
+{
+    const struct scene *scene = desc->scene->state->scene;
+    const struct scene_material *m = &desc->scene->state->materials[item->material].base;
+    bool has_colors = scene->primitives[item->primitive].flags & SCENE_PRIMITIVE_HAS_COLORS;
+    uint32_t key = (uint32_t)desc->pass * VARIANT_PASS;
+    uint32_t slots = sampled_slots(scene, m) | (has_colors ? VARIANT_COLORS : 0u);
+    if (item->class_ == STATE_OPAQUE)
+        return key | VARIANT_OPAQUE;
+    if (item->class_ == STATE_MASKED)
+        return key | VARIANT_MASKED | (slots & (VARIANT_COLORS | 1u));
+    bool is_linked = desc->pass == CASTER_LINK || desc->pass == CASTER_LINK_FAITHFUL;
+    bool is_certain = !is_linked && !slots && m->alpha_mode != SCENE_MASK &&
+                      filters_everywhere(m, desc->scene->blend_filter);
+    if (is_certain && desc->pass == CASTER_COUNT)
+        return key | VARIANT_CERTAIN;
+    if (!is_certain && desc->pass == CASTER_SCATTER) /* one program for both passes: they must decide alike */
+        key = (uint32_t)CASTER_COUNT * VARIANT_PASS;
+    key |= slots | (is_certain ? VARIANT_CERTAIN : 0u);
+    if (m->pass_through != SCENE_PASS_CONSTANT)
+        key |= VARIANT_ANGLED;
+    if (!is_linked && (desc->build->map->flags & SHADOW_FLAG_RAW))
+        key |= VARIANT_IDS;
+    return key;
+}
+
+static void write_defines(uint32_t key, char *out, size_t size)
+{
+    uint32_t pass = key / VARIANT_PASS;
+    bool is_flat = pass == CASTER_DEPTH && (key & VARIANT_OPAQUE);
+    snprintf(out, size, "TEXTURES=%u%s%s%s%s%s%s%s", key & 127u, key & VARIANT_COLORS ? " COLORS" : "",
+             key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
+             key & VARIANT_CERTAIN ? (pass == CASTER_SCATTER ? " CERTAIN PASS=1" : " CERTAIN PASS=0") : "",
+             pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
+             pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "");
+}
+
+static struct caster_variant *find_variant(struct caster_painter *painter, uint32_t key,
+                                           struct error *err)
+{
+    for (uint32_t i = 0; i < painter->variant_count; i++)
+        if (painter->variants[i].key == key)
+            return &painter->variants[i];
+    assert(painter->variant_count < CASTER_VARIANTS_MAX);
+    uint32_t pass = key / VARIANT_PASS;
+    const char *fragment = pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
+                           : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
+                                                                            : "shadow_linked.frag.glsl";
+    char defines[160];
+    write_defines(key, defines, sizeof defines);
+    const struct gl_program *program = program_cache_get(painter->programs,
+                                                         &(struct program_desc){
+                                                             .label = "shadow.caster",
+                                                             .vertex = "shadow_caster.vert.glsl",
+                                                             .fragment = fragment,
+                                                             .defines = defines},
+                                                         err);
+    if (!program)
+        return NULL;
+    struct caster_variant *variant = &painter->variants[painter->variant_count++];
+    *variant = (struct caster_variant){.key = key, .program = program};
+    return variant;
+}
+
+static void set_frame(const struct gl_program *program, const struct shadow_frame *frame,
+                      uint32_t face)
+{
+    static const char *const names[] = {"u_axis_x", "u_axis_y", "u_axis_z"};
+    double axes[3][3];
+    shadow_frame_face_axes(frame, face, axes);
+    for (int k = 0; k < 3; k++)
+        gl_program_set_f4(program, names[k],
+                          (float[4]){(float)axes[k][0], (float)axes[k][1], (float)axes[k][2], 0});
+    bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
+    float clip[4] = {(float)frame->scale[0], (float)frame->scale[1],
+                     is_flat ? 1.0f : (float)frame->near_m, is_flat ? (float)(-1 / frame->depth_m) : 0};
+    gl_program_set_f4(program, "u_clip", clip);
+    gl_program_set_f4(program, "u_clip_w", (float[4]){is_flat ? 1.0f : 0.0f, is_flat ? 0.0f : 1.0f});
+}
+
+static void set_uniforms(const struct paint_context *context, const struct gl_program *program)
+{
+    const struct caster_paint_desc *desc = context->desc;
+    const struct shadow_map *map = desc->build->map;
+    bool is_linked = map->kind == SHADOW_LINKED;
+    uint64_t face_texels = (uint64_t)map->resolution * (uint64_t)map->resolution;
+    /* counts are one ahead of heads: after the scatter, the place of a count holds the end of its list */
+    uint64_t first = map->heads.first + (is_linked ? 0u : 1u) + context->face * face_texels;
+    const struct shadow_range *room = is_linked ? &map->nodes : &map->events;
+    set_frame(program, &map->frame, context->face);
+    gl_program_set_u(program, "u_blend_filter", desc->scene->blend_filter);
+    gl_program_set_u(program, "u_first_count", (uint32_t)first);
+    gl_program_set_u(program, "u_resolution", (uint32_t)map->resolution);
+    gl_program_set_u(program, "u_event_base", (uint32_t)room->first);
+    gl_program_set_u(program, "u_event_count", (uint32_t)room->count);
+    gl_program_set_u(program, "u_slot", desc->slot);
+    gl_program_set_i(program, "u_scatter", desc->pass == CASTER_SCATTER);
+}
+
+static const struct gl_program *program_for(void *opaque, const struct state_item *item,
+                                            struct error *err)
+{
+    struct paint_context *context = opaque;
+    struct caster_painter *painter = context->painter;
+    struct caster_variant *variant = find_variant(painter, variant_key(context->desc, item), err);
+    if (!variant)
+        return NULL;
+    if (variant->prepared != painter->face_number)
+        set_uniforms(context, variant->program);
+    variant->prepared = painter->face_number;
+    return variant->program;
+}
+
+static bool select_items(struct caster_painter *painter, const struct caster_paint_desc *desc,
+                         uint32_t face, size_t *count, struct error *err)
+{
+    const struct shadow_casters *casters = &desc->build->casters;
+    if (painter->selected_capacity < casters->count) {
+        uint32_t *grown = realloc(painter->selected, casters->count * sizeof *grown);
+        if (!grown)
+            return error_set(err, ERROR_NO_MEMORY, "%zu shadow casters", casters->count);
+        painter->selected = grown;
+        painter->selected_capacity = casters->count;
+    }
+    *count = 0;
+    for (size_t i = 0; i < casters->count; i++) {
+        bool is_transparent = desc->scene->state->items[casters->items[i]].class_ == STATE_TRANSPARENT;
+        bool is_wanted = desc->pass == CASTER_LINK_FAITHFUL || is_transparent == (desc->pass != CASTER_DEPTH);
+        if ((casters->faces[i] >> face & 1) && is_wanted)
+            painter->selected[(*count)++] = casters->items[i];
+    }
+    return true;
+}
+
+/* Colour mask off and a depth attachment: without either, llvmpipe loses side effects of fragments. */
+static void set_state(const struct caster_paint_desc *desc)
+{
+    static const GLenum disabled[] = {GL_BLEND, GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_POLYGON_OFFSET_FILL,
+                                      GL_DEPTH_CLAMP, GL_SAMPLE_ALPHA_TO_COVERAGE, GL_RASTERIZER_DISCARD};
+    for (size_t i = 0; i < sizeof disabled / sizeof *disabled; i++)
+        glDisable(disabled[i]);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(desc->pass == CASTER_LINK_FAITHFUL ? GL_ALWAYS : GL_GREATER);
+    glDepthMask(desc->pass == CASTER_DEPTH);
+    glViewport(0, 0, desc->build->map->resolution, desc->build->map->resolution);
+}
+
+static bool paint_face(struct caster_painter *painter, const struct caster_paint_desc *desc,
+                       uint32_t face, const struct gl_texture *depth, struct error *err)
+{
+    const struct shadow_map *map = desc->build->map;
+    size_t count = 0;
+    if (!select_items(painter, desc, face, &count, err))
+        return false;
+    struct gl_framebuffer framebuffer = {0};
+    if (!gl_framebuffer_init(&framebuffer,
+                             &(struct gl_framebuffer_desc){.label = "shadow.face",
+                                                           .depth = depth,
+                                                           .depth_layer = (int)(map->layers.first + face)},
+                             err))
+        return false;
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name);
+    set_state(desc);
+    if (desc->pass == CASTER_DEPTH)
+        glClearNamedFramebufferfv(framebuffer.name, GL_DEPTH, 0, &(GLfloat){0});
+    painter->face_number++;
+    struct paint_context context = {painter, desc, face};
+    struct draw_desc draw = {
+        .gpu = desc->scene->gpu,
+        .state = desc->scene->state,
+        .arena = desc->scene->arena,
+        .items = painter->selected,
+        .item_count = count,
+        .needs_textures = true,
+        .program_for = program_for,
+        .context = &context,
+    };
+    memcpy(draw.origin, map->frame.origin, sizeof draw.origin);
+    bool ok = draws_submit(&draw, NULL, err);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl_framebuffer_finish(&framebuffer);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthMask(GL_TRUE);
+    return ok;
+}
+
+bool caster_painter_paint(struct caster_painter *painter, const struct caster_paint_desc *desc,
+                          struct error *err)
+{
+    const struct shadow_map *map = desc->build->map;
+    const struct gl_texture *depth = NULL;
+    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
+        if (desc->store->atlases[i].resolution == map->resolution)
+            depth = &desc->store->atlases[i].depth;
+    assert(depth && depth->name);
+    for (uint32_t face = 0; face < map->frame.face_count; face++)
+        if (!paint_face(painter, desc, face, depth, err))
+            return false;
+    return true;
+}

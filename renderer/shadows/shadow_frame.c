@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+/* Frames of lights, and which drawables they meet. */
+#include "renderer/shadows/shadow_frame.h"
+
+#include <float.h>
+
+#include "renderer/scene/matrix.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+/* Texels between the outermost caster or cone and the border of the map: room for the taps of the widest tent. */
+static const double BORDER_TEXELS = 2;
+/* Reversed infinite depth keeps f32's relative precision at any ratio, so near may be very small. */
+static const double NEAR_RATIO = 1e-6;
+static const double PI = 3.14159265358979323846;
+static const double WIDEST_FACE_RAD = 1.0472; /* 60 degrees: beyond it a single face wastes most of its texels */
+
+static void set_axes(struct shadow_frame *frame, const double direction[3])
+{
+    double *x = frame->axis[0], *y = frame->axis[1], *z = frame->axis[2];
+    memcpy(z, direction, 3 * sizeof *z);
+    int least = 0;
+    for (int k = 1; k < 3; k++)
+        if (fabs(z[k]) < fabs(z[least]))
+            least = k;
+    double helper[3] = {0, 0, 0};
+    helper[least] = 1;
+    vec3_cross(helper, z, x);
+    vec3_normalize(x);
+    vec3_cross(x, z, y); /* then y x x = z */
+}
+
+static void set_world_axes(struct shadow_frame *frame)
+{
+    memset(frame->axis, 0, sizeof frame->axis);
+    for (int k = 0; k < 3; k++)
+        frame->axis[k][k] = 1;
+}
+
+/* A power of two, so that small changes of the scene keep the frame. */
+static double choose_near(const double origin[3], const struct scene_state *state)
+{
+    double farthest[3];
+    for (int k = 0; k < 3; k++)
+        farthest[k] = fmax(fabs(state->bounds_min[k] - origin[k]), fabs(state->bounds_max[k] - origin[k]));
+    double scale = vec3_length(farthest);
+    return NEAR_RATIO * exp2(floor(log2(fmax(scale, 1e-12))));
+}
+
+static void init_perspective(struct shadow_frame *frame, const struct state_light *light,
+                             const struct scene_state *state, int resolution)
+{
+    memcpy(frame->origin, light->position, sizeof frame->origin);
+    frame->near_m = choose_near(frame->origin, state);
+    frame->range_m = (double)light->range;
+    memcpy(frame->cone, light->direction, sizeof frame->cone);
+    frame->cone_rad = light->type == SCENE_LIGHT_SPOT ? (double)light->outer_cone_rad : PI;
+    if (light->type == SCENE_LIGHT_SPOT && (double)light->outer_cone_rad <= WIDEST_FACE_RAD) {
+        frame->shape = SHADOW_ONE_FACE;
+        frame->face_count = 1;
+        set_axes(frame, light->direction);
+        double tangent = tan(fmax((double)light->outer_cone_rad, 1e-4));
+        frame->scale[0] = frame->scale[1] = 1 / (tangent * (1 + 2 * BORDER_TEXELS / resolution));
+    } else {
+        frame->shape = SHADOW_CUBE;
+        frame->face_count = 6;
+        set_world_axes(frame);
+        frame->scale[0] = frame->scale[1] = 1;
+    }
+}
+
+static void grow_interval(const double bounds_min[3], const double bounds_max[3],
+                          const double axis[3], double interval[2])
+{
+    double low = 0, high = 0;
+    for (int k = 0; k < 3; k++) {
+        double a = axis[k] * bounds_min[k], b = axis[k] * bounds_max[k];
+        low += fmin(a, b);
+        high += fmax(a, b);
+    }
+    interval[0] = fmin(interval[0], low);
+    interval[1] = fmax(interval[1], high);
+}
+
+static bool init_orthographic(struct shadow_frame *frame, const struct state_light *light,
+                              const struct scene_state *state, int resolution)
+{
+    frame->shape = SHADOW_ORTHOGRAPHIC;
+    frame->face_count = 1;
+    frame->cone_rad = PI;
+    set_axes(frame, light->direction);
+    double box[3][2] = {{DBL_MAX, -DBL_MAX}, {DBL_MAX, -DBL_MAX}, {DBL_MAX, -DBL_MAX}};
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        for (int k = 0; k < 2 && item->casts_shadow; k++)
+            grow_interval(item->bounds_min, item->bounds_max, frame->axis[k], box[k]);
+    }
+    if (box[0][0] > box[0][1])
+        return false;
+    grow_interval(state->bounds_min, state->bounds_max, frame->axis[2], box[2]);
+    double depth = fmax(box[2][1] - box[2][0], 0);
+    double widest = fmax(fmax(box[0][1] - box[0][0], box[1][1] - box[1][0]), depth);
+    double least = fmax(1e-6 * widest, 1e-12); /* a flat scene still has a box */
+    double middle[3];
+    for (int k = 0; k < 2; k++) {
+        double half = fmax(0.5 * (box[k][1] - box[k][0]), least) * (1 + 2 * BORDER_TEXELS / resolution);
+        frame->scale[k] = 1 / half;
+        middle[k] = 0.5 * (box[k][0] + box[k][1]);
+    }
+    double margin = fmax(1e-3 * depth, least);
+    frame->depth_m = depth + 2 * margin;
+    middle[2] = box[2][0] - margin;
+    for (int k = 0; k < 3; k++)
+        frame->origin[k] = middle[0] * frame->axis[0][k] + middle[1] * frame->axis[1][k] +
+                           middle[2] * frame->axis[2][k];
+    return true;
+}
+
+bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *light,
+                       const struct scene_state *state, int resolution)
+{
+    *frame = (struct shadow_frame){0};
+    if (state->bounds_min[0] > state->bounds_max[0])
+        return false;
+    if (light->type == SCENE_LIGHT_DIRECTIONAL)
+        return init_orthographic(frame, light, state, resolution);
+    init_perspective(frame, light, state, resolution);
+    return true;
+}
+
+void shadow_frame_face_axes(const struct shadow_frame *frame, uint32_t face, double axes[3][3])
+{
+    memcpy(axes, frame->axis, sizeof frame->axis);
+    if (frame->shape != SHADOW_CUBE)
+        return;
+    uint32_t k = face / 2;
+    double s = face % 2 ? -1 : 1;
+    for (int c = 0; c < 3; c++) {
+        axes[0][c] = frame->axis[(k + 1) % 3][c];
+        axes[1][c] = -s * frame->axis[(k + 2) % 3][c];
+        axes[2][c] = s * frame->axis[k][c];
+    }
+}
+
+/* Whether a sphere touches the pyramid |x|, |y| <= z / scale. */
+static bool pyramid_touches(const struct shadow_frame *frame, const double p[3], double radius)
+{
+    for (int k = 0; k < 2; k++) {
+        double tangent = 1 / frame->scale[k];
+        if (fabs(p[k]) - p[2] * tangent > radius * sqrt(1 + tangent * tangent))
+            return false;
+    }
+    return p[2] + radius > 0;
+}
+
+static bool cone_touches(const struct shadow_frame *frame, const struct state_item *item,
+                         const double offset[3], double distance)
+{
+    if (frame->shape != SHADOW_CUBE || frame->cone_rad >= PI || distance <= item->radius_m)
+        return true;
+    const double slack = 0.1; /* rad; taps reach a little beyond the cone */
+    double to_center = acos(fmax(-1, fmin(1, vec3_dot(offset, frame->cone) / distance)));
+    return to_center - asin(item->radius_m / distance) <= frame->cone_rad + slack;
+}
+
+uint32_t shadow_frame_faces(const struct shadow_frame *frame, const struct state_item *item)
+{
+    double offset[3];
+    vec3_sub(item->center, frame->origin, offset);
+    double distance = vec3_length(offset);
+    if (frame->shape == SHADOW_ORTHOGRAPHIC)
+        return 1; /* the box holds every caster */
+    if (frame->range_m > 0 && distance - item->radius_m > frame->range_m)
+        return 0;
+    if (!cone_touches(frame, item, offset, distance))
+        return 0;
+    uint32_t faces = 0;
+    for (uint32_t face = 0; face < frame->face_count; face++) {
+        double axes[3][3], p[3];
+        shadow_frame_face_axes(frame, face, axes);
+        for (int k = 0; k < 3; k++)
+            p[k] = vec3_dot(axes[k], offset);
+        if (pyramid_touches(frame, p, item->radius_m))
+            faces |= 1u << face;
+    }
+    return faces;
+}

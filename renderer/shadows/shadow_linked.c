@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: MIT */
+/* Linked shadow lists: one pass per light, a pool that is grown and filled anew when it was too small, and a walk over
+ * the finished lists for the report. */
+#include <epoxy/gl.h>
+#include <stdlib.h>
+
+#include "renderer/shadows/shadow_deep.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/records.h"
+
+enum { ATTEMPTS = 6 }; /* an element dropped for want of room may hide that another is needed, so counts can rise */
+
+struct link_statistics { uint32_t elements, lock_failures; };     /* as shadow_linked.frag.glsl writes it */
+struct walk_statistics { uint32_t elements, longest, occupied, unsorted; }; /* shadow_linked_walk.comp.glsl */
+
+struct linked_job {
+    struct shadow_builder *builder;
+    struct shadow_build *builds;
+    size_t count;
+    const struct shadow_scene *scene;
+    const char *because;
+    struct link_statistics *statistics; /* per build */
+};
+
+static void begin(const struct linked_job *job, const char *pass)
+{
+    gpu_scope_begin(job->builder->timeline, &(struct gpu_scope_desc){.pass = pass,
+                                                                     .because = job->because,
+                                                                     .technique = "deep-linked",
+                                                                     .stage = REPORT_SHADOW});
+}
+
+static bool is_pending(const struct shadow_build *build)
+{
+    return build->map->kind == SHADOW_LINKED && !build->is_done;
+}
+
+static bool take_memory(const struct linked_job *job, struct error *err)
+{
+    struct shadow_builder *builder = job->builder;
+    for (size_t i = 0; i < job->count; i++) {
+        struct shadow_map *map = job->builds[i].map;
+        if (!is_pending(&job->builds[i]))
+            continue;
+        uint64_t texels = shadow_map_texels(map);
+        uint64_t elements = builder->first_elements ? builder->first_elements : 4 * texels;
+        if (!shadow_store_take(builder->store, SHADOW_POOL_HEADS, texels, &map->heads, err) ||
+            !shadow_store_take(builder->store, SHADOW_POOL_NODES, elements, &map->nodes, err))
+            return false;
+    }
+    struct gl_buffer_desc statistics = {.label = "shadow.linked.statistics",
+                                        .size_bytes = job->count * sizeof(struct walk_statistics)};
+    return gl_buffer_reserve(&builder->statistics, &statistics, false, err);
+}
+
+static void bind_lists(const struct linked_job *job)
+{
+    struct shadow_store *store = job->builder->store;
+    gl_buffer_bind_storage(&store->pools[SHADOW_POOL_HEADS].streams[0], BIND_SHADOW_COUNTS);
+    gl_buffer_bind_storage(&store->pools[SHADOW_POOL_NODES].streams[0], BIND_LIST_NODES);
+    gl_buffer_bind_storage(&job->builder->statistics, BIND_STATISTICS);
+}
+
+static bool fill_lists(const struct linked_job *job, struct error *err)
+{
+    const uint32_t list_end = 0xffffffffu;
+    struct shadow_builder *builder = job->builder;
+    struct shadow_store *store = builder->store;
+    bool ok = true;
+    begin(job, "shadow.linked");
+    gl_buffer_clear_u32(&builder->statistics, 0, job->count * sizeof *job->statistics, 0);
+    bind_lists(job);
+    for (size_t i = 0; ok && i < job->count; i++) {
+        const struct shadow_map *map = job->builds[i].map;
+        if (!is_pending(&job->builds[i]))
+            continue;
+        gl_buffer_clear_u32(&store->pools[SHADOW_POOL_HEADS].streams[0], map->heads.first * 4,
+                            map->heads.count * 4, list_end);
+        struct caster_paint_desc desc = {.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK,
+                                         .build = &job->builds[i],
+                                         .scene = job->scene,
+                                         .store = store,
+                                         .slot = (uint32_t)i};
+        ok = caster_painter_paint(builder->painter, &desc, err);
+    }
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    gl_buffer_read(&builder->statistics, 0, job->count * sizeof *job->statistics, job->statistics);
+    gpu_scope_end(builder->timeline);
+    return ok;
+}
+
+/* Gives unused room back, or makes the room that was missing. */
+static bool fit_memory(const struct linked_job *job, bool *is_done, struct error *err)
+{
+    struct shadow_store *store = job->builder->store;
+    *is_done = true;
+    for (size_t i = 0; i < job->count; i++) {
+        struct shadow_build *build = &job->builds[i];
+        struct shadow_map *map = build->map;
+        uint64_t elements = job->statistics[i].elements;
+        if (!is_pending(build))
+            continue;
+        if (job->statistics[i].lock_failures)
+            return error_set(err, ERROR_INTERNAL, "light %u: %u drops of light found no lock", build->light,
+                             job->statistics[i].lock_failures);
+        if (elements > map->nodes.count) {
+            *is_done = false;
+            if (!shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err) ||
+                !shadow_store_take(store, SHADOW_POOL_NODES, elements + elements / 8, &map->nodes, err))
+                return false;
+            continue;
+        }
+        struct shadow_range rest = {map->nodes.first + elements, map->nodes.count - elements};
+        map->nodes.count = elements;
+        build->is_done = true;
+        if (!shadow_store_give(store, SHADOW_POOL_NODES, &rest, err))
+            return false;
+    }
+    return true;
+}
+
+static bool walk_lists(const struct linked_job *job, struct walk_statistics *walks, struct error *err)
+{
+    struct shadow_builder *builder = job->builder;
+    const struct gl_program *walk[2];
+    for (int faithful = 0; faithful < 2; faithful++) {
+        struct program_desc desc = {.label = "shadow.linked.walk",
+                                    .compute = "shadow_linked_walk.comp.glsl",
+                                    .defines = faithful ? "SHADOW_FAITHFUL" : NULL};
+        walk[faithful] = program_cache_get(builder->programs, &desc, err);
+        if (!walk[faithful])
+            return false;
+    }
+    begin(job, "shadow.linked.walk");
+    gl_buffer_clear_u32(&builder->statistics, 0, job->count * sizeof *walks, 0);
+    bind_lists(job);
+    for (size_t i = 0; i < job->count; i++) {
+        const struct shadow_map *map = job->builds[i].map;
+        if (map->kind != SHADOW_LINKED)
+            continue;
+        const struct gl_program *program = walk[map->is_faithful];
+        const uint32_t row = 32768;
+        uint32_t groups = (uint32_t)((shadow_map_texels(map) + 63) / 64);
+        gl_program_use(program);
+        gl_program_set_u(program, "u_first", (uint32_t)map->heads.first);
+        gl_program_set_u(program, "u_count", (uint32_t)map->heads.count);
+        gl_program_set_u(program, "u_node_base", (uint32_t)map->nodes.first);
+        gl_program_set_u(program, "u_slot", (uint32_t)i);
+        glDispatchCompute(groups < row ? groups : row, (groups + row - 1) / row, 1);
+    }
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    gl_buffer_read(&builder->statistics, 0, job->count * sizeof *walks, walks);
+    gpu_scope_end(builder->timeline);
+    return true;
+}
+
+static bool note_lists(const struct linked_job *job, struct error *err)
+{
+    struct walk_statistics *walks = calloc(job->count, sizeof *walks);
+    if (!walks)
+        return error_set(err, ERROR_NO_MEMORY, "statistics of %zu lights", job->count);
+    bool ok = walk_lists(job, walks, err);
+    for (size_t i = 0; ok && i < job->count; i++) {
+        struct shadow_map *map = job->builds[i].map;
+        if (map->kind != SHADOW_LINKED)
+            continue;
+        if (walks[i].unsorted)
+            ok = error_set(err, ERROR_INTERNAL, "light %u: %u linked lists are out of order or locked",
+                           job->builds[i].light, walks[i].unsorted);
+        map->event_count = walks[i].elements;
+        map->longest_list = walks[i].longest;
+        map->occupied_texels = walks[i].occupied;
+    }
+    free(walks);
+    return ok;
+}
+
+bool shadow_linked_build(struct shadow_builder *builder, struct shadow_build *builds, size_t count,
+                         const struct shadow_scene *scene, const char *because, struct error *err)
+{
+    struct linked_job job = {
+        .builder = builder, .builds = builds, .count = count, .scene = scene, .because = because};
+    bool is_done = true;
+    for (size_t i = 0; i < count; i++)
+        is_done = is_done && !is_pending(&builds[i]);
+    if (is_done)
+        return true;
+    job.statistics = calloc(count, sizeof *job.statistics);
+    if (!job.statistics)
+        return error_set(err, ERROR_NO_MEMORY, "statistics of %zu lights", count);
+    bool ok = take_memory(&job, err);
+    for (int attempt = 0; ok && !is_done && attempt < ATTEMPTS; attempt++)
+        ok = fill_lists(&job, err) && fit_memory(&job, &is_done, err);
+    if (ok && !is_done)
+        ok = error_set(err, ERROR_INTERNAL, "linked shadow lists outgrew their pool %d times", ATTEMPTS);
+    ok = ok && note_lists(&job, err);
+    free(job.statistics);
+    return ok;
+}

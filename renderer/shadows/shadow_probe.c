@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT */
+/* Shadow queries at points, by a compute shader. */
+#include "renderer/shadows/shadow_probe.h"
+
+#include <epoxy/gl.h>
+
+#include "shaders/shared/bindings.h"
+
+bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache *programs,
+                      const struct shadow_probe_point *points, uint32_t count, int repeat,
+                      float (*out)[4], struct error *err)
+{
+    const uint32_t row = 32768; /* groups */
+    struct program_desc desc = {.label = "shadow.probe",
+                                .compute = "shadow_probe.comp.glsl",
+                                .defines = shadow_system_defines(shadows)};
+    const struct gl_program *program = program_cache_get(programs, &desc, err);
+    struct gl_buffer in = {0}, results = {0};
+    bool ok = program != NULL;
+    ok = ok && gl_buffer_init(&in,
+                              &(struct gl_buffer_desc){.label = "shadow.probe.points",
+                                                       .size_bytes = count * sizeof *points,
+                                                       .data = points},
+                              err);
+    ok = ok && gl_buffer_init(&results,
+                              &(struct gl_buffer_desc){.label = "shadow.probe.results",
+                                                       .size_bytes = count * sizeof *out},
+                              err);
+    if (ok) {
+        uint32_t groups = (count + 63) / 64;
+        gl_program_use(program);
+        shadow_system_bind(shadows, program);
+        gl_program_set_u(program, "u_count", count);
+        gl_buffer_bind_storage(&in, BIND_FRAGMENT_KEYS);
+        gl_buffer_bind_storage(&results, BIND_FRAGMENT_COLORS);
+        for (int i = 0; i < repeat; i++)
+            glDispatchCompute(groups < row ? groups : row, (groups + row - 1) / row, 1);
+        gl_buffer_read(&results, 0, count * sizeof *out, out);
+    }
+    gl_buffer_finish(&in);
+    gl_buffer_finish(&results);
+    return ok;
+}

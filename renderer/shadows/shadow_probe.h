@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT */
+/* Answers shadow queries at given points through the very shader code that shading uses: for tests, measurements and the
+ * comparison of techniques. Thread: GL. */
+#ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_PROBE_H
+#define VITRAIL_RENDERER_SHADOWS_SHADOW_PROBE_H
+
+#include "renderer/shadows/shadows.h"
+
+struct shadow_probe_point { /* as shadow_probe.comp.glsl reads it */
+    float p[3];             /* relative to the eye of the prepared frame [m] */
+    uint32_t object;        /* node whose own events are left out; UINT32_MAX for none */
+    float n[3];             /* geometric normal */
+    uint32_t shadow;        /* shadow_system_record */
+};
+
+/* Writes four floats per point: rgb transmittance and 1. repeat > 1 asks again and again, for measurements. */
+MUST_CHECK bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache *programs,
+                                 const struct shadow_probe_point *points, uint32_t count, int repeat,
+                                 float (*out)[4], struct error *err);
+
+#endif

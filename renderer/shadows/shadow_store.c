@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: MIT */
+/* Pools and atlases under one budget. */
+#include "renderer/shadows/shadow_store.h"
+
+#include <assert.h>
+#include <epoxy/gl.h>
+#include <stdio.h>
+
+struct stream_kind {
+    const char *label;
+    GLenum format;
+    uint32_t bytes;
+};
+
+static const struct stream_kind stream_kinds[SHADOW_POOL_COUNT][SHADOW_STREAMS_MAX] = {
+    {{"shadow.heads", GL_R32UI, 4}},
+    {{"shadow.deep.z", GL_R32F, 4}, {"shadow.deep.t", GL_RGB32F, 12}, {"shadow.deep.object", GL_R32UI, 4}},
+    {{"shadow.linked.nodes", GL_RGBA32UI, 16}},
+};
+
+static int stream_count(const struct shadow_store *store, enum shadow_pool_kind kind)
+{
+    if (kind == SHADOW_POOL_EVENTS)
+        return store->has_objects ? 3 : 2;
+    return 1;
+}
+
+static uint64_t element_bytes(const struct shadow_store *store, enum shadow_pool_kind kind)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < stream_count(store, kind); i++)
+        bytes += stream_kinds[kind][i].bytes;
+    return bytes;
+}
+
+static void finish_pool(struct shadow_pool *pool)
+{
+    for (int i = 0; i < SHADOW_STREAMS_MAX; i++) {
+        gl_texture_finish(&pool->views[i]);
+        gl_buffer_finish(&pool->streams[i]);
+    }
+    shadow_ranges_finish(&pool->ranges);
+}
+
+static void finish_atlas(struct shadow_atlas *atlas)
+{
+    gl_texture_finish(&atlas->depth);
+    shadow_ranges_finish(&atlas->layers);
+    atlas->resolution = 0;
+}
+
+void shadow_store_clear(struct shadow_store *store)
+{
+    for (int i = 0; i < SHADOW_POOL_COUNT; i++)
+        finish_pool(&store->pools[i]);
+    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
+        finish_atlas(&store->atlases[i]);
+    store->has_objects = false;
+}
+
+uint64_t shadow_store_size_bytes(const struct shadow_store *store)
+{
+    uint64_t bytes = 0;
+    for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
+        for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
+            bytes += store->pools[kind].streams[i].size_bytes;
+    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
+        bytes += store->atlases[i].depth.size_bytes;
+    return bytes;
+}
+
+static bool fits(const struct shadow_store *store, uint64_t more_bytes)
+{
+    uint64_t used = shadow_store_size_bytes(store) + store->transient_bytes;
+    return used <= store->budget_bytes && more_bytes <= store->budget_bytes - used;
+}
+
+static bool over_budget(const struct shadow_store *store, uint64_t more_bytes, const char *what,
+                        struct error *err)
+{
+    uint64_t used = shadow_store_size_bytes(store) + store->transient_bytes;
+    return error_set(err, ERROR_OVER_BUDGET, "shadows need %llu bytes with %s, the budget is %llu bytes",
+                     (unsigned long long)(used + more_bytes), what,
+                     (unsigned long long)store->budget_bytes);
+}
+
+/* Frees atlases without maps, then maps that the frame does not use. */
+static bool make_room(struct shadow_store *store)
+{
+    for (int i = 0; i < SHADOW_ATLASES_MAX; i++) {
+        struct shadow_atlas *atlas = &store->atlases[i];
+        bool is_unused = atlas->layers.free_count == 1 && atlas->layers.free[0].count == atlas->layers.capacity;
+        if (atlas->depth.name && is_unused) {
+            finish_atlas(atlas);
+            return true;
+        }
+    }
+    return store->make_room && store->make_room(store->context);
+}
+
+static bool resize_stream(struct shadow_pool *pool, const struct stream_kind *kind, int stream,
+                          uint64_t capacity, struct error *err)
+{
+    struct gl_buffer fresh = {0};
+    struct gl_texture view = {0};
+    struct gl_buffer *old = &pool->streams[stream];
+    if (!gl_buffer_init(&fresh, &(struct gl_buffer_desc){.label = kind->label, .size_bytes = capacity * kind->bytes},
+                        err))
+        return false;
+    if (!gl_texture_init_buffer(&view, kind->label, kind->format, &fresh, err)) {
+        gl_buffer_finish(&fresh);
+        return false;
+    }
+    if (old->name) {
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        glCopyNamedBufferSubData(old->name, fresh.name, 0, 0, (GLsizeiptr)old->size_bytes);
+    }
+    gl_texture_finish(&pool->views[stream]);
+    gl_buffer_finish(old);
+    *old = fresh;
+    pool->views[stream] = view;
+    return true;
+}
+
+static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t capacity,
+                      struct error *err)
+{
+    struct shadow_pool *pool = &store->pools[kind];
+    for (int i = 0; i < stream_count(store, kind); i++)
+        if (!resize_stream(pool, &stream_kinds[kind][i], i, capacity, err))
+            return false;
+    return shadow_ranges_grow(&pool->ranges, capacity, err);
+}
+
+bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t count,
+                       struct shadow_range *range, struct error *err)
+{
+    enum { LEAST = 4096 }; /* elements of a pool's first buffer */
+    struct shadow_pool *pool = &store->pools[kind];
+    if (count >= UINT32_MAX / 4) /* shaders index floats with 32 bits */
+        return error_set(err, ERROR_OVER_BUDGET, "%llu elements of '%s' in one light, the limit is %u",
+                         (unsigned long long)count, stream_kinds[kind][0].label, UINT32_MAX / 4);
+    for (;;) {
+        if (shadow_ranges_take(&pool->ranges, count, range))
+            return true;
+        uint64_t bytes = element_bytes(store, kind);
+        uint64_t need = shadow_ranges_capacity_for(&pool->ranges, count);
+        uint64_t ample = pool->ranges.capacity + pool->ranges.capacity / 2;
+        uint64_t wanted = need < ample ? ample : need < LEAST ? LEAST : need;
+        if (!fits(store, (wanted - pool->ranges.capacity) * bytes))
+            wanted = need;
+        uint64_t more_bytes = (wanted - pool->ranges.capacity) * bytes;
+        if (fits(store, more_bytes)) {
+            if (!grow_pool(store, kind, wanted, err))
+                return false;
+        } else if (!make_room(store)) {
+            return over_budget(store, more_bytes, stream_kinds[kind][0].label, err);
+        }
+    }
+}
+
+bool shadow_store_give(struct shadow_store *store, enum shadow_pool_kind kind,
+                       struct shadow_range *range, struct error *err)
+{
+    return shadow_ranges_give(&store->pools[kind].ranges, range, err);
+}
+
+struct shadow_atlas *shadow_store_atlas(struct shadow_store *store, int resolution)
+{
+    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
+        if (store->atlases[i].resolution == resolution)
+            return &store->atlases[i];
+    return NULL;
+}
+
+static struct shadow_atlas *find_or_open_atlas(struct shadow_store *store, int resolution)
+{
+    struct shadow_atlas *atlas = shadow_store_atlas(store, resolution);
+    while (!atlas) {
+        atlas = shadow_store_atlas(store, 0);
+        if (!atlas && !make_room(store))
+            return NULL;
+    }
+    atlas->resolution = resolution;
+    return atlas;
+}
+
+static bool grow_atlas(struct shadow_atlas *atlas, uint64_t layers, struct error *err)
+{
+    char label[48];
+    snprintf(label, sizeof label, "shadow.depth.%d", atlas->resolution);
+    struct gl_texture fresh = {0};
+    struct gl_texture_desc desc = {.label = label,
+                                   .format = GL_DEPTH_COMPONENT32F,
+                                   .width = atlas->resolution,
+                                   .height = atlas->resolution,
+                                   .layers = (int)layers};
+    if (!gl_texture_init(&fresh, &desc, err))
+        return false;
+    if (atlas->depth.name)
+        glCopyImageSubData(atlas->depth.name, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, fresh.name, GL_TEXTURE_2D_ARRAY,
+                           0, 0, 0, 0, atlas->resolution, atlas->resolution, atlas->depth.layers);
+    gl_texture_finish(&atlas->depth);
+    atlas->depth = fresh;
+    return shadow_ranges_grow(&atlas->layers, layers, err);
+}
+
+bool shadow_store_take_layers(struct shadow_store *store, int resolution, uint64_t count,
+                              struct shadow_range *range, struct error *err)
+{
+    uint64_t layer_bytes = 4ull * (uint64_t)resolution * (uint64_t)resolution;
+    for (;;) {
+        struct shadow_atlas *atlas = find_or_open_atlas(store, resolution);
+        if (!atlas)
+            return error_set(err, ERROR_OVER_BUDGET, "shadow maps of more than %d resolutions in use",
+                             SHADOW_ATLASES_MAX);
+        if (shadow_ranges_take(&atlas->layers, count, range))
+            return true;
+        uint64_t need = shadow_ranges_capacity_for(&atlas->layers, count);
+        uint64_t more_bytes = (need - atlas->layers.capacity) * layer_bytes;
+        bool has_layers = need <= (uint64_t)store->limits->max_texture_layers;
+        if (has_layers && fits(store, more_bytes)) {
+            if (!grow_atlas(atlas, need, err))
+                return false;
+        } else if (!make_room(store)) {
+            if (!atlas->depth.name)
+                finish_atlas(atlas);
+            return has_layers ? over_budget(store, more_bytes, "shadow.depth", err)
+                              : error_set(err, ERROR_OVER_BUDGET,
+                                          "shadow maps need %llu layers, the device has %d",
+                                          (unsigned long long)need, store->limits->max_texture_layers);
+        }
+    }
+}
+
+bool shadow_store_give_layers(struct shadow_store *store, int resolution, struct shadow_range *range,
+                              struct error *err)
+{
+    struct shadow_atlas *atlas = shadow_store_atlas(store, resolution);
+    return !atlas || shadow_ranges_give(&atlas->layers, range, err);
+}
+
+bool shadow_store_keep_objects(struct shadow_store *store, struct error *err)
+{
+    struct shadow_pool *pool = &store->pools[SHADOW_POOL_EVENTS];
+    const struct stream_kind *kind = &stream_kinds[SHADOW_POOL_EVENTS][SHADOW_STREAM_ID];
+    if (store->has_objects)
+        return true;
+    while (!fits(store, pool->ranges.capacity * kind->bytes))
+        if (!make_room(store))
+            return over_budget(store, pool->ranges.capacity * kind->bytes, kind->label, err);
+    if (pool->ranges.capacity && !resize_stream(pool, kind, SHADOW_STREAM_ID, pool->ranges.capacity, err))
+        return false;
+    store->has_objects = true;
+    return true;
+}
+
+bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, struct error *err)
+{
+    while (!fits(store, bytes))
+        if (!make_room(store))
+            return over_budget(store, bytes, "the memory of their construction", err);
+    return true;
+}
+
+const struct gl_texture *shadow_store_view(const struct shadow_store *store, enum shadow_pool_kind kind, int stream)
+{
+    return &store->pools[kind].views[stream];
+}

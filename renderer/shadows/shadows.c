@@ -1,0 +1,551 @@
+/* SPDX-License-Identifier: MIT */
+/* The shadow system: which structure each light needs, which of them stand already, and their records for shading. */
+#include "renderer/shadows/shadows.h"
+
+#include <assert.h>
+#include <epoxy/gl.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/shadows/shadow_deep.h"
+#include "renderer/shadows/shadow_key.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/records.h"
+
+#define DEFAULT_BUDGET_BYTES (2ull << 30)
+enum { DEFAULT_RESOLUTION = 1024, DEFAULT_TAPS = 4 };
+
+struct shadow_system {
+    struct gpu_timeline *timeline;
+    struct shadow_store store;
+    struct caster_painter painter;
+    struct shadow_builder builder;
+    struct shadow_map **maps; /* all that stand, of any scene */
+    size_t map_count, map_capacity;
+    uint64_t frame;           /* number of the frame being prepared */
+
+    /* of the current frame */
+    struct shadow_map **light_maps; /* per light, NULL without a shadow */
+    uint32_t *light_records;        /* per light, NO_SHADOW without */
+    size_t light_count, light_capacity;
+    struct shadow_build *builds;
+    size_t build_count, build_capacity;
+    int resolution, taps;
+    struct gl_buffer records;
+    struct gl_texture record_view;
+    char defines[128];
+};
+
+static bool give_map(struct shadow_system *shadows, struct shadow_map *map, struct error *err)
+{
+    struct shadow_store *store = &shadows->store;
+    return shadow_store_give_layers(store, map->resolution, &map->layers, err) &&
+           shadow_store_give(store, SHADOW_POOL_HEADS, &map->heads, err) &&
+           shadow_store_give(store, SHADOW_POOL_EVENTS, &map->events, err) &&
+           shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err);
+}
+
+/* A range that cannot be given back for want of memory is only lost until the store is cleared. */
+static void drop_map(struct shadow_system *shadows, size_t index)
+{
+    struct shadow_map *map = shadows->maps[index];
+    struct error ignored = {0};
+    if (!give_map(shadows, map, &ignored))
+        assert(ignored.code == ERROR_NO_MEMORY);
+    free(map);
+    shadows->maps[index] = shadows->maps[--shadows->map_count];
+}
+
+static bool drop_oldest_map(void *context)
+{
+    struct shadow_system *shadows = context;
+    size_t oldest = shadows->map_count;
+    for (size_t i = 0; i < shadows->map_count; i++) {
+        uint64_t last = shadows->maps[i]->last_frame;
+        if (last < shadows->frame && (oldest == shadows->map_count || last < shadows->maps[oldest]->last_frame))
+            oldest = i;
+    }
+    if (oldest == shadows->map_count)
+        return false;
+    drop_map(shadows, oldest);
+    return true;
+}
+
+static void drop_all(struct shadow_system *shadows)
+{
+    for (size_t i = 0; i < shadows->map_count; i++)
+        free(shadows->maps[i]);
+    shadows->map_count = 0;
+    shadow_store_clear(&shadows->store);
+}
+
+struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc, struct error *err)
+{
+    struct shadow_system *shadows = calloc(1, sizeof *shadows);
+    if (!shadows) {
+        error_set(err, ERROR_NO_MEMORY, "shadow system");
+        return NULL;
+    }
+    shadows->timeline = desc->timeline;
+    shadows->store = (struct shadow_store){
+        .limits = desc->limits,
+        .budget_bytes = desc->budget_bytes ? desc->budget_bytes : DEFAULT_BUDGET_BYTES,
+        .make_room = drop_oldest_map,
+        .context = shadows,
+    };
+    shadows->painter.programs = desc->programs;
+    shadows->builder = (struct shadow_builder){
+        .programs = desc->programs,
+        .timeline = desc->timeline,
+        .store = &shadows->store,
+        .painter = &shadows->painter,
+        .first_elements = desc->first_linked_elements,
+    };
+    return shadows;
+}
+
+static void finish_builds(struct shadow_system *shadows)
+{
+    for (size_t i = 0; i < shadows->build_count; i++)
+        shadow_casters_finish(&shadows->builds[i].casters);
+    shadows->build_count = 0;
+}
+
+void shadow_system_destroy(struct shadow_system *shadows)
+{
+    if (!shadows)
+        return;
+    finish_builds(shadows);
+    drop_all(shadows);
+    shadow_builder_finish(&shadows->builder);
+    caster_painter_finish(&shadows->painter);
+    gl_texture_finish(&shadows->record_view);
+    gl_buffer_finish(&shadows->records);
+    free(shadows->maps);
+    free(shadows->builds);
+    free(shadows->light_maps);
+    free(shadows->light_records);
+    free(shadows);
+}
+
+static bool reserve(void **array, size_t *capacity, size_t count, size_t element, struct error *err)
+{
+    if (count <= *capacity)
+        return true;
+    size_t wanted = count < 16 ? 16 : count + count / 2;
+    void *grown = realloc(*array, wanted * element);
+    if (!grown)
+        return error_set(err, ERROR_NO_MEMORY, "%zu shadow maps", wanted);
+    *array = grown;
+    *capacity = wanted;
+    return true;
+}
+
+static bool reserve_lights(struct shadow_system *shadows, size_t count, struct error *err)
+{
+    size_t capacity = shadows->light_capacity;
+    void *maps = shadows->light_maps, *records = shadows->light_records;
+    bool ok = reserve(&maps, &capacity, count, sizeof *shadows->light_maps, err);
+    shadows->light_maps = maps;
+    capacity = shadows->light_capacity;
+    ok = ok && reserve(&records, &capacity, count, sizeof *shadows->light_records, err);
+    shadows->light_records = records;
+    if (!ok)
+        return false;
+    shadows->light_capacity = capacity;
+    shadows->light_count = count;
+    for (size_t i = 0; i < count; i++) {
+        shadows->light_maps[i] = NULL;
+        shadows->light_records[i] = NO_SHADOW;
+    }
+    return true;
+}
+
+/* False: the light needs no structure. */
+static bool choose_kind(const struct view_quality *quality, const struct shadow_casters *casters,
+                        uint32_t *kind)
+{
+    bool is_linked = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
+    bool has_filters = casters->transparent_count > 0 && quality->shadows != VIEW_SHADOWS_MAP;
+    *kind = has_filters ? (is_linked ? SHADOW_LINKED : SHADOW_DEEP) : SHADOW_MAP;
+    if (is_linked && quality->faithful && casters->count > 0)
+        *kind = SHADOW_LINKED; /* as published: opaque casters are elements too */
+    return has_filters || casters->opaque_count > 0;
+}
+
+static struct shadow_map *find_map(const struct shadow_system *shadows, struct shadow_key key)
+{
+    for (size_t i = 0; i < shadows->map_count; i++)
+        if (shadow_key_equals(shadows->maps[i]->key, key))
+            return shadows->maps[i];
+    return NULL;
+}
+
+static struct shadow_map *add_map(struct shadow_system *shadows, const struct shadow_map *desc,
+                                  struct error *err)
+{
+    void *maps = shadows->maps;
+    bool ok = reserve(&maps, &shadows->map_capacity, shadows->map_count + 1, sizeof *shadows->maps, err);
+    shadows->maps = maps;
+    struct shadow_map *map = ok ? malloc(sizeof *map) : NULL;
+    if (!map) {
+        error_set(err, ERROR_NO_MEMORY, "shadow map");
+        return NULL;
+    }
+    *map = *desc;
+    shadows->maps[shadows->map_count++] = map;
+    return map;
+}
+
+/* Takes over the casters. */
+static bool add_build(struct shadow_system *shadows, struct shadow_map *map, uint32_t light,
+                      struct shadow_casters *casters, struct error *err)
+{
+    void *builds = shadows->builds;
+    bool ok = reserve(&builds, &shadows->build_capacity, shadows->build_count + 1,
+                      sizeof *shadows->builds, err);
+    shadows->builds = builds;
+    if (!ok)
+        return false;
+    shadows->builds[shadows->build_count++] =
+        (struct shadow_build){.map = map, .casters = *casters, .light = light};
+    *casters = (struct shadow_casters){0};
+    return true;
+}
+
+static bool prepare_light(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                          uint32_t light, struct error *err)
+{
+    const struct scene_state *state = desc->state;
+    struct shadow_casters casters = {0};
+    struct shadow_map map = {.resolution = shadows->resolution,
+                             .last_frame = shadows->frame,
+                             .scene = shadow_key_of_text(desc->scene_key)};
+    bool ok = true;
+    if (!state->lights[light].casts_shadow || desc->quality->shadows == VIEW_SHADOWS_NONE ||
+        !shadow_frame_init(&map.frame, &state->lights[light], state, map.resolution))
+        return true;
+    if (!shadow_casters_collect(&casters, &map.frame, state, err)) {
+        ok = false;
+    } else if (choose_kind(desc->quality, &casters, &map.kind)) {
+        map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
+        if (map.kind == SHADOW_DEEP && casters.has_exclusions)
+            map.flags |= SHADOW_FLAG_RAW;
+        map.key = shadow_key_of_map(&map, &casters, state, (uint32_t)desc->quality->blend_filter);
+        struct shadow_map *standing = find_map(shadows, map.key);
+        if (!standing) {
+            standing = add_map(shadows, &map, err);
+            ok = standing && add_build(shadows, standing, light, &casters, err);
+        }
+        if (ok) {
+            standing->last_frame = shadows->frame;
+            shadows->light_maps[light] = standing;
+        }
+    }
+    shadow_casters_finish(&casters);
+    return ok;
+}
+
+static const char *light_name(const struct scene_state *state, uint32_t light)
+{
+    static const char *const names[] = {"directional", "point", "spot"};
+    return names[state->lights[light].type];
+}
+
+/* Why the lights with such casters are being built, in a sentence. */
+static void explain(const struct shadow_system *shadows, const struct scene_state *state,
+                    bool transparent, char out[REPORT_TEXT_BYTES])
+{
+    const char *adjective = transparent ? "transparent" : "opaque";
+    size_t lights = 0, casters = 0, used = 0;
+    uint32_t only = 0;
+    char list[REPORT_TEXT_BYTES] = "";
+    for (size_t i = 0; i < shadows->build_count; i++) {
+        const struct shadow_build *build = &shadows->builds[i];
+        size_t count = transparent ? build->casters.transparent_count : build->casters.opaque_count;
+        if (!count)
+            continue;
+        casters += count;
+        only = build->light;
+        int written = snprintf(list + used, sizeof list - used, "%s%u (%s)", lights++ ? ", " : "",
+                               build->light, light_name(state, build->light));
+        used = used + (size_t)written < sizeof list - 64 ? used + (size_t)written : used;
+    }
+    if (lights == 0)
+        snprintf(out, REPORT_TEXT_BYTES, "no new shadow has %s casters in reach", adjective);
+    else if (lights == 1)
+        snprintf(out, REPORT_TEXT_BYTES, "light %u (%s) has %zu %s caster%s in reach", only,
+                 light_name(state, only), casters, adjective, casters == 1 ? "" : "s");
+    else
+        snprintf(out, REPORT_TEXT_BYTES, "%zu lights have %s casters in reach: %.120s", lights, adjective, list);
+}
+
+static bool build_depth(struct shadow_system *shadows, const struct shadow_scene *scene, struct error *err)
+{
+    char because[REPORT_TEXT_BYTES];
+    explain(shadows, scene->state, false, because);
+    for (size_t i = 0; i < shadows->build_count; i++) {
+        struct shadow_map *map = shadows->builds[i].map;
+        if (!shadow_store_take_layers(&shadows->store, map->resolution, map->frame.face_count, &map->layers, err))
+            return false;
+    }
+    bool ok = true;
+    gpu_scope_begin(shadows->timeline, &(struct gpu_scope_desc){.pass = "shadow.depth",
+                                                               .because = because,
+                                                               .technique = "map",
+                                                               .stage = REPORT_SHADOW});
+    for (size_t i = 0; ok && i < shadows->build_count; i++)
+        ok = caster_painter_paint(&shadows->painter,
+                                  &(struct caster_paint_desc){.pass = CASTER_DEPTH,
+                                                              .build = &shadows->builds[i],
+                                                              .scene = scene,
+                                                              .store = &shadows->store},
+                                  err);
+    gpu_scope_end(shadows->timeline);
+    return ok;
+}
+
+static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                      struct error *err)
+{
+    struct shadow_scene scene = {desc->gpu, desc->state, desc->arena, (uint32_t)desc->quality->blend_filter};
+    char because[REPORT_TEXT_BYTES];
+    if (!shadows->build_count)
+        return true;
+    explain(shadows, desc->state, true, because);
+    return build_depth(shadows, &scene, err) &&
+           shadow_deep_build(&shadows->builder, shadows->builds, shadows->build_count, &scene, because, err) &&
+           shadow_linked_build(&shadows->builder, shadows->builds, shadows->build_count, &scene, because, err);
+}
+
+static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                         struct error *err)
+{
+    finish_builds(shadows);
+    if (!reserve_lights(shadows, desc->state->light_count, err))
+        return false;
+    for (size_t i = 0; i < desc->state->light_count; i++)
+        if (!prepare_light(shadows, desc, (uint32_t)i, err))
+            return false;
+    return build_all(shadows, desc, err);
+}
+
+/* Maps whose construction failed halfway must not be found again. */
+static void drop_builds(struct shadow_system *shadows)
+{
+    for (size_t b = 0; b < shadows->build_count; b++)
+        for (size_t i = 0; i < shadows->map_count; i++)
+            if (shadows->maps[i] == shadows->builds[b].map) {
+                drop_map(shadows, i);
+                break;
+            }
+    finish_builds(shadows);
+    shadows->light_count = 0;
+}
+
+static void fill_record(const struct shadow_system *shadows, const struct shadow_map *map,
+                        const double eye[3], struct shadow_record *record)
+{
+    const struct shadow_frame *frame = &map->frame;
+    bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
+    *record = (struct shadow_record){
+        .kind = map->kind,
+        .shape = frame->shape,
+        .resolution = (uint32_t)shadows->resolution,
+        .depth_layer = (uint32_t)map->layers.first,
+        .head_base = (uint32_t)map->heads.first,
+        .event_base = (uint32_t)(map->kind == SHADOW_LINKED ? map->nodes.first : map->events.first),
+        .flags = map->flags,
+    };
+    vec4 *axes[3] = {&record->axis_x, &record->axis_y, &record->axis_z};
+    for (int k = 0; k < 3; k++) {
+        for (int c = 0; c < 3; c++)
+            axes[k]->v[c] = (float)frame->axis[k][c];
+        record->origin.v[k] = (float)(frame->origin[k] - eye[k]);
+    }
+    record->projection.v[0] = (float)frame->scale[0];
+    record->projection.v[1] = is_flat ? 0 : (float)frame->near_m;
+    record->projection.v[2] = is_flat ? (float)(1 / frame->depth_m) : 0;
+    record->projection.v[3] = (float)frame->scale[1];
+}
+
+static bool upload_records(struct shadow_system *shadows, const double eye[3], struct error *err)
+{
+    struct shadow_record *records = calloc(shadows->light_count + 1, sizeof *records);
+    if (!records)
+        return error_set(err, ERROR_NO_MEMORY, "%zu shadow records", shadows->light_count);
+    uint32_t count = 0;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        if (!shadows->light_maps[i])
+            continue;
+        fill_record(shadows, shadows->light_maps[i], eye, &records[count]);
+        shadows->light_records[i] = count++;
+    }
+    uint32_t old = shadows->records.name;
+    bool ok = gl_buffer_reserve(&shadows->records,
+                                &(struct gl_buffer_desc){.label = "shadow.records",
+                                                         .size_bytes = (count + 1) * sizeof *records,
+                                                         .is_dynamic = true},
+                                false, err);
+    if (ok && (shadows->records.name != old || !shadows->record_view.name)) {
+        gl_texture_finish(&shadows->record_view);
+        ok = gl_texture_init_buffer(&shadows->record_view, "shadow.records", GL_RGBA32UI, &shadows->records, err);
+    }
+    if (ok)
+        gl_buffer_write(&shadows->records, 0, count * sizeof *records, records);
+    free(records);
+    return ok;
+}
+
+static void set_defines(struct shadow_system *shadows)
+{
+    bool has_maps = false, has_deep = false, has_ids = false, has_linked = false, is_faithful = false;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_map *map = shadows->light_maps[i];
+        has_maps = has_maps || map;
+        has_deep = has_deep || (map && map->kind == SHADOW_DEEP);
+        has_ids = has_ids || (map && map->flags & SHADOW_FLAG_RAW);
+        has_linked = has_linked || (map && map->kind == SHADOW_LINKED);
+        is_faithful = is_faithful || (map && map->is_faithful);
+    }
+    snprintf(shadows->defines, sizeof shadows->defines, "%s%s%s%s%s", has_maps ? "SHADOW_HAS_MAPS" : "",
+             has_deep ? " SHADOW_HAS_DEEP" : "", has_ids ? " SHADOW_HAS_IDS" : "",
+             has_linked ? " SHADOW_HAS_LINKED" : "", is_faithful ? " SHADOW_FAITHFUL" : "");
+}
+
+static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map)
+{
+    for (size_t i = 0; i < shadows->build_count; i++)
+        if (shadows->builds[i].map == map)
+            return true;
+    return false;
+}
+
+static uint64_t pool_bytes(const struct shadow_store *store, enum shadow_pool_kind kind)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
+        bytes += store->pools[kind].streams[i].size_bytes;
+    return bytes;
+}
+
+static void report_bytes(const struct shadow_store *store, struct frame_report *report)
+{
+    static const char *const names[] = {"shadow.heads", "shadow.deep.events", "shadow.linked.nodes"};
+    uint64_t depth = 0;
+    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
+        depth += store->atlases[i].depth.size_bytes;
+    if (depth)
+        report_add_bytes(report, "shadow.depth", depth);
+    for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
+        if (pool_bytes(store, (enum shadow_pool_kind)kind))
+            report_add_bytes(report, names[kind], pool_bytes(store, (enum shadow_pool_kind)kind));
+}
+
+static void fill_report(const struct shadow_system *shadows, struct frame_report *report)
+{
+    static const char *const names[] = {"shadow.map", "shadow.deep", "shadow.deep-linked"};
+    bool is_reused[3] = {false, false, false};
+    uint64_t occupied = 0;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_map *map = shadows->light_maps[i];
+        if (!map)
+            continue;
+        report->counts.shadowed_lights++;
+        report->counts.events += map->event_count;
+        occupied += map->occupied_texels;
+        if (map->longest_list > report->counts.longest_list)
+            report->counts.longest_list = map->longest_list;
+        if (map->kind == SHADOW_LINKED)
+            report->error_is_exact = false;
+        if (is_built_now(shadows, map))
+            continue;
+        report->counts.shadow_maps_reused++;
+        if (!is_reused[map->kind])
+            report_add_reused(report, names[map->kind]);
+        is_reused[map->kind] = true;
+    }
+    report->counts.shadow_maps_built += shadows->build_count;
+    report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
+    report_bytes(&shadows->store, report);
+}
+
+static int clamp_resolution(const struct shadow_system *shadows, int resolution)
+{
+    int largest = shadows->store.limits->max_texture_size;
+    int wanted = resolution > 0 ? resolution : DEFAULT_RESOLUTION;
+    return wanted < largest ? wanted : largest;
+}
+
+bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                           struct frame_report *report, struct error *err)
+{
+    shadows->frame++;
+    shadows->resolution = clamp_resolution(shadows, desc->quality->shadow_resolution);
+    shadows->taps = desc->quality->shadow_taps > 0 ? desc->quality->shadow_taps : DEFAULT_TAPS;
+    for (int attempt = 0;; attempt++) {
+        struct error failure = {0};
+        if (prepare_maps(shadows, desc, &failure))
+            break;
+        drop_builds(shadows);
+        if (failure.code != ERROR_OVER_BUDGET || attempt > 0)
+            return error_set(err, failure.code, "%s", failure.message);
+        drop_all(shadows); /* once more in an empty, unfragmented store */
+    }
+    if (!upload_records(shadows, desc->eye, err))
+        return false;
+    gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
+    set_defines(shadows);
+    fill_report(shadows, report);
+    return true;
+}
+
+uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light)
+{
+    return light < shadows->light_count ? shadows->light_records[light] : NO_SHADOW;
+}
+
+const char *shadow_system_defines(const struct shadow_system *shadows)
+{
+    return shadows->defines;
+}
+
+void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program)
+{
+    static const struct { enum shadow_pool_kind kind; int stream; uint32_t unit; } views[] = {
+        {SHADOW_POOL_HEADS, 0, UNIT_SHADOW_HEADS},
+        {SHADOW_POOL_EVENTS, SHADOW_STREAM_Z, UNIT_SHADOW_Z},
+        {SHADOW_POOL_EVENTS, SHADOW_STREAM_T, UNIT_SHADOW_T},
+        {SHADOW_POOL_EVENTS, SHADOW_STREAM_ID, UNIT_SHADOW_ID},
+        {SHADOW_POOL_NODES, 0, UNIT_SHADOW_NODES},
+    };
+    if (!shadows->defines[0])
+        return;
+    for (size_t i = 0; i < sizeof views / sizeof *views; i++)
+        gl_texture_bind(shadow_store_view(&shadows->store, views[i].kind, views[i].stream), views[i].unit);
+    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
+        if (shadows->store.atlases[i].resolution == shadows->resolution)
+            gl_texture_bind(&shadows->store.atlases[i].depth, UNIT_SHADOW_DEPTH);
+    gl_texture_bind(&shadows->record_view, UNIT_SHADOW_RECORDS);
+    gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
+    gl_program_set_u(program, "u_shadow_taps", (uint32_t)shadows->taps);
+}
+
+void shadow_system_forget(struct shadow_system *shadows, const char *scene_key)
+{
+    struct shadow_key scene = shadow_key_of_text(scene_key);
+    for (size_t i = shadows->map_count; i-- > 0;)
+        if (shadow_key_equals(shadows->maps[i]->scene, scene))
+            drop_map(shadows, i);
+    finish_builds(shadows);
+    shadows->light_count = 0; /* the frame's maps may be among them */
+}
+
+uint64_t shadow_system_size_bytes(const struct shadow_system *shadows)
+{
+    return shadow_store_size_bytes(&shadows->store) + shadows->records.size_bytes;
+}

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/* Scenes of flat panes made in memory, a shadow system to try them on, and an f64 model of what it must answer. */
+#ifndef VITRAIL_TESTS_SUPPORT_SHADOW_RIG_H
+#define VITRAIL_TESTS_SUPPORT_SHADOW_RIG_H
+
+#include "renderer/gl/context.h"
+#include "renderer/shadows/shadow_frame.h"
+#include "renderer/shadows/shadow_probe.h"
+
+struct pane {               /* a rectangle center + a * u + b * v, |a|, |b| <= 1 */
+    double center[3], u[3], v[3];
+    float color[3];         /* transmittance of light: base colour under full transmission */
+    bool is_opaque;
+    enum scene_pass_through pass_through;
+    bool no_self_shadow, cast_once;
+};
+
+struct pane_scene {
+    struct scene scene;
+    struct pane *panes;
+    struct scene_node *nodes;
+    struct scene_mesh *meshes;
+    struct scene_primitive *primitives;
+    struct scene_material *materials;
+    uint32_t count, capacity;
+};
+
+void pane_scene_finish(struct pane_scene *panes);
+/* Returns the pane's index, which is that of its node, too. */
+uint32_t pane_scene_add(struct pane_scene *panes, const struct pane *pane);
+/* Moves or recolours a pane that exists. */
+void pane_scene_set(struct pane_scene *panes, uint32_t index, const struct pane *pane);
+
+struct shadow_rig {
+    struct gl_context *context;
+    struct program_cache *programs;
+    struct gpu_timeline *timeline;
+    struct draw_arena *arena;
+    struct shadow_system *shadows;
+    struct scene_gpu *gpu;         /* of the scene last prepared */
+    struct scene_state state;
+    const struct pane_scene *panes; /* borrowed while it is asked about */
+    struct scene scene;             /* copy, so that the scene may end before the rig's */
+    double eye[3];
+    struct view_quality quality;
+    struct frame_report report;
+};
+
+/* False when there is no GL device: the test is skipped. */
+bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t first_linked_elements);
+void shadow_rig_close(struct shadow_rig *rig);
+
+/* Prepares the shadows of the scene for these lights. The scene's key is "panes". */
+MUST_CHECK bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
+                                   const struct view_light *lights, size_t light_count, const double eye[3],
+                                   const struct view_quality *quality, struct error *err);
+/* Transmittance at world points, asked of the device. object: UINT32_MAX for none. */
+void shadow_rig_query(struct shadow_rig *rig, uint32_t light, const double (*points)[3], const double normal[3],
+                      uint32_t count, uint32_t object, float (*out)[4]);
+
+/* The same from the definition, in f64, with the same texel centres. Returns false where the answer hangs on rounding:
+ * a texel centre on a pane's edge, a caster at the receiver's depth, a face chosen by a hair. */
+bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double point[3], const double normal[3],
+                      double out[3]);
+
+/* A deterministic stream of numbers in [0, 1). */
+double rig_random(uint64_t *seed);
+
+#endif
