@@ -6,9 +6,6 @@
 #include <time.h>
 
 #include "renderer/renderer_internal.h"
-#include "shaders/shared/layout.h"
-
-#include "shaders/shared/records.h"
 
 enum {
     WINDOW_SIDE_MAX = 4096,
@@ -199,9 +196,6 @@ static void fill_report(const struct renderer *renderer, const struct resident_s
                         const struct scene_state *state, struct frame_report *report)
 {
     report->counts.lights = state->light_count;
-    for (size_t i = 0; i < state->light_count; i++)
-        if (shadow_system_record(renderer->shadows, i) != NO_SHADOW)
-            report->counts.shadowed_lights++;
     report_add_bytes(report, "scene", scene_gpu_size_bytes(scene->gpu));
     report_add_bytes(report, "targets", targets_size_bytes(&renderer->targets));
     report_add_bytes(report, "pixel_lists", pixel_lists_size_bytes(&renderer->pixels));
