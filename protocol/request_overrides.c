@@ -145,9 +145,11 @@ static bool read_pass_through(const struct json_node *node,
     const struct json_node *extra = color.value ? &color : &exponent;
     if (override->pass_through != REQUEST_PASS_EDGE && extra->value)
         return json_refuse(extra, ERROR_INVALID_REQUEST, "but only the model 'edge' has one");
+    for (int i = 0; i < 3; i++)
+        override->edge_color[i] = 1;
     override->edge_exponent = 1;
     return json_read_numbers(&color, 3, 0, 1, override->edge_color) &&
-           json_read_number(&exponent, 0.01, 100, &override->edge_exponent);
+           json_read_number(&exponent, 0.01, 1000, &override->edge_exponent);
 }
 
 static bool read_material(const struct json_node *node, struct request_material_override *override)

@@ -10,7 +10,8 @@
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 
-enum { SUMMARY_JSON_BYTES_MAX = 64 << 20 /* six full lists of the longest names that we write */ };
+/* Seven full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f. */
+enum { SUMMARY_JSON_BYTES_MAX = 192 << 20 };
 
 static const char *light_type_name(int type)
 {

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "protocol/limits.h"
 #include "protocol/utf8.h"
 #include "server/view_mapping.h"
 
@@ -99,11 +100,30 @@ void frame_stats_from_report(const struct render_request *request,
 
 /* ---- scene ---- */
 
-static bool add_strings(const struct scene *scene, const uint32_t *offsets, uint32_t count,
-                        struct name_list *list, struct error *err)
+/* Longer texts are cut: no request could say such a name, and the summary stays bounded. */
+static const char *cut_text(const struct scene *scene, uint32_t offset, char cut[])
+{
+    const char *text = scene->strings + offset;
+    size_t length = utf8_prefix_bytes(text, LIMIT_NAME_BYTES);
+    if (!text[length])
+        return text;
+    memcpy(cut, text, length);
+    cut[length] = '\0';
+    return cut;
+}
+
+static bool add_text(const struct scene *scene, uint32_t offset, struct name_list *list,
+                     struct error *err)
+{
+    char cut[LIMIT_NAME_BYTES + 1];
+    return name_list_add(list, cut_text(scene, offset, cut), err);
+}
+
+static bool add_texts(const struct scene *scene, const uint32_t *offsets, uint32_t count,
+                      struct name_list *list, struct error *err)
 {
     for (uint32_t i = 0; i < count && i < SCENE_SUMMARY_NAMES_MAX; i++)
-        if (!name_list_add(list, scene->strings + offsets[i], err))
+        if (!add_text(scene, offsets[i], list, err))
             return false;
     return true;
 }
@@ -116,16 +136,16 @@ static const char *light_type(uint32_t type)
 static bool add_names(const struct scene *scene, struct scene_summary *summary, struct error *err)
 {
     for (uint32_t i = 0; i < summary->material_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
-        if (!name_list_add(&summary->materials, scene->strings + scene->materials[i].name, err))
+        if (!add_text(scene, scene->materials[i].name, &summary->materials, err))
             return false;
     for (uint32_t i = 0; i < scene->node_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
-        if (!name_list_add(&summary->node_names, scene->strings + scene->nodes[i].name, err))
+        if (!add_text(scene, scene->nodes[i].name, &summary->node_names, err))
             return false;
-    return add_strings(scene, scene->extensions_used, scene->extension_used_count,
-                       &summary->extensions_used, err) &&
-           add_strings(scene, scene->extensions_ignored, scene->extension_ignored_count,
-                       &summary->extensions_ignored, err) &&
-           add_strings(scene, scene->warnings, scene->warning_count, &summary->warnings, err);
+    return add_texts(scene, scene->extensions_used, scene->extension_used_count,
+                     &summary->extensions_used, err) &&
+           add_texts(scene, scene->extensions_ignored, scene->extension_ignored_count,
+                     &summary->extensions_ignored, err) &&
+           add_texts(scene, scene->warnings, scene->warning_count, &summary->warnings, err);
 }
 
 /* Lights and cameras are listed as they stand in the scene: once per node that carries one, under
@@ -134,7 +154,8 @@ static bool add_items(const struct scene *scene, struct scene_summary *summary, 
 {
     for (uint32_t i = 0; i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];
-        const char *name = scene->strings + node->name;
+        char cut[LIMIT_NAME_BYTES + 1];
+        const char *name = cut_text(scene, node->name, cut);
         if (node->light >= 0 && summary->light_count++ < SCENE_SUMMARY_NAMES_MAX &&
             !scene_summary_add_light(summary, name, light_type(scene->lights[node->light].type),
                                      err))

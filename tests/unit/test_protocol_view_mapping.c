@@ -376,6 +376,25 @@ static void long_lists_of_names_are_cut_but_counted(void **state)
     free(nodes);
 }
 
+static void long_names_are_cut_at_a_character(void **state)
+{
+    (void)state;
+    static const char euro[] = "\xE2\x82\xAC";
+    char long_strings[4096] = "";
+    while (strlen(long_strings) < 3000)
+        strcat(long_strings, euro);
+    struct scene_header header = {0};
+    const struct scene_material materials[2] = {0};
+    const struct scene scene = {
+        .header = &header, .strings = long_strings, .materials = materials, .material_count = 2};
+    struct scene_summary summary = {0};
+    struct error err = {0};
+    assert_true(scene_summary_from_scene(&scene, &summary, &err));
+    assert_int_equal(strlen(summary.materials.names[0]), 1023);
+    assert_string_equal(summary.materials.names[0] + 1020, euro);
+    scene_summary_finish(&summary);
+}
+
 static void device_info_reaches_the_capabilities(void **state)
 {
     (void)state;
@@ -418,6 +437,7 @@ int main(void)
         cmocka_unit_test(promises_nobody_makes_are_warned_of),
         cmocka_unit_test(scenes_reach_their_summary),
         cmocka_unit_test(long_lists_of_names_are_cut_but_counted),
+        cmocka_unit_test(long_names_are_cut_at_a_character),
         cmocka_unit_test(device_info_reaches_the_capabilities),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
