@@ -74,6 +74,10 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
     b.f0 = materials[s.material].transmission_f0_thickness.y;
     b.transmission = transmission;
     vec3 radiance = s.emissive;
+#ifdef HAS_SHADOWS
+    // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no self shadow")
+    uint object = (flags & MATERIAL_NO_SELF_SHADOW) != 0u ? s.node : NO_OBJECT;
+#endif
 #ifdef HAS_ENVIRONMENT
     radiance += hemisphere_light(b, s.roughness, s.occlusion);
 #endif
@@ -89,7 +93,7 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
             vec3 reflected = brdf_evaluate(b, l);
 #ifdef HAS_SHADOWS
             BRANCH (r.shadow != NO_SHADOW && max(reflected.r, max(reflected.g, reflected.b)) > 0.0) {
-                arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, s.node);
+                arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, object);
                 lookups++;
             }
 #endif
