@@ -26,11 +26,11 @@ struct device_capabilities {
 };
 
 struct capabilities {
-    const char *version;                       /* required, borrowed: of the program */
-    const struct device_capabilities *device;  /* borrowed; NULL while no worker has a device */
-    uint64_t max_upload_bytes;                 /* as configured */
-    const char *const *extensions;             /* borrowed, NULL-terminated, may be NULL: those of
-                                                  glTF that are evaluated */
+    const char *version;                      /* required, borrowed: of the program */
+    const struct device_capabilities *device; /* borrowed; NULL while no worker has a device */
+    uint64_t max_upload_bytes;                /* as configured */
+    const char *const *extensions;            /* borrowed, NULL-terminated, may be NULL: those of
+                                                 glTF that are evaluated */
 };
 
 /* Techniques, outputs, formats and the limits of a request are added from the tables that the

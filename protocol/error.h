@@ -52,15 +52,15 @@ bool error_set(struct error *err, enum error_code code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* As error_set, and also records the JSON pointer of the offending member. */
-bool error_set_at(struct error *err, enum error_code code, const char *pointer,
-                  const char *format, ...) __attribute__((format(printf, 4, 5)));
+bool error_set_at(struct error *err, enum error_code code, const char *pointer, const char *format,
+                  ...) __attribute__((format(printf, 4, 5)));
 
 /* Puts "context: " in front of the message of a set error. Always returns false. */
 bool error_wrap(struct error *err, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-const char *error_code_name(enum error_code code);          /* e.g. "invalid_scene"; never NULL */
-int error_code_http_status(enum error_code code);           /* e.g. 422 */
-const char *error_code_title(enum error_code code);         /* short human title for problem+json */
+const char *error_code_name(enum error_code code);  /* e.g. "invalid_scene"; never NULL */
+int error_code_http_status(enum error_code code);   /* e.g. 422 */
+const char *error_code_title(enum error_code code); /* short human title for problem+json */
 enum error_code error_code_from_name(const char *wire_name); /* ERROR_INTERNAL when unknown */
 
 #ifdef __cplusplus

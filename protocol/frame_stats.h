@@ -51,12 +51,12 @@ enum frame_error_source { FRAME_ERROR_EXACT, FRAME_ERROR_MEASURED, FRAME_ERROR_E
 
 /* Zeroed = an empty report; every text is NUL-terminated UTF-8. */
 struct frame_stats {
-    char id[65];                 /* of /v1/frames/{id}; "" until one is given */
+    char id[65]; /* of /v1/frames/{id}; "" until one is given */
     char scene[65];
-    char view[65];               /* "" = null: a one-shot render */
-    uint64_t revision;           /* of the view; 0 for a one-shot render */
+    char view[65];     /* "" = null: a one-shot render */
+    uint64_t revision; /* of the view; 0 for a one-shot render */
     char device[FRAME_STATS_DEVICE_BYTES];
-    int width, height;           /* px */
+    int width, height; /* px */
     struct frame_stats_pass plan[FRAME_STATS_PASSES_MAX];
     int plan_count;
     double timings_ms[FRAME_TIMING_COUNT];
@@ -70,7 +70,7 @@ struct frame_stats {
     int byte_count;
     char reused[FRAME_STATS_REUSED_MAX][FRAME_STATS_NAME_BYTES];
     int reused_count;
-    bool has_error;              /* false: null, nothing is known about the error */
+    bool has_error; /* false: null, nothing is known about the error */
     char error_metric[FRAME_STATS_NAME_BYTES];
     double error_value;
     enum frame_error_source error_source;

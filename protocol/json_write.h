@@ -33,8 +33,8 @@ void json_put_numbers(struct json_writer *writer, const char *key, const double 
 void json_put_integer(struct json_writer *writer, const char *key, uint64_t number);
 void json_put_bool(struct json_writer *writer, const char *key, bool value);
 
-json_t *json_text(const char *text);    /* malformed UTF-8 becomes '?'; NULL reads as "" */
-json_t *json_finite(double number);     /* null when it is not finite */
+json_t *json_text(const char *text); /* malformed UTF-8 becomes '?'; NULL reads as "" */
+json_t *json_finite(double number);  /* null when it is not finite */
 json_t *json_numbers(const double *numbers, size_t count);
 
 /* The object, or NULL (and nothing leaked) when anything failed. */

@@ -21,9 +21,9 @@ enum limits {
     LIMIT_QUEUE_DEPTH = 256,             /* renders waiting for a worker; more are a 503 */
 };
 
-#define LIMIT_UPLOAD_BYTES (2ull << 30)      /* default of --max-upload-bytes: all files of one */
-#define LIMIT_SCENE_BLOB_BYTES (8ull << 30)  /* decoded scene */
-#define LIMIT_COORDINATE 1e12                /* metres; beyond it even f64 loses the millimetre */
-#define LIMIT_INTENSITY 1e12                 /* cd, lx or nt; keeps every product inside f32 */
+#define LIMIT_UPLOAD_BYTES (2ull << 30)     /* default of --max-upload-bytes: all files of one */
+#define LIMIT_SCENE_BLOB_BYTES (8ull << 30) /* decoded scene */
+#define LIMIT_COORDINATE 1e12               /* metres; beyond it even f64 loses the millimetre */
+#define LIMIT_INTENSITY 1e12                /* cd, lx or nt; keeps every product inside f32 */
 
 #endif

@@ -66,36 +66,46 @@ struct request_camera {
 
 struct request_light {
     enum request_light_type type;
-    double position[3];              /* world [m]; point and spot */
-    double direction[3];             /* of travel, not normalised; spot and directional */
-    double color[3];                 /* linear, [0, 1] */
-    double intensity;                /* cd, or lx for directional */
-    double range;                    /* m; 0 = unbounded */
-    double inner_cone_deg;           /* half angles of a spot; [0, outer] */
-    double outer_cone_deg;           /* [0.001, 90]; default 45 */
+    double position[3];    /* world [m]; point and spot */
+    double direction[3];   /* of travel, not normalised; spot and directional */
+    double color[3];       /* linear, [0, 1] */
+    double intensity;      /* cd, or lx for directional */
+    double range;          /* m; 0 = unbounded */
+    double inner_cone_deg; /* half angles of a spot; [0, outer] */
+    double outer_cone_deg; /* [0.001, 90]; default 45 */
     bool casts_no_shadow;
 };
 
 struct request_node_override {
-    char *node;                      /* owned */
+    char *node; /* owned */
     bool has_visible, visible;
     bool has_matrix;
-    double matrix[16];               /* replaces the local one; column-major, affine, invertible */
+    double matrix[16]; /* replaces the local one; column-major, affine, invertible */
 };
 
 struct request_material_override {
-    char *material;                  /* owned */
-    bool has_base_color;   double base_color[4];
-    bool has_metallic;     double metallic;
-    bool has_roughness;    double roughness;
-    bool has_emissive;     double emissive[3];
-    bool has_transmission; double transmission;
-    bool has_ior;          double ior;
-    bool has_thickness;    double thickness;
-    bool has_attenuation;  double attenuation_color[3], attenuation_distance;
-    bool has_alpha_mode;   enum request_alpha_mode alpha_mode;
-    bool has_pass_through; enum request_pass_through pass_through;
-                           double edge_color[3], edge_exponent; /* EDGE */
+    char *material; /* owned */
+    bool has_base_color;
+    double base_color[4];
+    bool has_metallic;
+    double metallic;
+    bool has_roughness;
+    double roughness;
+    bool has_emissive;
+    double emissive[3];
+    bool has_transmission;
+    double transmission;
+    bool has_ior;
+    double ior;
+    bool has_thickness;
+    double thickness;
+    bool has_attenuation;
+    double attenuation_color[3], attenuation_distance;
+    bool has_alpha_mode;
+    enum request_alpha_mode alpha_mode;
+    bool has_pass_through;
+    enum request_pass_through pass_through;
+    double edge_color[3], edge_exponent; /* EDGE */
     bool has_self_shadow, self_shadow;
     bool has_cast_once, cast_once;
 };
@@ -105,37 +115,37 @@ struct request_quality {
     enum request_transparency transparency;
     enum request_light_lists light_lists;
     enum request_blend_filter blend_filter;
-    int shadow_resolution;           /* texels per side, [1, 16384]; default 1024 */
-    int shadow_taps;                 /* 1, 4, 9 or 16; default 4 */
-    int samples;                     /* per pixel, 1 or 4; 0 = 4, or 1 where the device cannot */
-    bool faithful;                   /* linked techniques exactly as published */
-    double max_error;                /* [1e-9, 1e6]; 0 = none asked for */
-    double budget_ms;                /* [0.001, 86400000]; 0 = none asked for */
+    int shadow_resolution; /* texels per side, [1, 16384]; default 1024 */
+    int shadow_taps;       /* 1, 4, 9 or 16; default 4 */
+    int samples;           /* per pixel, 1 or 4; 0 = 4, or 1 where the device cannot */
+    bool faithful;         /* linked techniques exactly as published */
+    double max_error;      /* [1e-9, 1e6]; 0 = none asked for */
+    double budget_ms;      /* [0.001, 86400000]; 0 = none asked for */
 };
 
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
 struct render_request {
-    char scene[65];                  /* 64 lowercase hexadecimal digits; "" until it is known */
-    int width, height;               /* px, [1, 16384] */
+    char scene[65];    /* 64 lowercase hexadecimal digits; "" until it is known */
+    int width, height; /* px, [1, 16384] */
     struct request_camera camera;
-    struct request_light *lights;    /* owned, in addition to those of the scene */
+    struct request_light *lights; /* owned, in addition to those of the scene */
     size_t light_count;
     bool ignore_scene_lights;
-    struct request_node_override *nodes;         /* owned, sorted by name */
+    struct request_node_override *nodes; /* owned, sorted by name */
     size_t node_count;
     struct request_material_override *materials; /* owned, sorted by name */
     size_t material_count;
-    double clip_planes[8][4];        /* a point with ax+by+cz+d < 0 is cut away */
+    double clip_planes[8][4]; /* a point with ax+by+cz+d < 0 is cut away */
     size_t clip_plane_count;
-    double background[4];            /* linear, unassociated alpha */
-    double exposure_ev;              /* stops, [-64, 64] */
+    double background[4]; /* linear, unassociated alpha */
+    double exposure_ev;   /* stops, [-64, 64] */
     enum request_tone_mapping tone_mapping;
     bool has_environment;
-    double sky[3], ground[3];        /* nt */
+    double sky[3], ground[3]; /* nt */
     struct request_quality quality;
-    uint32_t outputs;                /* bit set of 1u << enum request_output, never empty */
+    uint32_t outputs; /* bit set of 1u << enum request_output, never empty */
     enum request_format format;
-    int quality_percent;             /* of JPEG and WebP, [1, 100]; 0 = 90 */
+    int quality_percent; /* of JPEG and WebP, [1, 100]; 0 = 90 */
 };
 
 /* 1280x720, default camera, scene lights, color. The scene id stays empty. */

@@ -30,20 +30,20 @@ struct summary_item {
 /* Zeroed = empty; scene_summary_finish frees everything. */
 struct scene_summary {
     char id[65];
-    char *name;                       /* owned; as uploaded, NULL = none */
-    uint64_t triangles;               /* over all nodes, instances counted each time */
+    char *name;         /* owned; as uploaded, NULL = none */
+    uint64_t triangles; /* over all nodes, instances counted each time */
     uint64_t vertices, nodes, meshes, primitives, textures, images, animations;
     uint64_t material_count, light_count, camera_count; /* may be more than the lists hold */
     struct name_list materials, node_names;
-    struct summary_item *lights;      /* owned; light_list_count of them */
+    struct summary_item *lights; /* owned; light_list_count of them */
     size_t light_list_count;
-    struct summary_item *cameras;     /* owned */
+    struct summary_item *cameras; /* owned */
     size_t camera_list_count;
-    bool has_bounds;                  /* false: no geometry, bounds is null */
+    bool has_bounds;                     /* false: no geometry, bounds is null */
     double bounds_min[3], bounds_max[3]; /* world [m] */
     uint64_t upload_bytes, decoded_bytes;
     struct name_list extensions_used, extensions_ignored, warnings;
-    int64_t created_unix_s;           /* written as RFC 3339, UTC */
+    int64_t created_unix_s; /* written as RFC 3339, UTC */
 };
 
 /* type is matched against the names above; an unknown one is refused. */

@@ -16,29 +16,38 @@ enum {
 };
 
 /* The coarse stages of Server-Timing. Encode and queue are added by those who do them. */
-enum report_stage { REPORT_SHADOW, REPORT_LIGHT_LIST, REPORT_SHADE, REPORT_READBACK, REPORT_STAGE_COUNT };
+enum report_stage {
+    REPORT_SHADOW,
+    REPORT_LIGHT_LIST,
+    REPORT_SHADE,
+    REPORT_READBACK,
+    REPORT_STAGE_COUNT
+};
 
 struct report_pass {
     char pass[REPORT_NAME_BYTES];      /* "shadow.deep", "gbuffer", ... */
     char because[REPORT_TEXT_BYTES];   /* the requirement that called for it */
     char technique[REPORT_NAME_BYTES]; /* "deep", "map", "clustered", "lists", "" */
-    double ms;                         /* true on this device: GPU timer where it is honest, else fenced wall clock */
+    double ms; /* true on this device: GPU timer where it is honest, else fenced wall clock */
 };
 
-struct report_bytes { char structure[REPORT_NAME_BYTES]; uint64_t bytes; };
+struct report_bytes {
+    char structure[REPORT_NAME_BYTES];
+    uint64_t bytes;
+};
 
 struct frame_report {
     struct report_pass passes[REPORT_PASSES_MAX];
     int pass_count;
     double stage_ms[REPORT_STAGE_COUNT];
-    double total_ms;                       /* wall clock of the whole frame in the renderer */
+    double total_ms; /* wall clock of the whole frame in the renderer */
     struct {
         uint64_t lights, shadowed_lights, draws, triangles;
-        uint64_t events;                   /* transmittance events in all deep maps that the frame uses */
-        uint64_t longest_list;             /* events of one texel */
-        double mean_list;                  /* events per texel that has any */
-        uint64_t lookups;                  /* shadow queries issued, taps counted each */
-        uint64_t transparent_fragments;    /* entries of the camera's per-pixel lists */
+        uint64_t events;       /* transmittance events in all deep maps that the frame uses */
+        uint64_t longest_list; /* events of one texel */
+        double mean_list;      /* events per texel that has any */
+        uint64_t lookups;      /* shadow queries issued, taps counted each */
+        uint64_t transparent_fragments; /* entries of the camera's per-pixel lists */
         uint64_t longest_pixel_list;
         uint64_t light_list_entries;
         uint64_t shadow_maps_built, shadow_maps_reused;
@@ -49,14 +58,15 @@ struct frame_report {
     int reused_count;
     char warnings[REPORT_WARNINGS_MAX][REPORT_TEXT_BYTES];
     int warning_count;
-    bool error_is_exact;                   /* every technique used is exact up to shadow-texel sampling */
+    bool error_is_exact; /* every technique used is exact up to shadow-texel sampling */
 };
 
 /* Each silently stops at its cap; warnings say in the last slot that more were dropped. */
-void report_add_pass(struct frame_report *report, const char *pass, const char *because, const char *technique,
-                     double ms, enum report_stage stage);
+void report_add_pass(struct frame_report *report, const char *pass, const char *because,
+                     const char *technique, double ms, enum report_stage stage);
 void report_add_bytes(struct frame_report *report, const char *structure, uint64_t bytes);
 void report_add_reused(struct frame_report *report, const char *what);
-void report_warn(struct frame_report *report, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void report_warn(struct frame_report *report, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The renderer: owns one headless GPU context, the GPU side of the scene cache, and every technique.
- * Thread: all functions on the one thread that called renderer_create (the GL thread). */
+/* The renderer: owns one headless GPU context, the GPU side of the scene cache, and every
+ * technique. Thread: all functions on the one thread that called renderer_create (the GL
+ * thread). */
 #ifndef VITRAIL_RENDERER_RENDERER_H
 #define VITRAIL_RENDERER_RENDERER_H
 
@@ -14,42 +15,44 @@ struct renderer;
 
 struct renderer_desc {
     int device;                  /* 0 means choose; N means the N-th EGL device, counted from 1 */
-    uint64_t gpu_budget_bytes;   /* of everything that grows with scenes and requests; 0 means 4 GiB */
-    const char *shader_dump_dir; /* optional, borrowed during create: composed shaders are saved there */
+    uint64_t gpu_budget_bytes;   /* of all that grows with scenes and requests; 0 means 4 GiB */
+    const char *shader_dump_dir; /* optional, borrowed during create: composed shaders are saved
+                                    there */
     bool is_strict;              /* tests: a GL error or undefined-behaviour message aborts */
 };
 
 /* What the device is, as /v1/capabilities tells it. */
 struct renderer_info {
     char vendor[128], renderer[128], version[128];
-    char driver[64];             /* EGL platform in use: "surfaceless", "device" */
+    char driver[64]; /* EGL platform in use: "surfaceless", "device" */
     int device_count;
     int max_texture_size, max_samples;
     uint64_t max_storage_block_bytes;
-    bool has_true_timers;        /* GPU timer queries agree with the wall clock (measured at start) */
+    bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;
-    bool is_robust;              /* context reports resets */
+    bool is_robust;                    /* context reports resets */
     uint64_t budget_bytes, used_bytes; /* used is current at the time of the call */
 };
 
-/* Creates the context and runs the self-test (fragment side effects, compute, timers). ERROR_NO_DEVICE says which
- * step failed and what was found. */
+/* Creates the context and runs the self-test (fragment side effects, compute, timers).
+ * ERROR_NO_DEVICE says which step failed and what was found. */
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err);
 void renderer_destroy(struct renderer *renderer);
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info);
 
-/* A scene on the GPU. `key` (64 hex digits) identifies the content: attaching a key that is already resident is
- * free and ignores `scene`. The scene's memory must stay valid until it is detached or evicted; `release(context)`
- * is called once when the renderer needs it no longer. Evicts least recently used scenes above the budget. */
+/* A scene on the GPU. `key` (64 hex digits) identifies the content: attaching a key that is already
+ * resident is free and ignores `scene`. The scene's memory must stay valid until it is detached or
+ * evicted; `release(context)` is called once when the renderer needs it no longer. Evicts least
+ * recently used scenes above the budget. */
 struct renderer_scene_desc {
-    const char *key;               /* required */
-    const struct scene *scene;     /* required; copied by value, its blob is borrowed */
+    const char *key;           /* required */
+    const struct scene *scene; /* required; copied by value, its blob is borrowed */
     void (*release)(void *context);
     void *context;
 };
-MUST_CHECK bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scene_desc *desc,
-                                      struct error *err);
+MUST_CHECK bool renderer_attach_scene(struct renderer *renderer,
+                                      const struct renderer_scene_desc *desc, struct error *err);
 bool renderer_has_scene(const struct renderer *renderer, const char *key);
 void renderer_detach_scene(struct renderer *renderer, const char *key); /* no-op when absent */
 
@@ -60,9 +63,9 @@ struct frame {
 };
 void frame_finish(struct frame *frame);
 
-/* Renders synchronously. On failure the frame is empty and the renderer stays usable unless the code is
- * ERROR_NO_DEVICE (context lost: destroy and create anew). */
-MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
-                                struct frame *frame, struct error *err);
+/* Renders synchronously. On failure the frame is empty and the renderer stays usable unless the
+ * code is ERROR_NO_DEVICE (context lost: destroy and create anew). */
+MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
+                                const struct view *view, struct frame *frame, struct error *err);
 
 #endif

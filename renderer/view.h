@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What to render of a scene: camera, size, lights, edits and quality. Plain data; zero is the default everywhere. */
+/* What to render of a scene: camera, size, lights, edits and quality. Plain data; zero is the
+ * default everywhere. */
 #ifndef VITRAIL_RENDERER_VIEW_H
 #define VITRAIL_RENDERER_VIEW_H
 
@@ -10,7 +11,8 @@
 #include "renderer/scene/scene_blob.h"
 
 enum view_camera_kind {
-    VIEW_CAMERA_DEFAULT, /* the scene's first camera node; without one, fit the bounds from the front */
+    VIEW_CAMERA_DEFAULT, /* the scene's first camera node; without one, fit the bounds from the
+                            front */
     VIEW_CAMERA_NODE,
     VIEW_CAMERA_LOOK_AT,
     VIEW_CAMERA_MATRIX,
@@ -21,12 +23,12 @@ enum view_fit { VIEW_FIT_FRONT, VIEW_FIT_TOP, VIEW_FIT_RIGHT, VIEW_FIT_ISO };
 
 struct view_camera {
     enum view_camera_kind kind;
-    const char *node;                 /* NODE: name, borrowed */
-    double eye[3], target[3], up[3];  /* LOOK_AT, world [m]; up all zero means +Y */
-    double matrix[16];                /* MATRIX: world_from_camera, column-major, looks along -Z */
-    enum view_fit fit;                /* FIT */
-    double fov_y_deg;                 /* 0 means 45 (or the node's own); (0, 179) */
-    double ortho_height;              /* m; > 0 makes the camera orthographic */
+    const char *node;                /* NODE: name, borrowed */
+    double eye[3], target[3], up[3]; /* LOOK_AT, world [m]; up all zero means +Y */
+    double matrix[16];               /* MATRIX: world_from_camera, column-major, looks along -Z */
+    enum view_fit fit;               /* FIT */
+    double fov_y_deg;                /* 0 means 45 (or the node's own); (0, 179) */
+    double ortho_height;             /* m; > 0 makes the camera orthographic */
 };
 
 struct view_light {
@@ -35,37 +37,60 @@ struct view_light {
     float color[3];                   /* linear */
     float intensity;                  /* cd, or lx for directional */
     float range;                      /* m; 0 = unbounded */
-    float inner_cone_deg, outer_cone_deg; /* half angles, 0 <= inner <= outer <= 90; outer 0 means 45 */
+    float inner_cone_deg, outer_cone_deg; /* half angles, 0 <= inner <= outer <= 90; outer 0 means
+                                             45 */
     bool casts_no_shadow;
 };
 
 struct view_node_override {
     const char *node;
-    bool has_visible, visible;        /* false hides the node and its children */
+    bool has_visible, visible; /* false hides the node and its children */
     bool has_matrix;
-    double matrix[16];                /* replaces the local matrix */
+    double matrix[16]; /* replaces the local matrix */
 };
 
 struct view_material_override {
     const char *material;
-    bool has_base_color;          float base_color[4];
-    bool has_metallic;            float metallic;
-    bool has_roughness;           float roughness;
-    bool has_emissive;            float emissive[3];
-    bool has_transmission;        float transmission;
-    bool has_ior;                 float ior;
-    bool has_thickness;           float thickness;
-    bool has_attenuation;         float attenuation_color[3], attenuation_distance;
-    bool has_alpha_mode;          enum scene_alpha_mode alpha_mode;
-    bool has_pass_through;        enum scene_pass_through pass_through;
-                                  float edge_color[3], edge_exponent;
-    bool has_self_shadow, self_shadow; /* false: the object ignores its own events (Lindbeck 2015, "no self shadow") */
-    bool has_cast_once, cast_once;     /* true: neighbouring events of one object count once (Lindbeck 2015) */
+    bool has_base_color;
+    float base_color[4];
+    bool has_metallic;
+    float metallic;
+    bool has_roughness;
+    float roughness;
+    bool has_emissive;
+    float emissive[3];
+    bool has_transmission;
+    float transmission;
+    bool has_ior;
+    float ior;
+    bool has_thickness;
+    float thickness;
+    bool has_attenuation;
+    float attenuation_color[3], attenuation_distance;
+    bool has_alpha_mode;
+    enum scene_alpha_mode alpha_mode;
+    bool has_pass_through;
+    enum scene_pass_through pass_through;
+    float edge_color[3], edge_exponent;
+    bool has_self_shadow, self_shadow; /* false: the object ignores its own events (Lindbeck 2015,
+                                          "no self shadow") */
+    bool has_cast_once, cast_once; /* true: neighbouring events of one object count once (Lindbeck
+                                      2015) */
 };
 
-enum view_shadows { VIEW_SHADOWS_AUTO, VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP, VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED };
+enum view_shadows {
+    VIEW_SHADOWS_AUTO,
+    VIEW_SHADOWS_NONE,
+    VIEW_SHADOWS_MAP,
+    VIEW_SHADOWS_DEEP,
+    VIEW_SHADOWS_DEEP_LINKED
+};
 enum view_transparency { VIEW_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_LISTS };
-enum view_light_lists { VIEW_LIGHT_LISTS_AUTO, VIEW_LIGHT_LISTS_CLUSTERED, VIEW_LIGHT_LISTS_LINKED };
+enum view_light_lists {
+    VIEW_LIGHT_LISTS_AUTO,
+    VIEW_LIGHT_LISTS_CLUSTERED,
+    VIEW_LIGHT_LISTS_LINKED
+};
 
 /* What t is for an alpha-blended surface seen by light (docs/shading.md). */
 enum view_blend_filter { VIEW_BLEND_TINT, VIEW_BLEND_COVERAGE, VIEW_BLEND_KIM };
@@ -75,10 +100,10 @@ struct view_quality {
     enum view_transparency transparency;
     enum view_light_lists light_lists;
     enum view_blend_filter blend_filter;
-    int shadow_resolution;   /* texels per side of one map face; 0 means 1024 */
-    int shadow_taps;         /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels; 0 means 4 */
-    int samples;             /* per pixel, 1 or 4; 0 means 4 (1 where the device lacks post-depth coverage) */
-    bool faithful;           /* the linked techniques exactly as published, with their approximations */
+    int shadow_resolution; /* texels per side of one map face; 0 means 1024 */
+    int shadow_taps;       /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels; 0 means 4 */
+    int samples;   /* per pixel, 1 or 4; 0 means 4 (1 where the device lacks post-depth coverage) */
+    bool faithful; /* the linked techniques exactly as published, with their approximations */
 };
 
 enum view_output {
@@ -92,21 +117,21 @@ enum view_output {
 };
 
 struct view {
-    int width_px, height_px;              /* required; [1, 16384] */
-    uint32_t outputs;                     /* bit set of 1u << enum view_output; 0 means color */
+    int width_px, height_px; /* required; [1, 16384] */
+    uint32_t outputs;        /* bit set of 1u << enum view_output; 0 means color */
     struct view_camera camera;
-    const struct view_light *lights;      /* borrowed, in addition to those of the scene */
+    const struct view_light *lights; /* borrowed, in addition to those of the scene */
     size_t light_count;
     bool ignore_scene_lights;
-    bool has_environment;                 /* a hemisphere of uniform radiance, unshadowed */
-    float sky[3], ground[3];              /* nt, above and below the horizon */
+    bool has_environment;    /* a hemisphere of uniform radiance, unshadowed */
+    float sky[3], ground[3]; /* nt, above and below the horizon */
     const struct view_node_override *nodes;
     size_t node_override_count;
     const struct view_material_override *materials;
     size_t material_override_count;
-    const double (*clip_planes)[4];       /* a point with ax+by+cz+d < 0 is cut away */
+    const double (*clip_planes)[4]; /* a point with ax+by+cz+d < 0 is cut away */
     size_t clip_plane_count;
-    float background[4];                  /* linear, unassociated alpha; 0 = transparent black */
+    float background[4]; /* linear, unassociated alpha; 0 = transparent black */
     struct view_quality quality;
 };
 

@@ -45,11 +45,10 @@ static bool append_defines(struct composition *composition, const char *defines,
         size_t name_length = strcspn(defines, " =");
         const char *value = name_length < length ? defines + name_length + 1 : "1";
         size_t value_length = name_length < length ? length - name_length - 1 : 1;
-        if (length && !(append(composition, "#define ", 8, err) &&
-                        append(composition, defines, name_length, err) &&
-                        append(composition, " ", 1, err) &&
-                        append(composition, value, value_length, err) &&
-                        append(composition, "\n", 1, err)))
+        if (length &&
+            !(append(composition, "#define ", 8, err) &&
+              append(composition, defines, name_length, err) && append(composition, " ", 1, err) &&
+              append(composition, value, value_length, err) && append(composition, "\n", 1, err)))
             return false;
         defines += length;
         defines += strspn(defines, " ");
@@ -136,10 +135,10 @@ void composition_translate_log(const struct composition *composition, const char
         long number = strtol(log, &rest, 10);
         bool is_located = rest != log && (*rest == ':' || *rest == '(') && number >= 0 &&
                           number < composition->file_count;
-        int written = is_located ? snprintf(out + used, size - used, "%s%.*s\n",
-                                            composition->files[number],
-                                            (int)(length - (size_t)(rest - log)), rest)
-                                 : snprintf(out + used, size - used, "%.*s\n", (int)length, log);
+        int written =
+            is_located ? snprintf(out + used, size - used, "%s%.*s\n", composition->files[number],
+                                  (int)(length - (size_t)(rest - log)), rest)
+                       : snprintf(out + used, size - used, "%.*s\n", (int)length, log);
         used += written > 0 ? (size_t)written : 0;
         log += length + (log[length] == '\n');
     }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Composition of one shader stage from the fragments in shaders/: defines, includes, #line marks. No GL. */
+/* Composition of one shader stage from the fragments in shaders/: defines, includes, #line marks.
+ * No GL. */
 #ifndef VITRAIL_RENDERER_GL_COMPOSE_H
 #define VITRAIL_RENDERER_GL_COMPOSE_H
 
@@ -16,7 +17,8 @@ struct composition {
     int file_count;
 };
 
-/* file: name below shaders/. defines: space-separated NAME or NAME=VALUE. Each file is included at most once. */
+/* file: name below shaders/. defines: space-separated NAME or NAME=VALUE. Each file is included at
+ * most once. */
 MUST_CHECK bool composition_init(struct composition *composition, const char *file,
                                  const char *defines, struct error *err);
 void composition_finish(struct composition *composition);

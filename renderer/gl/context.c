@@ -73,8 +73,8 @@ static bool open_device(struct gl_context *context, int device, const EGLDeviceE
         return error_set(err, ERROR_NO_DEVICE, "device %d asked for, EGL offers %d", device,
                          has_device_platform ? count : 0);
     if (!try_display(context, EGL_PLATFORM_DEVICE_EXT, devices[device - 1], "device"))
-        return error_set(err, ERROR_NO_DEVICE, "EGL device %d cannot be initialised (0x%x)",
-                         device, (unsigned)eglGetError());
+        return error_set(err, ERROR_NO_DEVICE, "EGL device %d cannot be initialised (0x%x)", device,
+                         (unsigned)eglGetError());
     return true;
 }
 
@@ -106,7 +106,8 @@ static bool choose_display(struct gl_context *context, int device, struct error 
                      has_surfaceless ? "fails" : "absent");
 }
 
-/* Robustness may be refused with any of several errors; then an ordinary context is taken and reported as such. */
+/* Robustness may be refused with any of several errors; then an ordinary context is taken and
+ * reported as such. */
 static bool create_context(struct gl_context *context, struct error *err)
 {
     for (int robust = 1; robust >= 0; robust--) {
@@ -123,8 +124,8 @@ static bool create_context(struct gl_context *context, struct error *err)
             attributes[n++] = EGL_LOSE_CONTEXT_ON_RESET;
         }
         attributes[n] = EGL_NONE;
-        context->context = eglCreateContext(context->display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT,
-                                            attributes);
+        context->context =
+            eglCreateContext(context->display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
         if (context->context != EGL_NO_CONTEXT) {
             context->limits.is_robust = robust;
             return true;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A headless, robust OpenGL 4.5 core context: EGL surfaceless, else an EGL device. Thread: the one that created it. */
+/* A headless, robust OpenGL 4.5 core context: EGL surfaceless, else an EGL device. Thread: the one
+ * that created it. */
 #ifndef VITRAIL_RENDERER_GL_CONTEXT_H
 #define VITRAIL_RENDERER_GL_CONTEXT_H
 
@@ -11,7 +12,8 @@
 struct gl_context;
 
 struct gl_context_desc {
-    int device;     /* 0 chooses: surfaceless on Mesa, else the first EGL device; N is the N-th EGL device */
+    int device;     /* 0 chooses: surfaceless on Mesa, else the first EGL device; N is the N-th EGL
+                       device */
     bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests) */
 };
 
@@ -23,7 +25,7 @@ struct gl_limits {
     int max_compute_groups;
     bool has_post_depth_coverage;
     bool is_robust;
-    bool is_software; /* rasterised by the CPU: glDispatchCompute runs on our cores */
+    bool is_software;     /* rasterised by the CPU: glDispatchCompute runs on our cores */
     bool has_true_timers; /* set by the self-test */
 };
 
@@ -33,7 +35,8 @@ void gl_context_destroy(struct gl_context *context);
 const struct gl_limits *gl_context_limits(const struct gl_context *context);
 void gl_context_set_true_timers(struct gl_context *context, bool has_true_timers);
 
-/* False with ERROR_NO_DEVICE when the context was reset or lost, ERROR_INTERNAL on any pending GL error. */
+/* False with ERROR_NO_DEVICE when the context was reset or lost, ERROR_INTERNAL on any pending GL
+ * error. */
 MUST_CHECK bool gl_context_check(struct gl_context *context, const char *doing, struct error *err);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Buffers, textures, framebuffers, vertex arrays and samplers: creation, labels and destruction of GL names. */
+/* Buffers, textures, framebuffers, vertex arrays and samplers: creation, labels and destruction of
+ * GL names. */
 #include "renderer/gl/object.h"
 
 #include <assert.h>

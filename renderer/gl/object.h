@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Buffers, textures and framebuffers: the only owners of GL names. Thread: GL.
- * Immutable storage, labelled at birth. init fails with ERROR_NO_MEMORY; finish accepts zeroed objects. */
+/* Buffers, textures and framebuffers: the only owners of GL names. Thread: GL. Immutable storage,
+ * labelled at birth. init fails with ERROR_NO_MEMORY; finish accepts zeroed objects. */
 #ifndef VITRAIL_RENDERER_GL_OBJECT_H
 #define VITRAIL_RENDERER_GL_OBJECT_H
 
@@ -9,7 +9,10 @@
 
 #include "protocol/error.h"
 
-struct gl_buffer { uint32_t name; uint64_t size_bytes; };
+struct gl_buffer {
+    uint32_t name;
+    uint64_t size_bytes;
+};
 
 struct gl_buffer_desc {
     const char *label;   /* required, e.g. "shadow.deep.heads" */
@@ -19,15 +22,19 @@ struct gl_buffer_desc {
     bool is_mappable;    /* read back through gl_buffer_read_mapped */
 };
 
-MUST_CHECK bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc, struct error *err);
+MUST_CHECK bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
+                               struct error *err);
 void gl_buffer_finish(struct gl_buffer *buffer);
 /* Grows (never shrinks) to at least size_bytes, by half again; contents are lost unless keep. */
-MUST_CHECK bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *desc, bool keep,
-                                  struct error *err);
-void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes, const void *data);
-void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes, void *data);
-void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes, uint32_t value);
-void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding); /* SSBO, whole buffer */
+MUST_CHECK bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
+                                  bool keep, struct error *err);
+void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
+                     const void *data);
+void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
+                    void *data);
+void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
+                         uint32_t value);
+void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding); /* whole, as SSBO */
 
 struct gl_texture {
     uint32_t name;
@@ -45,34 +52,43 @@ struct gl_texture_desc {
     int samples;       /* 0: not multisampled; > 0: fixed sample locations */
 };
 
-MUST_CHECK bool gl_texture_init(struct gl_texture *texture, const struct gl_texture_desc *desc, struct error *err);
-/* A view of a buffer as texels, for read-only lists (on llvmpipe 3x cheaper than storage buffers). */
-MUST_CHECK bool gl_texture_init_buffer(struct gl_texture *texture, const char *label, uint32_t format,
-                                       const struct gl_buffer *buffer, struct error *err);
+MUST_CHECK bool gl_texture_init(struct gl_texture *texture, const struct gl_texture_desc *desc,
+                                struct error *err);
+/* A view of a buffer as texels, for read-only lists (on llvmpipe 3x cheaper than storage
+ * buffers). */
+MUST_CHECK bool gl_texture_init_buffer(struct gl_texture *texture, const char *label,
+                                       uint32_t format, const struct gl_buffer *buffer,
+                                       struct error *err);
 void gl_texture_finish(struct gl_texture *texture);
 void gl_texture_bind(const struct gl_texture *texture, uint32_t unit);
 
-struct gl_framebuffer { uint32_t name; };
-
-struct gl_framebuffer_desc {
-    const char *label;                   /* required */
-    const struct gl_texture *colors[4];  /* NULL ends the list */
-    const struct gl_texture *depth;      /* optional */
-    int depth_layer;                     /* layer of an array depth texture, when depth->layers > 0 */
-    int width, height, samples;          /* of a framebuffer without attachments */
+struct gl_framebuffer {
+    uint32_t name;
 };
 
-MUST_CHECK bool gl_framebuffer_init(struct gl_framebuffer *framebuffer, const struct gl_framebuffer_desc *desc,
-                                    struct error *err);
+struct gl_framebuffer_desc {
+    const char *label;                  /* required */
+    const struct gl_texture *colors[4]; /* NULL ends the list */
+    const struct gl_texture *depth;     /* optional */
+    int depth_layer;            /* layer of an array depth texture, when depth->layers > 0 */
+    int width, height, samples; /* of a framebuffer without attachments */
+};
+
+MUST_CHECK bool gl_framebuffer_init(struct gl_framebuffer *framebuffer,
+                                    const struct gl_framebuffer_desc *desc, struct error *err);
 void gl_framebuffer_finish(struct gl_framebuffer *framebuffer);
 
-struct gl_vertex_array { uint32_t name; };
+struct gl_vertex_array {
+    uint32_t name;
+};
 void gl_vertex_array_init(struct gl_vertex_array *array, const char *label);
 void gl_vertex_array_finish(struct gl_vertex_array *array);
 
-struct gl_sampler { uint32_t name; };
+struct gl_sampler {
+    uint32_t name;
+};
 struct gl_sampler_desc {
-    const char *label; /* required */
+    const char *label;                               /* required */
     uint32_t mag_filter, min_filter, wrap_s, wrap_t; /* required; GL enums */
 };
 void gl_sampler_init(struct gl_sampler *sampler, const struct gl_sampler_desc *desc);

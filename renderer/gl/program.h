@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Composes GLSL programs from the fragments in shaders/ and keeps them by their full key. Thread: GL. */
+/* Composes GLSL programs from the fragments in shaders/ and keeps them by their full key. Thread:
+ * GL. */
 #ifndef VITRAIL_RENDERER_GL_PROGRAM_H
 #define VITRAIL_RENDERER_GL_PROGRAM_H
 
@@ -13,23 +14,29 @@ struct program_cache *program_cache_create(const char *dump_dir /* optional */, 
 void program_cache_destroy(struct program_cache *cache);
 
 struct program_desc {
-    const char *label;    /* required; names the program in debug output and dumps */
-    const char *vertex;   /* file names in shaders/, e.g. "gbuffer.vert.glsl"; either vertex (+ fragment) ... */
+    const char *label;  /* required; names the program in debug output and dumps */
+    const char *vertex; /* file names in shaders/, e.g. "gbuffer.vert.glsl"; either vertex (+
+                           fragment) ... */
     const char *fragment;
-    const char *compute;  /* ... or compute */
-    /* Space-separated NAME or NAME=VALUE items that become #define lines, in this order; NULL means none. Callers
-     * keep the order canonical: the text is the key. */
+    const char *compute; /* ... or compute */
+    /* Space-separated NAME or NAME=VALUE items that become #define lines, in this order; NULL means
+     * none. Callers keep the order canonical: the text is the key. */
     const char *defines;
 };
 
-struct gl_program { uint32_t name; };
+struct gl_program {
+    uint32_t name;
+};
 
-/* The linked program, built on first use. `#include "file.glsl"` (once per program) takes files of shaders/; logs name
- * file:line. The pointer lives as long as the cache. */
-const struct gl_program *program_cache_get(struct program_cache *cache, const struct program_desc *desc,
-                                           struct error *err);
+/* The linked program, built on first use. `#include "file.glsl"` (once per program) takes files of
+ * shaders/; logs name file:line. The pointer lives as long as the cache. */
+const struct gl_program *program_cache_get(struct program_cache *cache,
+                                           const struct program_desc *desc, struct error *err);
 
-struct program_cache_stats { uint64_t hits, misses; double compile_ms; };
+struct program_cache_stats {
+    uint64_t hits, misses;
+    double compile_ms;
+};
 void program_cache_get_stats(const struct program_cache *cache, struct program_cache_stats *stats);
 
 /* glUseProgram + one uniform by name; a name the linker removed is ignored. */

@@ -9,7 +9,9 @@
 #include <string.h>
 #include <time.h>
 
-enum { SCOPES_MAX = 1024 }; /* one per light and pass of a large frame; what exceeds it is summed into the last */
+enum {
+    SCOPES_MAX = 1024
+}; /* one per light and pass of a large frame; what exceeds it is summed into the last */
 
 struct scope_record {
     struct report_pass line;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A pass runs inside a scope: debug group, timing and report line under one name. Thread: GL.
- * Where GPU timer queries lie (llvmpipe), a scope is fenced with glFinish and timed by the wall clock. */
+/* A pass runs inside a scope: debug group, timing and report line under one name. Thread: GL. Where
+ * GPU timer queries lie (llvmpipe), a scope is fenced with glFinish and timed by the wall clock. */
 #ifndef VITRAIL_RENDERER_GL_SCOPE_H
 #define VITRAIL_RENDERER_GL_SCOPE_H
 
@@ -14,9 +14,9 @@ struct gpu_timeline *gpu_timeline_create(const struct gl_context *context, struc
 void gpu_timeline_destroy(struct gpu_timeline *timeline);
 
 struct gpu_scope_desc {
-    const char *pass;       /* required: "shadow.deep" */
-    const char *because;    /* required: the requirement, copied */
-    const char *technique;  /* optional */
+    const char *pass;      /* required: "shadow.deep" */
+    const char *because;   /* required: the requirement, copied */
+    const char *technique; /* optional */
     enum report_stage stage;
 };
 
@@ -24,8 +24,8 @@ struct gpu_scope_desc {
 void gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc *desc);
 void gpu_scope_end(struct gpu_timeline *timeline);
 
-/* Resolves all scopes since the last call into report lines; waits for the GPU. Scopes with the same pass, reason and
- * technique (one per light, say) are merged into one line. */
+/* Resolves all scopes since the last call into report lines; waits for the GPU. Scopes with the
+ * same pass, reason and technique (one per light, say) are merged into one line. */
 void gpu_timeline_collect(struct gpu_timeline *timeline, struct frame_report *report);
 
 #endif

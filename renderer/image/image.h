@@ -23,8 +23,8 @@ struct image {
     int channels; /* [1, IMAGE_CHANNELS_MAX] */
     enum image_component component;
     void *pixels; /* owned; width * height * channels components, malloc'ed */
-    char channel_names[IMAGE_CHANNELS_MAX]
-                      [IMAGE_CHANNEL_NAME_BYTES]; /* "" = by convention R,G,B,A or Y */
+    char channel_names[IMAGE_CHANNELS_MAX][IMAGE_CHANNEL_NAME_BYTES]; /* "" = by convention R,G,B,A
+                                                                         or Y */
 };
 
 size_t image_component_bytes(enum image_component component);
@@ -62,8 +62,8 @@ MUST_CHECK bool image_encode(const struct image *image, const struct image_encod
 
 struct image_decode_desc {
     uint64_t max_pixels; /* refuse larger images before decoding; 0 means 64 Mi pixels */
-    bool
-        keep_float; /* EXR/HDR stay F32 with their channels; otherwise everything becomes U8 RGBA */
+    bool keep_float; /* EXR/HDR stay F32 with their channels; otherwise everything becomes U8 RGBA
+                      */
 };
 
 /* Decodes PNG, JPEG, WebP (and EXR, HDR if keep_float) by magic bytes; every other format is

@@ -12,29 +12,45 @@
 struct scene {
     const struct scene_header *header;
     const char *strings;
-    const struct scene_node *nodes;           uint32_t node_count;
-    const struct scene_mesh *meshes;          uint32_t mesh_count;
-    const struct scene_primitive *primitives; uint32_t primitive_count;
-    const struct scene_material *materials;   uint32_t material_count; /* at least 1 */
-    const struct scene_texture *textures;     uint32_t texture_count;
-    const struct scene_image *images;         uint32_t image_count;
-    const uint8_t *pixels;                    uint64_t pixel_bytes;
-    const struct scene_light *lights;         uint32_t light_count;
-    const struct scene_camera *cameras;       uint32_t camera_count;
-    const uint32_t *indices;                  uint32_t index_count;
+    const struct scene_node *nodes;
+    uint32_t node_count;
+    const struct scene_mesh *meshes;
+    uint32_t mesh_count;
+    const struct scene_primitive *primitives;
+    uint32_t primitive_count;
+    const struct scene_material *materials;
+    uint32_t material_count; /* at least 1 */
+    const struct scene_texture *textures;
+    uint32_t texture_count;
+    const struct scene_image *images;
+    uint32_t image_count;
+    const uint8_t *pixels;
+    uint64_t pixel_bytes;
+    const struct scene_light *lights;
+    uint32_t light_count;
+    const struct scene_camera *cameras;
+    uint32_t camera_count;
+    const uint32_t *indices;
+    uint32_t index_count;
     uint32_t vertex_count;
-    const float *positions, *normals;         /* never NULL when vertex_count > 0 */
+    const float *positions, *normals; /* never NULL when vertex_count > 0 */
     const float *tangents, *texcoords_0, *texcoords_1, *colors; /* NULL when absent */
-    const uint32_t *extensions_used;          uint32_t extension_used_count;
-    const uint32_t *extensions_ignored;       uint32_t extension_ignored_count;
-    const uint32_t *warnings;                 uint32_t warning_count;
+    const uint32_t *extensions_used;
+    uint32_t extension_used_count;
+    const uint32_t *extensions_ignored;
+    uint32_t extension_ignored_count;
+    const uint32_t *warnings;
+    uint32_t warning_count;
 };
 
-/* Checks every offset, count, index, enum and number (finite) of the blob, in time linear in its size. The blob
- * must stay mapped and unchanged (a sealed memfd or a file nobody else writes) while the scene is used. */
-MUST_CHECK bool scene_open(struct scene *scene, const void *blob, size_t size_bytes, struct error *err);
+/* Checks every offset, count, index, enum and number (finite) of the blob, in time linear in its
+ * size. The blob must stay mapped and unchanged (a sealed memfd or a file nobody else writes) while
+ * the scene is used. */
+MUST_CHECK bool scene_open(struct scene *scene, const void *blob, size_t size_bytes,
+                           struct error *err);
 
-/* Node or material by exact name, first match in file order; -1 when there is none. "#12" means index 12. */
+/* Node or material by exact name, first match in file order; -1 when there is none. "#12" means
+ * index 12. */
 int32_t scene_find_node(const struct scene *scene, const char *name);
 int32_t scene_find_material(const struct scene *scene, const char *name);
 

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The scene blob: one flat, position-independent, little-endian block that the decoder writes and workers map.
+/* The scene blob: one flat, position-independent, little-endian block that the decoder writes and
+ * workers map.
  *
- * Layout: header, then the sections in any order, each 16-byte aligned. A section is an array of `count` records of
- * `stride` bytes. Indices between records are int32 with -1 for "none", or uint32 where none is impossible. Text is a
- * byte offset into the NUL-separated SCENE_STRINGS section; offset 0 is the empty string.
- * Everything is checked twice: by the decoder that writes it, and by scene_open in the worker that trusts no one. */
+ * Layout: header, then the sections in any order, each 16-byte aligned. A section is an array of
+ * `count` records of `stride` bytes. Indices between records are int32 with -1 for "none", or
+ * uint32 where none is impossible. Text is a byte offset into the NUL-separated SCENE_STRINGS
+ * section; offset 0 is the empty string. Everything is checked twice: by the decoder that writes
+ * it, and by scene_open in the worker that trusts no one. */
 #ifndef VITRAIL_RENDERER_SCENE_SCENE_BLOB_H
 #define VITRAIL_RENDERER_SCENE_SCENE_BLOB_H
 
@@ -18,26 +20,26 @@ extern "C" {
 enum { SCENE_BLOB_VERSION = 1 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
-    SCENE_STRINGS,             /* char */
-    SCENE_NODES,               /* struct scene_node, parents before children */
-    SCENE_MESHES,              /* struct scene_mesh */
-    SCENE_PRIMITIVES,          /* struct scene_primitive; those of one mesh are contiguous */
-    SCENE_MATERIALS,           /* struct scene_material; the last one is the glTF default material */
-    SCENE_TEXTURES,            /* struct scene_texture: an image with its sampler */
-    SCENE_IMAGES,              /* struct scene_image */
-    SCENE_PIXELS,              /* bytes of all images, level 0 only, RGBA8, first row on top (v = 0) */
-    SCENE_LIGHTS,              /* struct scene_light */
-    SCENE_CAMERAS,             /* struct scene_camera */
-    SCENE_INDICES,             /* u32, relative to the primitive's first_vertex */
-    SCENE_POSITIONS,           /* 3 f32 per vertex, model space */
-    SCENE_NORMALS,             /* 3 f32 per vertex, unit; zero vector for lines and points without normals */
-    SCENE_TANGENTS,            /* 4 f32 per vertex, or absent (count 0) when no primitive brings tangents */
-    SCENE_TEXCOORDS_0,         /* 2 f32 per vertex, or absent */
-    SCENE_TEXCOORDS_1,         /* 2 f32 per vertex, or absent */
-    SCENE_COLORS,              /* 4 f32 per vertex linear RGBA, or absent; 1 where a primitive has none */
-    SCENE_EXTENSIONS_USED,     /* u32 string offsets */
-    SCENE_EXTENSIONS_IGNORED,  /* u32 string offsets: used but not evaluated here */
-    SCENE_WARNINGS,            /* u32 string offsets: sentences for the user */
+    SCENE_STRINGS,    /* char */
+    SCENE_NODES,      /* struct scene_node, parents before children */
+    SCENE_MESHES,     /* struct scene_mesh */
+    SCENE_PRIMITIVES, /* struct scene_primitive; those of one mesh are contiguous */
+    SCENE_MATERIALS,  /* struct scene_material; the last one is the glTF default material */
+    SCENE_TEXTURES,   /* struct scene_texture: an image with its sampler */
+    SCENE_IMAGES,     /* struct scene_image */
+    SCENE_PIXELS,     /* bytes of all images, level 0 only, RGBA8, first row on top (v = 0) */
+    SCENE_LIGHTS,     /* struct scene_light */
+    SCENE_CAMERAS,    /* struct scene_camera */
+    SCENE_INDICES,    /* u32, relative to the primitive's first_vertex */
+    SCENE_POSITIONS,  /* 3 f32 per vertex, model space */
+    SCENE_NORMALS,    /* 3 f32 per vertex, unit; zero vector for lines and points without normals */
+    SCENE_TANGENTS,   /* 4 f32 per vertex, or absent (count 0) when no primitive brings tangents */
+    SCENE_TEXCOORDS_0, /* 2 f32 per vertex, or absent */
+    SCENE_TEXCOORDS_1, /* 2 f32 per vertex, or absent */
+    SCENE_COLORS,      /* 4 f32 per vertex linear RGBA, or absent; 1 where a primitive has none */
+    SCENE_EXTENSIONS_USED,    /* u32 string offsets */
+    SCENE_EXTENSIONS_IGNORED, /* u32 string offsets: used but not evaluated here */
+    SCENE_WARNINGS,           /* u32 string offsets: sentences for the user */
     SCENE_SECTION_COUNT
 };
 
@@ -51,13 +53,14 @@ struct scene_section_range {
 struct scene_header {
     char magic[8];
     uint32_t version;
-    uint32_t section_count;   /* SCENE_SECTION_COUNT */
-    uint64_t size_bytes;      /* of the whole blob */
-    double bounds_min[3];     /* world space, all visible primitives; min > max when there is no geometry */
+    uint32_t section_count; /* SCENE_SECTION_COUNT */
+    uint64_t size_bytes;    /* of the whole blob */
+    double bounds_min[3];   /* world space, all visible primitives; min > max when there is no
+                               geometry */
     double bounds_max[3];
-    uint64_t triangle_count;  /* over all nodes, instances counted each time */
+    uint64_t triangle_count;     /* over all nodes, instances counted each time */
     int32_t default_camera_node; /* first node with a camera, or -1 */
-    uint32_t animation_count; /* present in the file; not evaluated by this version */
+    uint32_t animation_count;    /* present in the file; not evaluated by this version */
     struct scene_section_range sections[SCENE_SECTION_COUNT];
 };
 
@@ -66,7 +69,7 @@ struct scene_node {
     double world_matrix[16]; /* column-major, world_from_node, composed in f64 */
     int32_t parent, mesh, camera, light;
     uint32_t name;
-    uint32_t source_index;   /* index of the node in the glTF */
+    uint32_t source_index; /* index of the node in the glTF */
 };
 
 struct scene_mesh {
@@ -75,24 +78,29 @@ struct scene_mesh {
     uint32_t pad;
 };
 
-enum scene_topology { SCENE_POINTS, SCENE_LINES, SCENE_TRIANGLES }; /* strips, loops and fans are unrolled */
+enum scene_topology {
+    SCENE_POINTS,
+    SCENE_LINES,
+    SCENE_TRIANGLES
+}; /* strips, loops and fans are unrolled */
 
 enum scene_primitive_flags {
     SCENE_PRIMITIVE_HAS_TANGENTS = 1,
     SCENE_PRIMITIVE_HAS_TEXCOORDS_0 = 2,
     SCENE_PRIMITIVE_HAS_TEXCOORDS_1 = 4,
     SCENE_PRIMITIVE_HAS_COLORS = 8,
-    SCENE_PRIMITIVE_HAS_NORMALS = 16, /* always set for triangles: flat normals are made where the file has none */
+    SCENE_PRIMITIVE_HAS_NORMALS = 16, /* always set for triangles: flat normals are made where the
+                                         file has none */
 };
 
 struct scene_primitive {
     uint32_t material;
-    uint32_t topology;                   /* enum scene_topology */
+    uint32_t topology; /* enum scene_topology */
     uint32_t first_index, index_count;
     uint32_t first_vertex, vertex_count;
-    uint32_t flags;                      /* enum scene_primitive_flags */
+    uint32_t flags; /* enum scene_primitive_flags */
     uint32_t pad;
-    float bounds_min[3], bounds_max[3];  /* model space */
+    float bounds_min[3], bounds_max[3]; /* model space */
 };
 
 enum scene_alpha_mode { SCENE_OPAQUE, SCENE_MASK, SCENE_BLEND };
@@ -113,10 +121,11 @@ enum scene_texture_slot {
 struct scene_texture_ref {
     int32_t texture;       /* index of SCENE_TEXTURES, or -1 */
     uint32_t texcoord;     /* 0 or 1 */
-    float uv_transform[6]; /* KHR_texture_transform: u' = [0]u + [1]v + [2], v' = [3]u + [4]v + [5] */
+    float uv_transform[6]; /* KHR_texture_transform, 2 x 3 by rows: u' = [0]u + [1]v + [2] */
 };
 
-/* How light passes through the surface as the angle changes; glTF extras `vitrail.pass_through` (docs/shading.md). */
+/* How light passes through the surface as the angle changes; glTF extras `vitrail.pass_through`
+ * (docs/shading.md). */
 enum scene_pass_through {
     SCENE_PASS_CONSTANT, /* T */
     SCENE_PASS_SLAB,     /* T^(1/|n.l|): a slab of constant thickness */
@@ -124,10 +133,10 @@ enum scene_pass_through {
 };
 
 struct scene_material {
-    float base_color[4];        /* linear */
+    float base_color[4]; /* linear */
     float metallic, roughness;
     float normal_scale, occlusion_strength;
-    float emissive[3];          /* linear, times KHR_materials_emissive_strength [nt] */
+    float emissive[3]; /* linear, times KHR_materials_emissive_strength [nt] */
     float alpha_cutoff;
     float transmission;         /* KHR_materials_transmission [0,1] */
     float ior;                  /* KHR_materials_ior, default 1.5; 0 means total reflection */
@@ -136,9 +145,9 @@ struct scene_material {
     float attenuation_color[3];
     float edge_exponent;
     float edge_color[3];
-    uint32_t alpha_mode;        /* enum scene_alpha_mode */
-    uint32_t flags;             /* enum scene_material_flags */
-    uint32_t pass_through;      /* enum scene_pass_through */
+    uint32_t alpha_mode;   /* enum scene_alpha_mode */
+    uint32_t flags;        /* enum scene_material_flags */
+    uint32_t pass_through; /* enum scene_pass_through */
     uint32_t name;
     uint32_t pad;
     struct scene_texture_ref textures[SCENE_TEXTURE_SLOT_COUNT];
@@ -146,7 +155,7 @@ struct scene_material {
 
 /* Filters and wraps keep the numbers of glTF (they are those of OpenGL). */
 struct scene_texture {
-    int32_t image;      /* -1: unusable image, sampled as white with a warning */
+    int32_t image; /* -1: unusable image, sampled as white with a warning */
     uint32_t mag_filter, min_filter, wrap_s, wrap_t; /* never 0: defaults are filled in */
     uint32_t name;
 };
@@ -163,8 +172,8 @@ enum scene_light_type { SCENE_LIGHT_DIRECTIONAL, SCENE_LIGHT_POINT, SCENE_LIGHT_
 struct scene_light { /* KHR_lights_punctual; emits along the node's -Z */
     uint32_t type;
     float color[3];
-    float intensity;        /* cd, or lx for directional */
-    float range;            /* m; 0 = unbounded */
+    float intensity;                      /* cd, or lx for directional */
+    float range;                          /* m; 0 = unbounded */
     float inner_cone_rad, outer_cone_rad; /* half angles */
     uint32_t name;
     uint32_t pad;
@@ -172,9 +181,9 @@ struct scene_light { /* KHR_lights_punctual; emits along the node's -Z */
 
 struct scene_camera {
     uint32_t is_orthographic;
-    float y_fov_rad, aspect;  /* perspective; aspect 0 = that of the image */
-    float x_mag, y_mag;       /* orthographic half extents */
-    float z_near, z_far;      /* z_far 0 = infinite */
+    float y_fov_rad, aspect; /* perspective; aspect 0 = that of the image */
+    float x_mag, y_mag;      /* orthographic half extents */
+    float z_near, z_far;     /* z_far 0 = infinite */
     uint32_t name;
 };
 
