@@ -238,7 +238,7 @@ static bool read_names(const struct json_node *node, struct name_list *list)
         return false;
     for (size_t i = 0; i < count; i++) {
         struct json_node element = json_element(node, i);
-        const char *name = NULL;
+        const char *name = "";
         if (!read_string(&element, &name) || !name_list_add(list, name, node->err))
             return false;
     }
@@ -259,7 +259,7 @@ static bool read_items(const struct json_node *node,
             return false;
         struct json_node name = json_member(&element, "name");
         struct json_node type = json_member(&element, "type");
-        const char *name_text = NULL, *type_text = NULL;
+        const char *name_text = "", *type_text = "";
         if (!read_string(&name, &name_text) || !read_string(&type, &type_text) ||
             !add(summary, name_text, type_text, node->err))
             return false;

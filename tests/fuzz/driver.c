@@ -198,7 +198,7 @@ static void edit(struct input *input, size_t capacity, const struct corpus *corp
         input->size -= count;
         break;
     case 5: /* a piece repeated */
-        count = gap_open(input, at, random_below(seed, (rest < 256 ? rest : 256) + 1), capacity);
+        (void)gap_open(input, at, random_below(seed, (rest < 256 ? rest : 256) + 1), capacity);
         break;
     case 6:
         token_insert(input, at, capacity, seed);
