@@ -33,4 +33,8 @@ const char *light_lists_defines(const struct light_lists *lists);
 /* Binds buffers and sets the uniforms that light_list.glsl declares on `program` (already in use). */
 void light_lists_bind(const struct light_lists *lists, const struct gl_program *program);
 
+/* Upper bound of the lights that one point walks, prefix included. All loops of one shader invocation share 65,535
+ * steps on llvmpipe, so shading that does more per light than one step must split long lists. */
+uint32_t light_lists_longest(const struct light_lists *lists);
+
 #endif

@@ -11,122 +11,11 @@
 #include <cmocka.h>
 
 #include "renderer/lights/clusters.h"
-#include "renderer/scene/matrix.h"
+#include "tests/support/light_scene.h"
 
-enum { SEEDS = 200, LIGHTS = 48, POINTS = 400 };
+enum { SEEDS = 200, LIGHTS = LIGHT_SCENE_LIGHTS, POINTS = 400 };
 
-static uint64_t next_random(uint64_t *state)
-{
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    *state ^= *state << 17;
-    return *state;
-}
-
-static double uniform(uint64_t *state, double low, double high)
-{
-    return low + (high - low) * (double)(next_random(state) >> 11) * 0x1p-53;
-}
-
-static double log_uniform(uint64_t *state, double low, double high)
-{
-    return exp(uniform(state, log(low), log(high)));
-}
-
-static void random_direction(uint64_t *state, double out[3])
-{
-    do {
-        for (int i = 0; i < 3; i++)
-            out[i] = uniform(state, -1, 1);
-    } while (vec3_length(out) > 1 || !vec3_normalize(out));
-}
-
-static struct camera random_camera(uint64_t *state, bool is_orthographic, double scale)
-{
-    struct camera camera = {.is_orthographic = is_orthographic};
-    double up[3];
-    random_direction(state, camera.back);
-    random_direction(state, up);
-    vec3_cross(up, camera.back, camera.right);
-    vec3_normalize(camera.right);
-    vec3_cross(camera.back, camera.right, camera.up);
-    for (int i = 0; i < 3; i++)
-        camera.eye[i] = uniform(state, -3, 3) * scale;
-    camera.half_height = is_orthographic ? uniform(state, 0.5, 6) * scale
-                                         : tan(uniform(state, 2, 80) * M_PI / 180);
-    camera.half_width = camera.half_height * uniform(state, 0.5, 2);
-    camera.z_near = is_orthographic ? uniform(state, -8, 1) * scale : 1e-3 * scale;
-    camera.z_far = camera.z_near + uniform(state, 4, 30) * scale;
-    return camera;
-}
-
-static struct camera_window random_window(uint64_t *state)
-{
-    struct camera_window window = {
-        .image_width = (int)uniform(state, 1, 900),
-        .image_height = (int)uniform(state, 1, 700),
-    };
-    window.width = (int)uniform(state, 1, window.image_width + 1);
-    window.height = (int)uniform(state, 1, window.image_height + 1);
-    window.x = (int)uniform(state, 0, window.image_width - window.width + 1);
-    window.y = (int)uniform(state, 0, window.image_height - window.height + 1);
-    return window;
-}
-
-/* Every fourth light sits at the eye, and ranges span four decades, so that cameras are inside and outside. */
-static struct state_light random_light(uint64_t *state, const struct camera *camera, int index,
-                                       double scale)
-{
-    struct state_light light = {.range = (float)(log_uniform(state, 0.01, 20) * scale)};
-    light.type = index % 2 ? SCENE_LIGHT_SPOT : SCENE_LIGHT_POINT;
-    if (index % 16 == 5)
-        light.type = SCENE_LIGHT_DIRECTIONAL;
-    if (index % 16 == 6)
-        light.range = 0;
-    random_direction(state, light.direction);
-    light.outer_cone_rad = (float)log_uniform(state, 1e-3, M_PI / 2);
-    for (int i = 0; i < 3; i++)
-        light.position[i] = camera->eye[i] + (index % 4 ? uniform(state, -12, 12) * scale : 0);
-    return light;
-}
-
-static struct { struct state_light lights[LIGHTS]; struct camera camera; struct camera_window window; }
-scene;
-
-static void make_scene(uint64_t seed, bool is_orthographic, double scale)
-{
-    uint64_t state = 0x9e3779b97f4a7c15u * (seed + 1);
-    scene.camera = random_camera(&state, is_orthographic, scale);
-    scene.window = random_window(&state);
-    for (int i = 0; i < LIGHTS; i++)
-        scene.lights[i] = random_light(&state, &scene.camera, i, scale);
-}
-
-/* World position of a point of the window, y counted from its bottom. */
-static void unproject(double x, double y, double z, double world[3])
-{
-    const struct camera *camera = &scene.camera;
-    const struct camera_window *w = &scene.window;
-    double depth_scale = camera->is_orthographic ? 1 : z;
-    double image_y = w->image_height - w->y - w->height + y;
-    double vx = ((w->x + x) / w->image_width * 2 - 1) * camera->half_width * depth_scale;
-    double vy = (image_y / w->image_height * 2 - 1) * camera->half_height * depth_scale;
-    for (int i = 0; i < 3; i++)
-        world[i] = camera->eye[i] + camera->right[i] * vx + camera->up[i] * vy - camera->back[i] * z;
-}
-
-static bool reaches(const struct state_light *light, const double point[3])
-{
-    double to_point[3];
-    vec3_sub(point, light->position, to_point);
-    double distance = vec3_length(to_point);
-    if (light->type == SCENE_LIGHT_DIRECTIONAL)
-        return true;
-    if (light->range > 0 && distance >= light->range)
-        return false;
-    return light->type == SCENE_LIGHT_POINT ||
-           vec3_dot(to_point, light->direction) >= cos(light->outer_cone_rad) * distance;
-}
+static struct light_scene scene;
 
 static bool holds(const struct clusters *clusters, size_t cluster, uint32_t light)
 {
@@ -140,30 +29,17 @@ static bool holds(const struct clusters *clusters, size_t cluster, uint32_t ligh
     return false;
 }
 
-/* A depth where something may go wrong: inside some light, or anywhere. */
-static double random_depth(uint64_t *state, double scale)
-{
-    const struct camera *camera = &scene.camera;
-    const struct state_light *light = &scene.lights[next_random(state) % LIGHTS];
-    double relative[3];
-    vec3_sub(light->position, camera->eye, relative);
-    double z = next_random(state) % 2
-                   ? -vec3_dot(camera->back, relative) + uniform(state, -1, 1) * light->range
-                   : log_uniform(state, 1e-3, 40) * scale;
-    return camera->is_orthographic ? z : fmax(z, camera->z_near);
-}
-
-static int count_misses(const struct clusters *clusters, uint64_t seed, double scale, int *reached)
+static int count_misses(const struct clusters *clusters, uint64_t seed, int *reached)
 {
     uint64_t state = 0xd1342543de82ef95u * (seed + 7);
     int misses = 0;
     for (int i = 0; i < POINTS; i++) {
-        double x = uniform(&state, 0, scene.window.width), y = uniform(&state, 0, scene.window.height);
-        double z = random_depth(&state, scale), world[3];
-        unproject(x, y, z, world);
+        double x = random_uniform(&state, 0, scene.window.width), y = random_uniform(&state, 0, scene.window.height);
+        double z = light_scene_depth(&scene, &state), world[3];
+        light_scene_point(&scene, x, y, z, world);
         size_t cluster = clusters_find(clusters, (int)x, (int)y, (float)z);
         for (uint32_t light = 0; light < LIGHTS; light++) {
-            if (!reaches(&scene.lights[light], world))
+            if (!light_reaches(&scene.lights[light], world))
                 continue;
             ++*reached;
             misses += !holds(clusters, cluster, light);
@@ -191,9 +67,9 @@ static void clusters_never_miss_a_light(void **unused)
     struct clusters clusters = {0};
     int reached = 0;
     for (uint64_t seed = 0; seed < SEEDS; seed++) {
-        make_scene(seed, seed % 2, 1);
+        light_scene_make(&scene, seed, seed % 2, 1);
         build(&clusters);
-        assert_int_equal(count_misses(&clusters, seed, 1, &reached), 0);
+        assert_int_equal(count_misses(&clusters, seed, &reached), 0);
     }
     assert_true(reached > SEEDS * POINTS); /* the comparison saw light */
     clusters_finish(&clusters);
@@ -207,10 +83,10 @@ static void clusters_never_miss_a_light_at_extreme_scales(void **unused)
     int reached = 0;
     for (uint64_t seed = 0; seed < 80; seed++) {
         double scale = scales[seed % 4];
-        make_scene(seed, seed / 4 % 2, scale);
+        light_scene_make(&scene, seed, seed / 4 % 2, scale);
         build(&clusters);
         assert_true(isfinite(clusters.slice_scale) && isfinite(clusters.slice_offset));
-        assert_int_equal(count_misses(&clusters, seed, scale, &reached), 0);
+        assert_int_equal(count_misses(&clusters, seed, &reached), 0);
     }
     assert_true(reached > 80 * POINTS);
     clusters_finish(&clusters);
@@ -238,7 +114,7 @@ static void lists_are_contiguous_and_ascending_and_repeat_bit_for_bit(void **unu
     (void)unused;
     struct clusters kept = {0};
     for (uint64_t seed = 0; seed < 20; seed++) {
-        make_scene(seed, seed % 2, 1);
+        light_scene_make(&scene, seed, seed % 2, 1);
         struct clusters fresh = {0};
         build(&kept); /* with the arrays of the last seed */
         build(&fresh);
@@ -355,8 +231,8 @@ static struct state_light *many_lights(size_t count, double range)
     assert_non_null(lights);
     uint64_t state = 42;
     for (size_t i = 0; i < count; i++)
-        lights[i] = point_light(uniform(&state, -40, 40), uniform(&state, -30, 30),
-                                uniform(&state, -60, -1), range);
+        lights[i] = point_light(random_uniform(&state, -40, 40), random_uniform(&state, -30, 30),
+                                random_uniform(&state, -60, -1), range);
     return lights;
 }
 

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// Cursor over the contiguous list of a cluster. Needs: the uniforms of light_list.glsl.
+// Olsson, Billeter and Assarsson 2012, "Clustered deferred and forward shading".
+uniform uint u_light_slices;
+uniform vec4 u_light_slice_map; // x scale, y offset, z: 1 when slices are linear in depth (orthographic)
+
+struct light_cursor {
+    uint at, end; // prefix and list read as one row of entries
+    uint skip;    // from the end of the prefix to the list
+};
+
+light_cursor light_list_first(uvec2 pixel, float view_z)
+{
+    float f = u_light_slice_map.z > 0.0 ? view_z : log2(max(view_z, 1e-37));
+    float slice = floor(f * u_light_slice_map.x + u_light_slice_map.y);
+    uvec2 tile = pixel >> u_light_shift;
+    uint cluster = (tile.y * u_light_columns + tile.x) * u_light_slices +
+                   uint(clamp(slice, 0.0, float(u_light_slices - 1u)));
+    uvec2 head = texelFetch(u_light_heads, int(cluster)).xy;
+    return light_cursor(0u, u_light_prefix + head.y, head.x - u_light_prefix);
+}
+
+bool light_list_next(inout light_cursor c, out uint light)
+{
+    light = 0u;
+    if (c.at >= c.end)
+        return false;
+    light = texelFetch(u_light_items, int(c.at < u_light_prefix ? c.at : c.at + c.skip)).x;
+    c.at++;
+    return true;
+}
