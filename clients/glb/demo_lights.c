@@ -30,7 +30,7 @@ void demo_add_light(struct demo *demo, int parent, const struct demo_light *ligh
 static void add_rose_beam(struct demo *demo, int parent)
 {
     static const double rose[3] = {0, ROSE_Y, -NAVE_HALF_LENGTH - WALL_THICKNESS / 2};
-    static const double pool[3] = {-0.9, 0, -0.4};
+    static const double pool[3] = {-1.45, 0, -0.5};
     struct demo_light beam = {.name = "Sun through the rose",
                               .type = GLB_LIGHT_SPOT,
                               .color = {1, 0.93, 0.82},
@@ -75,8 +75,8 @@ void demo_add_lights(struct demo *demo)
     demo_add_light(demo, parent,
                    &(struct demo_light){.name = "Vessel spot",
                                         .type = GLB_LIGHT_SPOT,
-                                        .eye = {2.5, 4.9, 0.2},
-                                        .target = {1.15, 1.2, 1.9},
+                                        .eye = {2.6, 4.9, 0.4},
+                                        .target = {1.65, 1.2, 2.2},
                                         .color = {1, 0.90, 0.76},
                                         .intensity = 55,
                                         .inner_deg = 8,
@@ -84,10 +84,10 @@ void demo_add_lights(struct demo *demo)
     demo_add_light(demo, parent,
                    &(struct demo_light){.name = "Door light",
                                         .type = GLB_LIGHT_SPOT,
-                                        .eye = {0.4, 4.6, 9.4},
-                                        .target = {0, 2.4, -6},
-                                        .color = {0.62, 0.76, 1},
-                                        .intensity = 26,
+                                        .eye = {1.5, 4.3, 9.2},
+                                        .target = {-1.6, 2.2, -3},
+                                        .color = {0.74, 0.84, 1},
+                                        .intensity = 75,
                                         .inner_deg = 10,
                                         .outer_deg = 55});
 }
@@ -104,6 +104,6 @@ static void add_camera(struct demo *demo, const char *name, double fov_y_deg, co
 
 void demo_add_cameras(struct demo *demo)
 {
-    add_camera(demo, "Nave", 54, (double[]){1.0, 1.75, 7.2}, (double[]){-0.35, 2.75, -10});
-    add_camera(demo, "Vessel", 36, (double[]){0.55, 1.62, 3.9}, (double[]){1.12, 1.22, 1.9});
+    add_camera(demo, "Nave", 52, (double[]){1.0, 1.75, 6.6}, (double[]){-0.45, 2.95, -10});
+    add_camera(demo, "Vessel", 36, (double[]){2.75, 1.75, 3.75}, (double[]){1.50, 1.20, 2.2});
 }

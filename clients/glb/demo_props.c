@@ -6,8 +6,11 @@
 
 #define ALTAR_Z (-8.6)
 #define ALTAR_TOP 1.42
-#define RING_Y 4.75
-#define RING_Z (-2.0)
+#define POST_X 4.2
+#define POST_Z (-2.0)
+#define POST_TOP 1.1
+#define RING_Y 6.15
+#define RING_Z (-4.0)
 #define RING_RADIUS 0.85
 
 static const double pi = 3.14159265358979323846;
@@ -29,8 +32,8 @@ static int add_bench_mesh(struct demo *demo)
 
 static void add_benches(struct demo *demo, int parent)
 {
-    static const double places[][2] = {{1.75, -1.0},  {1.75, -2.4},  {1.75, -3.8},
-                                       {-1.75, -3.8}, {-1.75, -5.2}, {1.75, -5.2}};
+    static const double places[][2] = {
+        {1.75, -2.6}, {1.75, -3.9}, {1.75, -5.2}, {-1.75, -3.9}, {-1.75, -5.2}};
     int mesh = add_bench_mesh(demo);
     for (size_t i = 0; i < sizeof places / sizeof *places; i++)
         demo_add(demo, &(struct demo_place){.name = "Bench",
@@ -122,7 +125,7 @@ static void add_ring_lamp(struct demo *demo, int parent)
                                         .type = GLB_LIGHT_POINT,
                                         .eye = {0, 0.42, 0},
                                         .color = {1, 0.72, 0.42},
-                                        .intensity = 13,
+                                        .intensity = 34,
                                         .range = 14});
 }
 
@@ -146,16 +149,35 @@ static void add_candle_meshes(struct demo *demo, int *stick, int *wax, int *flam
     *flame = shape_give_mesh(&shape, demo->builder, "Flame", demo->flame);
 }
 
+/* A stone post in each aisle for a candle to stand on. */
+static void add_posts(struct demo *demo, int parent)
+{
+    struct shape shape = {0};
+    for (int side = -1; side <= 1; side += 2) {
+        double x = side * POST_X;
+        shape_add_box(&shape, (double[]){x - 0.22, 0, POST_Z - 0.22},
+                      (double[]){x + 0.22, 0.1, POST_Z + 0.22});
+        shape_add_cylinder(&shape, (double[]){x, 0.1, POST_Z}, 0.13, POST_TOP - 0.18, 32);
+        shape_add_box(&shape, (double[]){x - 0.2, POST_TOP - 0.08, POST_Z - 0.2},
+                      (double[]){x + 0.2, POST_TOP, POST_Z + 0.2});
+    }
+    int mesh = shape_give_mesh(&shape, demo->builder, "Posts", demo->trim);
+    demo_add(demo, &(struct demo_place){.name = "Posts", .parent = parent, .mesh = mesh});
+}
+
 void demo_add_candles(struct demo *demo)
 {
-    static const double places[][3] = {{-0.92, ALTAR_TOP - 0.02, ALTAR_Z},
-                                       {0.92, ALTAR_TOP - 0.02, ALTAR_Z},
-                                       {-2.3, 0.18, -7.15},
-                                       {2.3, 0.18, -7.15}};
+    static const struct {
+        double at[3], intensity;
+    } candles[] = {{{-0.92, ALTAR_TOP - 0.02, ALTAR_Z}, 3.2},
+                   {{0.92, ALTAR_TOP - 0.02, ALTAR_Z}, 3.2},
+                   {{-POST_X, POST_TOP, POST_Z}, 8},
+                   {{POST_X, POST_TOP, POST_Z}, 8}};
     int stick, wax, flame, parent = demo_add_group(demo, "Candles");
+    add_posts(demo, parent);
     add_candle_meshes(demo, &stick, &wax, &flame);
-    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
-        const double *at = places[i];
+    for (size_t i = 0; i < sizeof candles / sizeof *candles; i++) {
+        const double *at = candles[i].at;
         int group = demo_add(demo, &(struct demo_place){.name = "Candle stand",
                                                         .parent = parent,
                                                         .mesh = stick,
@@ -169,9 +191,9 @@ void demo_add_candles(struct demo *demo)
                        &(struct demo_light){.name = "Candle light",
                                             .type = GLB_LIGHT_POINT,
                                             .eye = {0, 1.02, 0},
-                                            .color = {1, 0.62, 0.28},
-                                            .intensity = 3.2,
-                                            .range = 6});
+                                            .color = {1, 0.66, 0.34},
+                                            .intensity = candles[i].intensity,
+                                            .range = 7});
     }
 }
 

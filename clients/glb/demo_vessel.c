@@ -3,8 +3,8 @@
  * on. */
 #include "clients/glb/demo_internal.h"
 
-#define VESSEL_X 1.15
-#define VESSEL_Z 1.9
+#define VESSEL_X 1.65
+#define VESSEL_Z 2.2
 #define PLINTH_TOP 0.92
 
 static void add_plinth(struct demo *demo, int parent)
@@ -33,7 +33,7 @@ static int add_vessel_mesh(struct demo *demo)
                                                        .slices = 96});
     int glass = glb_builder_add_material(
         demo->builder, &(struct glb_material_desc){.name = "Vessel glass",
-                                                   .base_color = {0.98, 0.46, 0.16, 1},
+                                                   .base_color = {0.99, 0.76, 0.40, 1},
                                                    .transmission = 1,
                                                    .roughness = 0.06,
                                                    .has_ior = true,
@@ -50,7 +50,7 @@ static int add_ball_mesh(struct demo *demo)
     shape_add_sphere(&shape, (double[]){0, 0.10, 0}, 0.10, 48, 32);
     int glass = glb_builder_add_material(
         demo->builder, &(struct glb_material_desc){.name = "Ball glass",
-                                                   .base_color = {0.25, 0.55, 0.98, 1},
+                                                   .base_color = {0.40, 0.70, 0.99, 1},
                                                    .transmission = 1,
                                                    .roughness = 0.05,
                                                    .has_ior = true,
