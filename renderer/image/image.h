@@ -51,7 +51,7 @@ bool image_format_from_media_type(const char *media_type, enum image_format *for
 struct image_encode_desc {
     enum image_format format;
     int quality;             /* JPEG and WebP, [1, 100]; 0 means 90; WebP 100 is lossless */
-    const char *description; /* optional, borrowed; stored as ImageDescription */
+    const char *description; /* optional, borrowed; stored as ImageDescription, but in WebP */
 };
 
 /* Encodes into freshly malloc'ed memory that the caller frees. PNG takes U8 or U16, JPEG and WebP
@@ -66,8 +66,8 @@ struct image_decode_desc {
                       */
 };
 
-/* Decodes PNG, JPEG, WebP (and EXR, HDR if keep_float) by magic bytes; every other format is
- * refused. */
+/* Decodes PNG, JPEG and WebP to U8 RGBA (and EXR, HDR if keep_float) by magic bytes; every other
+ * format is refused. */
 MUST_CHECK bool image_decode(const void *bytes, size_t size_bytes,
                              const struct image_decode_desc *desc, struct image *image,
                              struct error *err);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Decoding: header first, then the one decoder of that format, then the channels the caller wants.
- */
+/* Decoding: header first, then the one decoder of that format, then the channels wanted. */
 #include "renderer/image/image.h"
 
 #include <limits.h>
@@ -8,17 +7,14 @@
 
 #include "renderer/image/image_header.h"
 #include "renderer/image/oiio_shim.h"
+#include "renderer/image/webp_codec.h"
 
 #define MAX_PIXELS_DEFAULT (64ull << 20)
 
-static const struct {
-    const char *oiio_name;
-    bool is_float;
-} kinds[] = {
-    [IMAGE_KIND_PNG] = {"png", false},   [IMAGE_KIND_JPEG] = {"jpeg", false},
-    [IMAGE_KIND_WEBP] = {"webp", false}, [IMAGE_KIND_EXR] = {"openexr", true},
-    [IMAGE_KIND_HDR] = {"hdr", true},
-};
+static const char *const oiio_names[] = {[IMAGE_KIND_PNG] = "png",
+                                         [IMAGE_KIND_JPEG] = "jpeg",
+                                         [IMAGE_KIND_EXR] = "openexr",
+                                         [IMAGE_KIND_HDR] = "hdr"};
 
 static bool check_size(const struct image_header *header, uint64_t max_pixels, struct error *err)
 {
@@ -53,6 +49,28 @@ static bool expand_to_rgba(struct image *image, struct error *err)
     return true;
 }
 
+static bool decode(const void *bytes, size_t size_bytes, enum image_kind kind, struct image *image,
+                   struct error *err)
+{
+    if (kind == IMAGE_KIND_WEBP)
+        return webp_decode(bytes, size_bytes, image, err);
+    bool is_float = kind == IMAGE_KIND_EXR || kind == IMAGE_KIND_HDR;
+    return oiio_decode(bytes, size_bytes, oiio_names[kind], is_float ? IMAGE_F32 : IMAGE_U8, image,
+                       err);
+}
+
+static bool check_decoded(const struct image *image, const struct image_header *header,
+                          struct error *err)
+{
+    if ((uint32_t)image->width_px != header->width_px ||
+        (uint32_t)image->height_px != header->height_px)
+        return error_set(err, ERROR_INVALID_SCENE, "the image is %d x %d, its header says %u x %u",
+                         image->width_px, image->height_px, header->width_px, header->height_px);
+    if (image->component == IMAGE_U8 && image->channels > 4)
+        return error_set(err, ERROR_UNSUPPORTED, "the image has %d channels", image->channels);
+    return true;
+}
+
 bool image_decode(const void *bytes, size_t size_bytes, const struct image_decode_desc *desc,
                   struct image *image, struct error *err)
 {
@@ -60,25 +78,15 @@ bool image_decode(const void *bytes, size_t size_bytes, const struct image_decod
     struct image_header header;
     if (!image_header_read(&header, bytes, size_bytes, err))
         return false;
-    bool is_float = kinds[header.kind].is_float;
-    if (is_float && !desc->keep_float)
+    if ((header.kind == IMAGE_KIND_EXR || header.kind == IMAGE_KIND_HDR) && !desc->keep_float)
         return error_set(err, ERROR_UNSUPPORTED,
                          "floating-point images are not read here, only PNG, JPEG and WebP");
     if (!check_size(&header, desc->max_pixels ? desc->max_pixels : MAX_PIXELS_DEFAULT, err) ||
-        !oiio_decode(bytes, size_bytes, kinds[header.kind].oiio_name,
-                     is_float ? IMAGE_F32 : IMAGE_U8, image, err))
+        !decode(bytes, size_bytes, header.kind, image, err))
         return false;
-    bool is_done = true;
-    if ((uint32_t)image->width_px != header.width_px ||
-        (uint32_t)image->height_px != header.height_px)
-        is_done =
-            error_set(err, ERROR_INVALID_SCENE, "the image is %d x %d, its header says %u x %u",
-                      image->width_px, image->height_px, header.width_px, header.height_px);
-    else if (!is_float)
-        is_done = (image->channels <= 4 ||
-                   error_set(err, ERROR_UNSUPPORTED, "%d channels", image->channels)) &&
-                  expand_to_rgba(image, err);
-    if (!is_done)
-        image_finish(image);
-    return is_done;
+    if (check_decoded(image, &header, err) &&
+        (image->component != IMAGE_U8 || expand_to_rgba(image, err)))
+        return true;
+    image_finish(image);
+    return false;
 }

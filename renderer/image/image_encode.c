@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "renderer/image/oiio_shim.h"
+#include "renderer/image/webp_codec.h"
 
 enum {
     QUALITY_DEFAULT = 90,
@@ -69,45 +70,46 @@ static bool convert_channels(const struct image *from, bool has_alpha, struct im
 
 /* Names and numbers for OpenImageIO; `compression` is the caller's memory. DateTime is fixed,
  * because the EXR writer would else put the time of day into the file. */
-static void choose_options(const struct image_encode_desc *desc, char compression[32],
+static void choose_options(const struct image_encode_desc *desc, int quality, char compression[32],
                            struct oiio_option options[OPTIONS_MAX])
 {
-    int quality = desc->quality ? desc->quality : QUALITY_DEFAULT, count = 0;
-    switch (desc->format) {
-    case IMAGE_FORMAT_PNG:
-        options[count++] =
-            (struct oiio_option){.name = "png:compressionLevel", .number = PNG_LEVEL};
-        snprintf(compression, 32, "zip");
-        break;
-    case IMAGE_FORMAT_JPEG:
+    int count = 0;
+    snprintf(compression, 32, "zip");
+    if (desc->format == IMAGE_FORMAT_JPEG)
         snprintf(compression, 32, "jpeg:%d", quality);
-        break;
-    case IMAGE_FORMAT_WEBP:
-        snprintf(compression, 32, quality == 100 ? "lossless" : "webp:%d", quality);
-        break;
-    default:
-        snprintf(compression, 32, "zip");
-        options[count++] = (struct oiio_option){.name = "DateTime", .text = "1970:01:01 00:00:00"};
-        break;
-    }
     options[count++] = (struct oiio_option){.name = "Compression", .text = compression};
-    if (desc->format != IMAGE_FORMAT_EXR) {
+    if (desc->format == IMAGE_FORMAT_EXR) {
+        options[count++] = (struct oiio_option){.name = "DateTime", .text = "1970:01:01 00:00:00"};
+    } else {
         options[count++] = (struct oiio_option){.name = "oiio:UnassociatedAlpha", .number = 1};
         options[count++] = (struct oiio_option){.name = "oiio:ColorSpace", .text = "sRGB"};
     }
+    if (desc->format == IMAGE_FORMAT_PNG)
+        options[count++] =
+            (struct oiio_option){.name = "png:compressionLevel", .number = PNG_LEVEL};
     if (desc->description)
         options[count++] =
             (struct oiio_option){.name = "ImageDescription", .text = desc->description};
     options[count] = (struct oiio_option){.name = NULL};
 }
 
+static bool encode(const struct image *image, const struct image_encode_desc *desc, void **bytes,
+                   size_t *size_bytes, struct error *err)
+{
+    static const char *const oiio_names[IMAGE_FORMAT_COUNT] = {
+        [IMAGE_FORMAT_PNG] = "png", [IMAGE_FORMAT_JPEG] = "jpeg", [IMAGE_FORMAT_EXR] = "openexr"};
+    int quality = desc->quality ? desc->quality : QUALITY_DEFAULT;
+    if (desc->format == IMAGE_FORMAT_WEBP)
+        return webp_encode(image, quality, bytes, size_bytes, err);
+    char compression[32];
+    struct oiio_option options[OPTIONS_MAX];
+    choose_options(desc, quality, compression, options);
+    return oiio_encode(image, oiio_names[desc->format], options, bytes, size_bytes, err);
+}
+
 bool image_encode(const struct image *image, const struct image_encode_desc *desc, void **bytes,
                   size_t *size_bytes, struct error *err)
 {
-    static const char *const oiio_names[IMAGE_FORMAT_COUNT] = {[IMAGE_FORMAT_PNG] = "png",
-                                                               [IMAGE_FORMAT_JPEG] = "jpeg",
-                                                               [IMAGE_FORMAT_WEBP] = "webp",
-                                                               [IMAGE_FORMAT_EXR] = "openexr"};
     *bytes = NULL;
     *size_bytes = 0;
     if (!check(image, desc, err))
@@ -118,11 +120,7 @@ bool image_encode(const struct image *image, const struct image_encode_desc *des
     bool must_convert = is_lossy && image->channels != (has_alpha ? 4 : 3);
     if (must_convert && !convert_channels(image, has_alpha, &converted, err))
         return false;
-    char compression[32];
-    struct oiio_option options[OPTIONS_MAX];
-    choose_options(desc, compression, options);
-    bool is_done = oiio_encode(must_convert ? &converted : image, oiio_names[desc->format], options,
-                               bytes, size_bytes, err);
+    bool is_done = encode(must_convert ? &converted : image, desc, bytes, size_bytes, err);
     image_finish(&converted);
     return is_done;
 }

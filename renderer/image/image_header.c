@@ -26,17 +26,29 @@ static uint32_t le32(const uint8_t *b)
     return le16(b + 2) << 16 | le16(b);
 }
 
-/* PNG specification 11.2.2: IHDR is the first chunk. */
+/* PNG specification 5.3 and 11.2.2: IHDR is the first chunk, and chunks follow whole until IEND.
+ * (Where the bytes end early the reader of OpenImageIO would jump over, and leak, a string of its
+ * own.) */
 static bool read_png(struct image_header *header, const uint8_t *b, size_t size)
 {
+    enum { SIGNATURE_BYTES = 8, CHUNK_BYTES = 12 }; /* length, name and CRC around the data */
     if (size < 33 || memcmp(b + 12, "IHDR", 4) != 0)
         return false;
     header->width_px = be32(b + 16);
     header->height_px = be32(b + 20);
-    return true;
+    for (size_t at = SIGNATURE_BYTES; size - at >= CHUNK_BYTES;) {
+        uint32_t length = be32(b + at);
+        if (length > size - at - CHUNK_BYTES)
+            return false;
+        if (memcmp(b + at + 4, "IEND", 4) == 0)
+            return true;
+        at += CHUNK_BYTES + length;
+    }
+    return false;
 }
 
-/* ITU-T T.81 B.2.2: the first start-of-frame marker, after segments that carry their length. */
+/* ITU-T T.81 B.1 and B.2.2: the first start-of-frame marker, after segments that carry their
+ * length, and an end-of-image marker behind it (libjpeg would make up what is missing). */
 static bool read_jpeg(struct image_header *header, const uint8_t *b, size_t size)
 {
     size_t at = 2;
@@ -63,7 +75,7 @@ static bool read_jpeg(struct image_header *header, const uint8_t *b, size_t size
                 return false;
             header->height_px = be16(b + at + 5);
             header->width_px = be16(b + at + 7);
-            return true;
+            return memmem(b + at, size - at, "\xFF\xD9", 2) != NULL;
         }
         at += 2 + length;
     }
@@ -145,8 +157,8 @@ struct signature {
     const char *name;
     const char *magic;
     size_t magic_bytes;
-    bool (*read)(struct image_header *header, const uint8_t *bytes,
-                 size_t size); /* NULL: known, but not read */
+    bool (*read)(struct image_header *header, const uint8_t *bytes, size_t size); /* NULL: known,
+                                                                                     but not read */
     enum image_kind kind;
 };
 
@@ -192,7 +204,7 @@ bool image_header_read(struct image_header *header, const void *bytes, size_t si
     header->kind = signature->kind;
     if (!signature->read(header, bytes, size_bytes) || header->width_px == 0 ||
         header->height_px == 0)
-        return error_set(err, ERROR_INVALID_SCENE, "the %s header is broken or cut off",
+        return error_set(err, ERROR_INVALID_SCENE, "the %s file is broken or cut off",
                          signature->name);
     return true;
 }

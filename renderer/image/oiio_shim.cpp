@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The one home of OpenImageIO (Debian's 2.4). PNG, JPEG, WebP, EXR and HDR all read and write
-// through an IOProxy there, so neither files nor memfds are needed. Its WebP writer always searches
-// with method 6: seconds for a large frame.
+// The one home of OpenImageIO (Debian's 2.4). PNG, JPEG, EXR and HDR all read and write through an
+// IOProxy there, so that neither files nor memfds are needed.
 #include "renderer/image/oiio_shim.h"
 
 #include <cstdlib>
@@ -116,6 +115,8 @@ bool decode(const void *bytes, size_t size_bytes, const char *format,
                          first_line(input->geterror()).c_str());
     if (spec.depth > 1 || spec.deep)
         return error_set(err, ERROR_UNSUPPORTED, "%s: deep and volume images are not read", format);
+    if (component == IMAGE_F32 && spec.format == OIIO::TypeDesc::UINT32)
+        component = IMAGE_U32; // as floats the library would scale them to [0, 1]
     if (!image_init(image, spec.width, spec.height, spec.nchannels, component, err))
         return false;
     for (int i = 0; i < spec.nchannels && size_t(i) < spec.channelnames.size(); i++)

@@ -58,8 +58,8 @@ static bool open_range(const struct accessor_source *source, int accessor, int v
                        const uint8_t **first, struct error *err)
 {
     char who[32];
-    const uint8_t *bytes;
-    uint64_t size;
+    const uint8_t *bytes = NULL;
+    uint64_t size = 0;
     snprintf(who, sizeof who, "accessor %d", accessor);
     if (!accessor_view_bytes(source, view, who, &bytes, &size, err))
         return false;

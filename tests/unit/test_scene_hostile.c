@@ -83,8 +83,8 @@ static void every_truncation_of_a_glb_is_refused(void **state)
     size_t size;
     uint8_t *glb = glb_make(GOOD, &bin, sizeof bin, &size);
     for (size_t cut = 0; cut < size; cut++) {
-        uint8_t *part =
-            malloc(cut ? cut : 1); /* its own block, so that a sanitizer sees overreads */
+        uint8_t *part = malloc(cut ? cut : 1); /* its own block, so that a sanitizer sees overreads
+                                                */
         memcpy(part, glb, cut);
         struct scene_file file = {"", part, cut};
         struct imported_scene imported;
@@ -405,14 +405,16 @@ static void broken_images_are_refused_by_name(void **state)
         {IMAGE("AAAA"), ERROR_INVALID_SCENE, "image 0 'I': not an image"},
         {IMAGE("q0tUWCAyMLsNChoK"), ERROR_UNSUPPORTED, "image 0 'I': KTX2 images are not read"},
         {IMAGE("R0lGODlhAQABAAAAACw="), ERROR_UNSUPPORTED, "GIF images are not read"},
-        {IMAGE("iVBORw0KGgo="), ERROR_INVALID_SCENE, "the PNG header is broken or cut off"},
-        {IMAGE("/9j/4AAQSkZJRgAB"), ERROR_INVALID_SCENE, "the JPEG header is broken"},
-        /* IHDR of 60000 x 60000: refused before anything is decoded */
-        {IMAGE("iVBORw0KGgoAAAANSUhEUgAA6mAAAOpgCAYAAAAAAAAA"), ERROR_TOO_LARGE,
-         "the image is 60000 x 60000, limit is 67108864 pixels"},
-        /* IHDR of 8000 x 8000 and nothing after it */
-        {IMAGE("iVBORw0KGgoAAAANSUhEUgAAH0AAAB9ACAYAAAAAAAAA"), ERROR_INVALID_SCENE,
-         "image 0 'I': png"},
+        {IMAGE("iVBORw0KGgo="), ERROR_INVALID_SCENE, "the PNG file is broken or cut off"},
+        {IMAGE("/9j/4AAQSkZJRgAB"), ERROR_INVALID_SCENE, "the JPEG file is broken"},
+        /* 60000 x 60000 pixels in 70 bytes: refused before anything is decoded */
+        {IMAGE("iVBORw0KGgoAAAANSUhEUgAA6mAAAOpgCAYAAACA0nVCAAAACUlEQVR4nDMAAAAxADF/"
+               "mEFyAAAAAElFTkSuQmCC"),
+         ERROR_TOO_LARGE, "the image is 60000 x 60000, limit is 67108864 pixels"},
+        /* 8000 x 8000 pixels of which 25 are there */
+        {IMAGE("iVBORw0KGgoAAAANSUhEUgAAH0AAAB9ACAYAAAAG8a30AAAADElEQVR4nDMwoD0AALNxEsG7mMmHAAAAAEl"
+               "FTkSuQmCC"),
+         ERROR_INVALID_SCENE, "image 0 'I': png"},
         {"{" ASSET ",'images':[{'name':'I'}],'textures':[{'source':0}],'materials':["
          "{'emissiveTexture':{'index':0}}]}",
          ERROR_INVALID_SCENE, "image 0 'I': neither uri nor bufferView"},

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/* WebP through libwebp itself: OpenImageIO 2.4 divides by and multiplies with alpha on its way in
+ * and out, whatever it is told, and always searches with method 6, seconds for a large frame.
+ * Thread: any. */
+#ifndef VITRAIL_RENDERER_IMAGE_WEBP_CODEC_H
+#define VITRAIL_RENDERER_IMAGE_WEBP_CODEC_H
+
+#include "renderer/image/image.h"
+
+/* image: U8 with 3 or 4 channels, straight alpha. quality: [1, 100], 100 is lossless. */
+MUST_CHECK bool webp_encode(const struct image *image, int quality, void **bytes,
+                            size_t *size_bytes, struct error *err);
+
+/* Into *image (initialised here), U8 RGBA with straight alpha. Animations give an error. */
+MUST_CHECK bool webp_decode(const void *bytes, size_t size_bytes, struct image *image,
+                            struct error *err);
+
+#endif
