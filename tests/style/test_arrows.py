@@ -2,6 +2,7 @@
 """Includes point one way between the folders, and each third-party API has one home."""
 
 import fnmatch
+import pathlib
 import re
 import unittest
 
@@ -37,9 +38,19 @@ HOMES = [
     ("ini.h", ["server/*"]),
     ("openssl/*", ["server/*", "clients/vitrail/scene_source.c"]),
     ("png.h", ["clients/glb/*", "tests/*"]),
+    ("webp/*", ["renderer/image/webp_codec.c"]),
     ("embree*/*", ["renderer/*"]),
     ("cmocka.h", ["tests/*"]),
 ]
+
+# headers of the C and C++ libraries and of the kernel; whatever else is named in <> needs a home
+STANDARD = re.compile(r"""
+    (assert|complex|ctype|errno|fenv|float|inttypes|limits|locale|math|setjmp|signal|stdalign|stdarg
+    |stdatomic|stdbool|stddef|stdint|stdio|stdlib|stdnoreturn|string|strings|threads|time|uchar|wchar
+    |dirent|dlfcn|elf|endian|execinfo|fcntl|ftw|getopt|glob|grp|iconv|ifaddrs|langinfo|libgen|link
+    |malloc|netdb|paths|poll|pthread|pwd|sched|semaphore|spawn|syslog|termios|ucontext|unistd|utime
+    |arpa/\w+|net/\w+|netinet/\w+|sys/\w+|linux/\w+|asm/\w+|bits/\w+|x86intrin|immintrin)\.h
+    |c?[a-z_]+""", re.VERBOSE)
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
@@ -64,6 +75,8 @@ def include_fault(path, quote, target):
             return None
     if quote == '"' and not is_shader_fragment(path, target):
         return f'"{target}" names no folder of ours'
+    if quote == "<" and not STANDARD.fullmatch(target):
+        return f"<{target}> has no home in {pathlib.Path(__file__).name}"
     return None
 
 
@@ -127,6 +140,10 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_refused("renderer/plan/a.c", "<jansson.h>")
         self.assert_refused("clients/vitrail/main.c", "<curl/curl.h>")
 
+    def test_a_library_that_has_no_home_yet(self):
+        self.assert_refused("server/a.c", "<zlib.h>")
+        self.assert_refused("renderer/a.c", "<vulkan/vulkan.h>")
+
     def test_includes_without_a_folder(self):
         self.assert_refused("renderer/gl/a.c", '"program.h"')
         self.assert_refused("renderer/gl/a.c", '"../scene/scene.h"')
@@ -142,6 +159,8 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_allowed("server/http_daemon.c", "<microhttpd.h>")
         self.assert_allowed("clients/vitrail/http.c", "<curl/curl.h>")
         self.assert_allowed("renderer/a.c", "<stdio.h>")
+        self.assert_allowed("server/a.c", "<sys/socket.h>")
+        self.assert_allowed("renderer/scene/gltf_shim.cpp", "<vector>")
         self.assert_allowed("shaders/draw.glsl", '"shared/records.h"')
 
 

@@ -2,6 +2,8 @@
 """The scripts at the root refuse what they cannot do, and count tests as ctest saw them."""
 
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -58,6 +60,22 @@ class Scripts(unittest.TestCase):
         done = call("packaging/install-packages", "nonsense")
         self.assertEqual(1, done.returncode)
         self.assertIn("no section [nonsense]", done.stderr)
+
+
+class Packages(unittest.TestCase):
+    @unittest.skipUnless(shutil.which("dpkg-query"), "not a Debian system")
+    def test_every_library_that_cmake_looks_for_comes_from_a_listed_package(self):
+        cmake = "".join(sources.read(path) for path in sources.files()
+                        if path.name == "CMakeLists.txt")
+        modules = re.findall(r"pkg_check_modules\(\w+ REQUIRED IMPORTED_TARGET (\w+)", cmake)
+        listed = set(sources.read("packaging/debian-packages.txt").split())
+        self.assertGreater(len(modules), 5)
+        for module in modules:
+            folder = subprocess.run(["pkg-config", "--variable=pcfiledir", module], text=True,
+                                    capture_output=True, check=True).stdout.strip()
+            owner = subprocess.run(["dpkg-query", "-S", f"{folder}/{module}.pc"], text=True,
+                                   capture_output=True, check=True).stdout.split(":")[0]
+            self.assertIn(owner, listed, module)
 
 
 class Verdicts(unittest.TestCase):
