@@ -52,6 +52,7 @@ STANDARD = re.compile(r"""
     |arpa/\w+|net/\w+|netinet/\w+|sys/\w+|linux/\w+|asm/\w+|bits/\w+|x86intrin|immintrin)\.h
     |c?[a-z_]+""", re.VERBOSE)
 
+GL_OWNER = re.compile(r"\bgl(Create|Gen|Delete)[A-Z]\w*\s*\(")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
@@ -112,6 +113,15 @@ class Arrows(unittest.TestCase):
         self.assertEqual([], strays)
 
 
+    def test_gl_names_are_made_and_ended_in_one_folder(self):
+        strays = [f"{path}:{number}: {line.strip()}" for path in sources.files()
+                  if path.suffix in sources.C_SUFFIXES and path.parts[:2] != ("renderer", "gl")
+                  and path.parts[0] != "tests"
+                  for number, line in enumerate(sources.read(path).splitlines(), 1)
+                  if GL_OWNER.search(line)]
+        self.assertEqual([], strays)
+
+
 class PlantedFaultsAreCaught(unittest.TestCase):
     def assert_refused(self, path, include):
         self.assertEqual(1, len(faults_of(path, f"#include {include}\n")), f"{path} {include}")
@@ -143,6 +153,10 @@ class PlantedFaultsAreCaught(unittest.TestCase):
     def test_a_library_that_has_no_home_yet(self):
         self.assert_refused("server/a.c", "<zlib.h>")
         self.assert_refused("renderer/a.c", "<vulkan/vulkan.h>")
+
+    def test_a_gl_name_made_elsewhere(self):
+        self.assertTrue(GL_OWNER.search("    glCreateBuffers(1, &name);"))
+        self.assertFalse(GL_OWNER.search("    glGenerateTextureMipmap(name);"))
 
     def test_includes_without_a_folder(self):
         self.assert_refused("renderer/gl/a.c", '"program.h"')
