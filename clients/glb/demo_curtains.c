@@ -26,7 +26,7 @@ static int add_cloth(struct demo *demo, const struct curtain *curtain)
                                                            .folds = curtain->width * 3.6,
                                                            .gather = curtain->gather,
                                                            .phase_rad = curtain->phase_rad,
-                                                           .columns = (int)(curtain->width * 54),
+                                                           .columns = (int)(curtain->width * 72),
                                                            .rows = 24});
     int material = glb_builder_add_material(demo->builder, &cloth);
     return shape_give_mesh(&shape, demo->builder, curtain->name, material);

@@ -190,7 +190,7 @@ static void curtain_point(const struct shape_curtain_desc *desc, double s, doubl
     double depth = desc->fold_depth * (0.35 + 0.65 * sqrt(t));
     double angle = 2 * pi * desc->folds * s + desc->phase_rad;
     /* A second, slower wave keeps the folds from looking machined. */
-    p[0] = desc->width * s * drawn + 0.35 * depth * sin(2 * angle);
+    p[0] = desc->width * s * drawn + 0.2 * depth * sin(2 * angle);
     p[1] = -desc->height * t;
     p[2] = depth * (sin(angle) + 0.35 * sin(0.37 * angle + 1.3 + 1.1 * t));
 }
