@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: MIT */
+/* Children by posix_spawn: nothing of this process leaks into them but one socket and stderr. */
+#include "server/child.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/ipc.h"
+
+enum { ENVIRONMENT_MAX = 16 };
+
+/* What a decoder may know of our environment: how to find libraries and how sanitizers report. */
+static void decoder_environment(char *environment[ENVIRONMENT_MAX])
+{
+    static const char *const kept[] = {
+        "LD_LIBRARY_PATH=", "ASAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS="};
+    static char locale[] = "LC_ALL=C.UTF-8", threads[] = "OPENIMAGEIO_THREADS=1",
+                arenas[] = "MALLOC_ARENA_MAX=1";
+    size_t count = 0;
+    environment[count++] = locale;
+    environment[count++] = threads;
+    environment[count++] = arenas;
+    for (char **entry = environ; *entry; entry++)
+        for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++)
+            if (strncmp(*entry, kept[i], strlen(kept[i])) == 0 && count + 1 < ENVIRONMENT_MAX)
+                environment[count++] = *entry;
+    environment[count] = NULL;
+}
+
+/* Default signals, an empty mask: what a fresh process expects. */
+static bool prepare_attributes(posix_spawnattr_t *attributes)
+{
+    sigset_t defaults, none;
+    sigfillset(&defaults);
+    sigdelset(&defaults, SIGKILL);
+    sigdelset(&defaults, SIGSTOP);
+    sigemptyset(&none);
+    return posix_spawnattr_setflags(attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK) ==
+               0 &&
+           posix_spawnattr_setsigdefault(attributes, &defaults) == 0 &&
+           posix_spawnattr_setsigmask(attributes, &none) == 0;
+}
+
+static bool prepare_files(posix_spawn_file_actions_t *actions, int socket)
+{
+    return posix_spawn_file_actions_addopen(actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0) == 0 &&
+           posix_spawn_file_actions_adddup2(actions, STDERR_FILENO, STDOUT_FILENO) == 0 &&
+           posix_spawn_file_actions_adddup2(actions, socket, CHILD_SOCKET_FD) == 0 &&
+           posix_spawn_file_actions_addclosefrom_np(actions, CHILD_SOCKET_FD + 1) == 0;
+}
+
+bool child_start(struct child *child, const char *role, struct error *err)
+{
+    *child = (struct child){0};
+    int sockets[2];
+    if (!ipc_pair_create(sockets, err))
+        return false;
+    char flag[32], name[] = "vitraild";
+    snprintf(flag, sizeof flag, "--role=%s", role);
+    char *arguments[] = {name, flag, NULL}, *bare[ENVIRONMENT_MAX];
+    decoder_environment(bare);
+    posix_spawnattr_t attributes;
+    posix_spawn_file_actions_t actions;
+    posix_spawnattr_init(&attributes);
+    posix_spawn_file_actions_init(&actions);
+    int failure = ENOMEM;
+    if (prepare_attributes(&attributes) && prepare_files(&actions, sockets[1]))
+        failure = posix_spawn(&child->pid, "/proc/self/exe", &actions, &attributes, arguments,
+                              strcmp(role, "decoder") == 0 ? bare : environ);
+    posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
+    close(sockets[1]);
+    child->socket = sockets[0];
+    if (failure == 0)
+        return true;
+    close(sockets[0]);
+    *child = (struct child){0};
+    return error_set(err, ERROR_INTERNAL, "starting a %s: %s", role, strerror(failure));
+}
+
+static void describe_end(int status, char *how, size_t how_bytes)
+{
+    if (!how)
+        return;
+    if (WIFSIGNALED(status))
+        snprintf(how, how_bytes, "signal %d (%s)", WTERMSIG(status), strsignal(WTERMSIG(status)));
+    else
+        snprintf(how, how_bytes, "exit status %d", WEXITSTATUS(status));
+}
+
+void child_stop(struct child *child, int grace_ms, char *how, size_t how_bytes)
+{
+    if (child->pid <= 0)
+        return;
+    int status = 0;
+    pid_t reaped = 0;
+    if (grace_ms > 0)
+        close(child->socket);
+    for (int waited = 0; waited < grace_ms && reaped == 0; waited += 2) {
+        reaped = waitpid(child->pid, &status, WNOHANG);
+        if (reaped == 0)
+            nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
+    }
+    if (reaped == 0) {
+        kill(child->pid, SIGKILL);
+        while (waitpid(child->pid, &status, 0) < 0 && errno == EINTR)
+            continue;
+    }
+    if (grace_ms <= 0)
+        close(child->socket);
+    describe_end(status, how, how_bytes);
+    *child = (struct child){0};
+}
+
+bool child_tie_to_parent(void)
+{
+    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && getppid() != 1;
+}

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+/* Configuration of the daemon: flags over environment (VITRAIL_*) over an INI file over defaults.
+ * Thread: main. */
+#ifndef VITRAIL_SERVER_CONFIG_H
+#define VITRAIL_SERVER_CONFIG_H
+
+#include <netinet/in.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "protocol/error.h"
+#include "server/log.h"
+
+enum { CONFIG_PATH_BYTES = 4096, CONFIG_TEXT_BYTES = 512, CONFIG_KEYS_MAX = 32 };
+
+enum config_action { CONFIG_SERVE, CONFIG_CHECK, CONFIG_PRINT, CONFIG_VERSION, CONFIG_HELP };
+
+/* Fixed size, so it is handed down by const pointer and freed by nobody. */
+struct config {
+    enum config_action action;
+    char listen[CONFIG_TEXT_BYTES];      /* HOST:PORT as given */
+    char listen_host[CONFIG_TEXT_BYTES]; /* its host, without brackets */
+    struct sockaddr_storage address;     /* resolved; port 0 = the system chooses */
+    bool is_loopback;
+    bool allow_remote;
+    char allow_host[CONFIG_TEXT_BYTES]; /* comma-separated names accepted in Host beside the
+                                           loopback ones */
+    char state_dir[CONFIG_PATH_BYTES];
+    uint64_t cache_bytes; /* of scenes mapped by the worker */
+    uint64_t gpu_budget_bytes;
+    uint64_t max_upload_bytes;    /* of one upload, all files */
+    uint64_t decode_memory_bytes; /* of one decoder */
+    int device;                   /* 0 = choose; N = the N-th EGL device */
+    int render_timeout_s, decode_timeout_s, drain_timeout_s;
+    int connections; /* at most, all clients together */
+    enum log_level log_level;
+    const char *origins[CONFIG_KEYS_MAX]; /* per key: "default", "file", "environment", "flag";
+                                             static */
+};
+
+/* Reads flags, the environment and the file that --config or VITRAIL_CONFIG names. Unknown keys,
+ * bad values and a public address without allow-remote are errors (ERROR_INVALID_REQUEST) that name
+ * key and origin. */
+MUST_CHECK bool config_load(struct config *config, int argc, char **argv, char **environment,
+                            struct error *err);
+
+void config_print(const struct config *config, FILE *out); /* as an INI file, with the origin of
+                                                              every value */
+void config_print_help(FILE *out);
+
+#endif

@@ -1,0 +1,591 @@
+/* SPDX-License-Identifier: MIT */
+/* libmicrohttpd: epoll threads, exchanges suspended while others work for them, and its measured
+ * traps avoided. */
+#include "server/http.h"
+
+#include <arpa/inet.h>
+#include <assert.h>
+#include <ctype.h>
+#include <errno.h>
+#include <microhttpd.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "protocol/problem.h"
+#include "server/http_rules.h"
+#include "server/http_watch.h"
+
+enum {
+    THREADS = 2, /* they parse and copy; rendering and decoding happen elsewhere */
+    CONNECTION_MEMORY_BYTES = 64 << 10, /* heads are limited to this; bodies come in pieces of it */
+    CONNECTION_IDLE_S = 90,             /* our own watch is stricter; this is the net below it */
+    BACKLOG = 512,
+    SWALLOW_BYTES = 1 << 20, /* a refused body this small is read, so that the client reads the
+                                reply */
+    HEADERS_MAX = 16,
+    REQUEST_ID_BYTES = 65,
+    HEADER_BYTES = 1024,
+};
+
+struct http_server {
+    const struct log *log;
+    struct http_service service;
+    struct http_policy policy;
+    struct MHD_Daemon *daemon;
+    struct http_watch *watch;
+    int listen_fd; /* ours again once quiesced */
+    int port;
+    bool is_quiesced;
+    atomic_uint_least64_t connections, in_flight, waiting, next_request;
+    uint64_t request_salt;
+};
+
+enum exchange_state {
+    EXCHANGE_OPENED,  /* head is in */
+    EXCHANGE_BODY,    /* body goes to the sink */
+    EXCHANGE_SWALLOW, /* body is ignored */
+    EXCHANGE_WAITING, /* suspended; another thread owns the exchange */
+    EXCHANGE_SENDING, /* the reply is libmicrohttpd's */
+};
+
+struct header {
+    char name[48];
+    char value[HEADER_BYTES];
+};
+
+struct http_exchange {
+    struct http_server *server;
+    struct MHD_Connection *connection;
+    struct http_watched *watched;
+    enum http_method method;
+    char *path;
+    char id[REQUEST_ID_BYTES];
+    uint64_t announced_bytes, body_bytes;
+    struct http_body_sink sink;
+    bool has_sink, must_close;
+    struct error body_error;
+    enum exchange_state state;
+    void *data;
+    struct header *headers; /* HEADERS_MAX of them, on demand */
+    size_t header_count;
+    struct MHD_Response *response;
+    uint64_t reply_bytes;
+    int status;
+    struct timespec started;
+};
+
+static const char *const method_names[HTTP_METHOD_COUNT] = {"GET",   "HEAD",   "POST",    "PUT",
+                                                            "PATCH", "DELETE", "OPTIONS", "OTHER"};
+
+const char *http_method_name(enum http_method method)
+{
+    return method_names[method];
+}
+
+/* ---- the request ---- */
+
+enum http_method http_request_method(const struct http_exchange *exchange)
+{
+    return exchange->method;
+}
+
+const char *http_request_path(const struct http_exchange *exchange)
+{
+    return exchange->path;
+}
+
+const char *http_request_query(const struct http_exchange *exchange, const char *name)
+{
+    return MHD_lookup_connection_value(exchange->connection, MHD_GET_ARGUMENT_KIND, name);
+}
+
+const char *http_request_header(const struct http_exchange *exchange, const char *name)
+{
+    return MHD_lookup_connection_value(exchange->connection, MHD_HEADER_KIND, name);
+}
+
+const char *http_request_id(const struct http_exchange *exchange)
+{
+    return exchange->id;
+}
+
+uint64_t http_request_body_bytes(const struct http_exchange *exchange)
+{
+    return exchange->announced_bytes;
+}
+
+void http_exchange_set_data(struct http_exchange *exchange, void *data)
+{
+    exchange->data = data;
+}
+
+void *http_exchange_data(const struct http_exchange *exchange)
+{
+    return exchange->data;
+}
+
+void http_request_take_body(struct http_exchange *exchange, const struct http_body_sink *sink)
+{
+    assert(exchange->state == EXCHANGE_OPENED);
+    exchange->sink = *sink;
+    exchange->has_sink = true;
+}
+
+int http_reply_status(const struct http_exchange *exchange)
+{
+    return exchange->state == EXCHANGE_SENDING ? exchange->status : 0;
+}
+
+double http_exchange_seconds(const struct http_exchange *exchange)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)(now.tv_sec - exchange->started.tv_sec) +
+           1e-9 * (double)(now.tv_nsec - exchange->started.tv_nsec);
+}
+
+/* ---- the reply ---- */
+
+void http_reply_header(struct http_exchange *exchange, const char *name, const char *format, ...)
+{
+    if (!exchange->headers)
+        exchange->headers = calloc(HEADERS_MAX, sizeof *exchange->headers);
+    if (!exchange->headers || exchange->header_count == HEADERS_MAX || exchange->response)
+        return;
+    struct header *header = &exchange->headers[exchange->header_count++];
+    snprintf(header->name, sizeof header->name, "%s", name);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(header->value, sizeof header->value, format, arguments);
+    va_end(arguments);
+    for (char *at = header->value; *at; at++) /* libmicrohttpd would drop the field */
+        if ((unsigned char)*at < 0x20 || *at == 0x7f)
+            *at = ' ';
+}
+
+static bool has_header(const struct http_exchange *exchange, const char *name)
+{
+    for (size_t i = 0; i < exchange->header_count; i++)
+        if (strcasecmp(exchange->headers[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+/* Takes the response, which may be NULL for want of memory: then the connection ends without a
+ * reply. */
+static void set_response(struct http_exchange *exchange, int status, const char *media_type,
+                         struct MHD_Response *response, uint64_t size_bytes)
+{
+    if (exchange->response) {
+        MHD_destroy_response(response);
+        return;
+    }
+    if (!response)
+        return;
+    exchange->response = response;
+    exchange->status = status;
+    exchange->reply_bytes = size_bytes;
+    for (size_t i = 0; i < exchange->header_count; i++)
+        MHD_add_response_header(response, exchange->headers[i].name, exchange->headers[i].value);
+    if (media_type)
+        MHD_add_response_header(response, "Content-Type", media_type);
+    if (!has_header(exchange, "Cache-Control"))
+        MHD_add_response_header(response, "Cache-Control", "no-store");
+    MHD_add_response_header(response, "X-Request-Id", exchange->id);
+    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+}
+
+void http_reply_bytes(struct http_exchange *exchange, int status, const char *media_type,
+                      const void *bytes, size_t size_bytes)
+{
+    static char none[1];
+    void *copy = size_bytes ? malloc(size_bytes) : none;
+    if (!copy)
+        return;
+    if (size_bytes)
+        memcpy(copy, bytes, size_bytes);
+    struct MHD_Response *response = MHD_create_response_from_buffer(
+        size_bytes, copy, size_bytes ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
+    if (!response && size_bytes)
+        free(copy);
+    set_response(exchange, status, media_type, response, size_bytes);
+}
+
+void http_reply_empty(struct http_exchange *exchange, int status)
+{
+    http_reply_bytes(exchange, status, NULL, NULL, 0);
+}
+
+void http_reply_fd(struct http_exchange *exchange, int status, const char *media_type, int fd,
+                   uint64_t size_bytes)
+{
+    struct MHD_Response *response = MHD_create_response_from_fd64(size_bytes, fd);
+    if (!response)
+        close(fd);
+    set_response(exchange, status, media_type, response, size_bytes);
+}
+
+void http_reply_error(struct http_exchange *exchange, const struct error *problem)
+{
+    struct error unsaid = {ERROR_INTERNAL, "a failure without a reason", ""};
+    if (problem->code == ERROR_NONE)
+        problem = &unsaid;
+    int status = error_code_http_status(problem->code);
+    if (status >= 500)
+        log_write(exchange->server->log, status == 503 ? LOG_WARNING : LOG_ERROR,
+                  "%s %s %s: %s: %s", exchange->id, http_method_name(exchange->method),
+                  exchange->path, error_code_name(problem->code), problem->message);
+    if (status == 503 && !has_header(exchange, "Retry-After"))
+        http_reply_header(exchange, "Retry-After", "2");
+    char *text = problem_to_json(problem, exchange->id);
+    http_reply_bytes(exchange, status, PROBLEM_MEDIA_TYPE, text ? text : "{}",
+                     text ? strlen(text) : 2);
+    free(text);
+}
+
+/* Hands the reply to libmicrohttpd; always on its own thread, inside the access handler. */
+static enum MHD_Result send_reply(struct http_exchange *exchange)
+{
+    if (!exchange->response)
+        return MHD_NO;
+    if (exchange->must_close)
+        MHD_add_response_header(exchange->response, "Connection", "close");
+    exchange->state = EXCHANGE_SENDING;
+    http_watch_expect_reply(exchange->server->watch, exchange->watched, exchange->reply_bytes);
+    return MHD_queue_response(exchange->connection, (unsigned)exchange->status, exchange->response);
+}
+
+/* ---- waiting ---- */
+
+void http_wait(struct http_exchange *exchange, void (*on_gone)(void *context, uint64_t ticket),
+               void *context, uint64_t ticket)
+{
+    exchange->state = EXCHANGE_WAITING;
+    atomic_fetch_add(&exchange->server->waiting, 1);
+    MHD_suspend_connection(exchange->connection);
+    http_watch_wait(exchange->server->watch, exchange->watched, on_gone, context, ticket);
+}
+
+void http_resume(struct http_exchange *exchange)
+{
+    atomic_fetch_sub(&exchange->server->waiting, 1);
+    MHD_resume_connection(exchange->connection); /* the exchange may be gone when this returns */
+}
+
+/* ---- the access handler ---- */
+
+static enum http_method method_from_name(const char *name)
+{
+    for (int i = 0; i < HTTP_OTHER; i++)
+        if (strcmp(name, method_names[i]) == 0)
+            return (enum http_method)i;
+    return HTTP_OTHER;
+}
+
+/* A client's own id is kept if it is harmless in logs and headers; otherwise one is made. */
+static void choose_request_id(struct http_exchange *exchange)
+{
+    const char *given = http_request_header(exchange, "X-Request-Id");
+    size_t length = given ? strlen(given) : 0;
+    bool is_good = length > 0 && length < REQUEST_ID_BYTES;
+    for (size_t i = 0; is_good && i < length; i++)
+        is_good = isalnum((unsigned char)given[i]) || strchr("._-", given[i]);
+    if (is_good) {
+        memcpy(exchange->id, given, length + 1);
+        return;
+    }
+    uint64_t number = atomic_fetch_add(&exchange->server->next_request, 1);
+    /* Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators": SplitMix64's
+     * finalizer spreads it. */
+    uint64_t mixed = exchange->server->request_salt + number * 0x9e3779b97f4a7c15u;
+    mixed = (mixed ^ (mixed >> 30)) * 0xbf58476d1ce4e5b9u;
+    mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebu;
+    snprintf(exchange->id, sizeof exchange->id, "%016llx",
+             (unsigned long long)(mixed ^ (mixed >> 31)));
+}
+
+static enum MHD_Result visit_header(void *context, enum MHD_ValueKind kind, const char *name,
+                                    const char *value)
+{
+    (void)kind;
+    http_head_add(context, name, value);
+    return MHD_YES;
+}
+
+static void *connection_context(struct MHD_Connection *connection)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return info ? info->socket_context : NULL;
+}
+
+static struct http_exchange *exchange_create(struct http_server *server,
+                                             struct MHD_Connection *connection, const char *path,
+                                             const char *method)
+{
+    struct http_exchange *exchange = calloc(1, sizeof *exchange);
+    if (exchange)
+        exchange->path = strdup(path);
+    if (!exchange || !exchange->path) {
+        free(exchange);
+        return NULL;
+    }
+    clock_gettime(CLOCK_MONOTONIC, &exchange->started);
+    exchange->server = server;
+    exchange->connection = connection;
+    exchange->watched = connection_context(connection);
+    exchange->method = method_from_name(method);
+    choose_request_id(exchange);
+    atomic_fetch_add(&server->in_flight, 1);
+    return exchange;
+}
+
+/* The head is in. A refusal is sent now; only when the body is small is it read first, since a
+ * client that is still sending may never see a reply on a connection that closes under it. */
+static enum MHD_Result begin_exchange(struct http_exchange *exchange, const char *version)
+{
+    struct http_server *server = exchange->server;
+    struct http_head head = {.is_http_1_0 = strcmp(version, "HTTP/1.0") == 0,
+                             .is_change =
+                                 exchange->method >= HTTP_POST && exchange->method <= HTTP_DELETE};
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, visit_header, &head);
+    struct error problem = {0};
+    if (!http_head_check(&head, &server->policy, &problem)) {
+        exchange->must_close = true;
+        http_reply_error(exchange, &problem);
+        return send_reply(exchange);
+    }
+    exchange->announced_bytes = http_head_body_bytes(&head);
+    http_watch_expect_body(server->watch, exchange->watched);
+    server->service.open(server->service.context, exchange);
+    if (!exchange->response && exchange->has_sink && exchange->announced_bytes != UINT64_MAX &&
+        exchange->announced_bytes > exchange->sink.max_bytes) {
+        error_set(&problem, ERROR_TOO_LARGE, "the body has %llu bytes, limit is %llu",
+                  (unsigned long long)exchange->announced_bytes,
+                  (unsigned long long)exchange->sink.max_bytes);
+        http_reply_error(exchange, &problem);
+    }
+    bool has_expect = http_request_header(exchange, "Expect") != NULL;
+    if (exchange->response && exchange->announced_bytes > 0 &&
+        (has_expect || exchange->announced_bytes > SWALLOW_BYTES)) {
+        exchange->must_close = true;
+        return send_reply(exchange);
+    }
+    exchange->state = exchange->has_sink && !exchange->response ? EXCHANGE_BODY : EXCHANGE_SWALLOW;
+    return MHD_YES;
+}
+
+/* A piece of the body. What is refused in its middle must still be read to its end (libmicrohttpd
+ * takes replies before or after a body only), but not without end. */
+static enum MHD_Result take_body(struct http_exchange *exchange, const char *bytes,
+                                 size_t size_bytes)
+{
+    exchange->body_bytes += size_bytes;
+    http_watch_count_body(exchange->server->watch, exchange->watched, size_bytes);
+    if (exchange->state == EXCHANGE_BODY) {
+        if (exchange->body_bytes > exchange->sink.max_bytes)
+            error_set(&exchange->body_error, ERROR_TOO_LARGE,
+                      "the body is longer than the limit of %llu bytes",
+                      (unsigned long long)exchange->sink.max_bytes);
+        else if (!exchange->sink.write(exchange->sink.context, bytes, size_bytes,
+                                       &exchange->body_error))
+            assert(exchange->body_error.code != ERROR_NONE);
+        if (exchange->body_error.code != ERROR_NONE)
+            exchange->state = EXCHANGE_SWALLOW;
+    }
+    uint64_t most = (exchange->has_sink ? exchange->sink.max_bytes : 0) + SWALLOW_BYTES;
+    return exchange->state == EXCHANGE_SWALLOW && exchange->body_bytes > most ? MHD_NO : MHD_YES;
+}
+
+static enum MHD_Result handle(void *context, struct MHD_Connection *connection, const char *path,
+                              const char *method, const char *version, const char *bytes,
+                              size_t *size_bytes, void **state)
+{
+    struct http_server *server = context;
+    struct http_exchange *exchange = *state;
+    if (!exchange) {
+        exchange = *state = exchange_create(server, connection, path, method);
+        return exchange ? begin_exchange(exchange, version) : MHD_NO;
+    }
+    if (*size_bytes > 0) {
+        size_t size = *size_bytes;
+        *size_bytes = 0;
+        return take_body(exchange, bytes, size);
+    }
+    if (exchange->body_error.code != ERROR_NONE)
+        http_reply_error(exchange, &exchange->body_error);
+    if (!exchange->response && exchange->state != EXCHANGE_WAITING) {
+        server->service.run(server->service.context, exchange);
+        if (exchange->state == EXCHANGE_WAITING)
+            return MHD_YES; /* no longer ours: even its response may be set by now */
+    }
+    return send_reply(exchange);
+}
+
+static void completed(void *context, struct MHD_Connection *connection, void **state,
+                      enum MHD_RequestTerminationCode how)
+{
+    (void)connection, (void)how;
+    struct http_server *server = context;
+    struct http_exchange *exchange = *state;
+    if (!exchange)
+        return;
+    server->service.close(server->service.context, exchange);
+    http_watch_expect_head(server->watch, exchange->watched);
+    if (exchange->response)
+        MHD_destroy_response(exchange->response);
+    free(exchange->headers);
+    free(exchange->path);
+    free(exchange);
+    *state = NULL;
+    atomic_fetch_sub(&server->in_flight, 1);
+}
+
+static void connection_changed(void *context, struct MHD_Connection *connection,
+                               void **socket_context, enum MHD_ConnectionNotificationCode what)
+{
+    struct http_server *server = context;
+    if (what == MHD_CONNECTION_NOTIFY_STARTED) {
+        const union MHD_ConnectionInfo *info =
+            MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+        *socket_context = info ? http_watch_add(server->watch, info->connect_fd) : NULL;
+        atomic_fetch_add(&server->connections, 1);
+    } else {
+        http_watch_remove(server->watch, *socket_context);
+        *socket_context = NULL;
+        atomic_fetch_sub(&server->connections, 1);
+    }
+}
+
+static void log_library(void *context, const char *format, va_list arguments)
+{
+    const struct http_server *server = context;
+    char line[512];
+    vsnprintf(line, sizeof line, format, arguments);
+    line[strcspn(line, "\n")] = '\0';
+    log_write(server->log, LOG_DEBUG, "libmicrohttpd: %s", line);
+}
+
+/* ---- life ---- */
+
+static bool listen_on(struct http_server *server, const struct config *config, struct error *err)
+{
+    const struct sockaddr *address = (const struct sockaddr *)&config->address;
+    socklen_t length =
+        address->sa_family == AF_INET6 ? sizeof(struct sockaddr_in6) : sizeof(struct sockaddr_in);
+    server->listen_fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    int yes = 1;
+    if (server->listen_fd < 0 ||
+        setsockopt(server->listen_fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
+        bind(server->listen_fd, address, length) != 0 || listen(server->listen_fd, BACKLOG) != 0)
+        return error_set(err, ERROR_IO, "listen on %s: %s", config->listen, strerror(errno));
+    struct sockaddr_storage bound;
+    length = sizeof bound;
+    if (getsockname(server->listen_fd, (struct sockaddr *)&bound, &length) != 0)
+        return error_set(err, ERROR_IO, "listen on %s: %s", config->listen, strerror(errno));
+    const void *any = &bound;
+    server->port = ntohs(bound.ss_family == AF_INET6 ? ((const struct sockaddr_in6 *)any)->sin6_port
+                                                     : ((const struct sockaddr_in *)any)->sin_port);
+    return true;
+}
+
+static bool start_daemon(struct http_server *server, const struct config *config, struct error *err)
+{
+    /* An array, because in a variadic list one conditional option too many ends it unnoticed. */
+    struct MHD_OptionItem options[] = {
+        {MHD_OPTION_CONNECTION_LIMIT, config->connections, NULL},
+        {MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_IDLE_S, NULL},
+        {MHD_OPTION_CONNECTION_MEMORY_LIMIT, CONNECTION_MEMORY_BYTES, NULL},
+        {MHD_OPTION_THREAD_POOL_SIZE, THREADS, NULL},
+        {MHD_OPTION_STRICT_FOR_CLIENT, 1, NULL},
+        {MHD_OPTION_LISTEN_SOCKET, server->listen_fd, NULL},
+        {MHD_OPTION_NOTIFY_COMPLETED, (intptr_t)completed, server},
+        {MHD_OPTION_NOTIFY_CONNECTION, (intptr_t)connection_changed, server},
+        {MHD_OPTION_END, 0, NULL},
+    };
+    server->daemon = MHD_start_daemon(
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | MHD_USE_ITC,
+        0, NULL, NULL, handle, server, MHD_OPTION_EXTERNAL_LOGGER, log_library, server,
+        MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+    return server->daemon ||
+           error_set(err, ERROR_IO, "the HTTP server does not start on %s", config->listen);
+}
+
+struct http_server *http_server_create(const struct http_server_desc *desc, struct error *err)
+{
+    struct http_server *server = calloc(1, sizeof *server);
+    if (!server) {
+        error_set(err, ERROR_NO_MEMORY, "HTTP server");
+        return NULL;
+    }
+    server->log = desc->log;
+    server->service = desc->service;
+    server->policy = (struct http_policy){.is_loopback = desc->config->is_loopback,
+                                          .listen_host = desc->config->listen_host,
+                                          .allow_host = desc->config->allow_host};
+    server->listen_fd = -1;
+    server->watch = http_watch_create(&(struct http_watch_desc){0}, err);
+    if (!server->watch)
+        goto fail;
+    if (getrandom(&server->request_salt, sizeof server->request_salt, 0) !=
+        sizeof server->request_salt) {
+        error_set(err, ERROR_INTERNAL, "getrandom: %s", strerror(errno));
+        goto fail;
+    }
+    if (!listen_on(server, desc->config, err) || !start_daemon(server, desc->config, err))
+        goto fail;
+    return server;
+
+fail:
+    http_server_destroy(server);
+    return NULL;
+}
+
+int http_server_port(const struct http_server *server)
+{
+    return server->port;
+}
+
+void http_server_quiesce(struct http_server *server)
+{
+    if (server->is_quiesced)
+        return;
+    MHD_quiesce_daemon(server->daemon);
+    server->is_quiesced = true;
+}
+
+bool http_server_wait_idle(struct http_server *server, int timeout_ms)
+{
+    for (int waited = 0; atomic_load(&server->in_flight) > 0 && waited < timeout_ms; waited += 5)
+        nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL);
+    return atomic_load(&server->in_flight) == 0;
+}
+
+void http_server_destroy(struct http_server *server)
+{
+    if (!server)
+        return;
+    /* MHD_stop_daemon aborts the process while a connection is suspended: whoever lets exchanges
+     * wait completes them first. */
+    assert(atomic_load(&server->waiting) == 0);
+    if (server->daemon)
+        MHD_stop_daemon(server->daemon);
+    if (server->listen_fd >= 0 && (server->is_quiesced || !server->daemon))
+        close(server->listen_fd);
+    http_watch_destroy(server->watch);
+    free(server);
+}
+
+struct http_server_totals http_server_get_totals(struct http_server *server)
+{
+    return (struct http_server_totals){atomic_load(&server->connections),
+                                       atomic_load(&server->in_flight)};
+}

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: MIT */
+/* vitraild: chooses the role, reads the configuration, serves until told to stop. */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/child.h"
+#include "server/config.h"
+#include "server/decoder.h"
+#include "server/service.h"
+#include "server/worker.h"
+
+enum { EXIT_BAD_CONFIG = 2 };
+
+static sigset_t stop_signals(void)
+{
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGTERM);
+    sigaddset(&set, SIGINT);
+    return set;
+}
+
+/* A second signal while the first is obeyed. */
+static bool is_told_again(void)
+{
+    sigset_t set = stop_signals();
+    return sigtimedwait(&set, NULL, &(struct timespec){0}) > 0;
+}
+
+/* Each waiting upload and each connection holds a descriptor: take what we are allowed to. */
+static void raise_file_limit(void)
+{
+    struct rlimit files;
+    if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < files.rlim_max) {
+        files.rlim_cur = files.rlim_max < 65536 ? files.rlim_max : 65536;
+        setrlimit(RLIMIT_NOFILE, &files);
+    }
+}
+
+static void announce(const struct config *config, int port)
+{
+    bool is_v6 = strchr(config->listen_host, ':') != NULL;
+    printf("listening on http://%s%s%s:%d\n", is_v6 ? "[" : "", config->listen_host,
+           is_v6 ? "]" : "", port);
+    fflush(stdout);
+}
+
+static int serve(const struct config *config)
+{
+    struct log log;
+    struct error problem = {0};
+    sigset_t set = stop_signals();
+    log_init(&log, "front", config->log_level);
+    signal(SIGPIPE, SIG_IGN);
+    sigprocmask(SIG_BLOCK, &set, NULL); /* before any thread, so that all inherit it */
+    raise_file_limit();
+    struct service *service = service_create(config, &log, &problem);
+    if (!service) {
+        fprintf(stderr, "vitraild: %s\n", problem.message);
+        return EXIT_FAILURE;
+    }
+    announce(config, service_port(service));
+    int signal_number = 0;
+    while (sigwait(&set, &signal_number) != 0)
+        continue;
+    log_write(&log, LOG_INFO, "stopping on %s", strsignal(signal_number));
+    service_destroy(service, is_told_again);
+    log_write(&log, LOG_INFO, "stopped");
+    return EXIT_SUCCESS;
+}
+
+static int act(const struct config *config)
+{
+    switch (config->action) {
+    case CONFIG_HELP:
+        config_print_help(stdout);
+        return EXIT_SUCCESS;
+    case CONFIG_VERSION:
+        printf("vitraild %s\n", VITRAIL_VERSION);
+        return EXIT_SUCCESS;
+    case CONFIG_PRINT:
+        config_print(config, stdout);
+        return EXIT_SUCCESS;
+    case CONFIG_CHECK:
+        printf("the configuration is good\n");
+        return EXIT_SUCCESS;
+    case CONFIG_SERVE:
+        break;
+    }
+    return serve(config);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 2 && strncmp(argv[1], "--role=", 7) == 0) {
+        signal(SIGINT, SIG_IGN);  /* a terminal or a service manager may tell the whole group: */
+        signal(SIGTERM, SIG_IGN); /* the front decides when its children end */
+        if (!child_tie_to_parent())
+            return EXIT_FAILURE;
+        return strcmp(argv[1] + 7, "worker") == 0 ? worker_main(CHILD_SOCKET_FD)
+                                                  : decoder_main(CHILD_SOCKET_FD);
+    }
+    struct error problem = {0};
+    struct config *config = calloc(1, sizeof *config);
+    if (!config || !config_load(config, argc, argv, environ, &problem)) {
+        fprintf(stderr, "vitraild: %s\n", config ? problem.message : "out of memory");
+        free(config);
+        return EXIT_BAD_CONFIG;
+    }
+    int status = act(config);
+    free(config);
+    return status;
+}

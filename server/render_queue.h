@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+/* Renders waiting for the worker: bounded, by priority, then in the order they came. Not locked:
+ * its owner locks. */
+#ifndef VITRAIL_SERVER_RENDER_QUEUE_H
+#define VITRAIL_SERVER_RENDER_QUEUE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/frame_stats.h"
+#include "protocol/error.h"
+#include "renderer/image/image.h"
+#include "server/digest.h"
+
+enum render_priority { RENDER_INTERACTIVE, RENDER_NORMAL, RENDER_BATCH, RENDER_PRIORITY_COUNT };
+
+/* Exactly one of problem (a code other than ERROR_NONE) and an image. */
+struct render_outcome {
+    struct error problem;
+    int image_fd;              /* owned by the task; `done` may take it and put -1 here */
+    struct frame_stats *stats; /* owned by the task; NULL on failure */
+    double queue_ms;           /* from submission to the GL thread */
+};
+
+struct render_task {
+    struct render_task *next;
+    uint64_t ticket; /* required, unique: supervisor_next_ticket */
+    char scene[DIGEST_TEXT_BYTES];
+    int request_fd, blob_fd; /* required, owned */
+    enum image_format format;
+    enum render_priority priority;
+    int64_t queued_ms; /* set when queued */
+    int deaths;        /* workers that died on it */
+    struct render_outcome outcome;
+    void *context;
+    void (*done)(void *context, struct render_outcome *outcome); /* once, on the thread that ends
+                                                                    the task */
+};
+/* NULL for want of memory; the descriptors are -1. */
+struct render_task *render_task_create(void);
+void render_task_destroy(struct render_task *task); /* closes descriptors; accepts NULL */
+
+/* Zeroed = empty. */
+struct render_queue {
+    struct render_task *first[RENDER_PRIORITY_COUNT];
+    size_t count;
+};
+
+/* Takes the task, or answers false when max_count wait already. */
+MUST_CHECK bool render_queue_push(struct render_queue *queue, struct render_task *task,
+                                  size_t max_count);
+void render_queue_push_back(struct render_queue *queue, struct render_task *task); /* a retry: first
+                                                                                      of its
+                                                                                      priority */
+struct render_task *render_queue_pop(struct render_queue *queue); /* NULL when empty */
+struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket); /* NULL when
+                                                                                         not waiting
+                                                                                       */
+int64_t render_queue_oldest_ms(const struct render_queue *queue, int64_t otherwise); /* queued_ms of
+                                                                                        the oldest
+                                                                                      */
+
+#endif

@@ -1,0 +1,258 @@
+/* SPDX-License-Identifier: MIT */
+/* /v1/renders and /v1/frames: one-shot images and what they cost. */
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "protocol/limits.h"
+#include "protocol/render_request.h"
+#include "server/frame_image.h"
+#include "server/ipc.h"
+#include "server/negotiate.h"
+#include "server/router.h"
+#include "server/view_mapping.h"
+
+enum { FIRST_PIECE_BYTES = 4096 };
+
+/* A POST on its way: the exchange owns it. */
+struct render_post {
+    struct service *service;
+    struct http_exchange *exchange;
+    char *body;
+    size_t size_bytes, capacity;
+    char *canonical; /* the request as it decides pixels */
+    enum image_format format;
+};
+
+static void render_post_destroy(void *data)
+{
+    struct render_post *post = data;
+    free(post->body);
+    free(post->canonical);
+    free(post);
+}
+
+static bool take_piece(void *context, const void *bytes, size_t size_bytes, struct error *err)
+{
+    struct render_post *post = context;
+    if (size_bytes > post->capacity - post->size_bytes) {
+        size_t capacity = 2 * (post->size_bytes + size_bytes);
+        if (capacity < FIRST_PIECE_BYTES)
+            capacity = FIRST_PIECE_BYTES;
+        char *body = realloc(post->body, capacity);
+        if (!body)
+            return error_set(err, ERROR_NO_MEMORY, "request of %zu bytes", capacity);
+        post->body = body;
+        post->capacity = capacity;
+    }
+    memcpy(post->body + post->size_bytes, bytes, size_bytes);
+    post->size_bytes += size_bytes;
+    return true;
+}
+
+static void open_post(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)id;
+    struct error problem = {0};
+    const char *type = http_request_header(exchange, "Content-Type");
+    struct render_post *post = NULL;
+    if (!negotiate_is_type(type, "application/json"))
+        error_set(&problem, ERROR_UNSUPPORTED_MEDIA_TYPE,
+                  "Content-Type '%.80s': a render is application/json", type ? type : "");
+    else if (!(post = calloc(1, sizeof *post)))
+        error_set(&problem, ERROR_NO_MEMORY, "request");
+    if (!post) {
+        http_reply_error(exchange, &problem);
+        return;
+    }
+    post->service = service;
+    post->exchange = exchange;
+    route_attach(exchange, post, render_post_destroy);
+    http_request_take_body(
+        exchange, &(struct http_body_sink){
+                      .context = post, .write = take_piece, .max_bytes = LIMIT_REQUEST_JSON_BYTES});
+}
+
+/* ---- what is asked for ---- */
+
+static bool choose_format(struct render_post *post, struct render_request *request,
+                          struct error *err)
+{
+    unsigned formats = frame_image_formats(request->outputs);
+    if (request->format != REQUEST_FORMAT_ANY) {
+        post->format = image_format_from_request(request);
+        return (formats & 1u << post->format) ||
+               error_set_at(err, ERROR_UNSUPPORTED, "/format",
+                            "format: %s is lossy, and ids are of no use without their last digit; "
+                            "use png or exr",
+                            image_format_name(post->format));
+    }
+    if (!negotiate_format(http_request_header(post->exchange, "Accept"), formats, &post->format,
+                          err))
+        return false;
+    static const enum request_format as_request[] = {[IMAGE_FORMAT_PNG] = REQUEST_FORMAT_PNG,
+                                                     [IMAGE_FORMAT_JPEG] = REQUEST_FORMAT_JPEG,
+                                                     [IMAGE_FORMAT_WEBP] = REQUEST_FORMAT_WEBP,
+                                                     [IMAGE_FORMAT_EXR] = REQUEST_FORMAT_EXR};
+    request->format = as_request[post->format];
+    return true;
+}
+
+/* RFC 9218: urgency 0 to 7, 3 without one. Interactive work goes before jobs. */
+static enum render_priority read_priority(const struct http_exchange *exchange)
+{
+    const char *priority = http_request_header(exchange, "Priority");
+    const char *urgency = priority ? strstr(priority, "u=") : NULL;
+    if (!urgency || urgency[2] < '0' || urgency[2] > '7' || urgency[2] == '3')
+        return RENDER_NORMAL;
+    return urgency[2] < '3' ? RENDER_INTERACTIVE : RENDER_BATCH;
+}
+
+/* The hash of everything that decides pixels: request, scene, program, device. False while no
+ * device is known. */
+static bool make_tag(const struct render_post *post, char tag[DIGEST_TEXT_BYTES + 2])
+{
+    struct device_capabilities device;
+    struct digest *digest;
+    if (!supervisor_get_device(post->service->supervisor, &device) ||
+        !(digest = digest_create(NULL)))
+        return false;
+    const char *parts[] = {post->canonical, post->service->build_id, device.vendor, device.renderer,
+                           device.version};
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
+        digest_write(digest, parts[i], strlen(parts[i]) + 1); /* with the NUL, so that parts cannot
+                                                                 run together */
+    tag[0] = '"';
+    digest_end(digest, tag + 1);
+    digest_destroy(digest);
+    memcpy(tag + DIGEST_TEXT_BYTES, "\"", 2);
+    return true;
+}
+
+/* ---- the reply ---- */
+
+static void reply_image(struct render_post *post, struct render_outcome *outcome)
+{
+    struct service *service = post->service;
+    struct frame_stats *stats = outcome->stats;
+    struct error problem = {0};
+    struct stat image;
+    char timing[FRAME_SERVER_TIMING_BYTES], tag[DIGEST_TEXT_BYTES + 2], id[FRAME_ID_BYTES];
+    if (fstat(outcome->image_fd, &image) != 0 || !frames_make_id(id, &problem)) {
+        error_set(&problem, ERROR_INTERNAL, "the image of the worker cannot be read");
+        http_reply_error(post->exchange, &problem);
+        return;
+    }
+    memcpy(stats->id, id, sizeof id);
+    stats->timings_ms[FRAME_TIMING_QUEUE] = outcome->queue_ms;
+    stats->timings_ms[FRAME_TIMING_TOTAL] = 1e3 * http_exchange_seconds(post->exchange);
+    frame_stats_server_timing(stats, timing, sizeof timing);
+    frames_add(service->frames, id, frame_stats_to_json_text(stats));
+    metrics_count_frame(service->metrics, stats);
+    http_reply_header(post->exchange, "Server-Timing", "%s", timing);
+    http_reply_header(post->exchange, "Link", "</v1/frames/%s>; rel=\"describedby\"", id);
+    http_reply_header(post->exchange, "Cache-Control", "private, no-cache");
+    http_reply_header(post->exchange, "Vary", "Accept");
+    if (make_tag(post, tag))
+        http_reply_header(post->exchange, "ETag", "%s", tag);
+    int fd = outcome->image_fd;
+    outcome->image_fd = -1;
+    http_reply_fd(post->exchange, 200, image_format_media_type(post->format), fd,
+                  (uint64_t)image.st_size);
+}
+
+/* On a thread of the supervisor, or of who cancelled. */
+static void rendered(void *context, struct render_outcome *outcome)
+{
+    struct render_post *post = context;
+    if (outcome->problem.code == ERROR_NONE)
+        reply_image(post, outcome);
+    else
+        http_reply_error(post->exchange, &outcome->problem);
+    http_resume(post->exchange);
+}
+
+static void client_left(void *context, uint64_t ticket)
+{
+    supervisor_cancel(context, ticket);
+}
+
+/* ---- the request ---- */
+
+static bool prepare(struct render_post *post, struct render_task *task, struct error *err)
+{
+    struct render_request request;
+    if (!render_request_parse(post->body ? post->body : "", post->size_bytes, &request, err))
+        return false;
+    free(post->body);
+    post->body = NULL;
+    bool is_good = choose_format(post, &request, err) &&
+                   ((post->canonical = render_request_to_json(&request)) ||
+                    error_set(err, ERROR_NO_MEMORY, "request"));
+    memcpy(task->scene, request.scene, sizeof task->scene);
+    render_request_finish(&request);
+    if (!is_good)
+        return false;
+    struct error no_scene = {0};
+    task->blob_fd = scene_store_open_blob(post->service->store, task->scene, &no_scene);
+    if (task->blob_fd < 0)
+        return error_set_at(err, no_scene.code, "/scene", "%s", no_scene.message);
+    task->request_fd =
+        ipc_memfd_create("vitrail-request", post->canonical, strlen(post->canonical), err);
+    task->format = post->format;
+    task->priority = read_priority(post->exchange);
+    return task->request_fd >= 0;
+}
+
+static void run_post(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)id;
+    struct error problem = {0};
+    struct render_post *post = route_attached(exchange);
+    char tag[DIGEST_TEXT_BYTES + 2];
+    struct render_task *task = render_task_create();
+    if (!task)
+        error_set(&problem, ERROR_NO_MEMORY, "render");
+    if (!task || !prepare(post, task, &problem)) {
+        render_task_destroy(task);
+        http_reply_error(exchange, &problem);
+        return;
+    }
+    if (make_tag(post, tag) &&
+        negotiate_tag_matches(http_request_header(exchange, "If-None-Match"), tag)) {
+        render_task_destroy(task);
+        http_reply_header(exchange, "Vary", "Accept");
+        http_reply_header(exchange, "Cache-Control", "private, no-cache");
+        reply_if_unchanged(exchange, tag);
+        return;
+    }
+    task->ticket = supervisor_next_ticket(service->supervisor);
+    task->context = post;
+    task->done = rendered;
+    http_wait(exchange, client_left, service->supervisor, task->ticket);
+    if (supervisor_submit(service->supervisor, task, &problem))
+        return;
+    render_task_destroy(task);
+    http_reply_error(exchange, &problem);
+    http_resume(exchange);
+}
+
+static void run_frame(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    struct error problem = {0};
+    char *json = frames_get(service->frames, id, &problem);
+    if (!json) {
+        http_reply_error(exchange, &problem);
+        return;
+    }
+    http_reply_header(exchange, "Cache-Control", "private, max-age=86400, immutable");
+    http_reply_bytes(exchange, 200, "application/json", json, strlen(json));
+    free(json);
+}
+
+const struct route routes_renders[] = {
+    {"/v1/renders", {{HTTP_POST, open_post, run_post}}},
+    {"/v1/frames/{id}", {{HTTP_GET, NULL, run_frame}}},
+    {0},
+};

@@ -1,0 +1,450 @@
+/* SPDX-License-Identifier: MIT */
+/* The scene store: an index in memory over directories that appear and vanish whole. */
+#include "server/scene_store.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "renderer/scene/scene_blob.h"
+#include "server/ipc.h"
+
+enum { SUMMARY_FILE_BYTES = 64 << 20 /* five lists of 4096 names of 1 KiB, escaped */ };
+
+struct scene_store {
+    const struct log *log;
+    int lock_fd, scenes_fd, tmp_fd;
+    atomic_uint_least64_t next_draft;
+    pthread_mutex_t mutex; /* guards index and decoded_bytes */
+    json_t *index;         /* id -> item of the list */
+    uint64_t decoded_bytes;
+};
+
+static bool make_directories(const char *path, struct error *err)
+{
+    char part[4096];
+    size_t length = strlen(path);
+    if (length == 0 || length >= sizeof part)
+        return error_set(err, ERROR_IO, "state directory '%s': unusable path", path);
+    for (size_t i = 1; i <= length; i++) {
+        if (path[i] != '/' && path[i] != '\0')
+            continue;
+        memcpy(part, path, i);
+        part[i] = '\0';
+        if (mkdir(part, 0700) != 0 && errno != EEXIST)
+            return error_set(err, ERROR_IO, "state directory '%s': %s", part, strerror(errno));
+    }
+    return true;
+}
+
+static int open_directory(int parent_fd, const char *name, struct error *err)
+{
+    if (mkdirat(parent_fd, name, 0700) != 0 && errno != EEXIST) {
+        error_set(err, ERROR_IO, "state directory, '%s': %s", name, strerror(errno));
+        return -1;
+    }
+    int fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    if (fd < 0)
+        error_set(err, ERROR_IO, "state directory, '%s': %s", name, strerror(errno));
+    return fd;
+}
+
+/* Removes a scene or draft directory: it holds two files at most. */
+static void remove_tree(int parent_fd, const char *name)
+{
+    int fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    if (fd >= 0) {
+        unlinkat(fd, "blob", 0);
+        unlinkat(fd, "summary.json", 0);
+        close(fd);
+        unlinkat(parent_fd, name, AT_REMOVEDIR);
+    } else {
+        unlinkat(parent_fd, name, 0);
+    }
+}
+
+/* Calls visit for every entry but "." and ".."; entries may be removed meanwhile. */
+static bool for_each_entry(int fd, void (*visit)(struct scene_store *store, const char *name),
+                           struct scene_store *store, struct error *err)
+{
+    int copy = openat(fd, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
+    if (!directory) {
+        if (copy >= 0)
+            close(copy);
+        return error_set(err, ERROR_IO, "reading the state directory: %s", strerror(errno));
+    }
+    for (struct dirent *entry; (entry = readdir(directory));)
+        if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0)
+            visit(store, entry->d_name);
+    closedir(directory);
+    return true;
+}
+
+static void remove_tmp(struct scene_store *store, const char *name)
+{
+    remove_tree(store->tmp_fd, name);
+}
+
+/* Reads summary.json of a published or draft directory and checks the version of its blob. */
+static json_t *read_summary(int parent_fd, const char *name, struct error *err)
+{
+    char path[96];
+    snprintf(path, sizeof path, "%s/summary.json", name);
+    int fd = openat(parent_fd, path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    struct ipc_mapping text = {0};
+    json_t *file = NULL, *summary = NULL;
+    json_error_t where;
+    if (fd < 0 || !ipc_mapping_init(&text, fd, NULL) || text.size_bytes > SUMMARY_FILE_BYTES)
+        error_set(err, ERROR_IO, "its summary cannot be read");
+    else if (!(file = json_loadb(text.bytes, text.size_bytes, 0, &where)))
+        error_set(err, ERROR_IO, "its summary is not JSON: %s", where.text);
+    else if (json_integer_value(json_object_get(file, "blob_version")) != SCENE_BLOB_VERSION)
+        error_set(err, ERROR_IO, "it was decoded by another version of the program");
+    else if (!json_is_object(summary = json_object_get(file, "summary")))
+        error_set(err, ERROR_IO, "its summary is incomplete");
+    json_t *result = err->code == ERROR_NONE ? json_incref(summary) : NULL;
+    json_decref(file);
+    ipc_mapping_finish(&text);
+    if (fd >= 0)
+        close(fd);
+    return result;
+}
+
+/* The members of a summary that the list shows. */
+static json_t *item_from_summary(const json_t *summary)
+{
+    static const char *const members[] = {
+        "id",          "name",         "triangles", "material_count",
+        "light_count", "camera_count", "bytes",     "created"};
+    json_t *item = json_object();
+    for (size_t i = 0; item && i < sizeof members / sizeof members[0]; i++) {
+        json_t *value = json_object_get(summary, members[i]);
+        if (json_object_set(item, members[i], value ? value : json_null()) != 0) {
+            json_decref(item);
+            item = NULL;
+        }
+    }
+    return item;
+}
+
+static uint64_t item_bytes(const json_t *item)
+{
+    return (uint64_t)json_integer_value(json_object_get(json_object_get(item, "bytes"), "decoded"));
+}
+
+/* Takes the reference of item. Caller holds the mutex, or is alone. */
+static bool index_add(struct scene_store *store, const char *id, json_t *item)
+{
+    if (!item || json_object_set_new(store->index, id, item) != 0)
+        return false;
+    store->decoded_bytes += item_bytes(item);
+    return true;
+}
+
+static void load_scene(struct scene_store *store, const char *name)
+{
+    struct error problem = {0};
+    json_t *summary = NULL;
+    char path[96];
+    struct stat blob;
+    if (!digest_is_text(name))
+        error_set(&problem, ERROR_IO, "not the name of a scene");
+    else if ((summary = read_summary(store->scenes_fd, name, &problem))) {
+        snprintf(path, sizeof path, "%s/blob", name);
+        if (fstatat(store->scenes_fd, path, &blob, AT_SYMLINK_NOFOLLOW) != 0 || blob.st_size == 0)
+            error_set(&problem, ERROR_IO, "its blob is missing");
+        else if (!index_add(store, name, item_from_summary(summary)))
+            error_set(&problem, ERROR_NO_MEMORY, "index");
+    }
+    json_decref(summary);
+    if (problem.code == ERROR_NONE)
+        return;
+    log_write(store->log, LOG_WARNING, "state directory: scene '%s' is removed: %s", name,
+              problem.message);
+    remove_tree(store->scenes_fd, name);
+}
+
+static int compare_created(const void *left, const void *right)
+{
+    const json_t *const *a = left, *const *b = right;
+    const char *first = json_string_value(json_object_get(*a, "created"));
+    const char *second = json_string_value(json_object_get(*b, "created"));
+    return strcmp(first ? first : "", second ? second : "");
+}
+
+struct scene_store *scene_store_create(const char *state_dir, const struct log *log,
+                                       struct error *err)
+{
+    int state_fd = -1;
+    struct scene_store *store = calloc(1, sizeof *store);
+    if (!store) {
+        error_set(err, ERROR_NO_MEMORY, "scene store");
+        return NULL;
+    }
+    store->log = log;
+    store->lock_fd = store->scenes_fd = store->tmp_fd = -1;
+    pthread_mutex_init(&store->mutex, NULL);
+    store->index = json_object();
+    if (!store->index) {
+        error_set(err, ERROR_NO_MEMORY, "scene index");
+        goto fail;
+    }
+    if (!make_directories(state_dir, err))
+        goto fail;
+    state_fd = open(state_dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    store->lock_fd =
+        state_fd < 0 ? -1 : openat(state_fd, "lock", O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (store->lock_fd < 0) {
+        error_set(err, ERROR_IO, "state directory '%s': %s", state_dir, strerror(errno));
+        goto fail;
+    }
+    if (flock(store->lock_fd, LOCK_EX | LOCK_NB) != 0) {
+        error_set(err, ERROR_CONFLICT, "state directory '%s' is in use by another daemon",
+                  state_dir);
+        goto fail;
+    }
+    if ((store->scenes_fd = open_directory(state_fd, "scenes", err)) < 0 ||
+        (store->tmp_fd = open_directory(state_fd, "tmp", err)) < 0 ||
+        !for_each_entry(store->tmp_fd, remove_tmp, store, err) ||
+        !for_each_entry(store->scenes_fd, load_scene, store, err))
+        goto fail;
+    close(state_fd);
+    return store;
+
+fail:
+    if (state_fd >= 0)
+        close(state_fd);
+    scene_store_destroy(store);
+    return NULL;
+}
+
+void scene_store_destroy(struct scene_store *store)
+{
+    if (!store)
+        return;
+    json_decref(store->index);
+    pthread_mutex_destroy(&store->mutex);
+    int fds[] = {store->tmp_fd, store->scenes_fd, store->lock_fd};
+    for (size_t i = 0; i < 3; i++)
+        if (fds[i] >= 0)
+            close(fds[i]);
+    free(store);
+}
+
+static void make_name(struct scene_store *store, const char *prefix, char *name, size_t size_bytes)
+{
+    unsigned long long number = atomic_fetch_add(&store->next_draft, 1);
+    snprintf(name, size_bytes, "%s-%llu", prefix, number);
+}
+
+int scene_store_open_spool(struct scene_store *store, struct error *err)
+{
+    int fd = openat(store->tmp_fd, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (fd < 0) { /* file systems without O_TMPFILE */
+        char name[48];
+        make_name(store, "spool", name, sizeof name);
+        fd = openat(store->tmp_fd, name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
+        if (fd >= 0)
+            unlinkat(store->tmp_fd, name, 0);
+    }
+    if (fd < 0)
+        error_set(err, ERROR_IO, "temporary file: %s", strerror(errno));
+    return fd;
+}
+
+bool scene_draft_begin(struct scene_store *store, struct scene_draft *draft, struct error *err)
+{
+    *draft = (struct scene_draft){.blob_fd = -1};
+    make_name(store, "draft", draft->name, sizeof draft->name);
+    char path[64];
+    snprintf(path, sizeof path, "%s/blob", draft->name);
+    if (mkdirat(store->tmp_fd, draft->name, 0700) == 0)
+        draft->blob_fd =
+            openat(store->tmp_fd, path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (draft->blob_fd >= 0)
+        return true;
+    error_set(err, ERROR_IO, "new scene: %s", strerror(errno));
+    scene_draft_discard(store, draft);
+    return false;
+}
+
+void scene_draft_discard(struct scene_store *store, struct scene_draft *draft)
+{
+    if (!draft->name[0])
+        return;
+    if (draft->blob_fd >= 0)
+        close(draft->blob_fd);
+    remove_tree(store->tmp_fd, draft->name);
+    *draft = (struct scene_draft){0};
+}
+
+static bool write_summary(struct scene_store *store, const char *draft, json_t *summary,
+                          struct error *err)
+{
+    char path[64];
+    snprintf(path, sizeof path, "%s/summary.json", draft);
+    json_t *file = json_pack("{s:i,s:O}", "blob_version", SCENE_BLOB_VERSION, "summary", summary);
+    char *text = file ? json_dumps(file, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(file);
+    if (!text)
+        return error_set(err, ERROR_NO_MEMORY, "summary of a scene");
+    int fd =
+        openat(store->tmp_fd, path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
+    bool is_good = fd >= 0 ? ipc_write_all(fd, text, strlen(text), err)
+                           : error_set(err, ERROR_IO, "summary of a scene: %s", strerror(errno));
+    if (is_good && fsync(fd) != 0)
+        is_good = error_set(err, ERROR_IO, "summary of a scene: %s", strerror(errno));
+    if (fd >= 0)
+        close(fd);
+    free(text);
+    return is_good;
+}
+
+/* The directory of the draft reaches the disk before its new name does. */
+static bool sync_draft(struct scene_store *store, const struct scene_draft *draft,
+                       struct error *err)
+{
+    int fd = openat(store->tmp_fd, draft->name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    bool is_good = fd >= 0 && fsync(draft->blob_fd) == 0 && fsync(fd) == 0;
+    if (!is_good)
+        error_set(err, ERROR_IO, "saving a scene: %s", strerror(errno));
+    if (fd >= 0)
+        close(fd);
+    return is_good;
+}
+
+/* Renames and indexes under the mutex, so that a DELETE of the same id comes wholly before or
+ * after. */
+static bool publish(struct scene_store *store, struct scene_draft *draft, const char *id,
+                    json_t *item, bool *is_new, struct error *err)
+{
+    bool is_good = true;
+    pthread_mutex_lock(&store->mutex);
+    if (json_object_get(store->index, id)) {
+        *is_new = false;
+    } else if (json_object_size(store->index) >= SCENES_STORED_MAX) {
+        is_good =
+            error_set(err, ERROR_TOO_LARGE, "%d scenes are stored, which is the limit: delete some",
+                      SCENES_STORED_MAX);
+    } else if (renameat(store->tmp_fd, draft->name, store->scenes_fd, id) != 0) {
+        is_good = error_set(err, ERROR_IO, "publishing a scene: %s", strerror(errno));
+    } else if (fsync(store->scenes_fd) != 0 || !index_add(store, id, json_incref(item))) {
+        is_good = error_set(err, ERROR_IO, "publishing a scene: %s", strerror(errno));
+        remove_tree(store->scenes_fd, id);
+    } else {
+        *is_new = true;
+    }
+    pthread_mutex_unlock(&store->mutex);
+    return is_good;
+}
+
+bool scene_draft_commit(struct scene_store *store, struct scene_draft *draft,
+                        const struct scene_summary *summary, bool *is_new, struct error *err)
+{
+    json_t *json = scene_summary_to_json(summary);
+    json_t *item = json ? item_from_summary(json) : NULL;
+    bool is_good = item ? write_summary(store, draft->name, json, err) &&
+                              sync_draft(store, draft, err) &&
+                              publish(store, draft, summary->id, item, is_new, err)
+                        : error_set(err, ERROR_NO_MEMORY, "summary of a scene");
+    json_decref(item);
+    json_decref(json);
+    return is_good;
+}
+
+bool scene_store_has(struct scene_store *store, const char *id)
+{
+    pthread_mutex_lock(&store->mutex);
+    bool is_there = json_object_get(store->index, id) != NULL;
+    pthread_mutex_unlock(&store->mutex);
+    return is_there;
+}
+
+static bool not_found(const char *id, struct error *err)
+{
+    return error_set(err, ERROR_NOT_FOUND, "there is no scene '%.64s'", id);
+}
+
+int scene_store_open_blob(struct scene_store *store, const char *id, struct error *err)
+{
+    char path[96];
+    snprintf(path, sizeof path, "%.64s/blob", id);
+    int fd = scene_store_has(store, id)
+                 ? openat(store->scenes_fd, path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW)
+                 : -1;
+    if (fd < 0)
+        not_found(id, err);
+    return fd;
+}
+
+json_t *scene_store_get_summary(struct scene_store *store, const char *id, struct error *err)
+{
+    struct error problem = {0};
+    json_t *summary =
+        scene_store_has(store, id) ? read_summary(store->scenes_fd, id, &problem) : NULL;
+    if (!summary && problem.code == ERROR_NONE)
+        not_found(id, &problem);
+    if (!summary && err)
+        *err = problem;
+    return summary;
+}
+
+bool scene_store_remove(struct scene_store *store, const char *id, struct error *err)
+{
+    char name[48];
+    make_name(store, "dead", name, sizeof name);
+    pthread_mutex_lock(&store->mutex);
+    json_t *item = json_object_get(store->index, id);
+    bool is_good = true;
+    if (!item) {
+        is_good = not_found(id, err);
+    } else if (renameat(store->scenes_fd, id, store->tmp_fd, name) != 0) {
+        is_good = error_set(err, ERROR_IO, "removing a scene: %s", strerror(errno));
+    } else {
+        store->decoded_bytes -= item_bytes(item);
+        json_object_del(store->index, id);
+    }
+    pthread_mutex_unlock(&store->mutex);
+    if (is_good)
+        remove_tree(store->tmp_fd, name);
+    return is_good;
+}
+
+json_t *scene_store_list(struct scene_store *store)
+{
+    pthread_mutex_lock(&store->mutex);
+    json_t *copy = json_deep_copy(store->index);
+    pthread_mutex_unlock(&store->mutex);
+    size_t count = copy ? json_object_size(copy) : 0, i = 0;
+    json_t **items = calloc(count + 1, sizeof(json_t *)), *list = json_array(), *item;
+    const char *id;
+    bool is_good = copy && items && list;
+    if (is_good) {
+        json_object_foreach(copy, id, item) items[i++] = item;
+        qsort(items, count, sizeof(json_t *), compare_created);
+    }
+    for (i = 0; is_good && i < count; i++)
+        is_good = json_array_append(list, items[i]) == 0;
+    free(items);
+    json_decref(copy);
+    if (!is_good)
+        json_decref(list);
+    return is_good ? list : NULL;
+}
+
+struct scene_store_totals scene_store_get_totals(struct scene_store *store)
+{
+    pthread_mutex_lock(&store->mutex);
+    struct scene_store_totals totals = {json_object_size(store->index), store->decoded_bytes};
+    pthread_mutex_unlock(&store->mutex);
+    return totals;
+}

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+/* Builds the front role bottom up, and takes it down in the order that loses nothing. */
+#include "server/service.h"
+
+#include <stdlib.h>
+
+#include "protocol/limits.h"
+#include "server/router.h"
+#include "server/sd_notify.h"
+
+enum { DRAIN_SLICE_MS = 50, LAST_REPLIES_MS = 2000 };
+
+/* On the supervisor's thread, each time a worker is ready. */
+static void worker_ready(void *context)
+{
+    struct service *service = context;
+    if (!atomic_exchange(&service->has_told_ready, true))
+        sd_notify_state("READY=1");
+}
+
+struct service *service_create(const struct config *config, const struct log *log,
+                               struct error *err)
+{
+    struct service *service = calloc(1, sizeof *service);
+    if (!service) {
+        error_set(err, ERROR_NO_MEMORY, "service");
+        return NULL;
+    }
+    service->config = config;
+    service->log = log;
+    clock_gettime(CLOCK_MONOTONIC, &service->started);
+    build_id_get(service->build_id);
+    service->store = scene_store_create(config->state_dir, log, err);
+    if (!service->store)
+        goto fail;
+    service->frames = frames_create(LIMIT_FRAMES_KEPT, err);
+    service->metrics = metrics_create(err);
+    if (!service->frames || !service->metrics)
+        goto fail;
+    service->decoders = decode_pool_create(
+        &(struct decode_pool_desc){.config = config, .log = log, .store = service->store}, err);
+    if (!service->decoders)
+        goto fail;
+    service->supervisor = supervisor_create(
+        &(struct supervisor_desc){
+            .config = config, .log = log, .context = service, .on_ready = worker_ready},
+        err);
+    if (!service->supervisor)
+        goto fail;
+    service->http = http_server_create(
+        &(struct http_server_desc){
+            .config = config, .log = log, .service = router_service(service)},
+        err);
+    if (!service->http)
+        goto fail;
+    return service;
+
+fail:
+    service_destroy(service, NULL);
+    return NULL;
+}
+
+static void drain(struct service *service, bool (*must_hurry)(void))
+{
+    atomic_store(&service->is_draining, true);
+    sd_notify_state("STOPPING=1");
+    supervisor_drain(service->supervisor);
+    http_server_quiesce(service->http);
+    for (int waited = 0; waited < 1000 * service->config->drain_timeout_s; waited += DRAIN_SLICE_MS)
+        if (http_server_wait_idle(service->http, DRAIN_SLICE_MS) || (must_hurry && must_hurry()))
+            return;
+}
+
+void service_destroy(struct service *service, bool (*must_hurry)(void))
+{
+    if (!service)
+        return;
+    if (service->http)
+        drain(service, must_hurry);
+    /* From here on nothing waits: both complete every exchange that they hold. */
+    decode_pool_destroy(service->decoders);
+    supervisor_destroy(service->supervisor);
+    if (service->http)
+        http_server_wait_idle(service->http, LAST_REPLIES_MS);
+    http_server_destroy(service->http);
+    metrics_destroy(service->metrics);
+    frames_destroy(service->frames);
+    scene_store_destroy(service->store);
+    free(service);
+}
+
+int service_port(const struct service *service)
+{
+    return http_server_port(service->http);
+}

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/* The front role put together: HTTP, scene store, decoders, worker, metrics. Thread: main; routes
+ * use its members. */
+#ifndef VITRAIL_SERVER_SERVICE_H
+#define VITRAIL_SERVER_SERVICE_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <time.h>
+
+#include "protocol/error.h"
+#include "server/build_id.h"
+#include "server/config.h"
+#include "server/decode_pool.h"
+#include "server/frames.h"
+#include "server/http.h"
+#include "server/log.h"
+#include "server/metrics.h"
+#include "server/scene_store.h"
+#include "server/supervisor.h"
+
+/* Members are set once by service_create and then only read; each looks after its own threads. */
+struct service {
+    const struct config *config;
+    const struct log *log;
+    struct scene_store *store;
+    struct decode_pool *decoders;
+    struct supervisor *supervisor;
+    struct frames *frames;
+    struct metrics *metrics;
+    struct http_server *http;
+    char build_id[BUILD_ID_BYTES];
+    struct timespec started;
+    atomic_bool is_draining, has_told_ready;
+};
+
+struct service *service_create(const struct config *config, const struct log *log,
+                               struct error *err);
+
+/* Stops in the order that loses nothing: no new connections, renders and uploads in flight finish
+ * until the drain deadline (or until must_hurry answers true), all waiting exchanges are completed,
+ * replies leave, threads end. Accepts NULL. */
+void service_destroy(struct service *service, bool (*must_hurry)(void));
+
+int service_port(const struct service *service);
+
+#endif

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/* Owns the worker: starts it, feeds it renders, watches its deadlines, replaces it. Thread: any;
+ * owns one thread.
+ *
+ * A render whose worker dies or overruns its deadline is tried once more, then refused with
+ * ERROR_RENDER_FAILED. Renders that the worker had not begun lose nothing. A scene that ends two
+ * workers in a row is quarantined until it is posted again. */
+#ifndef VITRAIL_SERVER_SUPERVISOR_H
+#define VITRAIL_SERVER_SUPERVISOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "protocol/capabilities.h"
+#include "protocol/error.h"
+#include "server/config.h"
+#include "server/log.h"
+#include "server/render_queue.h"
+
+struct supervisor;
+
+struct supervisor_desc {
+    const struct config *config; /* required, borrowed */
+    const struct log *log;       /* required, borrowed */
+    void *context;
+    void (*on_ready)(void *context); /* optional; on the supervisor's thread, each time a worker is
+                                        ready */
+};
+struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct error *err);
+
+/* Refuses what waits and runs with ERROR_OVERLOADED, ends the worker. Accepts NULL. */
+void supervisor_destroy(struct supervisor *supervisor);
+
+uint64_t supervisor_next_ticket(struct supervisor *supervisor); /* never 0, never twice */
+
+/* Takes the task if it succeeds. ERROR_OVERLOADED when the queue is full, ERROR_NO_DEVICE when no
+ * worker can be started, ERROR_RENDER_FAILED when the scene is quarantined. */
+MUST_CHECK bool supervisor_submit(struct supervisor *supervisor, struct render_task *task,
+                                  struct error *err);
+
+/* Ends a waiting task with ERROR_OVERLOADED; one that the worker has goes on. No-op for unknown
+ * tickets. */
+void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket);
+
+/* Stop (or begin again) to take renders: submit answers ERROR_OVERLOADED while draining. */
+void supervisor_drain(struct supervisor *supervisor);
+
+/* The worker drops its copy of a deleted scene; a new upload of a scene ends its quarantine. */
+void supervisor_forget_scene(struct supervisor *supervisor, const char *scene);
+void supervisor_forgive_scene(struct supervisor *supervisor, const char *scene);
+
+/* ERROR_NO_DEVICE or ERROR_OVERLOADED says why no render would be served now. */
+MUST_CHECK bool supervisor_is_ready(struct supervisor *supervisor, struct error *err);
+
+/* False while no worker has ever been ready. */
+bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device);
+
+struct supervisor_totals {
+    uint64_t rendered, failed, cancelled, retried;
+    uint64_t worker_starts, worker_crashes, worker_timeouts;
+    uint64_t waiting, in_flight, quarantined;
+    double oldest_wait_s;
+    uint64_t gpu_used_bytes, cache_bytes, cache_scenes, cache_hits, cache_misses, cache_evictions;
+    int worker_pid; /* 0 = none */
+};
+struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor);
+
+#endif

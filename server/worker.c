@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: MIT */
+/* The worker: messages in, frames through the renderer, images out of the encode pool. */
+#include "server/worker.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "server/encoder.h"
+#include "server/ipc.h"
+#include "server/mapped_scenes.h"
+#include "server/view_mapping.h"
+
+enum { ENCODE_THREADS_MAX = 4 };
+
+struct worker {
+    int socket;
+    pthread_mutex_t send_mutex; /* the GL thread and the encode pool both send */
+    struct renderer *renderer;
+    struct renderer_info info;
+    struct mapped_scenes *scenes;
+    struct encoder *encoder;
+};
+
+/* Takes the reference. A front that is gone is noticed by the next receive. */
+static void send_message(struct worker *worker, json_t *json, const int *fds, int fd_count)
+{
+    struct error problem = {0};
+    if (!json)
+        return;
+    pthread_mutex_lock(&worker->send_mutex);
+    if (!ipc_send(worker->socket, json, fds, fd_count, &problem))
+        shutdown(worker->socket, SHUT_RDWR);
+    pthread_mutex_unlock(&worker->send_mutex);
+    json_decref(json);
+}
+
+static void send_progress(struct worker *worker, const char *op, uint64_t id)
+{
+    send_message(worker, json_pack("{s:s,s:I}", "op", op, "id", (json_int_t)id), NULL, 0);
+}
+
+static void send_error(struct worker *worker, const char *op, uint64_t id,
+                       const struct error *problem)
+{
+    send_message(worker,
+                 json_pack("{s:s,s:I,s:o}", "op", op, "id", (json_int_t)id, "error",
+                           ipc_error_to_json(problem)),
+                 NULL, 0);
+}
+
+/* On a thread of the encode pool. */
+static void encoded(void *context, struct encode_task *task, const struct error *problem)
+{
+    struct worker *worker = context;
+    struct error failure = *problem;
+    int image_fd = -1;
+    if (failure.code == ERROR_NONE)
+        image_fd = ipc_memfd_create("vitrail-image", task->bytes, task->size_bytes, &failure);
+    json_t *stats = image_fd >= 0 ? frame_stats_to_json(&task->stats) : NULL;
+    if (image_fd >= 0 && !stats)
+        error_set(&failure, ERROR_NO_MEMORY, "stats of the frame");
+    if (failure.code == ERROR_NONE)
+        send_message(
+            worker,
+            json_pack("{s:s,s:I,s:o}", "op", "done", "id", (json_int_t)task->id, "stats", stats),
+            &image_fd, 1);
+    else
+        send_error(worker, "error", task->id, &failure);
+    if (image_fd >= 0)
+        close(image_fd);
+}
+
+/* What the front shows in /metrics; sent from the GL thread, which alone may ask. */
+static void send_totals(struct worker *worker)
+{
+    struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->scenes);
+    renderer_get_info(worker->renderer, &worker->info);
+    send_message(worker,
+                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals", "gpu_used_bytes",
+                           (json_int_t)worker->info.used_bytes, "cache_bytes",
+                           (json_int_t)totals.bytes, "cache_scenes", (json_int_t)totals.scenes,
+                           "cache_hits", (json_int_t)totals.hits, "cache_misses",
+                           (json_int_t)totals.misses, "cache_evictions",
+                           (json_int_t)totals.evictions),
+                 NULL, 0);
+}
+
+static bool read_request(const json_t *message, int request_fd, struct encode_task *task,
+                         struct error *err)
+{
+    struct ipc_mapping text = {0};
+    const char *format = json_string_value(json_object_get(message, "format"));
+    bool is_good = ipc_mapping_init(&text, request_fd, err) &&
+                   render_request_parse(text.bytes, text.size_bytes, &task->request, err) &&
+                   ((format && image_format_from_name(format, &task->format)) ||
+                    error_set(err, ERROR_INTERNAL, "worker: no image format in the message"));
+    ipc_mapping_finish(&text);
+    return is_good;
+}
+
+static bool draw(struct worker *worker, struct ipc_message *message, struct encode_task *task,
+                 struct error *err)
+{
+    struct view view;
+    struct view_storage storage = {0};
+    if (!read_request(message->json, message->fd_count > 0 ? message->fds[0] : -1, task, err) ||
+        !mapped_scenes_attach(worker->scenes, task->request.scene,
+                              message->fd_count > 1 ? message->fds[1] : -1, err) ||
+        !view_from_request(&task->request, &storage, &view, err))
+        return false;
+    bool is_good = renderer_render(worker->renderer, task->request.scene, &view, &task->frame, err);
+    view_storage_finish(&storage);
+    if (is_good)
+        frame_stats_from_report(&task->request, &task->frame.report, worker->info.renderer,
+                                &task->stats);
+    return is_good;
+}
+
+/* False when the context is lost and the worker must end. */
+static bool serve_render(struct worker *worker, struct ipc_message *message)
+{
+    struct error problem = {0};
+    uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
+    send_progress(worker, "begin", id);
+    struct encode_task *task = calloc(1, sizeof *task);
+    if (!task)
+        error_set(&problem, ERROR_NO_MEMORY, "frame");
+    if (task && draw(worker, message, task, &problem)) {
+        task->id = id;
+        send_progress(worker, "rendered", id);
+        send_totals(worker);
+        encoder_submit(worker->encoder, task);
+        return true;
+    }
+    encode_task_destroy(task);
+    bool is_lost = problem.code == ERROR_NO_DEVICE;
+    send_error(worker, is_lost ? "lost" : "error", id, &problem);
+    return !is_lost;
+}
+
+static int encode_threads(void)
+{
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    return cores < 4 ? 1 : cores / 2 > ENCODE_THREADS_MAX ? ENCODE_THREADS_MAX : (int)(cores / 2);
+}
+
+static bool start(struct worker *worker, const json_t *settings, struct error *err)
+{
+    worker->renderer = renderer_create(
+        &(struct renderer_desc){
+            .device = (int)json_integer_value(json_object_get(settings, "device")),
+            .gpu_budget_bytes =
+                (uint64_t)json_integer_value(json_object_get(settings, "gpu_budget_bytes"))},
+        err);
+    if (!worker->renderer)
+        return false;
+    worker->scenes = mapped_scenes_create(
+        worker->renderer, (uint64_t)json_integer_value(json_object_get(settings, "cache_bytes")),
+        err);
+    worker->encoder = encoder_create(&(struct encoder_desc){.thread_count = encode_threads(),
+                                                            .context = worker,
+                                                            .done = encoded},
+                                     err);
+    return worker->scenes && worker->encoder;
+}
+
+static void say_hello(struct worker *worker)
+{
+    struct device_capabilities device;
+    renderer_get_info(worker->renderer, &worker->info);
+    device_capabilities_from_info(&worker->info, &device);
+    /* One on the GL thread, one on each encode thread, one waiting so that the GL thread never
+     * does. */
+    send_message(worker,
+                 json_pack("{s:s,s:o,s:i}", "op", "hello", "device",
+                           device_capabilities_to_json(&device), "depth", encode_threads() + 2),
+                 NULL, 0);
+}
+
+/* True while the worker shall go on. */
+static bool serve(struct worker *worker, struct ipc_message *message)
+{
+    const char *op = json_string_value(json_object_get(message->json, "op"));
+    const json_t *scene;
+    size_t i;
+    json_array_foreach(json_object_get(message->json, "forget"), i, scene)
+    {
+        if (json_is_string(scene))
+            mapped_scenes_forget(worker->scenes, json_string_value(scene));
+    }
+    return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
+}
+
+int worker_main(int socket)
+{
+    struct error problem = {0};
+    struct worker worker = {.socket = socket};
+    struct ipc_message message = {0};
+    bool is_good = false;
+    pthread_mutex_init(&worker.send_mutex, NULL);
+    if (ipc_receive(socket, &message, &problem) == IPC_MESSAGE)
+        is_good = start(&worker, message.json, &problem);
+    ipc_message_finish(&message);
+    if (is_good)
+        say_hello(&worker);
+    else
+        send_message(&worker,
+                     json_pack("{s:s,s:o}", "op", "failed", "error", ipc_error_to_json(&problem)),
+                     NULL, 0);
+    while (is_good && ipc_receive(socket, &message, NULL) == IPC_MESSAGE) {
+        is_good = serve(&worker, &message);
+        ipc_message_finish(&message);
+    }
+    encoder_destroy(worker.encoder);
+    mapped_scenes_destroy(worker.scenes);
+    renderer_destroy(worker.renderer);
+    pthread_mutex_destroy(&worker.send_mutex);
+    return is_good ? EXIT_SUCCESS : EXIT_FAILURE;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT */
+/* The worker role: one GL context, the scenes on it, and an encode pool. Thread: main of its own
+ * process is the GL thread. */
+#ifndef VITRAIL_SERVER_WORKER_H
+#define VITRAIL_SERVER_WORKER_H
+
+/* Serves until the socket closes; returns the exit status. Messages, each with an "op":
+ *
+ * in   configure  {device, gpu_budget_bytes, cache_bytes}, first and once
+ *      render     {id, format, forget}, descriptors: the request as JSON (memfd), the scene's blob
+ *      forget     {forget}: ids of scenes that were deleted, here and in render
+ * out  hello      {device: {...}, depth}: ready; at most `depth` renders may be on their way at
+ * once failed     {error}: no device; the worker ends begin      {id}: the GL thread works on it
+ *      rendered   {id}: the encode pool works on it
+ *      done       {id, stats}, descriptor: the image (sealed memfd)
+ *      totals     {gpu_used_bytes, cache_*}: after each frame
+ *      error      {id, error}: this request failed, the worker is fine
+ *      lost       {id, error}: the context is lost; the worker ends */
+int worker_main(int socket);
+
+#endif

@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: MIT */
+/* A test double behind renderer/renderer.h: paints gradients without GL, and fails where a node of
+ * the scene tells it to.
+ *
+ * Names of nodes and what they do: "fake:crash" ends the process with SIGSEGV, "fake:hang" never
+ * returns, "fake:error" fails the render, "fake:lost" loses the context, "fake:slow=N" takes N
+ * milliseconds. Device 64 does not exist. The importer is the real one, but for files that hold
+ * "fake:decoder-crash", "fake:decoder-hang", "fake:decoder-open", "fake:decoder-exec",
+ * "fake:decoder-socket" or "fake:decoder-memory". */
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "renderer/renderer.h"
+#include "renderer/scene/import.h"
+
+enum { SCENES_MAX = 8, DEVICE_MISSING = 64 };
+
+struct fake_scene {
+    char key[65];
+    struct scene scene;
+    void (*release)(void *context);
+    void *context;
+};
+
+struct renderer {
+    uint64_t budget_bytes;
+    struct fake_scene scenes[SCENES_MAX]; /* oldest first */
+    int scene_count;
+};
+
+struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
+{
+    if (desc->device == DEVICE_MISSING) {
+        error_set(err, ERROR_NO_DEVICE, "fake: there is no device %d", desc->device);
+        return NULL;
+    }
+    struct renderer *renderer = calloc(1, sizeof *renderer);
+    if (!renderer)
+        error_set(err, ERROR_NO_MEMORY, "fake renderer");
+    else
+        renderer->budget_bytes = desc->gpu_budget_bytes;
+    return renderer;
+}
+
+static void remove_scene(struct renderer *renderer, int index)
+{
+    struct fake_scene removed = renderer->scenes[index];
+    renderer->scene_count--;
+    memmove(&renderer->scenes[index], &renderer->scenes[index + 1],
+            (size_t)(renderer->scene_count - index) * sizeof removed);
+    if (removed.release)
+        removed.release(removed.context);
+}
+
+void renderer_destroy(struct renderer *renderer)
+{
+    while (renderer && renderer->scene_count > 0)
+        remove_scene(renderer, 0);
+    free(renderer);
+}
+
+void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
+{
+    *info = (struct renderer_info){.vendor = "Vitrail",
+                                   .renderer = "fake",
+                                   .version = "1",
+                                   .driver = "none",
+                                   .device_count = 1,
+                                   .max_texture_size = 16384,
+                                   .max_samples = 4,
+                                   .max_storage_block_bytes = 1 << 30,
+                                   .budget_bytes = renderer->budget_bytes,
+                                   .used_bytes = (uint64_t)renderer->scene_count << 20};
+}
+
+static int find_scene(const struct renderer *renderer, const char *key)
+{
+    for (int i = 0; i < renderer->scene_count; i++)
+        if (strcmp(renderer->scenes[i].key, key) == 0)
+            return i;
+    return -1;
+}
+
+bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scene_desc *desc,
+                           struct error *err)
+{
+    (void)err;
+    if (find_scene(renderer, desc->key) >= 0)
+        return true;
+    if (renderer->scene_count == SCENES_MAX)
+        remove_scene(renderer, 0);
+    struct fake_scene *added = &renderer->scenes[renderer->scene_count++];
+    *added = (struct fake_scene){
+        .scene = *desc->scene, .release = desc->release, .context = desc->context};
+    snprintf(added->key, sizeof added->key, "%s", desc->key);
+    return true;
+}
+
+bool renderer_has_scene(const struct renderer *renderer, const char *key)
+{
+    return find_scene(renderer, key) >= 0;
+}
+
+void renderer_detach_scene(struct renderer *renderer, const char *key)
+{
+    int index = find_scene(renderer, key);
+    if (index >= 0)
+        remove_scene(renderer, index);
+}
+
+void frame_finish(struct frame *frame)
+{
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        image_finish(&frame->outputs[i]);
+    *frame = (struct frame){0};
+}
+
+static void sleep_ms(long ms)
+{
+    nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000}, NULL);
+}
+
+/* Does what a node's name asks for. */
+static bool obey(const char *name, struct error *err)
+{
+    if (strcmp(name, "fake:crash") == 0) {
+        signal(SIGSEGV, SIG_DFL);
+        raise(SIGSEGV);
+    }
+    while (strcmp(name, "fake:hang") == 0)
+        sleep_ms(1000);
+    if (strncmp(name, "fake:slow=", 10) == 0)
+        sleep_ms(strtol(name + 10, NULL, 10));
+    if (strcmp(name, "fake:lost") == 0)
+        return error_set(err, ERROR_NO_DEVICE, "fake: the context is lost");
+    if (strcmp(name, "fake:error") == 0)
+        return error_set(err, ERROR_INTERNAL, "fake: GL error 0x0502");
+    return true;
+}
+
+static bool obey_nodes(const struct scene *scene, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->node_count; i++)
+        if (!obey(scene->strings + scene->nodes[i].name, err))
+            return false;
+    return true;
+}
+
+static bool paint(struct image *image, enum view_output output, const struct view *view,
+                  struct error *err)
+{
+    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1};
+    bool is_id = output == VIEW_OUTPUT_NODE || output == VIEW_OUTPUT_MATERIAL;
+    if (!image_init(image, view->width_px, view->height_px, channels[output],
+                    is_id ? IMAGE_U32 : IMAGE_F32, err))
+        return false;
+    size_t at = 0;
+    for (int y = 0; y < view->height_px; y++)
+        for (int x = 0; x < view->width_px; x++)
+            for (int c = 0; c < image->channels; c++, at++) {
+                float gradient =
+                    (float)(c == 0 ? x : y) / (float)(view->width_px + view->height_px);
+                if (is_id)
+                    ((uint32_t *)image->pixels)[at] = (uint32_t)(x % 3);
+                else
+                    ((float *)image->pixels)[at] = c == 3 ? 1.f
+                                                   : output == VIEW_OUTPUT_DEPTH && x == 0
+                                                       ? INFINITY
+                                                       : gradient;
+            }
+    return true;
+}
+
+bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct frame *frame, struct error *err)
+{
+    *frame = (struct frame){0};
+    int index = find_scene(renderer, scene_key);
+    if (index < 0)
+        return error_set(err, ERROR_INTERNAL, "fake: scene '%s' is not attached", scene_key);
+    const struct scene *scene = &renderer->scenes[index].scene;
+    if (view->camera.kind == VIEW_CAMERA_NODE && scene_find_node(scene, view->camera.node) < 0)
+        return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%s'",
+                            view->camera.node);
+    if (!obey_nodes(scene, err))
+        return false;
+    uint32_t outputs = view->outputs ? view->outputs : 1u << VIEW_OUTPUT_COLOR;
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        if (outputs & 1u << i && !paint(&frame->outputs[i], (enum view_output)i, view, err)) {
+            frame_finish(frame);
+            return false;
+        }
+    report_add_pass(&frame->report, "fake.paint", "a test asked for it", "", 0.5, REPORT_SHADE);
+    frame->report.total_ms = 1;
+    frame->report.error_is_exact = true;
+    return true;
+}
+
+/* ---- the importer's faults (linked with --wrap=scene_import) ---- */
+
+bool __real_scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
+                         struct error *err);
+bool __wrap_scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
+                         struct error *err);
+
+static bool asks_for(const struct scene_import_desc *desc, const char *fault)
+{
+    for (size_t i = 0; i < desc->file_count; i++)
+        if (memmem(desc->files[i].bytes, desc->files[i].size_bytes, fault, strlen(fault)))
+            return true;
+    return false;
+}
+
+bool __wrap_scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
+                         struct error *err)
+{
+    if (asks_for(desc, "fake:decoder-crash"))
+        abort();
+    while (asks_for(desc, "fake:decoder-hang"))
+        sleep_ms(1000);
+    if (asks_for(desc, "fake:decoder-open")) {
+        int fd = open("/etc/passwd", O_RDONLY | O_CLOEXEC);
+        return error_set(err, ERROR_INVALID_SCENE, "fake: open answered %d, %s", fd,
+                         strerror(errno));
+    }
+    if (asks_for(desc, "fake:decoder-exec"))
+        execl("/bin/true", "true", (char *)NULL);
+    if (asks_for(desc, "fake:decoder-socket"))
+        return error_set(err, ERROR_INVALID_SCENE, "fake: socket answered %d",
+                         socket(AF_INET, SOCK_STREAM, 0));
+    for (size_t taken = 0; asks_for(desc, "fake:decoder-memory"); taken += 1 << 24)
+        if (!malloc(1 << 24))
+            return error_set(err, ERROR_NO_MEMORY, "fake: no more after %zu MiB", taken >> 20);
+    return __real_scene_import(desc, blob, size_bytes, err);
+}
