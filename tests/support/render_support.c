@@ -31,8 +31,8 @@ static bool attach(struct rig_scene *scene, struct renderer *renderer, const cha
 {
     snprintf(scene->key, sizeof scene->key, "%s", key);
     return renderer_attach_scene(
-        renderer,
-        &(struct renderer_scene_desc){.key = scene->key, .scene = &scene->imported.scene}, err);
+        renderer, &(struct renderer_scene_desc){.key = scene->key, .scene = &scene->imported.scene},
+        err);
 }
 
 bool rig_scene_from_glb(struct rig_scene *scene, struct renderer *renderer, const char *key,
@@ -40,7 +40,8 @@ bool rig_scene_from_glb(struct rig_scene *scene, struct renderer *renderer, cons
 {
     struct scene_file file = {.name = "", .bytes = glb, .size_bytes = size_bytes};
     *scene = (struct rig_scene){0};
-    return imported_scene_init(&scene->imported, &file, 1, err) && attach(scene, renderer, key, err);
+    return imported_scene_init(&scene->imported, &file, 1, err) &&
+           attach(scene, renderer, key, err);
 }
 
 bool rig_scene_from_asset(struct rig_scene *scene, struct renderer *renderer, const char *path,
