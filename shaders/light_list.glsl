@@ -3,8 +3,9 @@
 //   light_cursor c = light_list_first(pixel, view_z);
 //   uint light;
 //   while (light_list_next(c, light)) ...
-// pixel: window coordinates, row 0 at the bottom; view_z: distance along the view direction [m]. The global prefix
-// (directional and unbounded lights) comes first. LIGHT_LIST chooses the technique; light_lists_bind sets the rest.
+// pixel: window coordinates, row 0 at the bottom; view_z: distance along the view direction [m].
+// The global prefix (directional and unbounded lights) comes first. LIGHT_LIST chooses the
+// technique; light_lists_bind sets the rest.
 #include "shared/bindings.h"
 
 #define LIGHT_LIST_CLUSTERED 1

@@ -2,7 +2,7 @@
 // Cursor over the contiguous list of a cluster. Needs: the uniforms of light_list.glsl.
 // Olsson, Billeter and Assarsson 2012, "Clustered deferred and forward shading".
 uniform uint u_light_slices;
-uniform vec4 u_light_slice_map; // x scale, y offset, z: 1 when slices are linear in depth (orthographic)
+uniform vec4 u_light_slice_map; // x scale, y offset, z: 1 when linear in depth (orthographic)
 
 struct light_cursor {
     uint at, end; // prefix and list read as one row of entries

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Cursor over a light linked list. Needs: the uniforms of light_list.glsl.
-// Lindbeck 2015, "Deep shadow maps and light linked lists", 2.1.2: elements {front, back, light, next} sorted by front;
-// a light counts where front <= z <= back; the walk ends at the first element that begins behind the point.
+// Lindbeck 2015, "Deep shadow maps and light linked lists", 2.1.2: elements {front, back, light,
+// next} sorted by front; a light counts where front <= z <= back; the walk ends at the first
+// element that begins behind the point.
 #define LIGHT_LIST_END 0xffffffffu
 #define LIGHT_LIST_HEADER 4 // words before the heads: the element counter
-// All loops of one invocation share 65,535 steps on llvmpipe; a list as long would be cut without a word.
+// All loops of one invocation share 65,535 steps on llvmpipe; a list as long would be cut without a
+// word.
 #define LIGHT_LIST_STEPS 60000
 
 struct light_cursor {

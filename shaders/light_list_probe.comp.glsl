@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Writes down which lights the current light lists name for given points: what tests compare with brute force.
+// Writes down which lights the current light lists name for given points: what tests compare with
+// brute force.
 #include "light_list.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = BIND_STATISTICS) readonly buffer probe_points { uvec4 points[]; }; // pixel, depth bits
-layout(std430, binding = BIND_LIST_NODES) writeonly buffer probe_lists { uint lists[]; };   // count, lights
+// points: pixel, depth bits; lists: count, then lights
+layout(std430, binding = BIND_STATISTICS) readonly buffer probe_points { uvec4 points[]; };
+layout(std430, binding = BIND_LIST_NODES) writeonly buffer probe_lists { uint lists[]; };
 uniform uint u_point_count, u_stride;
 
 void main()

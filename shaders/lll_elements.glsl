@@ -7,7 +7,8 @@
 #define LLL_END 0xffffffffu
 #define LLL_LOCKED 0xfffffffeu
 #define LLL_HEADER 4u
-// Steps of any loop here. llvmpipe ends all loops of an invocation silently after 65,535 steps together.
+// Steps of any loop here. llvmpipe ends all loops of an invocation silently after 65,535 steps
+// together.
 #define LLL_STEPS 30000
 
 struct lll_element {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Second pass of a light linked list: back faces insert their light, sorted by front depth, under the list's spin lock
-// (Lindbeck 2015, 1.2.2, 2.1.1, 2.2.2). The lock is held inside the loop that takes it: the published form, spin first
-// and insert after, hangs where lanes run in step.
+// Second pass of a light linked list: back faces insert their light, sorted by front depth, under
+// the list's spin lock (Lindbeck 2015, 1.2.2, 2.1.1, 2.2.2). The lock is held inside the loop that
+// takes it: the published form, spin first and insert after, hangs where lanes run in step.
 #include "lll_elements.glsl"
 
 layout(binding = UNIT_LIGHT_FRONT) uniform sampler2D u_front;
-uniform float u_inside_front; // front depth of a light that holds the eye: 0, or -FLT_MAX when orthographic
+uniform float u_inside_front; // front of a light that holds the eye: 0; orthographic: -FLT_MAX
 
 in float v_view_z;
 flat in uint v_light;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Corrected light linked lists: an analytic, conservative depth interval per tile, inserted without a lock, sorted by
-// (front, light), so that lists do not depend on the order of arrival.
-// Insertion: Harris 2001, "A pragmatic implementation of non-blocking linked-lists", without deletion.
+// Corrected light linked lists: an analytic, conservative depth interval per tile, inserted without
+// a lock, sorted by (front, light), so that lists do not depend on the order of arrival.
+// Insertion: Harris 2001, "A pragmatic implementation of non-blocking linked-lists", without
+// deletion.
 #include "lll_light.glsl"
 #include "lll_elements.glsl"
 #include "lll_interval.glsl"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Provides: depths at which a tile's beam may meet a light. Needs: lll_light.glsl.
-// The f32 twin of light_bound_interval (renderer/lights/light_bounds.c), whose comments give the reasoning.
+// Provides: depths at which a tile's beam may meet a light. Needs: lll_light.glsl. The f32 twin of
+// light_bound_interval (renderer/lights/light_bounds.c), whose comments give the reasoning.
 struct lll_beam {
     vec2 origin, slope;
     float spread, spread_per_m;

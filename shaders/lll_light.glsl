@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Provides: the lights of a light linked list under construction, in view space (x right, y up, z forward).
-// Written by renderer/lights/linked_lists.c; texels of one light follow each other.
+// Provides: the lights of a light linked list under construction, in view space (x right, y up, z
+// forward). Written by renderer/lights/linked_lists.c; texels of one light follow each other.
 #include "shared/bindings.h"
 #include "lll_tiles.glsl"
 

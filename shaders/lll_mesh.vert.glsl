@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Light geometry (Lindbeck 2015, 2.1): a sphere, or a cone with a spherical cap, from the triangle soup of
-// renderer/lights/light_mesh.c, placed in view space. One instance is one light.
+// Light geometry (Lindbeck 2015, 2.1): a sphere, or a cone with a spherical cap, from the triangle
+// soup of renderer/lights/light_mesh.c, placed in view space. One instance is one light.
 #include "lll_light.glsl"
 
 layout(binding = UNIT_LIGHT_MESH) uniform samplerBuffer u_mesh;
@@ -8,8 +8,9 @@ layout(binding = UNIT_LIGHT_MESH) uniform samplerBuffer u_mesh;
 out float v_view_z;
 flat out uint v_light;
 
-// Mesh vertex of a cone: xy azimuth (its length is the growth that lets the polygon enclose the circle), z fraction of
-// the cone's angle, w growth of the radius in units of 1 / cos(angle * w); w < 0: the apex.
+// Mesh vertex of a cone: xy azimuth (its length is the growth that lets the polygon enclose the
+// circle), z fraction of the cone's angle, w growth of the radius in units of 1 / cos(angle * w); w
+// < 0: the apex.
 vec3 cone_vertex(lll_light light, vec4 vertex)
 {
     if (vertex.w < 0.0)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Corrected light linked lists: the tiles that a light can touch, as one rectangle on tile borders per instance.
+// Corrected light linked lists: the tiles that a light can touch, as one rectangle on tile borders
+// per instance.
 #include "lll_light.glsl"
 
 flat out int v_at;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Steps of the self-test that need compute: many work groups, barriers, fp64, buffer textures, visibility between
-// dispatches, and samples against coverage masks.
+// Steps of the self-test that need compute: many work groups, barriers, fp64, buffer textures,
+// visibility between dispatches, and samples against coverage masks.
 #include "selftest.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Counts itself and notes its coverage: do all side effects of fragments survive, and are masks true?
+// Counts itself and notes its coverage: do all side effects of fragments survive, and are masks
+// true?
 #include "selftest.glsl"
 
 layout(early_fragment_tests) in;

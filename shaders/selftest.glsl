@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Provides: the results that the start-up self-test counts (renderer/gl/selftest.c reads them by name there).
+// Provides: the results that the start-up self-test counts (renderer/gl/selftest.c reads them by
+// name there).
 #include "shared/bindings.h"
 
 layout(std430, binding = BIND_STATISTICS) buffer selftest_results {

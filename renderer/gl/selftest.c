@@ -11,14 +11,15 @@
 #include "shaders/shared/bindings.h"
 
 enum {
-    SIDE_PX = 192,        /* 3x3 of the 64 px tiles that llvmpipe bins fragments in */
+    SIDE_PX = 192, /* 3x3 of the 64 px tiles that llvmpipe bins fragments in */
     PIXELS = SIDE_PX * SIDE_PX,
-    LAYERS = 4,           /* triangles on top of each other: the defect looked for drops all but the last */
-    ITEMS = 70000,        /* more than 65,535, and no multiple of the group size */
+    LAYERS = 4, /* triangles on top of each other: the defect looked for drops all but the last */
+    ITEMS = 70000, /* more than 65,535, and no multiple of the group size */
     GROUP = 64,
     MASK_SIDE_PX = 64,
-    ID_FRONT = 7, ID_BEHIND = 9,
-    TIMER_WORK_MS = 2,    /* long against latency, short against a start */
+    ID_FRONT = 7,
+    ID_BEHIND = 9,
+    TIMER_WORK_MS = 2, /* long against latency, short against a start */
     TIMER_REPEATS_MAX = 1 << 14,
 };
 
@@ -46,10 +47,11 @@ static bool init_programs(struct selftest *test, struct program_cache *programs,
 {
     bool has_coverage = gl_context_limits(test->context)->has_post_depth_coverage;
     test->raster = program_cache_get(
-        programs, &(struct program_desc){.label = "selftest.raster",
-                                         .vertex = "selftest.vert.glsl",
-                                         .fragment = "selftest.frag.glsl",
-                                         .defines = has_coverage ? "POST_DEPTH_COVERAGE" : NULL},
+        programs,
+        &(struct program_desc){.label = "selftest.raster",
+                               .vertex = "selftest.vert.glsl",
+                               .fragment = "selftest.frag.glsl",
+                               .defines = has_coverage ? "POST_DEPTH_COVERAGE" : NULL},
         err);
     test->compute = program_cache_get(
         programs,
@@ -61,19 +63,22 @@ static bool init_buffers(struct selftest *test, struct error *err)
 {
     static const float texels[6] = {1, 2, 3, 0.5f, 0.25f, 0.125f};
     gl_vertex_array_init(&test->vertex_array, "selftest");
-    return gl_buffer_init(&test->results,
-                          &(struct gl_buffer_desc){.label = "selftest.results",
-                                                   .size_bytes = sizeof(struct results) +
-                                                                 PIXELS * 4,
-                                                   .is_dynamic = true}, err) &&
+    return gl_buffer_init(
+               &test->results,
+               &(struct gl_buffer_desc){.label = "selftest.results",
+                                        .size_bytes = sizeof(struct results) + PIXELS * 4,
+                                        .is_dynamic = true},
+               err) &&
            gl_buffer_init(&test->values,
                           &(struct gl_buffer_desc){.label = "selftest.values",
                                                    .size_bytes = ITEMS * 4,
-                                                   .is_dynamic = true}, err) &&
+                                                   .is_dynamic = true},
+                          err) &&
            gl_buffer_init(&test->texels,
                           &(struct gl_buffer_desc){.label = "selftest.texels",
                                                    .size_bytes = sizeof texels,
-                                                   .data = texels}, err) &&
+                                                   .data = texels},
+                          err) &&
            gl_texture_init_buffer(&test->texels_view, "selftest.texels", GL_RGB32F, &test->texels,
                                   err);
 }
@@ -81,10 +86,11 @@ static bool init_buffers(struct selftest *test, struct error *err)
 static bool init_target(struct gl_texture *texture, const char *label, uint32_t format, int side,
                         int samples, struct error *err)
 {
-    return gl_texture_init(texture,
-                           &(struct gl_texture_desc){.label = label, .format = format,
-                                                     .width = side, .height = side,
-                                                     .samples = samples}, err);
+    return gl_texture_init(
+        texture,
+        &(struct gl_texture_desc){
+            .label = label, .format = format, .width = side, .height = side, .samples = samples},
+        err);
 }
 
 static bool init_targets(struct selftest *test, struct error *err)
@@ -92,13 +98,14 @@ static bool init_targets(struct selftest *test, struct error *err)
     return init_target(&test->color, "selftest.color", GL_R32UI, SIDE_PX, 0, err) &&
            init_target(&test->depth, "selftest.depth", GL_DEPTH_COMPONENT32F, SIDE_PX, 0, err) &&
            gl_framebuffer_init(&test->empty,
-                               &(struct gl_framebuffer_desc){.label = "selftest.empty",
-                                                             .width = SIDE_PX,
-                                                             .height = SIDE_PX}, err) &&
+                               &(struct gl_framebuffer_desc){
+                                   .label = "selftest.empty", .width = SIDE_PX, .height = SIDE_PX},
+                               err) &&
            gl_framebuffer_init(&test->masked,
                                &(struct gl_framebuffer_desc){.label = "selftest.masked",
                                                              .colors = {&test->color},
-                                                             .depth = &test->depth}, err);
+                                                             .depth = &test->depth},
+                               err);
 }
 
 static bool init_multisampled(struct selftest *test, struct error *err)
@@ -109,7 +116,8 @@ static bool init_multisampled(struct selftest *test, struct error *err)
            gl_framebuffer_init(&test->multisampled,
                                &(struct gl_framebuffer_desc){.label = "selftest.multisampled",
                                                              .colors = {&test->samples},
-                                                             .depth = &test->sample_depth}, err);
+                                                             .depth = &test->sample_depth},
+                               err);
 }
 
 static void finish(struct selftest *test)
@@ -175,7 +183,8 @@ static void draw(struct selftest *test, float z, float scale, uint32_t id)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-/* Counts before and after differ from the draws when a driver throws commands of covered tiles away. */
+/* Counts before and after differ from the draws when a driver throws commands of covered tiles
+ * away. */
 static bool check_fragments_without_target(struct selftest *test, struct error *err)
 {
     clear_results(test);
@@ -239,8 +248,9 @@ static bool check_compute(struct selftest *test, struct error *err)
                 err))
         return false;
     if (!(fabs(product - expected_product) < 1e-13))
-        return error_set(err, ERROR_NO_DEVICE, "self-test 'fp64 product': expected %.15g, found %.15g",
-                         expected_product, product);
+        return error_set(err, ERROR_NO_DEVICE,
+                         "self-test 'fp64 product': expected %.15g, found %.15g", expected_product,
+                         product);
     if (texels != 336.5f) /* (1.5, 2.25, 3.125) . (1, 10, 100) is exact */
         return error_set(err, ERROR_NO_DEVICE,
                          "self-test 'RGB32F buffer texture': expected 336.5, found %.9g",
@@ -248,7 +258,8 @@ static bool check_compute(struct selftest *test, struct error *err)
     return true;
 }
 
-/* A triangle in front covers part of the target; a larger one behind notes the samples that depth left to it. */
+/* A triangle in front covers part of the target; a larger one behind notes the samples that depth
+ * left to it. */
 static bool check_masks(struct selftest *test, struct error *err)
 {
     const struct gl_limits *limits = gl_context_limits(test->context);
@@ -322,7 +333,8 @@ static bool timer_is_true(struct selftest *test, bool is_compute, const GLuint q
     return is_near;
 }
 
-/* llvmpipe reports 1 ms for 1.6 s of drawing, and nothing for compute, which runs inside the call. */
+/* llvmpipe reports 1 ms for 1.6 s of drawing, and nothing for compute, which runs inside the call.
+ */
 static void measure_timers(struct selftest *test)
 {
     GLuint stamps[2], elapsed;

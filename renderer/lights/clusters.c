@@ -6,9 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SLICE_SLACK = 1e-4;      /* of the depth: 20 times the error of a poor log2 */
-static const double DEPTH_RATIO_MAX = 4096;  /* finer slices next to the eye would be wasted on few pixels */
-static const double DEPTH_RATIO_MIN = 1.05;  /* keeps the f32 slice mapping well conditioned */
+static const double SLICE_SLACK = 1e-4;     /* of the depth: 20 times the error of a poor log2 */
+static const double DEPTH_RATIO_MAX = 4096; /* finer slices next to the eye would be wasted on few
+                                               pixels */
+static const double DEPTH_RATIO_MIN = 1.05; /* keeps the f32 slice mapping well conditioned */
 
 static void set_slices(struct clusters *clusters, double begin, double end)
 {
@@ -19,7 +20,8 @@ static void set_slices(struct clusters *clusters, double begin, double end)
     clusters->slice_offset = (float)(-f_begin * scale);
 }
 
-/* Exponential between the nearest and the farthest bounded light in view; linear for orthographic cameras. */
+/* Exponential between the nearest and the farthest bounded light in view; linear for orthographic
+ * cameras. */
 static void choose_slices(struct clusters *clusters, const struct camera *camera)
 {
     double begin = INFINITY, end = -INFINITY;
@@ -40,9 +42,9 @@ static void choose_slices(struct clusters *clusters, const struct camera *camera
 
 static int slice_of(const struct clusters *clusters, double z)
 {
-    double f = clusters->is_linear ? z : log2(fmax(z, 1e-37));
+    double f = clusters->is_linear ? z : (double)log2f((float)(z > 1e-37 ? z : 1e-37));
     double k = floor(f * clusters->slice_scale + clusters->slice_offset);
-    return (int)fmin(fmax(k, 0), clusters->slices - 1);
+    return k > 0 ? (k < clusters->slices ? (int)k : clusters->slices - 1) : 0;
 }
 
 /* How far the shader's f32 depth and slice mapping may be off at this depth. */
@@ -83,9 +85,9 @@ static bool add_run(struct clusters *clusters, uint32_t light, size_t tile, int 
     clusters->runs = runs;
     if (!ok)
         return false;
-    clusters->runs[clusters->run_count++] = (struct cluster_run){
-        light, (uint32_t)(tile * (size_t)clusters->slices + (size_t)first),
-        (uint32_t)(last - first + 1)};
+    clusters->runs[clusters->run_count++] =
+        (struct cluster_run){light, (uint32_t)(tile * (size_t)clusters->slices + (size_t)first),
+                             (uint32_t)(last - first + 1)};
     clusters->entry_count += (uint64_t)(last - first + 1);
     return true;
 }
@@ -142,8 +144,8 @@ static bool check_budget(const struct clusters *clusters, const struct clusters_
                      (unsigned long long)entries_max);
 }
 
-/* Runs of all bounded lights. A light in more than 3/4 of the clusters becomes global: in the others it is tested in
- * vain, which costs a pixel less than its entries cost everywhere. */
+/* Runs of all bounded lights. A light in more than 3/4 of the clusters becomes global: in the
+ * others it is tested in vain, which costs a pixel less than its entries cost everywhere. */
 static bool fill(struct clusters *clusters, const struct clusters_desc *desc, struct error *err)
 {
     uint64_t most = 3ull * (uint64_t)clusters->columns * (uint64_t)clusters->rows *
@@ -185,14 +187,14 @@ static int compare_u32(const void *a, const void *b)
 
 static bool scatter(struct clusters *clusters, struct error *err)
 {
-    size_t cluster_count = (size_t)clusters->columns * (size_t)clusters->rows *
-                           (size_t)clusters->slices;
+    size_t cluster_count =
+        (size_t)clusters->columns * (size_t)clusters->rows * (size_t)clusters->slices;
     void *heads = clusters->heads, *items = clusters->items;
     bool ok = reserve(&heads, &clusters->head_capacity, cluster_count, 2 * sizeof(uint32_t), err);
     clusters->heads = heads;
     clusters->item_count = clusters->prefix_count + clusters->entry_count;
-    ok = ok && reserve(&items, &clusters->item_capacity, clusters->item_count, sizeof(uint32_t),
-                       err);
+    ok = ok &&
+         reserve(&items, &clusters->item_capacity, clusters->item_count, sizeof(uint32_t), err);
     clusters->items = items;
     if (!ok)
         return false;
@@ -201,7 +203,8 @@ static bool scatter(struct clusters *clusters, struct error *err)
         for (uint32_t k = 0; k < clusters->runs[i].count; k++)
             clusters->heads[2 * (clusters->runs[i].cluster + k)]++;
     uint32_t offset = (uint32_t)clusters->prefix_count;
-    for (size_t c = 0; c < cluster_count; c++) { /* counts become offsets; the second word counts again */
+    for (size_t c = 0; c < cluster_count; c++) { /* counts become offsets; the second word counts
+                                                    again */
         uint32_t count = clusters->heads[2 * c];
         clusters->heads[2 * c] = offset;
         offset += count;

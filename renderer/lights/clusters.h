@@ -1,29 +1,34 @@
 /* SPDX-License-Identifier: MIT */
-/* Light lists by tile and depth slice (Olsson, Billeter and Assarsson 2012, "Clustered deferred and forward shading"),
- * filled on the CPU: contiguous, in ascending light index, never missing a light. Thread: any. */
+/* Light lists by tile and depth slice (Olsson, Billeter and Assarsson 2012, "Clustered deferred and
+ * forward shading"), filled on the CPU: contiguous, in ascending light index, never missing a
+ * light. Thread: any. */
 #ifndef VITRAIL_RENDERER_LIGHTS_CLUSTERS_H
 #define VITRAIL_RENDERER_LIGHTS_CLUSTERS_H
 
 #include "renderer/lights/tile_grid.h"
 
 enum {
-    CLUSTER_TILE_PX = 32,            /* measured: smaller tiles cost more to build than they save (specs 5) */
+    CLUSTER_TILE_PX = 32, /* measured: smaller tiles cost more to build than they save */
     CLUSTER_SLICES = 24,
-    CLUSTER_ENTRIES_MAX = 32 << 20,  /* 128 MiB: the storage block and buffer texture every GL 4.5 device reads */
+    CLUSTER_ENTRIES_MAX = 32 << 20, /* 128 MiB: the storage block and buffer texture every GL 4.5
+                                       device reads */
 };
 
-struct cluster_run { uint32_t light, cluster, count; }; /* one light in neighbouring slices of one tile */
+struct cluster_run { /* one light in neighbouring slices of one tile */
+    uint32_t light, cluster, count;
+};
 
 /* Zeroed = empty. Arrays are kept between builds; all but the outputs are working memory. */
 struct clusters {
     /* outputs: what light_list.glsl reads */
     int columns, rows, slices, tile_px;
-    float slice_scale, slice_offset; /* slice = floor(f(view_z) * scale + offset), f = log2, or identity when linear */
+    float slice_scale, slice_offset; /* slice = floor(f(view_z) * scale + offset), f = log2, or
+                                        identity when linear */
     bool is_linear;                  /* orthographic */
-    uint32_t *heads;                 /* {offset into items, count} per cluster: (row * columns + column) * slices + k */
-    uint32_t *items;                 /* the global prefix, then the clusters' lists */
+    uint32_t *heads; /* {offset, count} of items; cluster (row * columns + column) * slices + k */
+    uint32_t *items; /* the global prefix, then the clusters' lists */
     size_t prefix_count, item_count;
-    uint32_t longest;                /* most lights any pixel walks, prefix included */
+    uint32_t longest; /* most lights any pixel walks, prefix included */
 
     struct light_bounds bounds;
     struct tile_grid grid;
@@ -35,12 +40,12 @@ struct clusters {
 struct clusters_desc {
     const struct state_light *lights; /* required unless light_count is 0 */
     size_t light_count;
-    const struct camera *camera;      /* required */
+    const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
-    uint64_t entries_max;             /* 0 means CLUSTER_ENTRIES_MAX; ERROR_OVER_BUDGET above it */
+    uint64_t entries_max; /* 0 means CLUSTER_ENTRIES_MAX; ERROR_OVER_BUDGET above it */
 };
 
-/* Lights that reach nearly all clusters join the global prefix, where they cost nothing to store. */
+/* Lights that reach nearly all clusters join the global prefix, where they are stored once. */
 MUST_CHECK bool clusters_build(struct clusters *clusters, const struct clusters_desc *desc,
                                struct error *err);
 void clusters_finish(struct clusters *clusters);

@@ -8,12 +8,14 @@
 
 #include "renderer/scene/matrix.h"
 
-/* A f32 cosine of two unit vectors is wrong by some 4 ulp; near the axis that is 1.4e-3 rad of angle. */
+/* A f32 cosine of two unit vectors is wrong by some 4 ulp; near the axis that is 1.4e-3 rad of
+ * angle. */
 static const double COSINE_SLACK = 1e-6;
 /* 60 ulp of f32: eye-relative light and surface positions, each through a dozen roundings. */
 static const double POSITION_SLACK = 4e-6;
-static const double SPHERE_SLACK = 1e-5; /* of the range: keeps discriminants above their rounding */
-static const double CONE_SLACK = 1e-4;   /* of the range: keeps slopes of narrow cones above theirs */
+static const double SPHERE_SLACK = 1e-5; /* of the range: keeps discriminants above their rounding
+                                          */
+static const double CONE_SLACK = 1e-4; /* of the range: keeps slopes of narrow cones above theirs */
 
 static void to_view(const struct camera *camera, const double world[3], double view[3])
 {
@@ -27,7 +29,8 @@ static bool is_bounded(const struct state_light *light)
     return light->type != SCENE_LIGHT_DIRECTIONAL && light->range > 0 && isfinite(light->range);
 }
 
-/* Smallest sphere around a spherical sector: through apex and rim up to 45 degrees, else on the rim's disc. */
+/* Smallest sphere around a spherical sector: through apex and rim up to 45 degrees, else on the
+ * rim's disc. */
 static void bound_sector(struct light_bound *bound)
 {
     double along = bound->cos_outer > M_SQRT1_2 ? bound->range_m / (2 * bound->cos_outer)
@@ -116,16 +119,15 @@ double light_bound_support(const struct light_bound *bound, const double unit[3]
     if (!bound->is_cone)
         return sphere;
     double cos_phi = fmin(fmax(vec3_dot(bound->axis, unit), -1), 1);
-    double reach = cos_phi >= bound->cos_outer
-                       ? 1
-                       : cos_phi * bound->cos_outer +
-                             sqrt(1 - cos_phi * cos_phi) * bound->sin_outer;
+    double reach = cos_phi >= bound->cos_outer ? 1
+                                               : cos_phi * bound->cos_outer +
+                                                     sqrt(1 - cos_phi * cos_phi) * bound->sin_outer;
     double sector = vec3_dot(bound->apex, unit) + bound->range_m * fmax(reach, 0) + bound->slack_m;
     return fmin(sphere, sector);
 }
 
-/* |p(z) - center| <= radius + spread(z) is a quadratic in z; it is solved about the point of closest approach, where
- * nothing large cancels. */
+/* |p(z) - center| <= radius + spread(z) is a quadratic in z; it is solved about the point of
+ * closest approach, where nothing large cancels. */
 static bool sphere_interval(const struct light_bound *bound, const struct view_ray *ray,
                             double *front, double *back)
 {
@@ -148,53 +150,69 @@ static bool sphere_interval(const struct light_bound *bound, const struct view_r
     return *front <= *back;
 }
 
-/* g(z) = cos * |v_perpendicular| - sin * v_axial - spread(z): a lower bound of the distance to the cone, less what
- * the block allows. Convex in z, because it is a norm of an affine function plus an affine function. */
-static double cone_gap(const struct light_bound *bound, const struct view_ray *ray, double z,
-                       double *slope)
+/* The gap g(u) = cos * sqrt(a u^2 + 2 b u + c) - d - e u along a line, u = z - apex z: a lower
+ * bound of the distance to the cone, less what the block allows. Convex, being the norm of an
+ * affine function plus an affine function. */
+struct cone_line {
+    double a, b, c, d, e, cos_outer;
+};
+
+static struct cone_line place_line(const struct light_bound *bound, const struct view_ray *ray)
 {
     double q[3] = {ray->slope[0], ray->slope[1], 1};
-    double v[3] = {ray->origin[0] + z * q[0] - bound->apex[0],
-                   ray->origin[1] + z * q[1] - bound->apex[1], z - bound->apex[2]};
+    double v[3] = {ray->origin[0] + bound->apex[2] * q[0] - bound->apex[0],
+                   ray->origin[1] + bound->apex[2] * q[1] - bound->apex[1], 0};
     double v_axial = vec3_dot(v, bound->axis), q_axial = vec3_dot(q, bound->axis);
-    double vp[3], qp[3];
-    for (int i = 0; i < 3; i++) {
-        vp[i] = v[i] - v_axial * bound->axis[i];
-        qp[i] = q[i] - q_axial * bound->axis[i];
-    }
-    double rho = vec3_length(vp);
-    double rho_slope = rho > 0 ? vec3_dot(vp, qp) / rho : 0;
-    *slope = bound->cos_outer * rho_slope - bound->sin_outer * q_axial - ray->spread_per_m;
-    return bound->cos_outer * rho - bound->sin_outer * v_axial - ray->spread_m -
-           z * ray->spread_per_m - bound->slack_m;
+    return (struct cone_line){
+        .a = vec3_dot(q, q) - q_axial * q_axial,
+        .b = vec3_dot(v, q) - v_axial * q_axial,
+        .c = vec3_dot(v, v) - v_axial * v_axial,
+        .d = bound->sin_outer * v_axial + ray->spread_m + bound->apex[2] * ray->spread_per_m +
+             bound->slack_m,
+        .e = bound->sin_outer * q_axial + ray->spread_per_m,
+        .cos_outer = bound->cos_outer,
+    };
 }
 
-/* Newton's method from outside never passes the root of a convex function, so stopping early is still conservative. */
+static double cone_gap(const struct cone_line *line, double u, double *slope)
+{
+    double square = (line->a * u + 2 * line->b) * u + line->c;
+    double rho = square > 0 ? sqrt(square) : 0;
+    double rho_slope = rho > 0 ? (line->a * u + line->b) / rho : 0;
+    *slope = line->cos_outer * rho_slope - line->e;
+    return line->cos_outer * rho - line->d - line->e * u;
+}
+
+/* Newton's method from outside never passes the root of a convex function, so stopping early is
+ * still conservative. */
 static bool cone_interval(const struct light_bound *bound, const struct view_ray *ray,
                           double *front, double *back)
 {
     enum { STEPS = 3 }; /* chosen: a fourth moves the ends by less than a slice */
-    double slope;
+    const struct cone_line line = place_line(bound, ray);
+    double z = bound->apex[2], low = *front - z, high = *back - z, slope;
     for (int i = 0; i < STEPS; i++) {
-        double gap = cone_gap(bound, ray, *front, &slope);
+        double gap = cone_gap(&line, low, &slope);
         if (gap <= 0)
             break;
         if (slope >= 0)
             return false;
-        *front -= gap / slope;
-        if (*front > *back)
+        low -= gap / slope;
+        if (low > high)
             return false;
     }
     for (int i = 0; i < STEPS; i++) {
-        double gap = cone_gap(bound, ray, *back, &slope);
+        double gap = cone_gap(&line, high, &slope);
         if (gap <= 0)
             break;
         if (slope <= 0)
             return false;
-        *back -= gap / slope;
-        if (*back < *front)
+        high -= gap / slope;
+        if (high < low)
             return false;
     }
+    *front = low + z;
+    *back = high + z;
     return true;
 }
 

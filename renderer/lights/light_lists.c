@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The light list interface: which technique, its time and memory in the report, its bindings for shading. */
+/* The light list interface: which technique, its time and memory in the report, its bindings for
+ * shading. */
 #include "renderer/lights/light_lists.h"
 
 #include <epoxy/gl.h>
@@ -58,10 +59,10 @@ static double wall_ms(void)
 static bool upload(struct gl_buffer *buffer, struct gl_texture *view, const char *label,
                    uint32_t format, const void *data, uint64_t size_bytes, struct error *err)
 {
-    if (!gl_buffer_reserve(buffer,
-                           &(struct gl_buffer_desc){
-                               .label = label, .size_bytes = size_bytes, .is_dynamic = true},
-                           false, err))
+    if (!gl_buffer_reserve(
+            buffer,
+            &(struct gl_buffer_desc){.label = label, .size_bytes = size_bytes, .is_dynamic = true},
+            false, err))
         return false;
     gl_buffer_write(buffer, 0, size_bytes, data);
     gl_texture_finish(view);
@@ -71,8 +72,8 @@ static bool upload(struct gl_buffer *buffer, struct gl_texture *view, const char
 static bool upload_clusters(struct light_lists *lists, struct error *err)
 {
     const struct clusters *clusters = &lists->clusters;
-    uint64_t cluster_count = (uint64_t)clusters->columns * (uint64_t)clusters->rows *
-                             (uint64_t)clusters->slices;
+    uint64_t cluster_count =
+        (uint64_t)clusters->columns * (uint64_t)clusters->rows * (uint64_t)clusters->slices;
     return upload(&lists->cluster_heads, &lists->cluster_heads_view, "lights.clusters.heads",
                   GL_RG32UI, clusters->heads, cluster_count * 2 * sizeof *clusters->heads, err) &&
            upload(&lists->cluster_items, &lists->cluster_items_view, "lights.clusters.items",
@@ -80,7 +81,10 @@ static bool upload_clusters(struct light_lists *lists, struct error *err)
 }
 
 /* One line of the report for the CPU and the GPU part, which carry the same names. */
-struct pass_names { char because[REPORT_TEXT_BYTES]; const char *technique; };
+struct pass_names {
+    char because[REPORT_TEXT_BYTES];
+    const char *technique;
+};
 
 static void report_cpu_part(struct frame_report *report, const struct pass_names *names, double ms)
 {
@@ -197,7 +201,6 @@ void light_lists_bind(const struct light_lists *lists, const struct gl_program *
 
 uint32_t light_lists_longest(const struct light_lists *lists)
 {
-    return lists->is_linked
-               ? (uint32_t)(lists->linked.prefix_count + lists->linked.draw_count)
-               : lists->clusters.longest;
+    return lists->is_linked ? (uint32_t)(lists->linked.prefix_count + lists->linked.draw_count)
+                            : lists->clusters.longest;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Which lights can reach a point in view. Two techniques under one interface: `clustered` (default; CPU-filled 3-D
- * clusters, conservative, deterministic) and `linked` (Lindbeck 2015, two-pass light linked lists). Thread: GL. */
+/* Which lights can reach a point in view. Two techniques under one interface: `clustered` (default;
+ * CPU-filled 3-D clusters, conservative, deterministic) and `linked` (Lindbeck 2015, two-pass light
+ * linked lists). Thread: GL. */
 #ifndef VITRAIL_RENDERER_LIGHTS_LIGHT_LISTS_H
 #define VITRAIL_RENDERER_LIGHTS_LIGHT_LISTS_H
 
@@ -12,29 +13,33 @@
 
 struct light_lists;
 
-struct light_lists *light_lists_create(struct program_cache *programs, struct gpu_timeline *timeline,
-                                       struct error *err);
+struct light_lists *light_lists_create(struct program_cache *programs,
+                                       struct gpu_timeline *timeline, struct error *err);
 void light_lists_destroy(struct light_lists *lists);
 
 struct light_lists_desc {
-    enum view_light_lists technique;   /* AUTO means clustered */
-    bool faithful;                     /* linked: exactly as published (not conservative) */
-    const struct state_light *lights;  /* required */
+    enum view_light_lists technique;  /* AUTO means clustered */
+    bool faithful;                    /* linked: exactly as published (not conservative) */
+    const struct state_light *lights; /* required */
     size_t light_count;
-    const struct camera *camera;       /* required */
+    const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
 };
 
-/* Builds the lists for one window. Unbounded and directional lights come first in every list (a global prefix). */
+/* Builds the lists for one window. Unbounded and directional lights come first in every list (a
+ * global prefix). */
 MUST_CHECK bool light_lists_prepare(struct light_lists *lists, const struct light_lists_desc *desc,
                                     struct frame_report *report, struct error *err);
-/* The #define items that select the technique's shaders/light_list.glsl, for program_desc.defines. */
+/* The #define items that select the technique's shaders/light_list.glsl, for program_desc.defines.
+ */
 const char *light_lists_defines(const struct light_lists *lists);
-/* Binds buffers and sets the uniforms that light_list.glsl declares on `program` (already in use). */
+/* Binds buffers and sets the uniforms that light_list.glsl declares on `program` (already in use).
+ */
 void light_lists_bind(const struct light_lists *lists, const struct gl_program *program);
 
-/* Upper bound of the lights that one point walks, prefix included. All loops of one shader invocation share 65,535
- * steps on llvmpipe, so shading that does more per light than one step must split long lists. */
+/* Upper bound of the lights that one point walks, prefix included. All loops of one shader
+ * invocation share 65,535 steps on llvmpipe, so shading that does more per light than one step must
+ * split long lists. */
 uint32_t light_lists_longest(const struct light_lists *lists);
 
 #endif

@@ -8,7 +8,10 @@
 
 #include "renderer/scene/matrix.h"
 
-struct mesh { float (*vertices)[4]; int count; };
+struct mesh {
+    float (*vertices)[4];
+    int count;
+};
 
 static void add_vertex(struct mesh *mesh, double x, double y, double z, double w)
 {
@@ -61,9 +64,9 @@ static void add_sphere(struct mesh *mesh)
                                           {0, -1, t}, {0, 1, t}, {0, -1, -t}, {0, 1, -t},
                                           {t, 0, -1}, {t, 0, 1}, {-t, 0, -1}, {-t, 0, 1}};
     static const unsigned char facets[20][3] = {
-        {0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-        {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-        {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+        {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+        {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+        {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
     double inner = 1;
     for (int f = 0; f < 20; f++) {
         double points[3][3];
@@ -79,8 +82,8 @@ static void add_sphere(struct mesh *mesh)
             mesh->vertices[i][k] /= (float)inner;
 }
 
-/* Ring 0 is the cap's pole, the last ring its rim. The polygon's growth lets its sides enclose the circle, the
- * radius' growth (half a ring's angle) lets the facets enclose the cap. */
+/* Ring 0 is the cap's pole, the last ring its rim. The polygon's growth lets its sides enclose the
+ * circle, the radius' growth (half a ring's angle) lets the facets enclose the cap. */
 static void add_ring_vertex(struct mesh *mesh, int ring, int segment)
 {
     double growth = 1 / cos(M_PI / LIGHT_MESH_CONE_SEGMENTS);

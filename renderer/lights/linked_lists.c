@@ -19,7 +19,10 @@ struct linked_draw {
     struct tile_rect rect;
 };
 
-struct element { float front, back; uint32_t light, next; };
+struct element {
+    float front, back;
+    uint32_t light, next;
+};
 
 /* Far lights first: each insertion then walks few elements, because most are behind the new one. */
 static int compare_far_first(const void *a, const void *b)
@@ -83,10 +86,11 @@ static void write_record(const struct linked_draw *draw, float record[RECORD_FLO
 {
     const struct light_bound *bound = draw->bound;
     const float rest[12] = {
-        (float)bound->z_lo, (float)bound->z_hi, (float)bound->slack_m, (float)bound->light,
-        (float)draw->rect.x0, (float)draw->rect.y0,
+        (float)bound->z_lo,         (float)bound->z_hi,
+        (float)bound->slack_m,      (float)bound->light,
+        (float)draw->rect.x0,       (float)draw->rect.y0,
         (float)(draw->rect.x1 + 1), (float)(draw->rect.y1 + 1),
-        (float)bound->range_m, (float)atan2(bound->sin_outer, bound->cos_outer),
+        (float)bound->range_m,      (float)atan2(bound->sin_outer, bound->cos_outer),
     };
     put3(record, bound->center, bound->radius_m);
     put3(record + 4, bound->apex, bound->is_cone ? bound->cos_outer : -2);
@@ -140,7 +144,8 @@ static bool make_mesh(struct linked_lists *lists, struct error *err)
            view_buffer(&lists->mesh_view, "lights.linked.mesh", GL_RGBA32F, &lists->mesh, err);
 }
 
-/* The insert pass has no attachment: llvmpipe drops side effects of fragments that fill a tile of a colour target. */
+/* The insert pass has no attachment: llvmpipe drops side effects of fragments that fill a tile of a
+ * colour target. */
 static bool make_targets(struct linked_lists *lists, struct error *err)
 {
     int columns = lists->grid.columns, rows = lists->grid.rows;
@@ -193,8 +198,8 @@ static uint32_t capacity_of(const struct linked_lists *lists)
 /* Empty lists; the prefix takes the first elements. */
 static bool clear_lists(struct linked_lists *lists, struct error *err)
 {
-    uint64_t words = LINKED_HEADER_WORDS +
-                     (uint64_t)lists->grid.columns * (uint64_t)lists->grid.rows;
+    uint64_t words =
+        LINKED_HEADER_WORDS + (uint64_t)lists->grid.columns * (uint64_t)lists->grid.rows;
     uint32_t header[LINKED_HEADER_WORDS] = {(uint32_t)lists->prefix_count};
     if (!gl_buffer_reserve(&lists->heads,
                            &(struct gl_buffer_desc){.label = "lights.linked.heads",
@@ -256,18 +261,23 @@ static void draw_light_mesh(const struct linked_draw *draw, size_t instance)
         is_cone ? LIGHT_MESH_CONE_VERTICES : LIGHT_MESH_SPHERE_VERTICES, 1, (GLuint)instance);
 }
 
-/* Both passes of every light in turn, as published; clear and passes keep to the light's own tiles. */
+/* Both passes of every light in turn, as published; clear and passes keep to the light's own tiles.
+ */
 static bool draw_faithful(struct linked_lists *lists, struct program_cache *programs,
                           struct error *err)
 {
-    const struct gl_program *front = program_cache_get(
-        programs, &(struct program_desc){.label = "lights.linked.front",
-                                         .vertex = "lll_mesh.vert.glsl",
-                                         .fragment = "lll_front.frag.glsl"}, err);
-    const struct gl_program *insert = program_cache_get(
-        programs, &(struct program_desc){.label = "lights.linked.insert",
-                                         .vertex = "lll_mesh.vert.glsl",
-                                         .fragment = "lll_insert.frag.glsl"}, err);
+    const struct gl_program *front =
+        program_cache_get(programs,
+                          &(struct program_desc){.label = "lights.linked.front",
+                                                 .vertex = "lll_mesh.vert.glsl",
+                                                 .fragment = "lll_front.frag.glsl"},
+                          err);
+    const struct gl_program *insert =
+        program_cache_get(programs,
+                          &(struct program_desc){.label = "lights.linked.insert",
+                                                 .vertex = "lll_mesh.vert.glsl",
+                                                 .fragment = "lll_insert.frag.glsl"},
+                          err);
     if (!front || !insert)
         return false;
     const float far_away = FLT_MAX;
@@ -300,10 +310,12 @@ static bool draw_faithful(struct linked_lists *lists, struct program_cache *prog
 static bool draw_corrected(struct linked_lists *lists, struct program_cache *programs,
                            struct error *err)
 {
-    const struct gl_program *program = program_cache_get(
-        programs, &(struct program_desc){.label = "lights.linked.interval",
-                                         .vertex = "lll_rect.vert.glsl",
-                                         .fragment = "lll_interval.frag.glsl"}, err);
+    const struct gl_program *program =
+        program_cache_get(programs,
+                          &(struct program_desc){.label = "lights.linked.interval",
+                                                 .vertex = "lll_rect.vert.glsl",
+                                                 .fragment = "lll_interval.frag.glsl"},
+                          err);
     if (!program)
         return false;
     set_state(lists);

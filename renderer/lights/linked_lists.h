@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Light linked lists (Lindbeck 2015; after Bezrati 2014): one list of {front, back, light, next} per 4x4 pixels,
- * sorted by front. Faithful: light geometry in two passes per light, under a spin lock; it samples tile centres and so
- * loses lights. Corrected: one instanced pass with conservative analytic intervals, lock-free. Thread: GL. */
+/* Light linked lists (Lindbeck 2015; after Bezrati 2014): one list of {front, back, light, next}
+ * per 4x4 pixels, sorted by front. Faithful: light geometry in two passes per light, under a spin
+ * lock; it samples tile centres and so loses lights. Corrected: one instanced pass with
+ * conservative analytic intervals, lock-free. Thread: GL. */
 #ifndef VITRAIL_RENDERER_LIGHTS_LINKED_LISTS_H
 #define VITRAIL_RENDERER_LIGHTS_LINKED_LISTS_H
 
@@ -10,12 +11,14 @@
 #include "renderer/lights/tile_grid.h"
 
 enum {
-    LINKED_TILE_PX = 4,              /* "each list covers 16 pixels" */
+    LINKED_TILE_PX = 4, /* "each list covers 16 pixels" */
     LINKED_ELEMENT_BYTES = 16,
     LINKED_ELEMENTS_MAX = 8 << 20,   /* 128 MiB: the storage block every GL 4.5 device has */
-    LINKED_ELEMENTS_FIRST = 1 << 20, /* pool of the first build, unless the lights cannot need as many */
-    LINKED_LIGHTS_MAX = 16384,       /* an insertion walks its list; llvmpipe ends loops at 65,535 steps */
-    LINKED_HEADER_WORDS = 4,         /* counter, failures, unused, before the heads */
+    LINKED_ELEMENTS_FIRST = 1 << 20, /* pool of the first build, unless the lights cannot need as
+                                        many */
+    LINKED_LIGHTS_MAX = 16384, /* an insertion walks its list; llvmpipe ends loops at 65,535 steps
+                                */
+    LINKED_HEADER_WORDS = 4,   /* counter, failures, unused, before the heads */
 };
 
 struct linked_draw; /* one light, its record and its tiles */
@@ -25,14 +28,14 @@ struct linked_lists {
     struct tile_grid grid;
     struct light_bounds bounds;
     size_t prefix_count;
-    uint32_t element_count;          /* prefix included, after a build */
-    int builds;                      /* of the last prepare: more than 1 when the pool had to grow */
+    uint32_t element_count; /* prefix included, after a build */
+    int builds;             /* of the last prepare: more than 1 when the pool had to grow */
     struct gl_buffer heads, elements;
     struct gl_texture heads_view, elements_view;
 
     struct linked_draw *draws;
     size_t draw_count, draw_capacity;
-    uint64_t tile_sum;               /* of all rectangles: no build needs more elements, but for the prefix */
+    uint64_t tile_sum; /* of all rectangles: no build needs more elements, but for the prefix */
     struct gl_buffer records, mesh;
     struct gl_texture records_view, mesh_view, front;
     struct gl_framebuffer front_target, insert_target;
@@ -41,18 +44,19 @@ struct linked_lists {
 };
 
 struct linked_desc {
-    const struct state_light *lights;   /* required unless light_count is 0 */
+    const struct state_light *lights; /* required unless light_count is 0 */
     size_t light_count;
     const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
     bool faithful;
-    uint32_t elements_first;            /* 0 means LINKED_ELEMENTS_FIRST; tests make it small */
+    uint32_t elements_first; /* 0 means LINKED_ELEMENTS_FIRST; tests make it small */
 };
 
 /* CPU part: bounds, tiles, records. ERROR_OVER_BUDGET above LINKED_LIGHTS_MAX bounded lights. */
 MUST_CHECK bool linked_lists_collect(struct linked_lists *lists, const struct linked_desc *desc,
                                      struct error *err);
-/* GPU part, of the last collect. Reads the counter back, and repeats with a larger pool when it overflowed. */
+/* GPU part, of the last collect. Reads the counter back, and repeats with a larger pool when it
+ * overflowed. */
 MUST_CHECK bool linked_lists_build(struct linked_lists *lists, const struct linked_desc *desc,
                                    struct program_cache *programs, struct error *err);
 void linked_lists_finish(struct linked_lists *lists);

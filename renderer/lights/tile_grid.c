@@ -32,6 +32,7 @@ bool tile_grid_init(struct tile_grid *grid, const struct camera *camera,
     grid->y_first = bottom * y_px - camera->half_height;
     grid->x_step = tile_px * x_px;
     grid->y_step = tile_px * y_px;
+    grid->spread = 0.5 * hypot(grid->x_step, grid->y_step);
     grid->x = make_planes(grid->x_first, grid->x_step, grid->columns, grid->is_orthographic);
     grid->y = make_planes(grid->y_first, grid->y_step, grid->rows, grid->is_orthographic);
     if (grid->x && grid->y)
@@ -56,8 +57,9 @@ static bool reaches(const struct light_bound *bound, const struct tile_plane *pl
     return light_bound_support(bound, unit) - side * plane->offset >= 0;
 }
 
-/* As the border turns about the eye, "reaches beyond" reads true, false, true at most (the last part touches the
- * border's plane behind the eye), so halving finds its only change from true to false, or errs to the far end. */
+/* As the border turns about the eye, "reaches beyond" reads true, false, true at most (the last
+ * part touches the border's plane behind the eye), so halving finds its only change from true to
+ * false, or errs to the far end. */
 static bool cover_axis(const struct light_bound *bound, const struct tile_plane *planes, int axis,
                        int tiles, int *first, int *last)
 {
@@ -117,8 +119,7 @@ struct view_ray tile_grid_ray(const struct tile_grid *grid, int column, int row)
 {
     double x = grid->x_first + (column + 0.5) * grid->x_step;
     double y = grid->y_first + (row + 0.5) * grid->y_step;
-    double spread = 0.5 * hypot(grid->x_step, grid->y_step);
     if (grid->is_orthographic)
-        return (struct view_ray){.origin = {x, y}, .spread_m = spread};
-    return (struct view_ray){.slope = {x, y}, .spread_per_m = spread};
+        return (struct view_ray){.origin = {x, y}, .spread_m = grid->spread};
+    return (struct view_ray){.slope = {x, y}, .spread_per_m = grid->spread};
 }

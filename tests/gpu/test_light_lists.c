@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Claims about light lists as a shader reads them: against brute force, between runs, and against each other. */
+/* Claims about light lists as a shader reads them: against brute force, between runs, and against
+ * each other. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -30,7 +31,11 @@ static struct rig {
 
 static struct light_scene scene;
 
-struct point { uint32_t x, y; float z; uint32_t pad; };
+struct point {
+    uint32_t x, y;
+    float z;
+    uint32_t pad;
+};
 
 static int finish_rig(void **unused)
 {
@@ -69,9 +74,12 @@ static void make_points(uint64_t seed, struct point points[POINTS])
 static struct light_lists_desc describe(enum view_light_lists technique, bool faithful,
                                         size_t light_count)
 {
-    return (struct light_lists_desc){.technique = technique, .faithful = faithful,
-                                     .lights = scene.lights, .light_count = light_count,
-                                     .camera = &scene.camera, .window = &scene.window};
+    return (struct light_lists_desc){.technique = technique,
+                                     .faithful = faithful,
+                                     .lights = scene.lights,
+                                     .light_count = light_count,
+                                     .camera = &scene.camera,
+                                     .window = &scene.window};
 }
 
 static void assert_ok(bool ok, const struct error *err)
@@ -85,17 +93,23 @@ static void probe(const struct point points[POINTS], uint32_t *lists)
 {
     struct error err = {0};
     struct gl_buffer in = {0}, out = {0};
-    const struct gl_program *program = program_cache_get(
-        rig.programs, &(struct program_desc){.label = "light_list_probe",
-                                             .compute = "light_list_probe.comp.glsl",
-                                             .defines = light_lists_defines(rig.lists)}, &err);
+    const struct gl_program *program =
+        program_cache_get(rig.programs,
+                          &(struct program_desc){.label = "light_list_probe",
+                                                 .compute = "light_list_probe.comp.glsl",
+                                                 .defines = light_lists_defines(rig.lists)},
+                          &err);
     assert_ok(program != NULL, &err);
-    assert_true(gl_buffer_init(&in, &(struct gl_buffer_desc){.label = "probe.points",
-                                                             .size_bytes = POINTS * 16,
-                                                             .data = points}, &err));
-    assert_true(gl_buffer_init(&out, &(struct gl_buffer_desc){.label = "probe.lists",
-                                                              .size_bytes = POINTS * STRIDE * 4,
-                                                              .is_dynamic = true}, &err));
+    assert_true(gl_buffer_init(&in,
+                               &(struct gl_buffer_desc){.label = "probe.points",
+                                                        .size_bytes = POINTS * 16,
+                                                        .data = points},
+                               &err));
+    assert_true(gl_buffer_init(&out,
+                               &(struct gl_buffer_desc){.label = "probe.lists",
+                                                        .size_bytes = POINTS * STRIDE * 4,
+                                                        .is_dynamic = true},
+                               &err));
     gl_buffer_clear_u32(&out, 0, POINTS * STRIDE * 4, 0);
     gl_program_use(program);
     gl_program_set_u(program, "u_point_count", POINTS);
@@ -134,7 +148,9 @@ static bool holds(const uint32_t *list, uint32_t light)
     return false;
 }
 
-struct tally { int reached, missed, listed; };
+struct tally {
+    int reached, missed, listed;
+};
 
 /* Compares with brute force at the pixels' centres. */
 static void tally_points(const struct point points[POINTS], const uint32_t *lists,
@@ -185,15 +201,17 @@ static void corrected_linked_lists_never_miss_a_light(void **unused)
         assert_int_equal(tally_scenes(VIEW_LIGHT_LISTS_LINKED, false, scales[i]).missed, 0);
 }
 
-/* Lindbeck's lists sample the middle of 4x4 pixels: lights whose outline or faces cross a tile are lost in parts of
- * it. This states how many, so that nobody takes the faithful mode for a reference. */
+/* Lindbeck's lists sample the middle of 4x4 pixels: lights whose outline or faces cross a tile are
+ * lost in parts of it. This states how many, so that nobody takes the faithful mode for a
+ * reference. */
 static void faithful_linked_lists_lose_some_lights_but_few(void **unused)
 {
     (void)unused;
     struct tally faithful = tally_scenes(VIEW_LIGHT_LISTS_LINKED, true, 1);
     struct tally corrected = tally_scenes(VIEW_LIGHT_LISTS_LINKED, false, 1);
-    print_message("faithful: %d of %d lit (point, light) pairs lost, %d listed; corrected: %d listed\n",
-                  faithful.missed, faithful.reached, faithful.listed, corrected.listed);
+    print_message(
+        "faithful: %d of %d lit (point, light) pairs lost, %d listed; corrected: %d listed\n",
+        faithful.missed, faithful.reached, faithful.listed, corrected.listed);
     assert_true(faithful.missed > 0);
     assert_true(faithful.missed < faithful.reached / 50);
     assert_true(faithful.listed < corrected.listed);
@@ -204,9 +222,12 @@ static void lists_repeat_between_runs(void **unused)
     (void)unused;
     static struct point points[POINTS];
     static uint32_t first[POINTS * STRIDE], again[POINTS * STRIDE];
-    static const struct { enum view_light_lists technique; bool faithful; } forms[] = {
-        {VIEW_LIGHT_LISTS_CLUSTERED, false}, {VIEW_LIGHT_LISTS_LINKED, false},
-        {VIEW_LIGHT_LISTS_LINKED, true}};
+    static const struct {
+        enum view_light_lists technique;
+        bool faithful;
+    } forms[] = {{VIEW_LIGHT_LISTS_CLUSTERED, false},
+                 {VIEW_LIGHT_LISTS_LINKED, false},
+                 {VIEW_LIGHT_LISTS_LINKED, true}};
     for (int form = 0; form < 3; form++) {
         light_scene_make(&scene, 77, false, 1);
         make_points(77, points);
@@ -256,9 +277,13 @@ static void global_lights_come_first_and_clustered_lists_ascend_twice(void **unu
     }
 }
 
-struct list_element { float front, back; uint32_t light, next; };
+struct list_element {
+    float front, back;
+    uint32_t light, next;
+};
 
-/* Reads the lists back; checks that every element is reached once and sorted. Returns the longest list. */
+/* Reads the lists back; checks that every element is reached once and sorted. Returns the longest
+ * list. */
 static int check_elements(const struct linked_lists *linked, bool faithful)
 {
     size_t tiles = (size_t)linked->grid.columns * (size_t)linked->grid.rows;
@@ -277,9 +302,9 @@ static int check_elements(const struct linked_lists *linked, bool faithful)
             assert_true(at >= linked->prefix_count && at < linked->element_count);
             const struct list_element *element = &elements[at];
             assert_true(element->front <= element->back);
-            assert_true(!before || before->front < element->front ||
-                        (before->front == element->front &&
-                         (faithful || before->light < element->light)));
+            assert_true(
+                !before || before->front < element->front ||
+                (before->front == element->front && (faithful || before->light < element->light)));
             before = element;
             at = element->next;
             length++;
@@ -296,8 +321,8 @@ static int check_elements(const struct linked_lists *linked, bool faithful)
 
 static struct linked_desc linked_desc_of(const struct state_light *lights, size_t count)
 {
-    return (struct linked_desc){.lights = lights, .light_count = count,
-                                .camera = &scene.camera, .window = &scene.window};
+    return (struct linked_desc){
+        .lights = lights, .light_count = count, .camera = &scene.camera, .window = &scene.window};
 }
 
 static void build_linked(struct linked_lists *linked, const struct linked_desc *desc)
@@ -324,8 +349,11 @@ static void every_element_is_linked_once_in_order(void **unused)
 
 static void make_plain_view(int width, int height)
 {
-    scene.camera = (struct camera){.right = {1, 0, 0}, .up = {0, 1, 0}, .back = {0, 0, 1},
-                                   .half_width = 0.4 * width / height, .half_height = 0.4,
+    scene.camera = (struct camera){.right = {1, 0, 0},
+                                   .up = {0, 1, 0},
+                                   .back = {0, 0, 1},
+                                   .half_width = 0.4 * width / height,
+                                   .half_height = 0.4,
                                    .z_near = 0.01};
     scene.window = (struct camera_window){0, 0, width, height, width, height};
 }
@@ -385,8 +413,8 @@ static void windows_that_are_no_multiple_of_a_tile_are_covered_to_their_edge(voi
         make_plain_view(width, height);
         scene.camera.half_width *= 0.1; /* so that even the middle of the last tile is lit */
         scene.camera.half_height *= 0.1;
-        scene.lights[0] = (struct state_light){
-            .type = SCENE_LIGHT_POINT, .position = {0, 0, -20}, .range = 15};
+        scene.lights[0] =
+            (struct state_light){.type = SCENE_LIGHT_POINT, .position = {0, 0, -20}, .range = 15};
         for (int i = 0; i < POINTS; i++) /* along the upper and right edge first */
             points[i] = (struct point){.x = (uint32_t)(i % 2 ? width - 1 : i / 2 % width),
                                        .y = (uint32_t)(i % 2 ? i / 2 % height : height - 1),
@@ -408,8 +436,8 @@ static void no_lights_give_empty_lists(void **unused)
     static uint32_t lists[POINTS * STRIDE];
     make_plain_view(100, 50);
     for (int form = 0; form < 3; form++) {
-        const struct light_lists_desc desc = describe(
-            form ? VIEW_LIGHT_LISTS_LINKED : VIEW_LIGHT_LISTS_CLUSTERED, form == 2, 0);
+        const struct light_lists_desc desc =
+            describe(form ? VIEW_LIGHT_LISTS_LINKED : VIEW_LIGHT_LISTS_CLUSTERED, form == 2, 0);
         list_lights(&desc, points, lists);
         for (int i = 0; i < POINTS; i++)
             assert_int_equal(lists[i * STRIDE], 0);
@@ -423,8 +451,7 @@ static void the_report_says_what_was_built_and_why(void **unused)
     light_scene_make(&scene, 1, false, 1);
     make_plain_view(320, 200);
     struct frame_report report = {0};
-    const struct light_lists_desc desc =
-        describe(VIEW_LIGHT_LISTS_AUTO, false, LIGHT_SCENE_LIGHTS);
+    const struct light_lists_desc desc = describe(VIEW_LIGHT_LISTS_AUTO, false, LIGHT_SCENE_LIGHTS);
     prepare(&desc, &report);
     assert_int_equal(report.pass_count, 1);
     assert_string_equal(report.passes[0].pass, "light_list");
@@ -444,8 +471,8 @@ static void too_many_lights_for_linked_lists_are_refused_by_number(void **unused
     assert_non_null(lights);
     make_plain_view(64, 64);
     for (size_t i = 0; i < count; i++)
-        lights[i] = (struct state_light){
-            .type = SCENE_LIGHT_POINT, .position = {0, 0, -5}, .range = 1};
+        lights[i] =
+            (struct state_light){.type = SCENE_LIGHT_POINT, .position = {0, 0, -5}, .range = 1};
     struct linked_lists linked = {0};
     struct error err = {0};
     const struct linked_desc desc = linked_desc_of(lights, count);

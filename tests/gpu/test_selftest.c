@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Claims about the start-up self-test on this device: it passes, decides about timers, and costs little. */
+/* Claims about the start-up self-test on this device: it passes, decides about timers, and costs
+ * little. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

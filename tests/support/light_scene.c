@@ -65,7 +65,8 @@ static struct camera_window random_window(uint64_t *state)
     return window;
 }
 
-/* Every fourth light sits at the eye, and ranges span three decades, so that cameras are inside and outside. */
+/* Every fourth light sits at the eye, and ranges span three decades, so that cameras are inside and
+ * outside. */
 static struct state_light random_light(uint64_t *state, const struct camera *camera, int index,
                                        double scale)
 {
@@ -103,7 +104,8 @@ void light_scene_point(const struct light_scene *scene, double x, double y, doub
     double vx = ((w->x + x) / w->image_width * 2 - 1) * camera->half_width * depth_scale;
     double vy = (image_y / w->image_height * 2 - 1) * camera->half_height * depth_scale;
     for (int i = 0; i < 3; i++)
-        world[i] = camera->eye[i] + camera->right[i] * vx + camera->up[i] * vy - camera->back[i] * z;
+        world[i] =
+            camera->eye[i] + camera->right[i] * vx + camera->up[i] * vy - camera->back[i] * z;
 }
 
 double light_scene_depth(const struct light_scene *scene, uint64_t *state)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Random lights, cameras and windows for tests of light lists, and brute force to compare them with. */
+/* Random lights, cameras and windows for tests of light lists, and brute force to compare them
+ * with. */
 #ifndef VITRAIL_TESTS_SUPPORT_LIGHT_SCENE_H
 #define VITRAIL_TESTS_SUPPORT_LIGHT_SCENE_H
 
@@ -8,7 +9,8 @@
 enum { LIGHT_SCENE_LIGHTS = 48 };
 
 struct light_scene {
-    struct state_light lights[LIGHT_SCENE_LIGHTS]; /* points and spots at, around, behind, before the eye; some global */
+    struct state_light lights[LIGHT_SCENE_LIGHTS]; /* points and spots at, around, behind, before
+                                                      the eye; some global */
     struct camera camera;
     struct camera_window window;
     double scale; /* m: size of everything */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Claims about where a line of sight meets a light: the interval holds every lit depth, and is not much longer. */
+/* Claims about where a line of sight meets a light: the interval holds every lit depth, and is not
+ * much longer. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,8 +12,12 @@
 #include "renderer/lights/light_bounds.h"
 #include "renderer/scene/matrix.h"
 
-static const struct camera straight = {.right = {1, 0, 0}, .up = {0, 1, 0}, .back = {0, 0, 1},
-                                       .half_width = 1, .half_height = 1, .z_near = 0.01};
+static const struct camera straight = {.right = {1, 0, 0},
+                                       .up = {0, 1, 0},
+                                       .back = {0, 0, 1},
+                                       .half_width = 1,
+                                       .half_height = 1,
+                                       .z_near = 0.01};
 
 static uint64_t next_random(uint64_t *state)
 {
@@ -124,8 +129,11 @@ static void bounding_spheres_of_cones_hold_apex_rim_and_cap(void **unused)
     struct error err = {0};
     for (int degrees = 1; degrees < 90; degrees++) {
         double angle = degrees * M_PI / 180;
-        struct state_light light = {.type = SCENE_LIGHT_SPOT, .position = {0, 0, -9}, .range = 3,
-                                    .direction = {1, 0, 0}, .outer_cone_rad = (float)angle};
+        struct state_light light = {.type = SCENE_LIGHT_SPOT,
+                                    .position = {0, 0, -9},
+                                    .range = 3,
+                                    .direction = {1, 0, 0},
+                                    .outer_cone_rad = (float)angle};
         assert_true(light_bounds_collect(&bounds, &light, 1, &straight, &err));
         const struct light_bound *bound = &bounds.items[0];
         for (int k = 0; k <= 20; k++) {

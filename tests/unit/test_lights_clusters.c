@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Claims about the CPU light clusters: they never miss a light, and every build gives the same bits. */
+/* Claims about the CPU light clusters: they never miss a light, and every build gives the same
+ * bits. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -34,7 +35,8 @@ static int count_misses(const struct clusters *clusters, uint64_t seed, int *rea
     uint64_t state = 0xd1342543de82ef95u * (seed + 7);
     int misses = 0;
     for (int i = 0; i < POINTS; i++) {
-        double x = random_uniform(&state, 0, scene.window.width), y = random_uniform(&state, 0, scene.window.height);
+        double x = random_uniform(&state, 0, scene.window.width),
+               y = random_uniform(&state, 0, scene.window.height);
         double z = light_scene_depth(&scene, &state), world[3];
         light_scene_point(&scene, x, y, z, world);
         size_t cluster = clusters_find(clusters, (int)x, (int)y, (float)z);
@@ -131,8 +133,12 @@ static void lists_are_contiguous_and_ascending_and_repeat_bit_for_bit(void **unu
 
 static void make_plain_scene(int width, int height)
 {
-    scene.camera = (struct camera){.right = {1, 0, 0}, .up = {0, 1, 0}, .back = {0, 0, 1},
-                                   .half_width = 0.8, .half_height = 0.6, .z_near = 0.01};
+    scene.camera = (struct camera){.right = {1, 0, 0},
+                                   .up = {0, 1, 0},
+                                   .back = {0, 0, 1},
+                                   .half_width = 0.8,
+                                   .half_height = 0.6,
+                                   .z_near = 0.01};
     scene.window = (struct camera_window){0, 0, width, height, width, height};
     for (int i = 0; i < LIGHTS; i++)
         scene.lights[i] = (struct state_light){.type = SCENE_LIGHT_DIRECTIONAL};
@@ -212,10 +218,9 @@ static void no_lights_give_one_empty_cluster_per_tile(void **unused)
     struct clusters clusters = {0};
     struct error err = {0};
     make_plain_scene(33, 31);
-    assert_true(clusters_build(&clusters,
-                               &(struct clusters_desc){.camera = &scene.camera,
-                                                       .window = &scene.window},
-                               &err));
+    assert_true(clusters_build(
+        &clusters, &(struct clusters_desc){.camera = &scene.camera, .window = &scene.window},
+        &err));
     assert_int_equal(clusters.columns, 2);
     assert_int_equal(clusters.rows, 1);
     assert_int_equal(clusters.slices, 1);
@@ -244,7 +249,8 @@ static void sixty_five_thousand_lights_fit(void **unused)
     make_plain_scene(1280, 720);
     struct state_light *lights = many_lights(65536, 0.7);
     assert_true(clusters_build(&clusters,
-                               &(struct clusters_desc){.lights = lights, .light_count = 65536,
+                               &(struct clusters_desc){.lights = lights,
+                                                       .light_count = 65536,
                                                        .camera = &scene.camera,
                                                        .window = &scene.window},
                                &err));
@@ -262,7 +268,8 @@ static void more_entries_than_allowed_are_refused_by_number(void **unused)
     make_plain_scene(1280, 720);
     struct state_light *lights = many_lights(4096, 10);
     assert_false(clusters_build(&clusters,
-                                &(struct clusters_desc){.lights = lights, .light_count = 4096,
+                                &(struct clusters_desc){.lights = lights,
+                                                        .light_count = 4096,
                                                         .camera = &scene.camera,
                                                         .window = &scene.window,
                                                         .entries_max = 100000},
