@@ -43,6 +43,8 @@ struct corpus {
     int count;
 };
 
+#define CHILD_VARIABLE "VITRAIL_FUZZ_PROGRESS_FD" /* set: this is the child */
+
 /* What the child is at; shared with the parent. */
 struct progress {
     _Atomic int file;
@@ -286,6 +288,35 @@ static int report(const struct corpus *corpus, const struct progress *progress, 
     return 1;
 }
 
+static struct progress *progress_map(int fd)
+{
+    struct progress *progress =
+        mmap(NULL, sizeof *progress, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    return progress == MAP_FAILED ? NULL : progress;
+}
+
+/* The child is this program anew, not a mere fork: libraries that start threads when they are
+ * loaded leave a forked child in a state that hangs the leak check. */
+static int watch_child(const struct corpus *corpus, char **argv)
+{
+    int fd = memfd_create("progress", 0), status = 0;
+    char fd_text[16];
+    snprintf(fd_text, sizeof fd_text, "%d", fd);
+    struct progress *progress =
+        fd >= 0 && ftruncate(fd, sizeof *progress) == 0 ? progress_map(fd) : NULL;
+    if (!progress)
+        return 1;
+    pid_t child = fork();
+    if (child == 0) {
+        setenv(CHILD_VARIABLE, fd_text, 1);
+        execv("/proc/self/exe", argv);
+        _exit(127);
+    }
+    if (child < 0 || waitpid(child, &status, 0) != child)
+        return 1;
+    return report(corpus, progress, status);
+}
+
 int main(int argc, char **argv)
 {
     if (argc < 2) {
@@ -294,21 +325,22 @@ int main(int argc, char **argv)
     }
     long mutations = argc > 2 ? strtol(argv[2], NULL, 10) : MUTATIONS_DEFAULT;
     double seconds = argc > 3 ? strtod(argv[3], NULL) : SECONDS_DEFAULT;
+    const char *child_fd = getenv(CHILD_VARIABLE);
     struct corpus corpus = {0};
-    struct progress *progress =
-        mmap(NULL, sizeof *progress, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    int status = 0, result = 1;
-    if (progress == MAP_FAILED || !corpus_read(argv[1], &corpus))
-        goto done;
-    pid_t child = fork();
-    if (child == 0) {
-        run_all(&corpus, mutations, seconds, progress);
+    int result = 1;
+    if (!corpus_read(argv[1], &corpus)) {
         corpus_finish(&corpus);
-        exit(0); /* runs the leak check of the sanitizer */
+        return 1;
     }
-    if (child > 0 && waitpid(child, &status, 0) == child)
-        result = report(&corpus, progress, status);
-done:
+    if (child_fd) {
+        struct progress *progress = progress_map((int)strtol(child_fd, NULL, 10));
+        if (progress) {
+            run_all(&corpus, mutations, seconds, progress);
+            result = 0;
+        }
+    } else {
+        result = watch_child(&corpus, argv);
+    }
     corpus_finish(&corpus);
     return result;
 }
