@@ -208,7 +208,7 @@ static int on_progress(void *context, curl_off_t down_total, curl_off_t down, cu
         progress_show(progress, request->receiving, (uint64_t)down, (uint64_t)down_total);
     else if (up < up_total && request->sending)
         progress_show(progress, request->sending, (uint64_t)up, (uint64_t)up_total);
-    else if (down == 0 && request->waiting)
+    else if (down == 0 && request->waiting && (up_total > 0 || !request->sending))
         progress_show(progress, request->waiting, 0, 0);
     return 0;
 }
