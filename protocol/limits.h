@@ -7,6 +7,7 @@ enum limits {
     LIMIT_IMAGE_SIDE_PX = 16384,         /* GL_MAX_TEXTURE_SIZE of the reference device */
     LIMIT_SHADOW_RESOLUTION = 16384,     /* texels per side; same reason */
     LIMIT_REQUEST_JSON_BYTES = 32 << 20, /* holds 65,536 lights written out in full */
+    LIMIT_CANONICAL_JSON_BYTES = 256 << 20, /* such a body with all written out */
     LIMIT_REQUEST_LIGHTS = 65536,        /* a city at night; fits the JSON limit above */
     LIMIT_REQUEST_OVERRIDES = 65536,     /* nodes or materials overridden in one request */
     LIMIT_CLIP_PLANES = 8,               /* GL_MAX_CLIP_DISTANCES is at least 8 */

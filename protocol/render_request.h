@@ -154,7 +154,8 @@ void render_request_init_defaults(struct render_request *request);
 /* Reads and checks one JSON text. On failure the request is zeroed and err names the member
  * (pointer), what was found and what is allowed. `null` means the same as leaving a member out.
  * Unknown and duplicate members are refused. Several outputs without a format become EXR, the only
- * one that holds them. */
+ * one that holds them. Canonical texts are read too, so the bound here is
+ * LIMIT_CANONICAL_JSON_BYTES; LIMIT_REQUEST_JSON_BYTES is for the server's door to keep. */
 MUST_CHECK bool render_request_parse(const char *json, size_t length,
                                      struct render_request *request, struct error *err);
 

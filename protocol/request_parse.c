@@ -238,7 +238,7 @@ bool render_request_parse(const char *json, size_t length, struct render_request
                           struct error *err)
 {
     *request = (struct render_request){0};
-    json_t *value = json_load_checked(json, length, LIMIT_REQUEST_JSON_BYTES, err);
+    json_t *value = json_load_checked(json, length, LIMIT_CANONICAL_JSON_BYTES, err);
     if (!value)
         return false;
     struct json_node root = json_root(value, err);

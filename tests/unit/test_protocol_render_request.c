@@ -11,6 +11,7 @@
 #include <cmocka.h>
 #include <jansson.h>
 
+#include "protocol/limits.h"
 #include "protocol/render_request.h"
 
 #define ID "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
@@ -289,6 +290,49 @@ static void lights_at_their_cap_are_read_in_order(void **state)
     render_request_finish(&request);
 }
 
+/* The front forwards canonical texts: whatever it takes, the worker must be able to read. */
+static void canonical_json_of_the_largest_bodies_reads_back(void **state)
+{
+    (void)state;
+    enum { COUNT = 65536 };
+    char *json = malloc((size_t)COUNT * 500 + 200), *at = json;
+    assert_non_null(json);
+    at = stpcpy(at, "{\"scene\":\"" ID "\",\"lights\":[");
+    for (int i = 0; i < COUNT; i++)
+        at += sprintf(at,
+                      "%s{\"type\":\"spot\",\"position\":[0.1,0.1,0.1],\"direction\":[0.1,0.1,0.1],"
+                      "\"color\":[0.1,0.1,0.1],\"intensity\":0.1,\"range\":0.1}",
+                      i ? "," : "");
+    at = stpcpy(at, "],\"overrides\":{\"nodes\":{");
+    for (int i = 0; i < COUNT; i++)
+        at += sprintf(
+            at,
+            "%s\"%d\":{\"visible\":true,\"matrix\":[0.1,0.2,0.3,0,0.2,0.1,0.3,0,0.3,0.2,0.1,"
+            "0,0.1,0.1,0.1,1]}",
+            i ? "," : "", i);
+    at = stpcpy(at, "},\"materials\":{");
+    for (int i = 0; i < COUNT; i++)
+        at += sprintf(at,
+                      "%s\"%d\":{\"base_color\":[0.1,0.1,0.1,0.1],\"emissive\":[0.1,0.1,0.1],"
+                      "\"attenuation_color\":[0.1,0.1,0.1],\"attenuation_distance\":0.1,"
+                      "\"pass_through\":{\"model\":\"edge\"}}",
+                      i ? "," : "", i);
+    strcpy(at, "}}}");
+    assert_true(strlen(json) < LIMIT_REQUEST_JSON_BYTES);
+    struct render_request first = parse(json);
+    free(json);
+    char *text = render_request_to_json(&first);
+    assert_non_null(text);
+    assert_true(strlen(text) > LIMIT_REQUEST_JSON_BYTES);
+    struct render_request second = parse(text);
+    assert_int_equal(second.light_count, COUNT);
+    assert_int_equal(second.node_count, COUNT);
+    assert_int_equal(second.material_count, COUNT);
+    free(text);
+    render_request_finish(&first);
+    render_request_finish(&second);
+}
+
 /* ---- allocations that fail, in turn ---- */
 
 /* jansson's allocator has no user pointer, so the countdown of this one test is a global. */
@@ -377,6 +421,7 @@ int main(void)
         cmocka_unit_test(several_outputs_without_a_format_become_exr),
         cmocka_unit_test(ends_of_ranges_are_allowed),
         cmocka_unit_test(lights_at_their_cap_are_read_in_order),
+        cmocka_unit_test(canonical_json_of_the_largest_bodies_reads_back),
         cmocka_unit_test(failed_allocations_are_reported_and_leak_nothing),
         cmocka_unit_test(finish_accepts_zeroed_and_finished_requests),
         cmocka_unit_test(name_tables_end_with_null),

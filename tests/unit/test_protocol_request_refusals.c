@@ -436,10 +436,10 @@ static void nesting_is_bounded_before_parsing(void **state)
     render_request_finish(&request);
 }
 
-static void bodies_over_the_limit_are_not_read(void **state)
+static void texts_over_the_limit_are_not_read(void **state)
 {
     (void)state;
-    struct error err = refuse("{}", (size_t)LIMIT_REQUEST_JSON_BYTES + 1);
+    struct error err = refuse("{}", (size_t)LIMIT_CANONICAL_JSON_BYTES + 1);
     assert_int_equal(err.code, ERROR_TOO_LARGE);
 }
 
@@ -493,7 +493,7 @@ int main(void)
         cmocka_unit_test(bad_pictures),
         cmocka_unit_test(too_many_of_anything),
         cmocka_unit_test(nesting_is_bounded_before_parsing),
-        cmocka_unit_test(bodies_over_the_limit_are_not_read),
+        cmocka_unit_test(texts_over_the_limit_are_not_read),
         cmocka_unit_test(long_names_are_refused_without_being_repeated),
         cmocka_unit_test(every_truncation_of_a_request_is_refused),
     };
