@@ -22,8 +22,7 @@ enum exit_code {
 };
 
 enum {
-    FAILURE_MESSAGE_BYTES =
-        1024, /* holds the longest message of the server, and what we say around it */
+    FAILURE_MESSAGE_BYTES = 1024, /* the longest of the server, and our words around it */
     FAILURE_CODE_BYTES = 64,
     FAILURE_POINTER_BYTES = 256,
 };
