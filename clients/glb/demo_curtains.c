@@ -57,7 +57,7 @@ void demo_add_curtains(struct demo *demo)
          .gather = 0.10,
          .phase_rad = 0.4},
         {.name = "Saffron curtain",
-         .color = {1.0, 0.46, 0.03, 0.64},
+         .color = {1.0, 0.38, 0.02, 0.64},
          .x = -ARCADE_X,
          .z = 1.65,
          .width = 2.9,

@@ -87,9 +87,9 @@ void demo_add_lights(struct demo *demo)
                                         .eye = {1.5, 4.3, 9.2},
                                         .target = {-1.6, 2.2, -3},
                                         .color = {0.74, 0.84, 1},
-                                        .intensity = 75,
+                                        .intensity = 85,
                                         .inner_deg = 10,
-                                        .outer_deg = 55});
+                                        .outer_deg = 46});
 }
 
 static void add_camera(struct demo *demo, const char *name, double fov_y_deg, const double eye[3],
