@@ -31,7 +31,7 @@ static int compare_far_first(const void *a, const void *b)
     const struct light_bound *y = ((const struct linked_draw *)b)->bound;
     if (x->z_lo != y->z_lo)
         return x->z_lo < y->z_lo ? 1 : -1;
-    return (x->light < y->light) - (x->light > y->light);
+    return (x->light > y->light) - (x->light < y->light);
 }
 
 static bool reserve_draws(struct linked_lists *lists, size_t count, struct error *err)

@@ -31,10 +31,10 @@ static struct rig {
 
 static struct light_scene scene;
 
-struct point {
+struct point { /* as light_list_probe.comp.glsl reads it */
     uint32_t x, y;
     float z;
-    uint32_t pad;
+    uint32_t corner; /* where in the pixel: 0..15, for brute force; the shader ignores it */
 };
 
 static int finish_rig(void **unused)
@@ -61,13 +61,62 @@ static bool init_rig(void)
     return rig.programs && rig.timeline && rig.lists;
 }
 
+static bool is_global(uint32_t light)
+{
+    return scene.lights[light].type == SCENE_LIGHT_DIRECTIONAL || scene.lights[light].range == 0;
+}
+
+static void in_window(const struct point *point, double *x, double *y)
+{
+    *x = point->x + (point->corner % 4) / 3.0;
+    *y = point->y + (point->corner / 4) / 3.0;
+}
+
+static struct point random_point(uint64_t *state)
+{
+    return (struct point){
+        .x = (uint32_t)random_uniform(state, 0, scene.window.width),
+        .y = (uint32_t)random_uniform(state, 0, scene.window.height),
+        .z = (float)light_scene_depth(&scene, state),
+        .corner = (uint32_t)random_next(state) % 16,
+    };
+}
+
+static bool is_lit(const struct point *point, uint32_t light, double z)
+{
+    double x, y, world[3];
+    in_window(point, &x, &y);
+    light_scene_point(&scene, x, y, z, world);
+    return light_reaches(&scene.lights[light], world);
+}
+
+/* Moves the point along its line of sight to the very border of some light's reach, from inside. */
+static void move_to_border(struct point *point, uint64_t *state)
+{
+    double dark = light_scene_depth(&scene, state);
+    for (uint32_t light = 0; light < LIGHT_SCENE_LIGHTS; light++) {
+        double lit = point->z;
+        if (is_global(light) || !is_lit(point, light, lit) || is_lit(point, light, dark))
+            continue;
+        for (int i = 0; i < 40; i++)
+            *(is_lit(point, light, (lit + dark) / 2) ? &lit : &dark) = (lit + dark) / 2;
+        point->z = (float)lit;
+        return;
+    }
+}
+
 static void make_points(uint64_t seed, struct point points[POINTS])
 {
     uint64_t state = 0xd1342543de82ef95u * (seed + 7);
     for (int i = 0; i < POINTS; i++) {
-        points[i].x = (uint32_t)random_uniform(&state, 0, scene.window.width);
-        points[i].y = (uint32_t)random_uniform(&state, 0, scene.window.height);
-        points[i].z = (float)light_scene_depth(&scene, &state);
+        points[i] = random_point(&state);
+        if (i % 4 == 1) { /* the corner of a 4x4 tile: the farthest that its beam must reach */
+            points[i].x &= ~3u;
+            points[i].y &= ~3u;
+            points[i].corner = 0;
+        }
+        if (i % 2)
+            move_to_border(&points[i], &state);
     }
 }
 
@@ -152,16 +201,14 @@ struct tally {
     int reached, missed, listed;
 };
 
-/* Compares with brute force at the pixels' centres. */
+/* Compares with brute force anywhere in the pixels. */
 static void tally_points(const struct point points[POINTS], const uint32_t *lists,
                          struct tally *tally)
 {
     for (int i = 0; i < POINTS; i++) {
-        double world[3];
-        light_scene_point(&scene, points[i].x + 0.5, points[i].y + 0.5, (double)points[i].z, world);
         tally->listed += (int)lists[i * STRIDE];
         for (uint32_t light = 0; light < LIGHT_SCENE_LIGHTS; light++) {
-            if (!light_reaches(&scene.lights[light], world))
+            if (!is_lit(&points[i], light, (double)points[i].z))
                 continue;
             tally->reached++;
             tally->missed += !holds(lists + i * STRIDE, light);
@@ -239,11 +286,6 @@ static void lists_repeat_between_runs(void **unused)
             assert_memory_equal(first, again, sizeof first);
         }
     }
-}
-
-static bool is_global(uint32_t light)
-{
-    return scene.lights[light].type == SCENE_LIGHT_DIRECTIONAL || scene.lights[light].range == 0;
 }
 
 /* Two ascending runs: the prefix (with lights that fill the view), and the cluster's own. */
