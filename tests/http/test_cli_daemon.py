@@ -179,8 +179,7 @@ class DaemonTest(CliTest):
             if b"uploading" in line or b"rendering" in line:
                 break
         process.kill()
-        process.stderr.read()  # ends when nobody holds it any more
-        process.wait()
+        process.communicate()  # returns when nobody holds stderr any more
         for _ in range(500):
             if not processes_with(self.folder) and not os.listdir(self.path("tmp")):
                 return
