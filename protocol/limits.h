@@ -4,22 +4,22 @@
 #define VITRAIL_PROTOCOL_LIMITS_H
 
 enum limits {
-    LIMIT_IMAGE_SIDE_PX = 16384,         /* GL_MAX_TEXTURE_SIZE of the reference device */
-    LIMIT_SHADOW_RESOLUTION = 16384,     /* texels per side; same reason */
-    LIMIT_REQUEST_JSON_BYTES = 32 << 20, /* holds 65,536 lights written out in full */
+    LIMIT_IMAGE_SIDE_PX = 16384,            /* GL_MAX_TEXTURE_SIZE of the reference device */
+    LIMIT_SHADOW_RESOLUTION = 16384,        /* texels per side; same reason */
+    LIMIT_REQUEST_JSON_BYTES = 32 << 20,    /* holds 65,536 lights written out in full */
     LIMIT_CANONICAL_JSON_BYTES = 256 << 20, /* such a body with all written out */
-    LIMIT_REQUEST_LIGHTS = 65536,        /* a city at night; fits the JSON limit above */
-    LIMIT_REQUEST_OVERRIDES = 65536,     /* nodes or materials overridden in one request */
-    LIMIT_CLIP_PLANES = 8,               /* GL_MAX_CLIP_DISTANCES is at least 8 */
-    LIMIT_NAME_BYTES = 1024,             /* node, material, camera names in requests */
-    LIMIT_UPLOAD_FILES = 1024,           /* parts of one multipart upload */
-    LIMIT_FILE_NAME_BYTES = 512,         /* relative path of one uploaded file */
-    LIMIT_JSON_DEPTH = 32,               /* nesting of a request body */
-    LIMIT_JSON_CONTAINERS = 1 << 20,     /* in a body: 786,440 hold every list above at its cap */
-    LIMIT_JSON_VALUES = 6 << 20,         /* in a body: 4.6 Mi hold the same; some 32 bytes each */
-    LIMIT_OUTPUTS = 8,                   /* outputs of one render */
-    LIMIT_FRAMES_KEPT = 1024,            /* frame reports kept for /v1/frames/{id} */
-    LIMIT_QUEUE_DEPTH = 256,             /* renders waiting for a worker; more are a 503 */
+    LIMIT_REQUEST_LIGHTS = 65536,           /* a city at night; fits the JSON limit above */
+    LIMIT_REQUEST_OVERRIDES = 65536,        /* nodes or materials overridden in one request */
+    LIMIT_CLIP_PLANES = 8,                  /* GL_MAX_CLIP_DISTANCES is at least 8 */
+    LIMIT_NAME_BYTES = 1024,                /* node, material, camera names in requests */
+    LIMIT_UPLOAD_FILES = 1024,              /* parts of one multipart upload */
+    LIMIT_FILE_NAME_BYTES = 512,            /* relative path of one uploaded file */
+    LIMIT_JSON_DEPTH = 32,                  /* nesting of a request body */
+    LIMIT_JSON_CONTAINERS = 1 << 20, /* in a body: 786,440 hold every list above at its cap */
+    LIMIT_JSON_VALUES = 6 << 20,     /* in a body: 4.6 Mi hold the same; some 32 bytes each */
+    LIMIT_OUTPUTS = 8,               /* outputs of one render */
+    LIMIT_FRAMES_KEPT = 1024,        /* frame reports kept for /v1/frames/{id} */
+    LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
 };
 
 #define LIMIT_UPLOAD_BYTES (2ull << 30)     /* default of --max-upload-bytes: all files of one */
