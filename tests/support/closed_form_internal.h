@@ -20,9 +20,12 @@ void closed_form_floor(struct closed_form_scene *scene, struct glb_builder *buil
 /* A node with a new material for scene->panes[index]. */
 void closed_form_add_pane(struct glb_builder *builder, const struct closed_form_pane *pane);
 void closed_form_add_light(struct closed_form_scene *scene, struct glb_builder *builder);
-/* half > 0 makes the camera orthographic. */
 void closed_form_camera(struct glb_builder *builder, const char *name, const double eye[3],
-                        const double target[3], double fov_y_deg, double half);
+                        const double target[3], double fov_y_deg);
+/* A camera that looks straight at a plane through target and sees `half` metres of it upward and
+ * downward of the middle: world points lie linearly in the picture. */
+void closed_form_camera_onto(struct glb_builder *builder, const char *name, const double eye[3],
+                             const double target[3], double half);
 
 /* Uniform in [low, high); advances the state. */
 double closed_form_random(uint64_t *state, double low, double high);

@@ -46,7 +46,7 @@ static void add_probes(struct closed_form_scene *scene, struct glb_builder *buil
         double p[3];
         panes_scene_probe(desc, k, p);
         snprintf(name, sizeof name, "Probe %d", k);
-        closed_form_camera(builder, name, (double[]){p[0], p[1] + eye_height, p[2]}, p, 45, 0);
+        closed_form_camera(builder, name, (double[]){p[0], p[1] + eye_height, p[2]}, p, 45);
         closed_form_quad(builder, "Probe tile", material, (double[]){p[0] - h, p[1], p[2] + h},
                          (double[]){2 * h, 0, 0}, (double[]){0, 0, -2 * h});
     }
@@ -57,7 +57,7 @@ void panes_scene_build(const struct panes_scene_desc *desc, struct closed_form_s
     assert(desc->pane_count >= 0 && desc->pane_count <= 1024);
     struct panes_plan plan = plan_of(desc);
     struct glb_builder *builder = closed_form_begin(scene, "Panes", desc->pane_count);
-    closed_form_camera(builder, "Floor", (double[]){0, 0.4, 0.5}, (double[]){0, 0, 0}, 45, 0);
+    closed_form_camera(builder, "Floor", (double[]){0, 0.4, 0.5}, (double[]){0, 0, 0}, 45);
     closed_form_floor(scene, builder, 10);
     for (int k = 0; k < desc->pane_count; k++) {
         struct closed_form_pane *pane = &scene->panes[k];
@@ -91,7 +91,7 @@ void overlap_scene_build(const struct overlap_scene_desc *desc, struct closed_fo
     heights = heights[0] || heights[1] || heights[2] ? heights : straight;
     files = files[0] || files[1] || files[2] ? files : straight;
     struct glb_builder *builder = closed_form_begin(scene, "Overlap", 3);
-    closed_form_camera(builder, "Floor", (double[]){0, 0.8, 0}, (double[]){0, 0, 0}, 0, 1);
+    closed_form_camera_onto(builder, "Floor", (double[]){0, 0.8, 0}, (double[]){0, 0, 0}, 1);
     closed_form_floor(scene, builder, 4);
     for (int h = 0; h < 3; h++) {
         int c = heights[h];
@@ -121,7 +121,7 @@ static void random_pane(uint64_t *state, int index, struct closed_form_pane *pan
     double width = closed_form_random(state, 0.3, 1.5),
            length = closed_form_random(state, 0.3, 1.5);
     double shear = closed_form_random(state, -0.4, 0.4);
-    double center[3] = {closed_form_random(state, -1.5, 1.5), closed_form_random(state, 1, 3),
+    double center[3] = {closed_form_random(state, -1.5, 1.5), closed_form_random(state, 1.6, 3.5),
                         closed_form_random(state, -1.5, 1.5)};
     double u[3] = {width * cos(yaw), 0, -width * sin(yaw)};
     double v[3] = {-length * sin(yaw) * cos(tilt), length * sin(tilt),
@@ -141,7 +141,7 @@ void random_panes_scene_build(const struct random_panes_scene_desc *desc,
 {
     uint64_t state = desc->seed;
     struct glb_builder *builder = closed_form_begin(scene, "Random panes", desc->pane_count);
-    closed_form_camera(builder, "Floor", (double[]){0, 0.2, 0}, (double[]){0, 0, 0}, 0, 2.5);
+    closed_form_camera_onto(builder, "Floor", (double[]){0, 0.9, 0}, (double[]){0, 0, 0}, 2.5);
     closed_form_floor(scene, builder, 3);
     for (int k = 0; k < desc->pane_count; k++) {
         random_pane(&state, k, &scene->panes[k]);

@@ -116,15 +116,9 @@ void closed_form_add_light(struct closed_form_scene *scene, struct glb_builder *
 }
 
 void closed_form_camera(struct glb_builder *builder, const char *name, const double eye[3],
-                        const double target[3], double fov_y_deg, double half)
+                        const double target[3], double fov_y_deg)
 {
-    struct glb_camera_desc desc = {.name = name,
-                                   .fov_y_deg = fov_y_deg,
-                                   .is_orthographic = half > 0,
-                                   .x_mag = half,
-                                   .y_mag = half,
-                                   .z_near = 0.001,
-                                   .z_far = half > 0 ? 100 : 0};
+    struct glb_camera_desc desc = {.name = name, .fov_y_deg = fov_y_deg, .z_near = 0.001};
     struct glb_node_desc node = {.name = name, .camera = glb_builder_add_camera(builder, &desc)};
     glb_node_look_at(&node, eye, target);
     glb_builder_add_node(builder, &node);
@@ -187,11 +181,13 @@ double closed_form_transmittance(const struct closed_form_scene *scene, const do
     }
     for (int k = 0; k < scene->pane_count; k++) {
         const struct closed_form_pane *pane = &scene->panes[k];
-        double st[2], filter[3];
+        double st[2], filter[3], normal[3];
         if (!meet_plane(pane, origin, way, st))
             continue;
-        double s_m = fmin(fabs(st[0]), fabs(1 - st[0])) * sqrt(dot(pane->u, pane->u));
-        double t_m = fmin(fabs(st[1]), fabs(1 - st[1])) * sqrt(dot(pane->v, pane->v));
+        cross(pane->u, pane->v, normal);
+        double area = sqrt(dot(normal, normal)); /* over one edge: the distance of its opposites */
+        double s_m = fmin(fabs(st[0]), fabs(1 - st[0])) * area / sqrt(dot(pane->v, pane->v));
+        double t_m = fmin(fabs(st[1]), fabs(1 - st[1])) * area / sqrt(dot(pane->u, pane->u));
         bool is_beside_s = st[0] < 0 || st[0] > 1, is_beside_t = st[1] < 0 || st[1] > 1;
         if (!is_beside_s && !is_beside_t) {
             closed_form_filter(pane, filter);
@@ -204,6 +200,13 @@ double closed_form_transmittance(const struct closed_form_scene *scene, const do
         }
     }
     return nearest;
+}
+
+void closed_form_camera_onto(struct glb_builder *builder, const char *name, const double eye[3],
+                             const double target[3], double half)
+{
+    double way[3] = {target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]};
+    closed_form_camera(builder, name, eye, target, 2 * atan(half / sqrt(dot(way, way))) * 180 / pi);
 }
 
 void closed_form_unshadowed(const struct closed_form_scene *scene, const double point[3],

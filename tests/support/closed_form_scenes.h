@@ -2,9 +2,10 @@
 /* Scenes whose image can be computed by hand, as GLB bytes with the geometry to compute it from.
  * Thread: any.
  *
- * World: +Y up, metres. Receivers are opaque and Lambertian apart from a small Fresnel term, so
- * compare a render with the same scene without its panes (pane_count 0, or the unshadowed closed
- * form): their ratio is the transmittance. Panes are flat, thin, double-sided, ior 1, roughness 0.
+ * World: +Y up, metres. Receivers are opaque, ior 1 and rough: a renderer without a Fresnel term at
+ * f0 = 0 shows albedo / pi * E exactly; others show a factor that the same scene without panes has
+ * too. Panes are flat, thin, double-sided, ior 1, roughness 0. Cameras are perspective, so that
+ * nothing behind the eye is in the picture, and their nodes carry the names given here.
  * All builders assert on memory: they are for tests. */
 #ifndef VITRAIL_TESTS_SUPPORT_CLOSED_FORM_SCENES_H
 #define VITRAIL_TESTS_SUPPORT_CLOSED_FORM_SCENES_H
@@ -79,7 +80,8 @@ void panes_scene_probe(const struct panes_scene_desc *desc, int k, double point[
  * Red, green and blue squares of side 1 around (0.3 cos a, 0.3 sin a) in (x, z), a = 90, 210, 330
  * degrees, at y = 1, 1.25 and 1.5: height_order[h] is the colour (0 red, 1 green, 2 blue) of
  * height h. file_order is the order of their nodes. Floor y = 0, light straight down, 4 lx. Camera
- * "Floor": orthographic, from y = 0.8 down, |x|, |z| <= 1, the top of the picture is z = -1. */
+ * "Floor": from (0, 0.8, 0) straight down; a square picture is the floor's |x|, |z| <= 1, its top
+ * is z = -1, and floor points lie linearly in it. */
 struct overlap_scene_desc {
     int height_order[3], file_order[3]; /* permutations of 0 1 2; all zero means 0 1 2 */
     bool is_blend;                      /* alpha 0.6 */
@@ -88,8 +90,9 @@ void overlap_scene_build(const struct overlap_scene_desc *desc, struct closed_fo
 
 /* -- (e) Random coloured panes over a floor --
  * pane_count parallelograms, tilted by up to 50 degrees, with centres in |x|, |z| <= 1.5, y in
- * [1, 3]; half of them BLEND. Floor y = 0, |x|, |z| <= 3. The light stands at (0.4, 7, -0.3).
- * Camera "Floor": orthographic, from y = 0.2 down, |x|, |z| <= 2.5, the top is z = -2.5. */
+ * [1.6, 3.5]; half of them BLEND. Floor y = 0, |x|, |z| <= 3. The light stands at (0.4, 7, -0.3).
+ * Camera "Floor": from (0, 0.9, 0) straight down; a square picture is the floor's |x|, |z| <= 2.5,
+ * its top is z = -2.5. */
 struct random_panes_scene_desc {
     int pane_count;
     uint64_t seed;
@@ -101,8 +104,8 @@ void random_panes_scene_build(const struct random_panes_scene_desc *desc,
 /* -- (b) Texture projector --
  * Wall z = 0 facing +Z, |x|, |y| <= 3. Pane |x|, |y| <= 0.5 at z = 1, with a picture of cells x
  * cells squares (or cells vertical bars) in two colours, nearest filter. Light at z = 2 on the
- * axis, so wall point (x, y) sees pane point (x / 2, y / 2). Camera "Wall": orthographic, from
- * z = 0.9, |x|, |y| <= 1.2. */
+ * axis, so wall point (x, y) sees pane point (x / 2, y / 2). Camera "Wall": from
+ * (0, 0, 0.9); a square picture is the wall's |x|, |y| <= 1.2. */
 struct projector_scene_desc {
     int cells;             /* 0 means 4 */
     bool is_bars;
@@ -110,7 +113,7 @@ struct projector_scene_desc {
 };
 void projector_scene_build(const struct projector_scene_desc *desc,
                            struct closed_form_scene *scene);
-/* Transmittance at the wall point (x, y, 0). Returns its distance in m to the nearest cell border. */
+/* Transmittance at the wall point (x, y, 0). Returns its distance to the nearest cell border [m]. */
 double projector_scene_transmittance(const struct projector_scene_desc *desc, double x, double y,
                                      double transmittance[3]);
 

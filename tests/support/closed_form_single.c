@@ -49,7 +49,7 @@ static int add_picture(struct glb_builder *builder, const struct projector_scene
 void projector_scene_build(const struct projector_scene_desc *desc, struct closed_form_scene *scene)
 {
     struct glb_builder *builder = closed_form_begin(scene, "Projector", 0);
-    closed_form_camera(builder, "Wall", (double[]){0, 0, 0.9}, (double[]){0, 0, 0}, 0, 1.2);
+    closed_form_camera_onto(builder, "Wall", (double[]){0, 0, 0.9}, (double[]){0, 0, 0}, 1.2);
     closed_form_quad(builder, "Wall", closed_form_receiver(scene, builder), (double[]){-3, -3, 0},
                      (double[]){6, 0, 0}, (double[]){0, 6, 0});
     int glass = glb_builder_add_material(
@@ -99,7 +99,7 @@ void tilted_scene_build(const struct tilted_scene_desc *desc, struct closed_form
 {
     double angle = desc->tilt_deg * pi / 180, c = cos(angle), s = sin(angle);
     struct glb_builder *builder = closed_form_begin(scene, "Tilted pane", 0);
-    closed_form_camera(builder, "Floor", (double[]){0, 0.45, 0.3}, (double[]){0, 0, 0}, 45, 0);
+    closed_form_camera(builder, "Floor", (double[]){0, 0.45, 0.3}, (double[]){0, 0, 0}, 45);
     closed_form_floor(scene, builder, 4);
     struct glb_material_desc glass = {
         .name = "Pane",

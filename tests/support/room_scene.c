@@ -81,7 +81,7 @@ void room_scene_build(const struct room_scene_desc *desc, struct closed_form_sce
 {
     uint64_t state = desc->seed;
     struct glb_builder *builder = closed_form_begin(scene, "Room", 0);
-    closed_form_camera(builder, "Room", (double[]){0, 2.6, 10.2}, (double[]){0, 2.6, 0}, 60, 0);
+    closed_form_camera(builder, "Room", (double[]){0, 2.6, 10.2}, (double[]){0, 2.6, 0}, 60);
     add_walls(builder, closed_form_receiver(scene, builder));
     add_spheres(builder, &state, desc->glass_spheres);
     add_lights(builder, &state, desc->light_count);
