@@ -22,11 +22,11 @@ extern const double glass_colors[GLASS_COUNT][3]; /* linear transmittance */
 
 /* One point of the window while it is drawn. */
 struct glass_texel {
-    double x, y;             /* m; x = 0 in the middle, y upward */
-    double came_half_width;  /* m; patterns may change it between pieces */
-    double came_distance;    /* m, to the nearest came; negative on it */
+    double x, y;            /* m; x = 0 in the middle, y upward */
+    double came_half_width; /* m; patterns may change it between pieces */
+    double came_distance;   /* m, to the nearest came; negative on it */
     enum glass_color color;
-    int cell;                /* tells pieces of one colour apart */
+    int cell; /* tells pieces of one colour apart */
 };
 
 /* Covers the inside of a shape with glass, its edge with a came. distance: negative inside. */
@@ -43,7 +43,7 @@ struct glass_pattern {
 const struct glass_pattern *glass_pattern(enum demo_window window);
 
 /* The patterns. */
-void glass_draw_rose(struct glass_texel *texel);      /* demo_rose.c */
+void glass_draw_rose(struct glass_texel *texel);       /* demo_rose.c */
 void glass_draw_medallions(struct glass_texel *texel); /* demo_lancets.c */
 void glass_draw_scales(struct glass_texel *texel);
 void glass_draw_lily(struct glass_texel *texel);

@@ -11,10 +11,10 @@
 #define NAVE_HALF_WIDTH 5.0
 #define WALL_THICKNESS 0.5
 #define AISLE_HEIGHT 5.2
-#define ARCADE_X 3.1          /* of the two rows of columns */
+#define ARCADE_X 3.1 /* of the two rows of columns */
 #define ARCADE_THICKNESS 0.5
-#define BAY 4.0               /* columns at z = -6, -2, 2, 6; bays are centred between them */
-#define ARCH_SPRING 3.6       /* top of the columns */
+#define BAY 4.0         /* columns at z = -6, -2, 2, 6; bays are centred between them */
+#define ARCH_SPRING 3.6 /* top of the columns */
 #define VAULT_SPRING 5.6
 #define ROSE_RADIUS 2.2
 #define ROSE_Y 5.6
@@ -49,8 +49,13 @@ int demo_add_picture(struct demo *demo, const char *name, const uint8_t *rgba, i
 
 /* demo_glass.c: draws window patterns. glass: the texture of the base colour; clear: 1 where light
  * passes and 0 on the lead. */
-enum demo_window { DEMO_ROSE, DEMO_LANCET_MEDALLIONS, DEMO_LANCET_SCALES, DEMO_LANCET_LILY,
-                   DEMO_WINDOW_COUNT };
+enum demo_window {
+    DEMO_ROSE,
+    DEMO_LANCET_MEDALLIONS,
+    DEMO_LANCET_SCALES,
+    DEMO_LANCET_LILY,
+    DEMO_WINDOW_COUNT
+};
 void demo_draw_window(struct demo *demo, enum demo_window window, int *glass, int *clear);
 
 /* The parts, each with its own nodes. */

@@ -8,9 +8,9 @@
 #include "protocol/error.h"
 
 struct demo_scene_desc {
-    int texture_size_px;   /* side of the rose window's texture; 0 means 1024; [64, 4096] */
-    double light_factor;   /* on every light and on the sky; 0 means 1 */
-    bool has_no_curtains;  /* leaves out the BLEND cloth */
+    int texture_size_px;  /* side of the rose window's texture; 0 means 1024; [64, 4096] */
+    double light_factor;  /* on every light and on the sky; 0 means 1 */
+    bool has_no_curtains; /* leaves out the BLEND cloth */
 };
 
 /* Writes a GLB to *glb (malloc'ed, caller frees). The same desc gives the same bytes on one

@@ -50,7 +50,7 @@ struct glb_texture_ref {
     int texcoord;       /* set 0 or 1 */
     bool has_transform; /* KHR_texture_transform */
     double offset[2], rotation_rad;
-    double scale[2];    /* both zero means 1 1 */
+    double scale[2]; /* both zero means 1 1 */
 };
 
 enum glb_alpha_mode { GLB_OPAQUE, GLB_MASK, GLB_BLEND };
@@ -59,24 +59,24 @@ enum glb_pass_through { GLB_PASS_CONSTANT, GLB_PASS_SLAB, GLB_PASS_EDGE };
 /* Factors are written as they stand unless the comment gives zero another meaning. */
 struct glb_material_desc {
     const char *name;
-    double base_color[4];                  /* linear, [0,1]; all four zero means opaque white */
-    double metallic, roughness;            /* zero: smooth, dielectric; glTF's default is 1, 1 */
-    double emissive[3];                    /* linear, [0,1] */
-    double emissive_strength;              /* 0 means 1 */
+    double base_color[4];       /* linear, [0,1]; all four zero means opaque white */
+    double metallic, roughness; /* zero: smooth, dielectric; glTF's default is 1, 1 */
+    double emissive[3];         /* linear, [0,1] */
+    double emissive_strength;   /* 0 means 1 */
     enum glb_alpha_mode alpha_mode;
-    double alpha_cutoff;                   /* 0 means 0.5 */
+    double alpha_cutoff; /* 0 means 0.5 */
     bool is_double_sided, is_unlit;
-    double transmission;                   /* above 0 writes KHR_materials_transmission */
-    bool has_ior;                          /* false: nothing is written, glTF's default is 1.5 */
-    double ior;                            /* 0, or at least 1 */
-    double thickness;                      /* m; 0 = thin wall */
-    double attenuation_distance;           /* m; 0 = infinite */
-    double attenuation_color[3];           /* written when attenuation_distance > 0 */
+    double transmission;                     /* above 0 writes KHR_materials_transmission */
+    bool has_ior;                            /* false: nothing is written, glTF's default is 1.5 */
+    double ior;                              /* 0, or at least 1 */
+    double thickness;                        /* m; 0 = thin wall */
+    double attenuation_distance;             /* m; 0 = infinite */
+    double attenuation_color[3];             /* written when attenuation_distance > 0 */
     double normal_scale, occlusion_strength; /* 0 means 1 */
     struct glb_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
         occlusion_texture, emissive_texture, transmission_texture, thickness_texture;
-    enum glb_pass_through pass_through;    /* extras.vitrail.pass_through.model */
-    double edge_color[3], edge_exponent;   /* GLB_PASS_EDGE */
+    enum glb_pass_through pass_through;  /* extras.vitrail.pass_through.model */
+    double edge_color[3], edge_exponent; /* GLB_PASS_EDGE */
 };
 int glb_builder_add_material(struct glb_builder *builder, const struct glb_material_desc *desc);
 
@@ -115,12 +115,12 @@ int glb_builder_add_light(struct glb_builder *builder, const struct glb_light_de
 
 struct glb_camera_desc {
     const char *name;
-    double fov_y_deg;     /* perspective; 0 means 45 */
-    double aspect;        /* perspective; 0 = that of the image */
+    double fov_y_deg; /* perspective; 0 means 45 */
+    double aspect;    /* perspective; 0 = that of the image */
     bool is_orthographic;
-    double x_mag, y_mag;  /* m, half extents; required when orthographic */
-    double z_near;        /* m; 0 means 0.05 */
-    double z_far;         /* m; 0 means infinite, or 1000 when orthographic */
+    double x_mag, y_mag; /* m, half extents; required when orthographic */
+    double z_near;       /* m; 0 means 0.05 */
+    double z_far;        /* m; 0 means infinite, or 1000 when orthographic */
 };
 int glb_builder_add_camera(struct glb_builder *builder, const struct glb_camera_desc *desc);
 
@@ -128,7 +128,7 @@ int glb_builder_add_camera(struct glb_builder *builder, const struct glb_camera_
 
 struct glb_node_desc {
     const char *name;
-    int parent;            /* 0 = a root of the scene */
+    int parent; /* 0 = a root of the scene */
     int mesh, light, camera;
     bool has_matrix;       /* matrix instead of translation, rotation and scale */
     double matrix[16];     /* column-major, parent_from_node */

@@ -19,7 +19,7 @@ struct shape {
     uint32_t *indices;                      /* owned; triangles */
     size_t vertex_count, vertex_capacity;
     size_t index_count, index_capacity;
-    double origin[3], x[3], y[3], z[3];     /* the place; all axes zero = those of the mesh */
+    double origin[3], x[3], y[3], z[3]; /* the place; all axes zero = those of the mesh */
     bool is_out_of_memory;
 };
 
@@ -44,11 +44,11 @@ void shape_add_grid(struct shape *shape, const double corner[3], const double ed
                     const double edge_v[3], int columns, int rows);
 
 struct shape_curtain_desc {
-    double width, height;   /* m; hangs from y = 0 down, x in [0, width] */
-    double fold_depth;      /* m, half of the way from crest to trough, at the hem */
-    double folds;           /* crests over the width */
-    double gather;          /* [0,1): how much the hem is drawn towards x = 0 */
-    double phase_rad;       /* of the first fold */
+    double width, height; /* m; hangs from y = 0 down, x in [0, width] */
+    double fold_depth;    /* m, half of the way from crest to trough, at the hem */
+    double folds;         /* crests over the width */
+    double gather;        /* [0,1): how much the hem is drawn towards x = 0 */
+    double phase_rad;     /* of the first fold */
     int columns, rows;
 };
 /* A folded cloth; shallow folds at the rail, deep ones at the hem. Texture coordinates in [0,1]. */
@@ -68,8 +68,8 @@ void shape_add_cylinder(struct shape *shape, const double center[3], double radi
 struct shape_lathe_desc {
     const double (*profile)[2]; /* (radius, y), bottom to top along the outside */
     int count;
-    bool is_closed;             /* the last point joins the first: a ring */
-    bool is_faceted;            /* otherwise corners below 35 degrees are smooth */
+    bool is_closed;  /* the last point joins the first: a ring */
+    bool is_faceted; /* otherwise corners below 35 degrees are smooth */
     int slices;
 };
 /* Turns the profile about +Y through the local origin. */

@@ -63,14 +63,14 @@ void closed_form_radiance(const struct closed_form_scene *scene, const double po
  * probes, probe k for k in [0, pane_count] is an opaque square tile that lies under exactly k panes
  * and in no other probe's shadow; camera "Probe k" looks straight down on it and sees only it. */
 struct panes_scene_desc {
-    int pane_count;           /* [0, 1024] */
+    int pane_count;            /* [0, 1024] */
     const double (*colors)[4]; /* required when pane_count > 0; borrowed; one per pane */
     bool is_blend;
-    double spacing;           /* m; 0 means 0.1 */
-    double pane_half;         /* m; 0 means 1 */
+    double spacing;   /* m; 0 means 0.1 */
+    double pane_half; /* m; 0 means 1 */
     enum glb_light_type light;
-    double intensity;         /* 0 means 100 cd or 4 lx */
-    bool has_probes;          /* needs 0.13 * (pane_count + 1) <= 17 * pane_half */
+    double intensity; /* 0 means 100 cd or 4 lx */
+    bool has_probes;  /* needs 0.13 * (pane_count + 1) <= 17 * pane_half */
 };
 void panes_scene_build(const struct panes_scene_desc *desc, struct closed_form_scene *scene);
 /* Centre of probe k; its normal is +Y. */
@@ -107,13 +107,14 @@ void random_panes_scene_build(const struct random_panes_scene_desc *desc,
  * axis, so wall point (x, y) sees pane point (x / 2, y / 2). Camera "Wall": from
  * (0, 0, 0.9); a square picture is the wall's |x|, |y| <= 1.2. */
 struct projector_scene_desc {
-    int cells;             /* 0 means 4 */
+    int cells; /* 0 means 4 */
     bool is_bars;
-    uint8_t srgb[2][3];    /* of even and odd cells; all zero means (255 64 16) and (16 128 255) */
+    uint8_t srgb[2][3]; /* of even and odd cells; all zero means (255 64 16) and (16 128 255) */
 };
 void projector_scene_build(const struct projector_scene_desc *desc,
                            struct closed_form_scene *scene);
-/* Transmittance at the wall point (x, y, 0). Returns its distance to the nearest cell border [m]. */
+/* Transmittance at the wall point (x, y, 0). Returns the distance in m to the nearest cell border.
+ */
 double projector_scene_transmittance(const struct projector_scene_desc *desc, double x, double y,
                                      double transmittance[3]);
 
@@ -121,7 +122,7 @@ double projector_scene_transmittance(const struct projector_scene_desc *desc, do
  * Floor y = 0. One pane of side 2 around (0, 1.5, 0), turned by tilt_deg about +X. Light straight
  * down, 4 lx. Camera "Floor": from (0, 0.45, 0.3), the middle of the picture is (0, 0, 0). */
 struct tilted_scene_desc {
-    double tilt_deg;               /* [0, 80] */
+    double tilt_deg; /* [0, 80] */
     double color[3];
     enum glb_pass_through pass_through;
     double edge_color[3], edge_exponent;
@@ -139,7 +140,7 @@ void tilted_scene_transmittance(const struct tilted_scene_desc *desc, double tra
 struct room_scene_desc {
     int light_count;
     uint64_t seed;
-    int glass_spheres;  /* how many of the spheres are coloured glass, the rest are opaque */
+    int glass_spheres; /* how many of the spheres are coloured glass, the rest are opaque */
 };
 void room_scene_build(const struct room_scene_desc *desc, struct closed_form_scene *scene);
 
