@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Auxiliary outputs of the nearest surface of each pixel, opaque or transparent: nine words a pixel.
-// Needs: SAMPLES, HAS_TRANSPARENT, IS_ORTHOGRAPHIC. Values are those of the pixel's first sample, never averaged.
+// Auxiliary outputs of the nearest surface of each pixel, opaque or transparent: nine words a
+// pixel.
+// Needs: SAMPLES, HAS_TRANSPARENT, IS_ORTHOGRAPHIC. Values are those of the pixel's first sample,
+// never averaged.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "surface.glsl"

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Reflection and thin transmission of a punctual light. glTF 2.0 specification, appendix B.3 (Khronos 2021):
-// f = mix of metal and dielectric, both with the GGX microfacet lobe; Fresnel after Schlick 1994 eq. 15;
-// D and V after Walter et al. 2007 and Heitz 2014 (separable form of B.3.2 in its height-correlated shape).
+// Reflection and thin transmission of a punctual light. glTF 2.0 specification, appendix B.3
+// (Khronos 2021):
+// f = mix of metal and dielectric, both with the GGX microfacet lobe; Fresnel after Schlick 1994
+// eq. 15; D and V after Walter et al. 2007 and Heitz 2014 (separable form of B.3.2 in its
+// height-correlated shape).
 // n, v, l: unit vectors; roughness is perceptual, alpha = roughness^2.
 const float PI = 3.14159265358979;
 const float MIN_ALPHA = 1e-3; // keeps the lobe of a perfect mirror finite for punctual lights
@@ -50,7 +52,8 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
         vec3 metal = lobe * (b.base + (1.0 - b.base) * w);
         result = mix(dielectric, metal, b.metallic) * n_dot_l;
     } else if (b.transmission > 0.0 && b.metallic < 1.0) {
-        // KHR_materials_transmission: the reflection lobe, mirrored to the other side of the thin surface
+        // KHR_materials_transmission: the reflection lobe, mirrored to the other side of the thin
+        // surface
         vec3 mirrored = normalize(l - 2.0 * n_dot_l * b.normal);
         vec3 h = normalize(mirrored + b.view);
         float cosine = -n_dot_l;

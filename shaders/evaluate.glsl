@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Evaluates the material at a fragment of a camera pass: textures, normal map, geometric normal.
-// Needs: TEXTURES (bit mask of sampled slots), HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR as the vertex stage.
+// Needs: TEXTURES (bit mask of sampled slots), HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR as the vertex
+// stage.
 // All derivatives and implicit-LOD samples are taken here, before any fragment may return.
 #include "shared/layout.h"
 #include "shared/bindings.h"

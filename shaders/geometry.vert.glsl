@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Vertices of the camera's passes. Needs: HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR, CLIP_PLANES (count).
+// Vertices of the camera's passes. Needs: HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR, CLIP_PLANES
+// (count).
 #include "draw.glsl"
 
 layout(location = 1) in vec3 a_normal;

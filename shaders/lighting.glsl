@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere, emission.
-// The same code serves opaque pixels and every transparent layer. Needs: light list and shadow defines.
+// Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere,
+// emission.
+// The same code serves opaque pixels and every transparent layer. Needs: light list and shadow
+// defines.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -22,7 +24,8 @@ layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statis
 uniform vec3 u_sky, u_ground; // nt
 uniform float u_taps;         // per shadow query, for the statistics
 
-// Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot falloff and range window.
+// Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot
+// falloff and range window.
 vec3 light_arriving(light_record r, vec3 position, out vec3 l)
 {
     if (r.type == LIGHT_DIRECTIONAL) {
@@ -75,7 +78,8 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
     b.transmission = transmission;
     vec3 radiance = s.emissive;
 #ifdef HAS_SHADOWS
-    // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no self shadow")
+    // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
+    // self shadow")
     uint object = (flags & MATERIAL_NO_SELF_SHADOW) != 0u ? s.node : NO_OBJECT;
 #endif
 #ifdef HAS_ENVIRONMENT

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Second pass of the per-pixel lists: writes each transparent fragment's surface into its pixel's range.
+// Second pass of the per-pixel lists: writes each transparent fragment's surface into its pixel's
+// range.
 // Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target with post-depth coverage).
 #include "evaluate.glsl"
 layout(early_fragment_tests) in;
@@ -32,7 +33,8 @@ void main()
     if (s.alpha < r.emissive_alpha_cutoff.w)
         s.alpha = 0.0; // counted already, so it stays in the list as nothing
 #endif
-    // No helper guard: there is no loop, and llvmpipe calls a partly covered fragment whose centre is outside a helper.
+    // No helper guard: there is no loop, and llvmpipe calls a partly covered fragment whose centre
+    // is outside a helper.
     uint pixel = uint(gl_FragCoord.y) * u_width_px + uint(gl_FragCoord.x);
     uint entry = atomicAdd(cursors[pixel], 1u);
 #ifdef HAS_COVERAGE

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Sorts the per-pixel lists, nearest first, by (depth, triangle): a total order, so the result does not depend on how
-// the fragments arrived. A thread per entry; the first thread of a run does the run's work.
-//   PASS=0  runs of RUN entries by insertion, in the buffer: llvmpipe 22.3 loses copies between elements of a local array
+// Sorts the per-pixel lists, nearest first, by (depth, triangle): a total order, so the result does
+// not depend on how the fragments arrived. A thread per entry; the first thread of a run does the
+// run's work.
+//   PASS=0  runs of RUN entries by insertion, in the buffer: llvmpipe 22.3 loses copies between
+//           elements of a local array
 //   PASS=1  merges two sorted runs of u_run entries from u_from to u_to halves of the buffer
 // The longest loop is 2 * u_run < 65,536: the host refuses longer lists.
 #include "shared/bindings.h"

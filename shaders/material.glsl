@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Material records, texture access, and the transmission filter of a surface (docs/shading.md).
-// Needs: shared/records.h included, v_texcoord_0, v_texcoord_1, v_color varyings when the material asks for them.
+// Needs: shared/records.h included, v_texcoord_0, v_texcoord_1, v_color varyings when the material
+// asks for them.
 // TEXTURES is the bit mask of slots that the program samples: absent slots leave no sampler behind.
 layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer { material_record materials[]; };
 
@@ -14,8 +15,9 @@ struct material_uv {
     vec2 at, dx, dy; // texture coordinates and their screen derivatives
 };
 
-// Derivatives are taken of the varyings and transformed afterwards: on llvmpipe a storage buffer reads as zero in the
-// helper lanes of a quad, which would spoil any derivative of a value that depends on the material record.
+// Derivatives are taken of the varyings and transformed afterwards: on llvmpipe a storage buffer
+// reads as zero in the helper lanes of a quad, which would spoil any derivative of a value that
+// depends on the material record.
 material_uv material_coordinates(uint m, int slot, vec2 uv_0, vec2 uv_1)
 {
     vec2 dx_0 = dFdx(uv_0), dy_0 = dFdy(uv_0), dx_1 = dFdx(uv_1), dy_1 = dFdy(uv_1);
@@ -55,8 +57,9 @@ vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 #define BLEND_KIM 2
 
 // Transmittance of one crossing of the surface by light, per channel in [0,1].
-// base: base colour and alpha after textures; transmission: factor times texture; thickness_m: factor times texture;
-// n_dot_l: |cosine| between light and normal; enters: the ray goes into the front face.
+// base: base colour and alpha after textures; transmission: factor times texture; thickness_m:
+// factor times texture; n_dot_l: |cosine| between light and normal; enters: the ray goes into the
+// front face.
 vec3 material_filter(uint m, vec4 base, float transmission, float thickness_m, float n_dot_l,
                      bool enters, uint blend_filter)
 {

@@ -23,7 +23,8 @@ vec3 unpack_unit(uint word)
     return normalize(n);
 }
 
-// Shared-exponent radiance, three 9-bit mantissas (EXT_texture_shared_exponent): relative error 2^-9.
+// Shared-exponent radiance, three 9-bit mantissas (EXT_texture_shared_exponent): relative error
+// 2^-9.
 uint pack_radiance(vec3 c)
 {
     c = clamp(c, 0.0, 65408.0);

@@ -10,8 +10,8 @@ layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer color_buffer { v
 uniform uint u_entries;
 uniform uint u_width_px;
 
-// The camera's share of the filter: blended surfaces cover (glTF 2.0, 3.9.4), transmissive ones filter what the
-// dielectric interface did not reflect (KHR_materials_transmission).
+// The camera's share of the filter: blended surfaces cover (glTF 2.0, 3.9.4), transmissive ones
+// filter what the dielectric interface did not reflect (KHR_materials_transmission).
 vec3 camera_filter(surface s, float transmission, float thickness_m, float n_dot_v)
 {
     material_record r = materials[s.material];

@@ -44,8 +44,8 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
                                 texelFetch(u_surface_1, pixel, 0), depth, u_sample_positions[0]);
 }
 #else
-// Each distinct surface among the samples is shaded once, at the first of its samples: samples of one signature and
-// nearly one depth are one surface.
+// Each distinct surface among the samples is shaded once, at the first of its samples: samples of
+// one signature and nearly one depth are one surface.
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
     for (int j = 0; j < SAMPLES; j++)

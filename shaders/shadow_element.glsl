@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The 16-byte element of a linked shadow list: uvec4(depth, ..., ..., next).
-// SHADOW_FAITHFUL: {depth, range, unorm8 RGB and 8 flag bits, next} and the linear law over the range, as published
-// (Lindbeck 2015, 3.2); eight bits of object id collide above 255 objects.
-// Otherwise {depth, unorm16 R and G, unorm16 B and 16 bits of object id, next}; surfaces have no range.
+// SHADOW_FAITHFUL: {depth, range, unorm8 RGB and 8 flag bits, next} and the linear law over the
+// range, as published (Lindbeck 2015, 3.2); eight bits of object id collide above 255 objects.
+// Otherwise {depth, unorm16 R and G, unorm16 B and 16 bits of object id, next}; surfaces have no
+// range.
 #define ELEMENT_END 0xffffffffu
 #define ELEMENT_LOCKED 0xfffffffeu
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Deep shadow maps as linked lists with a lock per list and sorted insertion (Lindbeck 2015, 3.2).
-//   SHADOW_FAITHFUL  as published: opaque casters are elements of zero transmittance (OPAQUE) that unlink what is behind
-//   otherwise        opaque casters stand in the depth map, and equal depths are ordered by colour, so that lists do not
-//                    depend on the order of drawing
-// The lock is the head itself. The critical section stands inside the loop, so that a lane that owns the lock never waits
-// for lanes of its group that do not; tries are bounded, and a drop that failed is counted, never silent.
+//   SHADOW_FAITHFUL  as published: opaque casters are elements of zero transmittance (OPAQUE) that
+//                    unlink what is behind
+//   otherwise        opaque casters stand in the depth map, and equal depths are ordered by colour,
+//                    so that lists do not depend on the order of drawing
+// The lock is the head itself. The critical section stands inside the loop, so that a lane that
+// owns the lock never waits for lanes of its group that do not; tries are bounded, and a drop that
+// failed is counted, never silent.
 #include "shadow_caster.glsl"
 #include "shadow_element.glsl"
 

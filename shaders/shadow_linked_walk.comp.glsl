@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Walks finished linked shadow lists, one per thread: lengths for the report, and the proof that they are sorted and
-// unlocked. At most 60,000 elements of a list are visited (llvmpipe's loop limit).
+// Walks finished linked shadow lists, one per thread: lengths for the report, and the proof that
+// they are sorted and unlocked. At most 60,000 elements of a list are visited (llvmpipe's loop
+// limit).
 #include "shared/bindings.h"
 #include "shadow_element.glsl"
 

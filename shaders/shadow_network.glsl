@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Sorting networks as lists of compare-exchanges CE(i, j), i < j, so that every index is a constant and the elements stay
-// in registers. 8: Batcher 1968, "Sorting networks and their applications" (19 steps); 16: Green 1969, in Knuth, "The Art
-// of Computer Programming" 3, 5.3.4 (60 steps); 32: two of 16 and Batcher's odd-even merge (185 steps).
+// Sorting networks as lists of compare-exchanges CE(i, j), i < j, so that every index is a constant
+// and the elements stay in registers. 8: Batcher 1968, "Sorting networks and their applications"
+// (19 steps); 16: Green 1969, in Knuth, "The Art of Computer Programming" 3, 5.3.4 (60 steps); 32:
+// two of 16 and Batcher's odd-even merge (185 steps).
 #define NETWORK_8 \
     CE(0, 1) CE(2, 3) CE(4, 5) CE(6, 7) CE(0, 2) CE(1, 3) CE(4, 6) CE(5, 7) CE(1, 2) CE(5, 6) \
     CE(0, 4) CE(1, 5) CE(2, 6) CE(3, 7) CE(2, 4) CE(3, 5) CE(1, 2) CE(3, 4) CE(5, 6)

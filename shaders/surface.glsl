@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A shaded point's surface, as it travels from the geometry passes to the shading passes: two words of four.
+// A shaded point's surface, as it travels from the geometry passes to the shading passes: two words
+// of four.
 #include "pack.glsl"
 
 struct surface {
@@ -27,8 +28,9 @@ uvec4 surface_pack_1(surface s)
                  s.node | (s.is_front ? 0x80000000u : 0u), s.material);
 }
 
-// Equal for samples of one smooth surface: node, material, and the coarse direction of the triangle. One word, because
-// comparing the samples of every pixel is what multisampled shading spends its time on.
+// Equal for samples of one smooth surface: node, material, and the coarse direction of the
+// triangle. One word, because comparing the samples of every pixel is what multisampled shading
+// spends its time on.
 uint surface_signature(surface s)
 {
     uvec3 coarse = uvec3(s.geo_normal * 3.49 + 4.0);
