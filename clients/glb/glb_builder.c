@@ -262,7 +262,7 @@ bool glb_builder_finish(struct glb_builder *builder, void **glb, size_t *size_by
         char *text = document ? json_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
         if (!text)
             glb_fail_memory(builder);
-        if (builder->failure.code == ERROR_NONE)
+        else if (builder->failure.code == ERROR_NONE)
             is_written = write_container(builder, text, glb, size_bytes);
         free(text);
         json_decref(document);
