@@ -380,8 +380,7 @@ static bool scan_document(struct scanner *s, struct gltf_json *json)
             return refuse(s, "'}' or ',' is expected");
     }
     skip_space(s);
-    while (s->at < s->end &&
-           *s->at == '\0') /* some writers pad the JSON chunk of a GLB with zeros */
+    while (s->at < s->end && *s->at == '\0') /* some GLB writers pad their JSON with zeros */
         s->at++;
     return s->at == s->end || refuse(s, "something follows the document");
 }

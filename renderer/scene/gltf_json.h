@@ -10,9 +10,8 @@
 #include "protocol/error.h"
 
 enum {
-    GLTF_JSON_DEPTH_MAX = 64, /* nesting; tinygltf converts recursively */
-    GLTF_JSON_VALUES_MAX =
-        8 << 20, /* numbers, strings, arrays, objects; tinygltf needs some 200 bytes for one */
+    GLTF_JSON_DEPTH_MAX = 64,       /* nesting; tinygltf converts recursively */
+    GLTF_JSON_VALUES_MAX = 8 << 20, /* of any kind; tinygltf needs some 200 bytes for one */
 };
 #define GLTF_JSON_BYTES_MAX (1u << 30) /* buffers may be inside, as base64 */
 

@@ -11,9 +11,9 @@
 enum {
     GLB_HEADER_BYTES = 12,
     CHUNK_HEADER_BYTES = 8,
-    PATH_BYTES_MAX =
-        1024, /* longer than any uploaded name (LIMIT_FILE_NAME_BYTES) plus the root's folder */
-    URI_SHOWN_BYTES = 80, /* of a URI in a message */
+    PATH_BYTES_MAX = 1024, /* two uploaded names (LIMIT_FILE_NAME_BYTES): the root's folder is one
+                            */
+    URI_SHOWN_BYTES = 80,  /* of a URI in a message */
 };
 #define GLB_VERSION 2u
 #define CHUNK_JSON 0x4E4F534Au
@@ -42,8 +42,8 @@ static bool is_named_root(const struct scene_file *file)
 
 static bool find_root(struct gltf_package *package, struct error *err)
 {
-    for (int pass = 0; pass < 2 && !package->root;
-         pass++) /* names decide; only without one, the magic */
+    /* names decide; only without one, the magic */
+    for (int pass = 0; pass < 2 && !package->root; pass++)
         for (size_t i = 0; i < package->file_count; i++) {
             const struct scene_file *file = &package->files[i];
             if (pass == 0 ? !is_named_root(file) : !is_glb(file) && package->file_count > 1)

@@ -226,8 +226,7 @@ bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *siz
     importer_finish(&importer);
     if (!is_done)
         return false;
-    struct scene
-        scene; /* the worker will ask the same: a scene that it would refuse is refused here */
+    struct scene scene; /* the worker will ask the same: what it would refuse is refused here */
     if (!scene_open(&scene, *blob, *size_bytes, err)) {
         free(*blob);
         *blob = NULL;

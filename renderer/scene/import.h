@@ -21,8 +21,7 @@ struct scene_file {
 };
 
 struct scene_import_desc {
-    const struct scene_file
-        *files; /* required; exactly one is a .gltf or .glb (by name, or by GLB magic) */
+    const struct scene_file *files; /* required; one, by name or GLB magic, is the .gltf or .glb */
     size_t file_count;
     uint64_t max_blob_bytes;   /* 0 means 8 GiB */
     uint64_t max_image_pixels; /* per image; 0 means 64 Mi */

@@ -11,8 +11,7 @@ struct geometry_scratch {
     struct index_list corners; /* the accessor's vertex of each corner of the unrolled list */
     uint32_t *sources;         /* the accessor's vertex of each vertex kept */
     uint32_t source_count, source_capacity;
-    uint32_t *seen,
-        *renamed; /* by accessor vertex: seen == round means renamed is its new number */
+    uint32_t *seen, *renamed; /* by accessor vertex: where seen == round, renamed is its number */
     uint32_t seen_capacity, round;
 };
 
@@ -247,8 +246,8 @@ static bool normalize(const double n[3], float out[3])
     double largest = fmax(fabs(n[0]), fmax(fabs(n[1]), fabs(n[2])));
     if (!(largest > 0) || !isfinite(largest))
         return false;
-    double x = n[0] / largest, y = n[1] / largest,
-           z = n[2] / largest; /* no underflow in the squares */
+    /* divided first, so that no square underflows */
+    double x = n[0] / largest, y = n[1] / largest, z = n[2] / largest;
     double length = sqrt(x * x + y * y + z * z);
     out[0] = (float)(x / length);
     out[1] = (float)(y / length);

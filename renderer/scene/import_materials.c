@@ -151,8 +151,8 @@ static bool import_glass(const struct gltf_material *from, struct scene_material
     if (from->attenuation_distance <= 0)
         return error_set(err, ERROR_INVALID_SCENE, "attenuationDistance is %g, not positive",
                          from->attenuation_distance);
-    float distance =
-        (float)fmin(from->attenuation_distance, FACTOR_MAX); /* some write FLT_MAX for infinite */
+    float distance = (float)fmin(from->attenuation_distance, FACTOR_MAX); /* some write FLT_MAX for
+                                                                             infinite */
     to->attenuation_distance = distance < 1e-30f                          ? 1e-30f
                                : from->attenuation_distance >= FACTOR_MAX ? 0
                                                                           : distance;

@@ -53,8 +53,8 @@ static bool check_cycles(const struct gltf_document *document, const int32_t *pa
     if (seen == document->node_count)
         return true;
     size_t at = 0;
-    for (size_t i = 0; i < document->node_count;
-         i++) /* walking up long enough ends in the cycle itself */
+    for (size_t i = 0; i < document->node_count; i++) /* walking up long enough ends in the cycle
+                                                         itself */
         if (parents[i] >= 0)
             at = i;
     for (size_t i = 0; i < document->node_count && parents[at] >= 0; i++)

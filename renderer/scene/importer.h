@@ -29,18 +29,16 @@ struct importer {
     uint64_t instanced_nodes, missing_texcoords, far_texcoords;
 };
 
-/* Each returns false with err set. In the order of the calls in import.c. */
-MUST_CHECK bool import_materials(struct importer *importer,
-                                 struct error *err); /* SCENE_MATERIALS, is_texture_used */
-MUST_CHECK bool import_textures(struct importer *importer,
-                                struct error *err); /* SCENE_TEXTURES, IMAGES, PIXELS */
+/* Each returns false with err set, and fills the sections of its name. In the order of the calls in
+ * import.c: materials also is_texture_used; textures also images and pixels; hierarchy node_order
+ * and mesh_of; meshes all vertex sections; nodes also the bounds and counts of the header. */
+MUST_CHECK bool import_materials(struct importer *importer, struct error *err);
+MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
 MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
 MUST_CHECK bool import_cameras(struct importer *importer, struct error *err);
-MUST_CHECK bool import_hierarchy(struct importer *importer,
-                                 struct error *err); /* node_order, mesh_of */
+MUST_CHECK bool import_hierarchy(struct importer *importer, struct error *err);
 MUST_CHECK bool import_meshes(struct importer *importer, struct error *err);
-MUST_CHECK bool import_nodes(struct importer *importer,
-                             struct error *err); /* SCENE_NODES, bounds, counts */
+MUST_CHECK bool import_nodes(struct importer *importer, struct error *err);
 
 void importer_free_scratch(struct geometry_scratch *scratch);
 

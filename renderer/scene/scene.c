@@ -17,8 +17,7 @@ static bool refuse(struct error *err, const char *what, uint64_t index)
 
 static bool are_finite(const float *values, uint64_t count)
 {
-    float sum =
-        0; /* stays zero unless some value is NaN or infinite; the compiler vectorises this */
+    float sum = 0; /* stays zero unless some value is NaN or infinite */
     for (uint64_t i = 0; i < count; i++)
         sum += values[i] * 0;
     return sum == 0;
