@@ -19,7 +19,7 @@ layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_recor
 #endif
 
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
-#define STATISTICS_LOOKUPS 64u // first of 64 counters of shadow queries, spread to keep atomics apart
+#define STATISTICS_LOOKUPS 64u // first of 64 counters of shadow queries: atomics kept apart
 
 uniform vec3 u_sky, u_ground; // nt
 uniform float u_taps;         // per shadow query, for the statistics
@@ -42,7 +42,8 @@ vec3 light_arriving(light_record r, vec3 position, out vec3 l)
         gain *= clamp(1.0 - q * q, 0.0, 1.0);
     }
     if (r.type == LIGHT_SPOT) {
-        float cone = clamp(dot(r.direction_cone.xyz, -l) * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
+        float cos_off_axis = dot(r.direction_cone.xyz, -l);
+        float cone = clamp(cos_off_axis * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
         gain *= cone * cone;
     }
     return r.color.rgb * gain;
@@ -96,7 +97,7 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
         BRANCH (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
             vec3 reflected = brdf_evaluate(b, l);
 #ifdef HAS_SHADOWS
-            BRANCH (r.shadow != NO_SHADOW && max(reflected.r, max(reflected.g, reflected.b)) > 0.0) {
+            BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
                 arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, object);
                 lookups++;
             }

@@ -9,9 +9,15 @@ layout(post_depth_coverage) in;
 #endif
 layout(std430, binding = BIND_PIXEL_COUNTS) buffer count_buffer { uint cursors[]; };
 layout(std430, binding = BIND_FRAGMENT_KEYS) writeonly buffer key_buffer { uvec4 keys[]; };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_0) writeonly buffer s0_buffer { uvec4 surfaces_0[]; };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_1) writeonly buffer s1_buffer { uvec4 surfaces_1[]; };
-layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer { uvec4 surfaces_2[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_0) writeonly buffer s0_buffer {
+    uvec4 surfaces_0[];
+};
+layout(std430, binding = BIND_FRAGMENT_SURFACE_1) writeonly buffer s1_buffer {
+    uvec4 surfaces_1[];
+};
+layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
+    uvec4 surfaces_2[];
+};
 uniform uint u_width_px;
 
 // Same value for the same triangle whatever the draw order; breaks ties of equal depth.
@@ -25,8 +31,10 @@ void main()
 {
     surface s = evaluate_surface();
     material_record r = materials[s.material];
-    float transmission = r.transmission_f0_thickness.x * evaluate_texel(s.material, SLOT_TRANSMISSION).r;
-    float thickness_m = r.transmission_f0_thickness.z * evaluate_texel(s.material, SLOT_THICKNESS).g;
+    float transmission =
+        r.transmission_f0_thickness.x * evaluate_texel(s.material, SLOT_TRANSMISSION).r;
+    float thickness_m =
+        r.transmission_f0_thickness.z * evaluate_texel(s.material, SLOT_THICKNESS).g;
     if ((r.flags & MATERIAL_BLEND) == 0u)
         s.alpha = 1.0;
 #ifdef IS_MASKED

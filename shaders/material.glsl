@@ -3,7 +3,9 @@
 // Needs: shared/records.h included, v_texcoord_0, v_texcoord_1, v_color varyings when the material
 // asks for them.
 // TEXTURES is the bit mask of slots that the program samples: absent slots leave no sampler behind.
-layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer { material_record materials[]; };
+layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer {
+    material_record materials[];
+};
 
 #ifndef TEXTURES
 #define TEXTURES 0

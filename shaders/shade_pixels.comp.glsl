@@ -31,7 +31,8 @@ vec4 shade_sample(ivec2 pixel, uvec4 s0, uvec4 s1, float depth, vec2 offset)
     surface s = surface_unpack(s0, s1);
     float view_z = view_depth(depth);
     vec3 position = view_position(vec2(pixel) + offset, view_z);
-    return vec4(lighting_evaluate(s, 0.0, position, view_direction(position), uvec2(pixel), view_z), 1.0);
+    vec3 v = view_direction(position);
+    return vec4(lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z), 1.0);
 }
 
 #if SAMPLES == 1

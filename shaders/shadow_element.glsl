@@ -10,7 +10,8 @@
 #ifdef SHADOW_FAITHFUL
 uvec4 element_make(float depth, vec3 t, uint object, uint next)
 {
-    return uvec4(floatBitsToUint(depth), 0u, packUnorm4x8(vec4(t, 0.0)) | (object & 0xffu) << 24u, next);
+    uint filter_flags = packUnorm4x8(vec4(t, 0.0)) | (object & 0xffu) << 24u;
+    return uvec4(floatBitsToUint(depth), 0u, filter_flags, next);
 }
 
 vec3 element_color(uvec4 element)
@@ -38,7 +39,8 @@ vec3 element_transmittance(uvec4 element, float before)
 #else
 uvec4 element_make(float depth, vec3 t, uint object, uint next)
 {
-    return uvec4(floatBitsToUint(depth), packUnorm2x16(t.rg), packUnorm2x16(vec2(t.b, 0.0)) | object << 16u, next);
+    uint b_object = packUnorm2x16(vec2(t.b, 0.0)) | object << 16u;
+    return uvec4(floatBitsToUint(depth), packUnorm2x16(t.rg), b_object, next);
 }
 
 vec3 element_color(uvec4 element)

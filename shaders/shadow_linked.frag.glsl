@@ -22,7 +22,7 @@ uniform uint u_first_count; // of this face: where the heads of its texels start
 uniform uint u_resolution;
 uniform uint u_event_base;  // of this light, in nodes
 uniform uint u_event_count; // elements that there is room for
-uniform uint u_slot;        // of this light in the statistics: (elements asked for, drops that found no lock)
+uniform uint u_slot;        // of this light in the statistics: elements asked for, drops without lock
 
 const int TRIES = 4096;
 
@@ -66,7 +66,8 @@ uint insert(uint head, uvec4 element, bool cast_once)
     if (place >= u_event_count)
         return head;
 #ifdef SHADOW_FAITHFUL
-    element.w = is_opaque(element) ? ELEMENT_END : next; // what is behind is unlinked; its memory stays lost
+    // what is behind an opaque element is unlinked; its memory stays lost
+    element.w = is_opaque(element) ? ELEMENT_END : next;
 #else
     element.w = next;
 #endif

@@ -19,5 +19,6 @@ void main()
     if (i >= u_count)
         return;
     probe_point q = points[i];
-    results[i] = vec4(shadow_transmittance(floatBitsToUint(q.n.w), q.p.xyz, q.n.xyz, floatBitsToUint(q.p.w)), 1.0);
+    uint shadow = floatBitsToUint(q.n.w), object = floatBitsToUint(q.p.w);
+    results[i] = vec4(shadow_transmittance(shadow, q.p.xyz, q.n.xyz, object), 1.0);
 }
