@@ -19,6 +19,7 @@
 enum {
     SUMMARY_BYTES_MAX = 64 << 20,
     STOP_CHECK_MS = 100, /* how soon a stop is noticed while a decoder runs */
+    PEER_STALL_S = 10,
 };
 
 struct decode_job {
@@ -33,11 +34,12 @@ struct decode_pool {
     const struct config *config;
     const struct log *log;
     struct scene_store *store;
-    pthread_mutex_t mutex; /* guards the queue */
+    pthread_mutex_t mutex; /* guards the queue and the spare */
     pthread_cond_t has_work;
     struct decode_job *first, **last;
     size_t count;
     atomic_bool is_stopping;
+    struct child spare; /* a decoder that has loaded its libraries already and waits for a job */
     pthread_t threads[DECODE_THREADS];
     int thread_count;
     atomic_uint_least64_t decoded, refused, crashes, timeouts;
@@ -104,6 +106,45 @@ static bool await_answer(struct decode_pool *pool, struct child *decoder, struct
     return failure == NULL;
 }
 
+/* Starting a decoder takes longer than most decoding, so one is kept ready. It dies with the thread
+ * that started it, and those live as long as the pool. */
+static void refill_spare(struct decode_pool *pool)
+{
+    struct child fresh = {0};
+    pthread_mutex_lock(&pool->mutex);
+    bool is_wanted = pool->spare.pid == 0 && !atomic_load(&pool->is_stopping);
+    if (is_wanted && child_start(&fresh, "decoder", NULL))
+        pool->spare = fresh;
+    pthread_mutex_unlock(&pool->mutex);
+}
+
+static bool send_job(const struct child *decoder, const json_t *job, const int fds[3],
+                     struct error *err)
+{
+    return ipc_set_timeout(decoder->socket, PEER_STALL_S, err) &&
+           ipc_send(decoder->socket, job, fds, 3, err);
+}
+
+/* Leaves a running decoder that has the job. A spare may have been killed since; a fresh one gets
+ * the job then. */
+static bool start_decoder(struct decode_pool *pool, struct child *decoder, const json_t *job,
+                          const int fds[3], struct error *err)
+{
+    pthread_mutex_lock(&pool->mutex);
+    *decoder = pool->spare;
+    pool->spare = (struct child){0};
+    pthread_mutex_unlock(&pool->mutex);
+    if (decoder->pid > 0 && send_job(decoder, job, fds, NULL))
+        return true;
+    child_stop(decoder, 0, NULL, 0);
+    if (!child_start(decoder, "decoder", err))
+        return false;
+    if (send_job(decoder, job, fds, err))
+        return true;
+    child_stop(decoder, 0, NULL, 0);
+    return false;
+}
+
 /* Sends the job and waits. A scene may not take the service's memory for its own want of it. */
 static bool run_decoder(struct decode_pool *pool, const struct upload *upload, int blob_fd,
                         int summary_fd, struct error *err)
@@ -112,14 +153,13 @@ static bool run_decoder(struct decode_pool *pool, const struct upload *upload, i
     json_t *job = describe_job(pool, upload);
     if (!job)
         return error_set(err, ERROR_NO_MEMORY, "job of a decoder");
-    bool is_good = child_start(&decoder, "decoder", err);
+    const int fds[3] = {upload_fd(upload), blob_fd, summary_fd};
+    bool is_good = start_decoder(pool, &decoder, job, fds, err);
+    json_decref(job);
     if (is_good) {
-        int fds[] = {upload_fd(upload), blob_fd, summary_fd};
-        is_good = ipc_set_timeout(decoder.socket, 10, err) &&
-                  ipc_send(decoder.socket, job, fds, 3, err) && await_answer(pool, &decoder, err);
+        is_good = await_answer(pool, &decoder, err);
         child_stop(&decoder, is_good ? 1000 : 0, NULL, 0);
     }
-    json_decref(job);
     if (!is_good && err->code == ERROR_NO_MEMORY) {
         struct error in_scene = {0};
         error_set(&in_scene, ERROR_INVALID_SCENE,
@@ -203,7 +243,8 @@ static struct decode_job *take_job(struct decode_pool *pool)
 static void *pool_run(void *argument)
 {
     struct decode_pool *pool = argument;
-    for (struct decode_job *job; (job = take_job(pool));) {
+    refill_spare(pool);
+    for (struct decode_job *job; (job = take_job(pool)); refill_spare(pool)) {
         struct error problem = {0};
         bool is_new = false;
         int64_t began = now_ms();
@@ -259,6 +300,7 @@ void decode_pool_destroy(struct decode_pool *pool)
     }
     for (int i = 0; i < pool->thread_count; i++)
         pthread_join(pool->threads[i], NULL);
+    child_stop(&pool->spare, 0, NULL, 0);
     pthread_cond_destroy(&pool->has_work);
     pthread_mutex_destroy(&pool->mutex);
     free(pool);

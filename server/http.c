@@ -28,8 +28,8 @@ enum {
     CONNECTION_MEMORY_BYTES = 64 << 10, /* heads are limited to this; bodies come in pieces of it */
     CONNECTION_IDLE_S = 90,             /* our own watch is stricter; this is the net below it */
     BACKLOG = 512,
-    SWALLOW_BYTES = 1 << 20, /* a refused body this small is read, so that the client reads the
-                                reply */
+    SWALLOW_BYTES = 64 << 20, /* a refused body up to this is read, so that the client reads the
+                                 reply */
     HEADERS_MAX = 16,
     REQUEST_ID_BYTES = 65,
     HEADER_BYTES = 1024,

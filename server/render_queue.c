@@ -67,12 +67,12 @@ struct render_task *render_queue_remove(struct render_queue *queue, uint64_t tic
     return NULL;
 }
 
-int64_t render_queue_oldest_ms(const struct render_queue *queue, int64_t otherwise)
+int64_t render_queue_oldest_us(const struct render_queue *queue, int64_t otherwise)
 {
     int64_t oldest = otherwise;
     for (int i = 0; i < RENDER_PRIORITY_COUNT; i++)
         for (const struct render_task *task = queue->first[i]; task; task = task->next)
-            if (task->queued_ms < oldest)
-                oldest = task->queued_ms;
+            if (task->queued_us < oldest)
+                oldest = task->queued_us;
     return oldest;
 }

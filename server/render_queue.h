@@ -30,7 +30,7 @@ struct render_task {
     int request_fd, blob_fd; /* required, owned */
     enum image_format format;
     enum render_priority priority;
-    int64_t queued_ms; /* set when queued */
+    int64_t queued_us; /* set when queued */
     int deaths;        /* workers that died on it */
     struct render_outcome outcome;
     void *context;
@@ -57,7 +57,7 @@ struct render_task *render_queue_pop(struct render_queue *queue); /* NULL when e
 struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket); /* NULL when
                                                                                          not waiting
                                                                                        */
-int64_t render_queue_oldest_ms(const struct render_queue *queue, int64_t otherwise); /* queued_ms of
+int64_t render_queue_oldest_us(const struct render_queue *queue, int64_t otherwise); /* queued_us of
                                                                                         the oldest
                                                                                       */
 

@@ -66,11 +66,16 @@ struct supervisor {
     struct supervisor_totals totals;
 };
 
-static int64_t now_ms(void)
+static int64_t now_us(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+}
+
+static int64_t now_ms(void)
+{
+    return now_us() / 1000;
 }
 
 static void wake(struct supervisor *supervisor)
@@ -282,7 +287,7 @@ static void flight_message(struct supervisor *supervisor, const char *op,
     if (strcmp(op, "begin") == 0) {
         flight->state = FLIGHT_BEGUN;
         flight->since_ms = now;
-        task->outcome.queue_ms = (double)(now - task->queued_ms);
+        task->outcome.queue_ms = 1e-3 * (double)(now_us() - task->queued_us);
     } else if (strcmp(op, "rendered") == 0) {
         flight->state = FLIGHT_ENCODING;
         flight->since_ms = now;
@@ -571,7 +576,7 @@ uint64_t supervisor_next_ticket(struct supervisor *supervisor)
 bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, struct error *err)
 {
     bool is_good = true;
-    task->queued_ms = now_ms();
+    task->queued_us = now_us();
     pthread_mutex_lock(&supervisor->mutex);
     if (supervisor->is_stopping || supervisor->is_draining)
         is_good = error_set(err, ERROR_OVERLOADED, "the server is stopping");
@@ -657,11 +662,11 @@ struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
 {
     pthread_mutex_lock(&supervisor->mutex);
     struct supervisor_totals totals = supervisor->totals;
-    int64_t now = now_ms();
+    int64_t now = now_us();
     totals.waiting = supervisor->queue.count;
     totals.in_flight = (uint64_t)supervisor->flight_count;
     totals.quarantined = (uint64_t)quarantine_count(&supervisor->quarantine);
-    totals.oldest_wait_s = 1e-3 * (double)(now - render_queue_oldest_ms(&supervisor->queue, now));
+    totals.oldest_wait_s = 1e-6 * (double)(now - render_queue_oldest_us(&supervisor->queue, now));
     pthread_mutex_unlock(&supervisor->mutex);
     return totals;
 }
