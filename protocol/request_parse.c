@@ -25,7 +25,7 @@ static bool read_techniques(const struct json_node *node, struct request_quality
 {
     static const char *const planned_shadows[] = {"translucent", "stochastic", "colored-stochastic",
                                                   "composited",  "volume",     "silhouette",
-                                                  "area",        "raytraced",  NULL};
+                                                  "area",        NULL};
     const struct json_choice shadows = {.name = request_shadows_name, .planned = planned_shadows};
     const struct json_choice transparency = {.name = request_transparency_name};
     const struct json_choice light_lists = {.name = request_light_lists_name};
@@ -65,7 +65,7 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
     struct json_node budget_ms = json_member(node, "budget_ms");
     if (!json_read_int(&resolution, 1, LIMIT_SHADOW_RESOLUTION, &quality->shadow_resolution) ||
         !json_read_int(&taps, 1, 16, &quality->shadow_taps) ||
-        !json_read_int(&samples, 1, 4, &quality->samples) ||
+        !json_read_int(&samples, 1, 64, &quality->samples) ||
         !json_read_bool(&faithful, &quality->faithful) ||
         !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||
         !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms))
@@ -73,8 +73,11 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
     int n = quality->shadow_taps;
     if (n != 1 && n != 4 && n != 9 && n != 16)
         return json_refuse(&taps, ERROR_INVALID_REQUEST, "must be 1, 4, 9 or 16");
-    if (quality->samples != 0 && quality->samples != 1 && quality->samples != 4)
-        return json_refuse(&samples, ERROR_INVALID_REQUEST, "must be 1 or 4");
+    bool is_traced = quality->shadows == REQUEST_SHADOWS_RAYTRACED;
+    if (quality->samples != 0 && quality->samples != 1 && quality->samples != 4 &&
+        !(is_traced && (quality->samples == 16 || quality->samples == 64)))
+        return json_refuse(&samples, ERROR_INVALID_REQUEST,
+                           "must be 1 or 4, or with raytraced shadows also 16 or 64");
     return true;
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer_internal.h"
 
 enum {
@@ -31,8 +32,11 @@ static bool check_view(const struct view *view, struct error *err)
         return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is 8",
                          view->clip_plane_count);
     int samples = view->quality.samples;
-    if (samples != 0 && samples != 1 && samples != 4)
-        return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4", samples);
+    bool is_traced = view->quality.shadows == VIEW_SHADOWS_RAYTRACED;
+    if (samples != 0 && samples != 1 && samples != 4 &&
+        !(is_traced && (samples == 16 || samples == 64)))
+        return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4",
+                         samples);
     return true;
 }
 
@@ -56,7 +60,10 @@ static int choose_samples(const struct renderer *renderer, const struct view *vi
 
 static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
 {
-    static const struct { int channels; enum image_component component; } shapes[] = {
+    static const struct {
+        int channels;
+        enum image_component component;
+    } shapes[] = {
         [VIEW_OUTPUT_COLOR] = {4, IMAGE_F32},  [VIEW_OUTPUT_DEPTH] = {1, IMAGE_F32},
         [VIEW_OUTPUT_NORMAL] = {3, IMAGE_F32}, [VIEW_OUTPUT_ALBEDO] = {3, IMAGE_F32},
         [VIEW_OUTPUT_NODE] = {1, IMAGE_U32},   [VIEW_OUTPUT_MATERIAL] = {1, IMAGE_U32},
@@ -167,8 +174,8 @@ static bool render_windows(struct frame_pass *pass, struct error *err)
     const struct view *view = pass->window.view;
     struct camera_window stack[64]; /* halving from 16384^2 to one pixel takes 28 levels */
     int depth = 1, rendered = 0;
-    stack[0] = (struct camera_window){0, 0, view->width_px, view->height_px, view->width_px,
-                                      view->height_px};
+    stack[0] = (struct camera_window){
+        0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
     while (depth) {
         struct camera_window w = stack[--depth];
         bool must_split = w.width > WINDOW_SIDE_MAX || w.height > WINDOW_SIDE_MAX ||
@@ -201,16 +208,44 @@ static void fill_report(const struct renderer *renderer, const struct resident_s
     report_add_bytes(report, "pixel_lists", pixel_lists_size_bytes(&renderer->pixels));
     report_add_bytes(report, "shadows", shadow_system_size_bytes(renderer->shadows));
     if (state->has_default_lights)
-        report_warn(report, "neither the scene nor the request has a light: default lighting is used");
+        report_warn(report,
+                    "neither the scene nor the request has a light: default lighting is used");
 }
 
-static bool render_state(struct renderer *renderer, struct resident_scene *scene,
-                         const struct view *view, const struct scene_state *state,
-                         struct frame *frame, struct error *err)
+static int grid_side(int samples)
 {
-    struct camera camera;
-    if (!camera_resolve(&camera, view, state, err) ||
-        !draw_arena_begin(renderer->arena, state, err) || !create_outputs(view, frame, err))
+    return samples == 1 ? 1 : samples == 16 ? 4 : samples == 64 ? 8 : 2;
+}
+
+/* The color output without the GPU; see renderer/raytrace/raytrace.h. */
+static bool trace_color(const struct view *view, const struct scene_state *state,
+                        const struct camera *camera, struct frame *frame, struct error *err)
+{
+    struct raytrace_stats stats;
+    struct raytrace_desc desc = {
+        .view = view,
+        .state = state,
+        .camera = camera,
+        .samples_per_side = grid_side(view->quality.samples),
+    };
+    image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
+    if (!raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err))
+        return false;
+    const char *because = "quality.shadows is raytraced";
+    report_add_pass(&frame->report, "raytrace.build", because, "raytraced", stats.build_ms,
+                    REPORT_SHADOW);
+    report_add_pass(&frame->report, "raytrace.trace", because, "raytraced", stats.trace_ms,
+                    REPORT_SHADE);
+    frame->report.counts.lookups += stats.shadow_rays;
+    return true;
+}
+
+/* The rasterised outputs of the view: its windows, after the shadows that its color needs. */
+static bool render_rasterised(struct renderer *renderer, struct resident_scene *scene,
+                              const struct view *view, const struct scene_state *state,
+                              const struct camera *camera, struct frame *frame, struct error *err)
+{
+    if (!draw_arena_begin(renderer->arena, state, err))
         return false;
     bool wants_color = view->outputs & 1u << VIEW_OUTPUT_COLOR;
     struct shadow_prepare_desc shadow_desc = {
@@ -218,31 +253,52 @@ static bool render_state(struct renderer *renderer, struct resident_scene *scene
         .gpu = scene->gpu,
         .state = state,
         .arena = renderer->arena,
-        .eye = {camera.eye[0], camera.eye[1], camera.eye[2]},
+        .eye = {camera->eye[0], camera->eye[1], camera->eye[2]},
         .quality = &view->quality,
     };
     if (wants_color &&
         (!shadow_system_prepare(renderer->shadows, &shadow_desc, &frame->report, err) ||
-         !shade_upload_lights(&renderer->shade, state, renderer->shadows, camera.eye, err)))
+         !shade_upload_lights(&renderer->shade, state, renderer->shadows, camera->eye, err)))
         return false;
     struct frame_pass pass = {
         .renderer = renderer,
         .samples = choose_samples(renderer, view, &frame->report),
         .outputs = frame->outputs,
-        .window = {
-            .programs = renderer->programs,
-            .timeline = renderer->timeline,
-            .limits = gl_context_limits(renderer->context),
-            .view = view,
-            .state = state,
-            .gpu = scene->gpu,
-            .arena = renderer->arena,
-            .camera = &camera,
-            .targets = &renderer->targets,
-            .report = &frame->report,
-        },
+        .window =
+            {
+                .programs = renderer->programs,
+                .timeline = renderer->timeline,
+                .limits = gl_context_limits(renderer->context),
+                .view = view,
+                .state = state,
+                .gpu = scene->gpu,
+                .arena = renderer->arena,
+                .camera = camera,
+                .targets = &renderer->targets,
+                .report = &frame->report,
+            },
     };
     if (!render_windows(&pass, err))
+        return false;
+    return true;
+}
+
+static bool render_state(struct renderer *renderer, struct resident_scene *scene,
+                         const struct view *view, const struct scene_state *state,
+                         struct frame *frame, struct error *err)
+{
+    struct camera camera;
+    struct view rasterised = *view;
+    if (!camera_resolve(&camera, view, state, err) || !create_outputs(view, frame, err))
+        return false;
+    if (view->quality.shadows == VIEW_SHADOWS_RAYTRACED &&
+        view->outputs & 1u << VIEW_OUTPUT_COLOR) {
+        if (!trace_color(view, state, &camera, frame, err))
+            return false;
+        rasterised.outputs &= ~(1u << VIEW_OUTPUT_COLOR);
+    }
+    if (rasterised.outputs &&
+        !render_rasterised(renderer, scene, &rasterised, state, &camera, frame, err))
         return false;
     fill_report(renderer, scene, state, &frame->report);
     return true;

@@ -83,7 +83,8 @@ enum view_shadows {
     VIEW_SHADOWS_NONE,
     VIEW_SHADOWS_MAP,
     VIEW_SHADOWS_DEEP,
-    VIEW_SHADOWS_DEEP_LINKED
+    VIEW_SHADOWS_DEEP_LINKED,
+    VIEW_SHADOWS_RAYTRACED /* the whole color output on the CPU: the ground truth */
 };
 enum view_transparency { VIEW_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_LISTS };
 enum view_light_lists {
@@ -102,7 +103,8 @@ struct view_quality {
     enum view_blend_filter blend_filter;
     int shadow_resolution; /* texels per side of one map face; 0 means 1024 */
     int shadow_taps;       /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels; 0 means 4 */
-    int samples;   /* per pixel, 1 or 4; 0 means 4 (1 where the device lacks post-depth coverage) */
+    int samples;   /* per pixel, 1 or 4; 0 means 4 (1 where the device lacks post-depth coverage);
+                      raytraced: also 16 and 64, on a regular grid */
     bool faithful; /* the linked techniques exactly as published, with their approximations */
 };
 

@@ -55,8 +55,8 @@ static void set_clip_depths(struct camera *camera, const struct bounds_sphere *s
     double distance = vec3_length(to_center);
     if (camera->is_orthographic) {
         double along = -vec3_dot(to_center, camera->back);
-        camera->z_near = along - sphere->radius * 1.001;
-        camera->z_far = along + sphere->radius * 1.001;
+        camera->z_near = fmax(along - sphere->radius * 1.001, 0); /* nothing behind the eye */
+        camera->z_far = fmax(along + sphere->radius * 1.001, camera->z_near + sphere->radius);
         return;
     }
     double outside = distance - sphere->radius;
@@ -95,8 +95,12 @@ static bool resolve_node(struct camera *camera, const struct view *view,
     }
     struct bounds_sphere sphere = scene_sphere(state);
     set_clip_depths(camera, &sphere);
-    if (!camera->is_orthographic && source->z_near > 0)
+    if (source->z_near > 0)
         camera->z_near = fmax(camera->z_near, (double)source->z_near);
+    if (camera->is_orthographic && source->z_far > 0)
+        camera->z_far = fmin(camera->z_far, (double)source->z_far);
+    if (camera->is_orthographic && camera->z_far <= camera->z_near)
+        camera->z_far = camera->z_near + 1e-3 * sphere.radius; /* the file's range misses the scene */
     return true;
 }
 

@@ -12,7 +12,7 @@ struct camera {
     bool is_orthographic;
     double half_width, half_height;  /* perspective: tangents of the half angles; orthographic: metres */
     double z_near;                   /* perspective: m; infinite far, reversed Z: ndc z = z_near / view_z */
-    double z_far;                    /* orthographic only; ndc z = (z_far - view_z) / (z_far - z_near), z_near may be < 0 */
+    double z_far;                    /* orthographic only; ndc z = (z_far - view_z) / (z_far - z_near), z_near >= 0 */
 };
 
 /* A rectangle of the image that is rendered at once, first row on top. */

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/* What a surface sends back to the viewer, in f64: every light through every filter between. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
+
+#include "renderer/raytrace/rt_surface.h"
+
+struct rt_lighting {
+    const struct rt_scene *scene;
+    const struct view *view;
+    struct rt_hits shadow_hits; /* scratch of one thread; owned */
+    uint64_t shadow_rays;
+    bool has_overflowed; /* more surfaces on a ray than RT_HITS_MAX */
+};
+
+MUST_CHECK bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_scene *scene,
+                                 const struct view *view, struct error *err);
+void rt_lighting_finish(struct rt_lighting *lighting);
+
+/* Transmittance between a light and a point (relative to rt_scene.origin). `on`: the hit that the
+ * point lies on, or NULL. Surfaces must be strictly nearer to the light than the point, by the
+ * scene's relative epsilon. */
+void rt_transmittance(struct rt_lighting *lighting, const struct state_light *light,
+                      const double point[3], const struct rt_hit *on, double out[3]);
+
+/* Radiance towards `view` (unit, away from the surface), nt, before coverage. */
+void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
+                 const struct rt_surface *surface, const double point[3], const double view[3],
+                 double out[3]);
+
+#endif

@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: MIT */
+/* Embree geometry of a scene state, and the ordered collection of all hits of a ray. */
+#include "renderer/raytrace/rt_scene.h"
+
+#include <float.h>
+#include <stdlib.h>
+
+#include "renderer/raytrace/rt_surface.h"
+#include "renderer/scene/matrix.h"
+
+static const struct scene_primitive *mesh_primitive(const struct rt_scene *scene, uint32_t mesh)
+{
+    return &scene->state->scene->primitives[scene->meshes[mesh].item->primitive];
+}
+
+static bool add_mesh(struct rt_scene *scene, const struct state_item *item, struct error *err)
+{
+    const struct scene *source = scene->state->scene;
+    const struct scene_primitive *p = &source->primitives[item->primitive];
+    struct rt_mesh *mesh = &scene->meshes[scene->mesh_count];
+    mesh->positions = calloc(p->vertex_count, sizeof *mesh->positions);
+    RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    float *vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                              RTC_FORMAT_FLOAT3, 12, p->vertex_count);
+    uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                RTC_FORMAT_UINT3, 12, p->index_count / 3);
+    scene->mesh_count++;
+    mesh->item = item;
+    if (!mesh->positions || !vertices || !indices) {
+        rtcReleaseGeometry(geometry);
+        return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices", p->vertex_count);
+    }
+    for (uint32_t i = 0; i < p->vertex_count; i++) {
+        const float *local = source->positions + 3 * ((size_t)p->first_vertex + i);
+        double world[3];
+        mat4_transform_point(
+            scene->state->world[item->node],
+            (const double[3]){(double)local[0], (double)local[1], (double)local[2]}, world);
+        vec3_sub(world, scene->origin, mesh->positions[i]);
+        for (int k = 0; k < 3; k++)
+            vertices[3 * i + (uint32_t)k] = (float)mesh->positions[i][k];
+    }
+    memcpy(indices, source->indices + p->first_index, (size_t)p->index_count / 3 * 12);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene->scene, geometry, (unsigned)(scene->mesh_count - 1));
+    rtcReleaseGeometry(geometry);
+    return true;
+}
+
+bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, const struct view *view,
+                   struct error *err)
+{
+    *scene = (struct rt_scene){
+        .state = state,
+        .epsilon = 2e-5,
+        .clip_planes = view->clip_planes,
+        .clip_plane_count = view->clip_plane_count,
+    };
+    if (state->bounds_min[0] <= state->bounds_max[0])
+        for (int k = 0; k < 3; k++)
+            scene->origin[k] = 0.5 * (state->bounds_min[k] + state->bounds_max[k]);
+    scene->meshes = calloc(state->item_count + 1, sizeof *scene->meshes);
+    scene->device = rtcNewDevice("threads=1");
+    if (!scene->meshes || !scene->device) {
+        error_set(err, ERROR_NO_MEMORY, "ray tracing %zu drawables", state->item_count);
+        goto fail;
+    }
+    scene->scene = rtcNewScene(scene->device);
+    rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_MEDIUM); /* no spatial splits */
+    for (size_t i = 0; i < state->item_count; i++)
+        if (state->items[i].casts_shadow && !add_mesh(scene, &state->items[i], err))
+            goto fail;
+    rtcCommitScene(scene->scene);
+    if (rtcGetDeviceError(scene->device) != RTC_ERROR_NONE) {
+        error_set(err, ERROR_NO_MEMORY, "Embree cannot build a scene of %zu drawables",
+                  scene->mesh_count);
+        goto fail;
+    }
+    return true;
+
+fail:
+    rt_scene_finish(scene);
+    return false;
+}
+
+void rt_scene_finish(struct rt_scene *scene)
+{
+    if (scene->scene)
+        rtcReleaseScene(scene->scene);
+    if (scene->device)
+        rtcReleaseDevice(scene->device);
+    for (size_t i = 0; i < scene->mesh_count; i++)
+        free(scene->meshes[i].positions);
+    free(scene->meshes);
+    *scene = (struct rt_scene){0};
+}
+
+void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t triangle,
+                       uint32_t vertices[3])
+{
+    const struct scene_primitive *p = mesh_primitive(scene, mesh);
+    for (uint32_t k = 0; k < 3; k++)
+        vertices[k] =
+            p->first_vertex + scene->state->scene->indices[p->first_index + 3 * triangle + k];
+}
+
+/* The plane of the triangle in f64. Inside or outside is Embree's decision: its edge tests are
+ * watertight, f64 ones on their own would leave cracks. False for a triangle seen edge-on. */
+static bool refine_hit(const struct rt_scene *scene, const struct rt_ray *ray, struct rt_hit *hit)
+{
+    const struct scene_primitive *p = mesh_primitive(scene, hit->mesh);
+    const uint32_t *index =
+        scene->state->scene->indices + p->first_index + 3 * (size_t)hit->triangle;
+    const double(*v)[3] = (const double(*)[3])scene->meshes[hit->mesh].positions;
+    double e1[3], e2[3], n[3], to_plane[3], q[3];
+    vec3_sub(v[index[1]], v[index[0]], e1);
+    vec3_sub(v[index[2]], v[index[0]], e2);
+    vec3_cross(e1, e2, n);
+    double along = vec3_dot(n, ray->direction);
+    vec3_sub(v[index[0]], ray->origin, to_plane);
+    double area2 = vec3_dot(n, n);
+    if (along == 0 || !(area2 > 0))
+        return false;
+    hit->t = vec3_dot(n, to_plane) / along;
+    double at[3];
+    for (int k = 0; k < 3; k++)
+        at[k] = ray->direction[k] * hit->t - to_plane[k]; /* from the first vertex */
+    vec3_cross(at, e2, q);
+    hit->u = vec3_dot(q, n) / area2;
+    vec3_cross(e1, at, q);
+    hit->v = vec3_dot(q, n) / area2;
+    bool is_mirrored = scene->meshes[hit->mesh].item->is_mirrored;
+    hit->is_front = (along < 0) != is_mirrored;
+    double scale = (is_mirrored ? -1 : 1) / sqrt(area2);
+    for (int k = 0; k < 3; k++)
+        hit->normal[k] = n[k] * scale;
+    return true;
+}
+
+static bool is_clipped(const struct rt_scene *scene, const struct rt_ray *ray, double t)
+{
+    for (size_t i = 0; i < scene->clip_plane_count; i++) {
+        const double *plane = scene->clip_planes[i];
+        double side = plane[3];
+        for (int k = 0; k < 3; k++)
+            side += plane[k] * (ray->origin[k] + ray->direction[k] * t + scene->origin[k]);
+        if (side < 0)
+            return true;
+    }
+    return false;
+}
+
+struct collect_context {
+    struct RTCIntersectContext embree;
+    const struct rt_scene *scene;
+    const struct rt_ray *ray;
+    struct rt_hits *hits;
+};
+
+static bool is_drawn(const struct rt_scene *scene, const struct rt_ray *ray,
+                     const struct rt_hit *hit)
+{
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    const struct scene_material *m = &scene->state->materials[item->material].base;
+    return !ray->culls_back_faces || hit->is_front || (m->flags & SCENE_MATERIAL_DOUBLE_SIDED);
+}
+
+/* Rejects every hit after recording it, so that Embree shows them all; an opaque one is accepted,
+ * which shortens the ray to it. */
+static void on_hit(const struct RTCFilterFunctionNArguments *args)
+{
+    struct collect_context *context = (struct collect_context *)args->context;
+    struct rt_hits *hits = context->hits;
+    const struct RTCRay *embree_ray = (const struct RTCRay *)args->ray;
+    const struct RTCHit *embree_hit = (const struct RTCHit *)args->hit;
+    args->valid[0] = 0;
+    struct rt_hit hit = {
+        .t = (double)embree_ray->tfar, .mesh = embree_hit->geomID, .triangle = embree_hit->primID};
+    const struct rt_ray *ray = context->ray;
+    if (hit.mesh == ray->skip_mesh && hit.triangle == ray->skip_triangle)
+        return;
+    if (!refine_hit(context->scene, ray, &hit) || hit.t <= ray->t_min || hit.t >= ray->t_max)
+        return;
+    if (!is_drawn(context->scene, ray, &hit) || is_clipped(context->scene, ray, hit.t))
+        return;
+    if (hits->count == RT_HITS_MAX) {
+        hits->has_overflowed = true;
+        return;
+    }
+    hits->hits[hits->count++] = hit;
+    if (rt_scene_is_opaque(context->scene, &hit))
+        args->valid[0] = -1;
+}
+
+static int compare_hits(const void *a, const void *b)
+{
+    const struct rt_hit *x = a, *y = b;
+    if (x->t != y->t)
+        return x->t < y->t ? -1 : 1;
+    if (x->mesh != y->mesh)
+        return x->mesh < y->mesh ? -1 : 1;
+    return x->triangle < y->triangle ? -1 : x->triangle > y->triangle;
+}
+
+/* Sorted and without duplicates, cut after the first opaque surface. */
+static void order_hits(const struct rt_scene *scene, struct rt_hits *hits)
+{
+    qsort(hits->hits, hits->count, sizeof *hits->hits, compare_hits);
+    size_t kept = 0;
+    for (size_t i = 0; i < hits->count; i++) {
+        struct rt_hit *hit = &hits->hits[i];
+        if (kept && hits->hits[kept - 1].mesh == hit->mesh &&
+            hits->hits[kept - 1].triangle == hit->triangle)
+            continue;
+        hits->hits[kept++] = *hit;
+        if (rt_scene_is_opaque(scene, hit))
+            break;
+    }
+    hits->count = kept;
+}
+
+void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, struct rt_hits *hits)
+{
+    struct collect_context context = {.scene = scene, .ray = ray, .hits = hits};
+    struct RTCRayHit query = {
+        .ray =
+            {
+                .org_x = (float)ray->origin[0],
+                .org_y = (float)ray->origin[1],
+                .org_z = (float)ray->origin[2],
+                .dir_x = (float)ray->direction[0],
+                .dir_y = (float)ray->direction[1],
+                .dir_z = (float)ray->direction[2],
+                .tnear = 0,
+                /* a little beyond, because the f64 test decides */
+                .tfar = ray->t_max < (double)FLT_MAX ? (float)(ray->t_max * 1.0001) : FLT_MAX,
+                .mask = UINT32_MAX,
+            },
+        .hit = {.geomID = RTC_INVALID_GEOMETRY_ID},
+    };
+    hits->count = 0;
+    hits->has_overflowed = false;
+    rtcInitIntersectContext(&context.embree);
+    context.embree.filter = on_hit;
+    rtcIntersect1(scene->scene, &context.embree, &query);
+    order_hits(scene, hits);
+}
+
+bool rt_scene_is_opaque(const struct rt_scene *scene, const struct rt_hit *hit)
+{
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    if (item->class_ == STATE_OPAQUE)
+        return true;
+    if (item->class_ != STATE_MASKED)
+        return false;
+    const struct scene_material *m = &scene->state->materials[item->material].base;
+    double base[4];
+    rt_surface_base(scene, hit, base);
+    return base[3] >= (double)m->alpha_cutoff;
+}

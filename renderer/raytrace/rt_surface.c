@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: MIT */
+/* Texture lookups and material evaluation for rays. */
+#include "renderer/raytrace/rt_surface.h"
+
+#include "renderer/scene/matrix.h"
+
+enum { WRAP_CLAMP = 33071, WRAP_MIRROR = 33648, FILTER_NEAREST = 9728 }; /* numbers of glTF */
+
+static double clamp01(double x)
+{
+    return x < 0 ? 0 : x > 1 ? 1 : x;
+}
+
+/* sRGB electro-optical transfer function, IEC 61966-2-1. */
+static double linear_from_srgb(double x)
+{
+    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+}
+
+static int64_t wrap_texel(int64_t i, int64_t size, uint32_t mode)
+{
+    if (mode == WRAP_CLAMP)
+        return i < 0 ? 0 : i >= size ? size - 1 : i;
+    if (mode == WRAP_MIRROR) {
+        int64_t k = ((i % (2 * size)) + 2 * size) % (2 * size);
+        return k < size ? k : 2 * size - 1 - k;
+    }
+    return ((i % size) + size) % size;
+}
+
+static void read_texel(const struct scene *scene, const struct scene_texture *texture, int64_t x,
+                       int64_t y, bool is_srgb, double out[4])
+{
+    const struct scene_image *image = &scene->images[texture->image];
+    x = wrap_texel(x, image->width_px, texture->wrap_s);
+    y = wrap_texel(y, image->height_px, texture->wrap_t);
+    const uint8_t *texel =
+        scene->pixels + image->offset_bytes + 4 * ((size_t)y * image->width_px + (size_t)x);
+    for (int k = 0; k < 4; k++) {
+        double value = texel[k] / 255.0;
+        out[k] = is_srgb && k < 3 ? linear_from_srgb(value) : value;
+    }
+}
+
+/* Bilinear at the finest level; supersampling does the rest of the filtering. */
+static void sample_texture(const struct scene *scene, const struct scene_texture *texture,
+                           const double uv[2], bool is_srgb, double out[4])
+{
+    const struct scene_image *image = &scene->images[texture->image];
+    double x = uv[0] * image->width_px, y = uv[1] * image->height_px;
+    if (texture->mag_filter == FILTER_NEAREST) {
+        read_texel(scene, texture, (int64_t)floor(x), (int64_t)floor(y), is_srgb, out);
+        return;
+    }
+    x -= 0.5;
+    y -= 0.5;
+    double fx = x - floor(x), fy = y - floor(y);
+    for (int k = 0; k < 4; k++)
+        out[k] = 0;
+    for (int corner = 0; corner < 4; corner++) {
+        double texel[4], weight = (corner & 1 ? fx : 1 - fx) * (corner & 2 ? fy : 1 - fy);
+        read_texel(scene, texture, (int64_t)floor(x) + (corner & 1),
+                   (int64_t)floor(y) + (corner >> 1), is_srgb, texel);
+        for (int k = 0; k < 4; k++)
+            out[k] += weight * texel[k];
+    }
+}
+
+static void interpolate(const struct rt_scene *scene, const struct rt_hit *hit, const float *stream,
+                        int width, double *out)
+{
+    uint32_t vertices[3];
+    rt_scene_triangle(scene, hit->mesh, hit->triangle, vertices);
+    const double weights[3] = {1 - hit->u - hit->v, hit->u, hit->v};
+    for (int c = 0; c < width; c++) {
+        out[c] = 0;
+        for (int k = 0; k < 3; k++)
+            out[c] += weights[k] * (double)stream[(size_t)vertices[k] * (size_t)width + (size_t)c];
+    }
+}
+
+static const struct scene_primitive *hit_primitive(const struct rt_scene *scene,
+                                                   const struct rt_hit *hit)
+{
+    return &scene->state->scene->primitives[scene->meshes[hit->mesh].item->primitive];
+}
+
+static const struct scene_material *hit_material(const struct rt_scene *scene,
+                                                 const struct rt_hit *hit)
+{
+    return &scene->state->materials[scene->meshes[hit->mesh].item->material].base;
+}
+
+static bool slot_is_sampled(const struct rt_scene *scene, const struct rt_hit *hit, int slot)
+{
+    const struct scene *s = scene->state->scene;
+    const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[slot];
+    const uint32_t uv = SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1;
+    return ref->texture >= 0 && s->textures[ref->texture].image >= 0 &&
+           (hit_primitive(scene, hit)->flags & uv);
+}
+
+static void sample_slot(const struct rt_scene *scene, const struct rt_hit *hit, int slot,
+                        double out[4])
+{
+    for (int k = 0; k < 4; k++)
+        out[k] = 1;
+    if (!slot_is_sampled(scene, hit, slot))
+        return;
+    const struct scene *s = scene->state->scene;
+    const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[slot];
+    const float *stream = ref->texcoord ? s->texcoords_1 : s->texcoords_0;
+    double raw[2] = {0}, uv[2];
+    if (stream)
+        interpolate(scene, hit, stream, 2, raw);
+    for (int row = 0; row < 2; row++) {
+        const float *m = ref->uv_transform + 3 * row;
+        uv[row] = (double)m[0] * raw[0] + (double)m[1] * raw[1] + (double)m[2];
+    }
+    bool is_srgb = slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
+    sample_texture(s, &s->textures[ref->texture], uv, is_srgb, out);
+}
+
+void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4])
+{
+    const struct scene_material *m = hit_material(scene, hit);
+    double color[4] = {1, 1, 1, 1};
+    sample_slot(scene, hit, SCENE_TEXTURE_BASE_COLOR, base);
+    if (hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_COLORS)
+        interpolate(scene, hit, scene->state->scene->colors, 4, color);
+    for (int k = 0; k < 4; k++)
+        base[k] = clamp01(base[k] * (double)m->base_color[k] * color[k]);
+}
+
+/* Normals go by the cofactor matrix, which is the inverse transpose up to a positive scale and the
+ * mirror's sign. */
+static void transform_normal(const struct rt_scene *scene, const struct rt_hit *hit,
+                             const double in[3], double out[3])
+{
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    const double *m = scene->state->world[item->node];
+    double sign = item->is_mirrored ? -1 : 1;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[i] = 0;
+        for (int c = 0; c < 3; c++) {
+            int a = 4 * ((c + 1) % 3), b = 4 * ((c + 2) % 3);
+            out[i] += sign * (m[a + j] * m[b + k] - m[b + j] * m[a + k]) * in[c];
+        }
+    }
+}
+
+/* Direction in which one texture coordinate grows, from the triangle's own edges. */
+static bool triangle_tangents(const struct rt_scene *scene, const struct rt_hit *hit,
+                              double tangent[3], double bitangent[3])
+{
+    const struct scene *s = scene->state->scene;
+    const struct scene_primitive *p = hit_primitive(scene, hit);
+    const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[SCENE_TEXTURE_NORMAL];
+    const float *stream = ref->texcoord ? s->texcoords_1 : s->texcoords_0;
+    uint32_t vertices[3];
+    double uv[3][2], e1[3], e2[3];
+    rt_scene_triangle(scene, hit->mesh, hit->triangle, vertices);
+    const double(*position)[3] = (const double(*)[3])scene->meshes[hit->mesh].positions;
+    for (int k = 0; k < 3; k++)
+        for (int row = 0; row < 2; row++) {
+            const float *m = ref->uv_transform + 3 * row;
+            uv[k][row] = (double)m[0] * (double)stream[2 * (size_t)vertices[k]] +
+                         (double)m[1] * (double)stream[2 * (size_t)vertices[k] + 1];
+        }
+    vec3_sub(position[vertices[1] - p->first_vertex], position[vertices[0] - p->first_vertex], e1);
+    vec3_sub(position[vertices[2] - p->first_vertex], position[vertices[0] - p->first_vertex], e2);
+    double du1 = uv[1][0] - uv[0][0], dv1 = uv[1][1] - uv[0][1];
+    double du2 = uv[2][0] - uv[0][0], dv2 = uv[2][1] - uv[0][1];
+    double det = du1 * dv2 - du2 * dv1;
+    if (det == 0)
+        return false;
+    for (int k = 0; k < 3; k++) {
+        tangent[k] = (dv2 * e1[k] - dv1 * e2[k]) / det;
+        bitangent[k] = -(du1 * e2[k] - du2 * e1[k]) / det; /* v points down the image */
+    }
+    return true;
+}
+
+static bool tangent_frame(const struct rt_scene *scene, const struct rt_hit *hit, const double n[3],
+                          double t[3], double b[3])
+{
+    if (!(hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
+        return triangle_tangents(scene, hit, t, b) && vec3_normalize(t) && vec3_normalize(b);
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    double local[4];
+    interpolate(scene, hit, scene->state->scene->tangents, 4, local);
+    mat4_transform_direction(scene->state->world[item->node], local, t);
+    double along = vec3_dot(t, n);
+    for (int k = 0; k < 3; k++)
+        t[k] -= n[k] * along;
+    if (!vec3_normalize(t))
+        return false;
+    vec3_cross(n, t, b);
+    double sign = local[3] * (item->is_mirrored ? -1 : 1);
+    for (int k = 0; k < 3; k++)
+        b[k] *= sign;
+    return true;
+}
+
+static void evaluate_normal(const struct rt_scene *scene, const struct rt_hit *hit,
+                            const struct scene_material *m, double normal[3])
+{
+    double local[3];
+    interpolate(scene, hit, scene->state->scene->normals, 3, local);
+    transform_normal(scene, hit, local, normal);
+    if (!vec3_normalize(normal))
+        memcpy(normal, hit->normal, sizeof hit->normal);
+    for (int k = 0; k < 3 && !hit->is_front; k++)
+        normal[k] = -normal[k];
+    double t[3], b[3], texel[4];
+    if ((m->flags & SCENE_MATERIAL_UNLIT) || !slot_is_sampled(scene, hit, SCENE_TEXTURE_NORMAL) ||
+        !tangent_frame(scene, hit, normal, t, b))
+        return;
+    sample_slot(scene, hit, SCENE_TEXTURE_NORMAL, texel);
+    double x = (texel[0] * 2 - 1) * (double)m->normal_scale;
+    double y = (texel[1] * 2 - 1) * (double)m->normal_scale, z = texel[2] * 2 - 1;
+    double mapped[3];
+    for (int k = 0; k < 3; k++)
+        mapped[k] = t[k] * x + b[k] * y + normal[k] * z;
+    if (vec3_normalize(mapped))
+        memcpy(normal, mapped, sizeof mapped);
+}
+
+void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
+                         struct rt_surface *surface)
+{
+    const struct scene_material *m = hit_material(scene, hit);
+    double base[4], texel[4];
+    *surface = (struct rt_surface){.material = m};
+    evaluate_normal(scene, hit, m, surface->normal);
+    rt_surface_base(scene, hit, base);
+    memcpy(surface->base, base, sizeof surface->base);
+    surface->alpha = m->alpha_mode == SCENE_BLEND ? base[3] : 1;
+    sample_slot(scene, hit, SCENE_TEXTURE_METALLIC_ROUGHNESS, texel);
+    surface->metallic = clamp01((double)m->metallic * texel[2]);
+    surface->roughness = clamp01((double)m->roughness * texel[1]);
+    sample_slot(scene, hit, SCENE_TEXTURE_OCCLUSION, texel);
+    surface->occlusion = clamp01(1 + (double)m->occlusion_strength * (texel[0] - 1));
+    sample_slot(scene, hit, SCENE_TEXTURE_EMISSIVE, texel);
+    for (int k = 0; k < 3; k++)
+        surface->emissive[k] = (double)m->emissive[k] * texel[k];
+    sample_slot(scene, hit, SCENE_TEXTURE_TRANSMISSION, texel);
+    surface->transmission = (double)m->transmission * texel[0];
+    sample_slot(scene, hit, SCENE_TEXTURE_THICKNESS, texel);
+    surface->thickness_m = (double)m->thickness * texel[1];
+    double reflectance = ((double)m->ior - 1) / ((double)m->ior + 1);
+    surface->f0 = m->ior > 0 ? reflectance * reflectance : 1;
+}
+
+static void transmissive_filter(const struct rt_surface *s, bool enters, double t[3])
+{
+    const struct scene_material *m = s->material;
+    for (int k = 0; k < 3; k++) {
+        t[k] = s->transmission * s->base[k];
+        if (enters && s->thickness_m > 0 && m->attenuation_distance > 0)
+            t[k] *= pow(fmax((double)m->attenuation_color[k], 1e-30),
+                        s->thickness_m / (double)m->attenuation_distance);
+    }
+}
+
+static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
+{
+    const struct scene_material *m = s->material;
+    double c = fmin(fmax(cosine, 1e-4), 1);
+    for (int k = 0; k < 3; k++) {
+        if (m->pass_through == SCENE_PASS_SLAB) {
+            t[k] = pow(t[k], 1 / c);
+        } else if (m->pass_through == SCENE_PASS_EDGE) {
+            double w = pow(c, (double)m->edge_exponent);
+            t[k] *= (double)m->edge_color[k] * (1 - w) + w;
+        }
+        t[k] = clamp01(t[k]);
+    }
+}
+
+void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool enters,
+                             enum view_blend_filter blend, double filter[3])
+{
+    const struct scene_material *m = s->material;
+    double a = s->alpha;
+    for (int k = 0; k < 3; k++)
+        filter[k] = 0;
+    if (m->transmission > 0)
+        transmissive_filter(s, enters, filter);
+    for (int k = 0; k < 3 && m->alpha_mode == SCENE_BLEND; k++) {
+        if (m->transmission > 0)
+            filter[k] = 1 - a * (1 - filter[k]);
+        else if (blend == VIEW_BLEND_TINT)
+            filter[k] = (1 - a) * (1 - a * (1 - s->base[k]));
+        else
+            filter[k] = (1 - a) * (blend == VIEW_BLEND_KIM ? s->base[k] : 1);
+    }
+    apply_angle(s, cosine, filter);
+}
+
+void rt_surface_view_filter(const struct rt_surface *s, double cosine, bool enters,
+                            double filter[3])
+{
+    if (s->material->transmission <= 0) {
+        filter[0] = filter[1] = filter[2] = 1 - s->alpha;
+        return;
+    }
+    rt_surface_light_filter(s, cosine, enters, VIEW_BLEND_COVERAGE, filter);
+    double fresnel = s->f0 + (1 - s->f0) * pow(1 - clamp01(cosine), 5);
+    for (int k = 0; k < 3; k++)
+        filter[k] *= (1 - s->alpha * fresnel) * (1 - s->alpha * s->metallic);
+}

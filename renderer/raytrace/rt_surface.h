@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/* Materials at a ray's hit: textures, normals, and the filter that light crosses (docs/shading.md).
+ */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_SURFACE_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_SURFACE_H
+
+#include "renderer/raytrace/rt_scene.h"
+
+struct rt_surface {
+    const struct scene_material *material;
+    double normal[3]; /* shading, unit, on the viewer's side */
+    double base[3], alpha;
+    double metallic, roughness, occlusion;
+    double emissive[3]; /* nt */
+    double transmission, thickness_m, f0;
+};
+
+/* Base colour and alpha after texture and vertex colour, each in [0, 1]. */
+void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4]);
+
+void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
+                         struct rt_surface *surface);
+
+/* Transmittance of one crossing by light, section 1 of docs/shading.md. cosine: |n.l|. */
+void rt_surface_light_filter(const struct rt_surface *surface, double cosine, bool enters,
+                             enum view_blend_filter blend, double filter[3]);
+/* The same for the camera, section 2. */
+void rt_surface_view_filter(const struct rt_surface *surface, double cosine, bool enters,
+                            double filter[3]);
+
+#endif
