@@ -68,6 +68,7 @@ class Packages(unittest.TestCase):
         cmake = "".join(sources.read(path) for path in sources.files()
                         if path.name == "CMakeLists.txt")
         modules = re.findall(r"pkg_check_modules\(\w+ REQUIRED IMPORTED_TARGET (\w+)", cmake)
+        configs = re.findall(r"find_package\((\w+) [\d.]+ REQUIRED", cmake)
         listed = set(sources.read("packaging/debian-packages.txt").split())
         self.assertGreater(len(modules), 5)
         for module in modules:
@@ -76,6 +77,8 @@ class Packages(unittest.TestCase):
             owner = subprocess.run(["dpkg-query", "-S", f"{folder}/{module}.pc"], text=True,
                                    capture_output=True, check=True).stdout.split(":")[0]
             self.assertIn(owner, listed, module)
+        for name in configs:
+            self.assertTrue([package for package in listed if name in package], name)
 
 
 class Verdicts(unittest.TestCase):
