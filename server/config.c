@@ -262,14 +262,15 @@ static bool read_environment(struct config *config, char **environment, struct e
 }
 
 /* Splits --name=value and --name value; sets *value to NULL for a flag that stands alone. */
-static const char *flag_value(int argc, char **argv, int *index, size_t *name_length)
+static const char *flag_value(int argc, char **argv, int index, size_t *name_length)
 {
-    const char *flag = argv[*index] + 2;
+    const char *flag = argv[index] + 2;
     const char *equals = strchr(flag, '=');
     *name_length = equals ? (size_t)(equals - flag) : strlen(flag);
     if (equals)
         return equals + 1;
-    return *index + 1 < argc ? argv[*index + 1] : NULL;
+    bool has_next = index + 1 < argc && strncmp(argv[index + 1], "--", 2) != 0;
+    return has_next ? argv[index + 1] : NULL;
 }
 
 static bool is_action(const char *flag, enum config_action *action)
@@ -302,7 +303,7 @@ static bool read_flags(struct config *config, int argc, char **argv, const char 
                              "unexpected argument '%s' (--help lists the flags)", argv[i]);
         bool is_joined = strchr(argv[i], '=') != NULL;
         size_t length;
-        const char *value = flag_value(argc, argv, &i, &length);
+        const char *value = flag_value(argc, argv, i, &length);
         const char *name = argv[i] + 2;
         bool is_file = length == 6 && strncmp(name, "config", 6) == 0;
         const struct key *key = is_file ? NULL : key_find(name, length);

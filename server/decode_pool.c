@@ -70,39 +70,58 @@ static int64_t now_ms(void)
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-/* Waits for the decoder's answer. What it was doing when it died is unknown; that it died is said
- * to the client. */
-static bool await_answer(struct decode_pool *pool, struct child *decoder, struct error *err)
+enum answer { ANSWER_MESSAGE, ANSWER_NONE, ANSWER_REFUSED };
+
+/* Waits for a message of the decoder. ANSWER_NONE: it died, and err is untouched; ANSWER_REFUSED:
+ * err says why. */
+static enum answer await_message(struct decode_pool *pool, const struct child *decoder,
+                                 int64_t deadline, struct ipc_message *message, struct error *err)
 {
-    int64_t deadline = now_ms() + 1000ll * pool->config->decode_timeout_s;
     struct pollfd wait = {.fd = decoder->socket, .events = POLLIN};
     for (;;) {
         int64_t left = deadline - now_ms();
         int ready = left > 0 ? poll(&wait, 1, left < STOP_CHECK_MS ? (int)left : STOP_CHECK_MS) : 0;
         if (ready > 0)
             break;
-        if (atomic_load(&pool->is_stopping))
-            return error_set(err, ERROR_OVERLOADED, "the server is stopping");
+        if (atomic_load(&pool->is_stopping)) {
+            error_set(err, ERROR_OVERLOADED, "the server is stopping");
+            return ANSWER_REFUSED;
+        }
         if (left > 0)
             continue;
         atomic_fetch_add(&pool->timeouts, 1);
-        return error_set(err, ERROR_INVALID_SCENE,
-                         "decoding took longer than %d s, the limit (decode-timeout-s)",
-                         pool->config->decode_timeout_s);
+        error_set(err, ERROR_INVALID_SCENE,
+                  "decoding took longer than %d s, the limit (decode-timeout-s)",
+                  pool->config->decode_timeout_s);
+        return ANSWER_REFUSED;
     }
-    struct ipc_message answer;
-    struct error broken = {0};
-    if (ipc_receive(decoder->socket, &answer, &broken) != IPC_MESSAGE) {
+    return ipc_receive(decoder->socket, message, NULL) == IPC_MESSAGE ? ANSWER_MESSAGE
+                                                                      : ANSWER_NONE;
+}
+
+/* The decoder has begun. What it was doing when it dies is unknown; that it died is said to the
+ * client. */
+static bool await_result(struct decode_pool *pool, struct child *decoder, int64_t deadline,
+                         struct error *err)
+{
+    struct ipc_message message = {0};
+    switch (await_message(pool, decoder, deadline, &message, err)) {
+    case ANSWER_REFUSED:
+        return false;
+    case ANSWER_NONE: {
         char how[64];
         child_stop(decoder, 1000, how, sizeof how);
         atomic_fetch_add(&pool->crashes, 1);
         return error_set(err, ERROR_INVALID_SCENE,
                          "the decoder ended with %s while it read this scene", how);
     }
-    const json_t *failure = json_object_get(answer.json, "error");
+    case ANSWER_MESSAGE:
+        break;
+    }
+    const json_t *failure = json_object_get(message.json, "error");
     if (failure)
         ipc_error_from_json(failure, err);
-    ipc_message_finish(&answer);
+    ipc_message_finish(&message);
     return failure == NULL;
 }
 
@@ -125,24 +144,30 @@ static bool send_job(const struct child *decoder, const json_t *job, const int f
            ipc_send(decoder->socket, job, fds, 3, err);
 }
 
-/* Leaves a running decoder that has the job. A spare may have been killed since; a fresh one gets
- * the job then. */
+/* Leaves a decoder that has begun. The spare may have been killed meanwhile: then, and only then, a
+ * fresh one is tried. */
 static bool start_decoder(struct decode_pool *pool, struct child *decoder, const json_t *job,
-                          const int fds[3], struct error *err)
+                          const int fds[3], int64_t deadline, struct error *err)
 {
     pthread_mutex_lock(&pool->mutex);
     *decoder = pool->spare;
     pool->spare = (struct child){0};
     pthread_mutex_unlock(&pool->mutex);
-    if (decoder->pid > 0 && send_job(decoder, job, fds, NULL))
-        return true;
-    child_stop(decoder, 0, NULL, 0);
-    if (!child_start(decoder, "decoder", err))
+    bool was_spare = decoder->pid > 0;
+    if (!was_spare && !child_start(decoder, "decoder", err))
         return false;
-    if (send_job(decoder, job, fds, err))
+    struct ipc_message began = {0};
+    enum answer answer = send_job(decoder, job, fds, NULL)
+                             ? await_message(pool, decoder, deadline, &began, err)
+                             : ANSWER_NONE;
+    ipc_message_finish(&began);
+    if (answer == ANSWER_MESSAGE)
         return true;
     child_stop(decoder, 0, NULL, 0);
-    return false;
+    if (answer == ANSWER_REFUSED)
+        return false;
+    return was_spare ? start_decoder(pool, decoder, job, fds, deadline, err)
+                     : error_set(err, ERROR_INTERNAL, "the decoder does not start");
 }
 
 /* Sends the job and waits. A scene may not take the service's memory for its own want of it. */
@@ -154,10 +179,11 @@ static bool run_decoder(struct decode_pool *pool, const struct upload *upload, i
     if (!job)
         return error_set(err, ERROR_NO_MEMORY, "job of a decoder");
     const int fds[3] = {upload_fd(upload), blob_fd, summary_fd};
-    bool is_good = start_decoder(pool, &decoder, job, fds, err);
+    int64_t deadline = now_ms() + 1000ll * pool->config->decode_timeout_s;
+    bool is_good = start_decoder(pool, &decoder, job, fds, deadline, err);
     json_decref(job);
     if (is_good) {
-        is_good = await_answer(pool, &decoder, err);
+        is_good = await_result(pool, &decoder, deadline, err);
         child_stop(&decoder, is_good ? 1000 : 0, NULL, 0);
     }
     if (!is_good && err->code == ERROR_NO_MEMORY) {

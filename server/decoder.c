@@ -106,14 +106,19 @@ static bool decode(const struct decode_work *work, struct error *err)
     return is_good;
 }
 
+/* Takes the reference. */
+static bool say(int socket, json_t *message)
+{
+    bool is_sent = message && ipc_send(socket, message, NULL, 0, NULL);
+    json_decref(message);
+    return is_sent;
+}
+
 static bool answer(int socket, const struct error *problem)
 {
-    json_t *reply = problem->code == ERROR_NONE
-                        ? json_pack("{s:b}", "ok", 1)
-                        : json_pack("{s:o}", "error", ipc_error_to_json(problem));
-    bool is_sent = reply && ipc_send(socket, reply, NULL, 0, NULL);
-    json_decref(reply);
-    return is_sent;
+    return say(socket, problem->code == ERROR_NONE
+                           ? json_pack("{s:b}", "ok", 1)
+                           : json_pack("{s:o}", "error", ipc_error_to_json(problem)));
 }
 
 int decoder_main(int socket)
@@ -121,7 +126,8 @@ int decoder_main(int socket)
     struct error problem = {0};
     struct decode_work work = {0};
     warm_up();
-    if (ipc_receive(socket, &work.job, &problem) != IPC_MESSAGE)
+    if (ipc_receive(socket, &work.job, &problem) != IPC_MESSAGE ||
+        !say(socket, json_pack("{s:b}", "began", 1)))
         return EXIT_FAILURE;
     if (work.job.fd_count != FD_COUNT)
         error_set(&problem, ERROR_INTERNAL, "decoder: %d descriptors instead of %d",

@@ -423,6 +423,7 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
     if (exchange->body_error.code != ERROR_NONE)
         http_reply_error(exchange, &exchange->body_error);
     if (!exchange->response && exchange->state != EXCHANGE_WAITING) {
+        http_watch_expect_reply(server->watch, exchange->watched, 0); /* the body is whole */
         server->service.run(server->service.context, exchange);
         if (exchange->state == EXCHANGE_WAITING)
             return MHD_YES; /* no longer ours: even its response may be set by now */

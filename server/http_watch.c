@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -23,8 +24,8 @@ struct http_watched {
     uint64_t serial; /* never reused, so that a stale event is known as such */
     enum phase phase;
     int64_t since_ms;
-    int allowance_ms; /* of the phase */
-    uint64_t bytes;
+    int allowance_ms;             /* of the phase */
+    uint64_t bytes, bytes_before; /* of the phase; as of the last look */
     void (*on_gone)(void *context, uint64_t ticket);
     void *context;
     uint64_t ticket;
@@ -85,6 +86,19 @@ static bool has_overstayed(const struct http_watch *watch, const struct http_wat
     return now - watched->since_ms > watched->allowance_ms + earned_ms;
 }
 
+/* True when the client has left in the middle of its body. libmicrohttpd 0.9.75 sleeps through
+ * that: its edge-triggered epoll reports data and hang-up once, and a short read is taken for the
+ * end of what there is. */
+static bool has_left(struct http_watched *watched)
+{
+    bool is_still = watched->bytes == watched->bytes_before;
+    watched->bytes_before = watched->bytes;
+    struct pollfd hangup = {.fd = watched->fd, .events = POLLRDHUP};
+    int unread = 0;
+    return watched->phase == PHASE_BODY && is_still && poll(&hangup, 1, 0) > 0 &&
+           ioctl(watched->fd, FIONREAD, &unread) == 0 && unread == 0;
+}
+
 /* Under the mutex: shuts down who overstays, lists who waits. A shut socket makes libmicrohttpd end
  * the connection. */
 static void look_around(struct http_watch *watch, struct poll_set *set)
@@ -99,7 +113,7 @@ static void look_around(struct http_watch *watch, struct poll_set *set)
             set->serials[set->count] = watched->serial;
             set->fds[set->count++] = (struct pollfd){.fd = watched->fd, .events = POLLRDHUP};
         } else if (watched->phase != PHASE_WAIT && watched->phase != PHASE_SHUT &&
-                   has_overstayed(watch, watched, now)) {
+                   (has_overstayed(watch, watched, now) || has_left(watched))) {
             watched->phase = PHASE_SHUT;
             shutdown(watched->fd, SHUT_RDWR);
         }
@@ -242,6 +256,7 @@ static void enter(struct http_watch *watch, struct http_watched *watched, enum p
         watched->since_ms = now_ms();
         watched->allowance_ms = allowance_ms;
         watched->bytes = bytes;
+        watched->bytes_before = UINT64_MAX;
         watched->on_gone = NULL;
     }
     pthread_mutex_unlock(&watch->mutex);

@@ -58,16 +58,18 @@ static const char *choose_name(const struct multipart_part *part)
     return part->filename;
 }
 
+/* A segment that is empty (also before a leading slash), "." or "..". */
 static bool has_bad_segment(const char *name)
 {
-    for (const char *at = name; at; at = strchr(at, '/')) {
-        at += *at == '/';
-        size_t length = strcspn(at, "/");
-        if (length == 0 || (length == 1 && at[0] == '.') ||
-            (length == 2 && memcmp(at, "..", 2) == 0))
+    for (;;) {
+        size_t length = strcspn(name, "/");
+        if (length == 0 || (length == 1 && name[0] == '.') ||
+            (length == 2 && memcmp(name, "..", 2) == 0))
             return true;
+        if (!name[length])
+            return false;
+        name += length + 1;
     }
-    return false;
 }
 
 static bool check_name(const char *name, struct error *err)
