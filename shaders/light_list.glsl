@@ -3,6 +3,7 @@
 //   light_cursor c = light_list_first(pixel, view_z);
 //   uint light;
 //   while (light_list_next(c, light)) ...
+// and, clustered only, light_list_slice(c, first, count) to walk a part of the list.
 // pixel: window coordinates, row 0 at the bottom; view_z: distance along the view direction [m].
 // The global prefix (directional and unbounded lights) comes first. LIGHT_LIST chooses the
 // technique; light_lists_bind sets the rest.

@@ -20,6 +20,13 @@ light_cursor light_list_first(uvec2 pixel, float view_z)
     return light_cursor(0u, u_light_prefix + head.y, head.x - u_light_prefix);
 }
 
+// Narrows the cursor to `count` entries from the first-th on.
+void light_list_slice(inout light_cursor c, uint first, uint count)
+{
+    c.at = min(first, c.end);
+    c.end = c.end - c.at > count ? c.at + count : c.end;
+}
+
 bool light_list_next(inout light_cursor c, out uint light)
 {
     light = 0u;

@@ -23,6 +23,13 @@ layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statis
 
 uniform vec3 u_sky, u_ground; // nt
 uniform float u_taps;         // per shadow query, for the statistics
+#ifdef HAS_LIGHT_SLICE
+// More lights than one invocation may loop over: each dispatch walks a part of the lists, the first adds all else.
+uniform uvec2 u_light_slice; // first entry, count
+#define IS_FIRST_SLICE (u_light_slice.x == 0u)
+#else
+#define IS_FIRST_SLICE true
+#endif
 
 // Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot
 // falloff and range window.
@@ -68,7 +75,7 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
 {
     uint flags = materials[s.material].flags;
     if ((flags & MATERIAL_UNLIT) != 0u)
-        return s.base + s.emissive;
+        return IS_FIRST_SLICE ? s.base + s.emissive : vec3(0.0);
     brdf_input b;
     b.normal = s.normal;
     b.view = view;
@@ -77,18 +84,22 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
     b.alpha = max(s.roughness * s.roughness, MIN_ALPHA);
     b.f0 = materials[s.material].transmission_f0_thickness.y;
     b.transmission = transmission;
-    vec3 radiance = s.emissive;
+    vec3 radiance = IS_FIRST_SLICE ? s.emissive : vec3(0.0);
 #ifdef HAS_SHADOWS
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")
     uint object = (flags & MATERIAL_NO_SELF_SHADOW) != 0u ? s.node : NO_OBJECT;
 #endif
 #ifdef HAS_ENVIRONMENT
-    radiance += hemisphere_light(b, s.roughness, s.occlusion);
+    if (IS_FIRST_SLICE)
+        radiance += hemisphere_light(b, s.roughness, s.occlusion);
 #endif
 #ifdef HAS_LIGHTS
     uint lookups = 0u;
     light_cursor cursor = light_list_first(pixel, view_z);
+#ifdef HAS_LIGHT_SLICE
+    light_list_slice(cursor, u_light_slice.x, u_light_slice.y);
+#endif
     uint index;
     while (light_list_next(cursor, index)) {
         light_record r = lights[index];

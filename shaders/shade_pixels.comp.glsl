@@ -15,7 +15,7 @@ layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
 layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
 layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
 #endif
-layout(rgba32f, binding = 0) writeonly uniform image2D u_image;
+layout(rgba32f, binding = 0) uniform image2D u_image;
 uniform uvec2 u_size_px;
 uniform vec4 u_background;             // associated alpha
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
@@ -39,7 +39,7 @@ vec4 shade_sample(ivec2 pixel, uvec4 s0, uvec4 s1, float depth, vec2 offset)
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
     float depth = texelFetch(u_depth_map, pixel, 0).x;
-    color[0] = u_background;
+    color[0] = IS_FIRST_SLICE ? u_background : vec4(0.0);
     BRANCH (depth > 0.0)
         color[0] = shade_sample(pixel, texelFetch(u_surface_0, pixel, 0),
                                 texelFetch(u_surface_1, pixel, 0), depth, u_sample_positions[0]);
@@ -56,7 +56,7 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
         int i = findLSB(remaining);
         uint signature = texelFetch(u_signature, pixel, i).x;
         float depth = texelFetch(u_depth_map, pixel, i).x;
-        vec4 shaded = u_background;
+        vec4 shaded = IS_FIRST_SLICE ? u_background : vec4(0.0);
         BRANCH (depth > 0.0)
             shaded = shade_sample(pixel, texelFetch(u_surface_0, pixel, i),
                                   texelFetch(u_surface_1, pixel, i), depth, u_sample_positions[i]);
@@ -115,6 +115,10 @@ void main()
     vec4 color[SAMPLES];
     shade_opaque(pixel, color);
     vec4 result = composite(pixel, color);
+#ifdef HAS_LIGHT_SLICE
+    if (!IS_FIRST_SLICE)
+        result = vec4(result.rgb, 0.0) + imageLoad(u_image, pixel);
+#endif
     // A value that is not a number has no place in an image; none is known to arise.
     result = mix(result, vec4(0.0), isnan(result));
     imageStore(u_image, pixel, clamp(result, vec4(-3e38), vec4(3e38)));

@@ -13,7 +13,13 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-enum { STATISTICS_WORDS = 128, STATISTICS_LOOKUPS = 64, DEFINES_BYTES = 512 };
+enum {
+    STATISTICS_WORDS = 128,
+    STATISTICS_LOOKUPS = 64,
+    DEFINES_BYTES = 512,
+    LOOP_BUDGET = 60000, /* of one invocation; PIXEL_LISTS_LONGEST_MAX leaves most of it to lights
+                          */
+};
 
 static void fill_light(const struct state_light *light, uint32_t shadow, const double eye[3],
                        struct light_record *r)
@@ -45,24 +51,31 @@ bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
     for (size_t i = 0; i < state->light_count; i++)
         fill_light(&state->lights[i], shadow_system_record(shadows, i), eye, &records[i]);
     uint64_t bytes = state->light_count * sizeof *records;
-    bool ok = gl_buffer_reserve(&shade->lights,
-                                &(struct gl_buffer_desc){.label = "frame.lights",
-                                                         .size_bytes = bytes,
-                                                         .is_dynamic = true},
-                                false, err) &&
-              gl_buffer_reserve(&shade->statistics,
-                                &(struct gl_buffer_desc){.label = "frame.statistics",
-                                                         .size_bytes = STATISTICS_WORDS * 4,
-                                                         .is_dynamic = true},
-                                false, err);
+    bool ok =
+        gl_buffer_reserve(&shade->lights,
+                          &(struct gl_buffer_desc){
+                              .label = "frame.lights", .size_bytes = bytes, .is_dynamic = true},
+                          false, err) &&
+        gl_buffer_reserve(&shade->statistics,
+                          &(struct gl_buffer_desc){.label = "frame.statistics",
+                                                   .size_bytes = STATISTICS_WORDS * 4,
+                                                   .is_dynamic = true},
+                          false, err);
     if (ok)
         gl_buffer_write(&shade->lights, 0, bytes, records);
     free(records);
     return ok;
 }
 
+/* A part of the light lists, walked by one dispatch. */
+struct light_slice {
+    uint32_t first, count;
+    bool is_whole;
+};
+
 /* Requirements of the shading programs, in canonical order. */
-static void describe(const struct shade_desc *desc, bool for_pixels, char text[DEFINES_BYTES])
+static void describe(const struct shade_desc *desc, const struct light_slice *slice,
+                     bool for_pixels, char text[DEFINES_BYTES])
 {
     const struct window_frame *frame = desc->frame;
     const char *shadow_defines = shadow_system_defines(desc->shadows);
@@ -75,20 +88,21 @@ static void describe(const struct shade_desc *desc, bool for_pixels, char text[D
     snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
              has_shadows ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
-             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, "",
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines,
+             slice->is_whole ? "" : " HAS_LIGHT_SLICE",
              has_lights ? light_lists_defines(desc->lists) : "", has_shadows ? shadow_defines : "");
 }
 
 static const struct gl_program *prepare_program(struct shade *shade, const struct shade_desc *desc,
-                                                const char *file, bool for_pixels,
-                                                struct error *err)
+                                                const struct light_slice *slice, const char *file,
+                                                bool for_pixels, struct error *err)
 {
     const struct window_frame *frame = desc->frame;
     char defines[DEFINES_BYTES];
-    describe(desc, for_pixels, defines);
+    describe(desc, slice, for_pixels, defines);
     const struct gl_program *program = program_cache_get(
-        frame->programs,
-        &(struct program_desc){.label = file, .compute = file, .defines = defines}, err);
+        frame->programs, &(struct program_desc){.label = file, .compute = file, .defines = defines},
+        err);
     if (!program)
         return NULL;
     gl_program_use(program);
@@ -97,6 +111,7 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
     gl_program_set_f3(program, "u_ground", frame->state->ground);
     int taps = frame->view->quality.shadow_taps ? frame->view->quality.shadow_taps : 4;
     gl_program_set_f(program, "u_taps", (float)taps);
+    gl_program_set_u2(program, "u_light_slice", slice->first, slice->count);
     gl_buffer_bind_storage(&shade->lights, BIND_LIGHTS);
     gl_buffer_bind_storage(&shade->statistics, BIND_STATISTICS);
     if (frame->state->light_count) {
@@ -107,13 +122,14 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
     return program;
 }
 
-static bool shade_entries(struct shade *shade, const struct shade_desc *desc, struct error *err)
+static bool shade_entries(struct shade *shade, const struct shade_desc *desc,
+                          const struct light_slice *slice, struct error *err)
 {
     char because[REPORT_TEXT_BYTES];
     snprintf(because, sizeof because, "%llu transparent surface samples are lit",
              (unsigned long long)desc->pixels->entry_count);
     const struct gl_program *program =
-        prepare_program(shade, desc, "shade_fragments.comp.glsl", false, err);
+        prepare_program(shade, desc, slice, "shade_fragments.comp.glsl", false, err);
     if (!program)
         return false;
     gpu_scope_begin(desc->frame->timeline, &(struct gpu_scope_desc){
@@ -153,11 +169,12 @@ static void bind_targets(const struct window_frame *frame, const struct gl_progr
                       (uint32_t)frame->window.height);
 }
 
-static bool shade_pixels(struct shade *shade, const struct shade_desc *desc, struct error *err)
+static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
+                         const struct light_slice *slice, struct error *err)
 {
     const struct window_frame *frame = desc->frame;
     const struct gl_program *program =
-        prepare_program(shade, desc, "shade_pixels.comp.glsl", true, err);
+        prepare_program(shade, desc, slice, "shade_pixels.comp.glsl", true, err);
     if (!program)
         return false;
     const float *b = frame->view->background;
@@ -171,9 +188,9 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc, str
     gl_program_set_f4(program, "u_background", background);
     set_samples(frame, program);
     bind_targets(frame, program);
-    glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
-                    GL_FRAMEBUFFER_BARRIER_BIT);
+    glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
     window_dispatch_pixels(frame);
     gpu_scope_end(frame->timeline);
     return true;
@@ -187,13 +204,56 @@ static void read_statistics(const struct shade *shade, struct frame_report *repo
         report->counts.lookups += words[STATISTICS_LOOKUPS + i];
 }
 
+/* Loop steps of one light at one point, at most: the list walk, two branches, and the shadow's
+ * taps, each a binary search (deep) or a walk (linked) of the longest list. */
+static uint64_t steps_per_light(const struct shade_desc *desc)
+{
+    const struct view_quality *quality = &desc->frame->view->quality;
+    uint64_t longest = desc->frame->report->counts.longest_list;
+    uint64_t taps = quality->shadow_taps ? (uint64_t)quality->shadow_taps : 4, search = 1;
+    while (longest >> search)
+        search++;
+    bool walks = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
+    for (uint32_t i = 0; i < desc->frame->state->scene->material_count; i++)
+        walks |= desc->frame->state->materials[i].no_self_shadow;
+    return 4 + taps * (3 + (walks ? longest : search));
+}
+
+/* All loops of one invocation share 65,535 steps on llvmpipe and then end without a word
+ * (docs/performance.md), so long light lists are walked in several dispatches whose results add up.
+ */
+static bool choose_slices(const struct shade_desc *desc, struct light_slice *slice,
+                          uint32_t *slice_count, struct error *err)
+{
+    const uint64_t budget = LOOP_BUDGET - desc->pixels->longest;
+    uint32_t longest = desc->frame->state->light_count ? light_lists_longest(desc->lists) : 0;
+    uint64_t steps = steps_per_light(desc), per_slice = budget / steps;
+    *slice_count = 1;
+    *slice = (struct light_slice){.count = longest, .is_whole = true};
+    if (longest <= per_slice)
+        return true;
+    if (!per_slice || desc->frame->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED)
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "%u lights at one point take %llu loop steps, limit is %llu", longest,
+                         (unsigned long long)(longest * steps), (unsigned long long)budget);
+    *slice = (struct light_slice){.count = (uint32_t)per_slice};
+    *slice_count = (longest + slice->count - 1) / slice->count;
+    return true;
+}
+
 bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err)
 {
+    struct light_slice slice;
+    uint32_t slice_count;
+    if (!choose_slices(desc, &slice, &slice_count, err))
+        return false;
     gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
-    if (desc->pixels->entry_count && !shade_entries(shade, desc, err))
-        return false;
-    if (!shade_pixels(shade, desc, err))
-        return false;
+    for (uint32_t i = 0; i < slice_count; i++, slice.first += slice.count) {
+        if (desc->pixels->entry_count && !shade_entries(shade, desc, &slice, err))
+            return false;
+        if (!shade_pixels(shade, desc, &slice, err))
+            return false;
+    }
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
     read_statistics(shade, desc->frame->report);
     return true;
@@ -224,7 +284,9 @@ bool shade_read_color(const struct window_frame *frame, struct image *color, str
 }
 
 /* Where each output's words are among the nine of shaders/aov.comp.glsl. */
-static const struct { int first, count; } aov_words[VIEW_OUTPUT_COUNT] = {
+static const struct {
+    int first, count;
+} aov_words[VIEW_OUTPUT_COUNT] = {
     [VIEW_OUTPUT_DEPTH] = {0, 1}, [VIEW_OUTPUT_NORMAL] = {1, 3},   [VIEW_OUTPUT_ALBEDO] = {4, 3},
     [VIEW_OUTPUT_NODE] = {7, 1},  [VIEW_OUTPUT_MATERIAL] = {8, 1},
 };
@@ -238,9 +300,9 @@ static void copy_aov(const struct camera_window *w, const uint32_t *words, int o
         for (int x = 0; x < w->width; x++) {
             const uint32_t *in =
                 words + ((size_t)(w->height - 1 - y) * (size_t)w->width + (size_t)x) * 9;
-            uint32_t *out = pixels + ((size_t)(w->y + y) * (size_t)image->width_px +
-                                      (size_t)(w->x + x)) *
-                                         (size_t)count;
+            uint32_t *out =
+                pixels +
+                ((size_t)(w->y + y) * (size_t)image->width_px + (size_t)(w->x + x)) * (size_t)count;
             memcpy(out, in + aov_words[output].first, (size_t)count * 4);
         }
     }

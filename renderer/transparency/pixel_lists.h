@@ -8,7 +8,7 @@
 enum {
     /* two vec4 per entry stay inside the 128 MiB that every device binds as one storage block */
     PIXEL_LISTS_ENTRIES_MAX = 4 << 20,
-    PIXEL_LISTS_LONGEST_MAX = 32000, /* a merge of two halves stays under 65,535 loop iterations */
+    PIXEL_LISTS_LONGEST_MAX = 20000, /* a merge, and compositing, stay well under 65,535 loop steps */
 };
 
 struct pixel_lists {
