@@ -5,7 +5,7 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_SCAN) buffer selftest_values { uint values[]; };
-layout(binding = UNIT_SHADOW_T) uniform samplerBuffer u_texels;
+layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_texels;
 layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_samples;
 uniform uint u_step, u_items, u_behind; // u_behind: id of the triangle whose masks were noted last
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a caster does to light at the centre of a texel: its depth in the light's list and its transmittance.
-// Provides: caster_event() -> (depth, T), caster_alpha(). Fragment stage. Needs the defines of shadow_caster.vert.glsl.
+// What a caster does to light at the centre of a texel: its depth in the light's list and its
+// transmittance. Provides: caster_depth(), caster_base(), caster_transmittance(). Fragment stage. Needs the
+// defines of shadow_caster.vert.glsl.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -29,8 +30,13 @@ const vec2 v_texcoord_1 = vec2(0.0);
 #ifdef ANGLED
 in vec3 v_normal;
 #endif
+#ifdef CONSTANT
+flat in vec3 v_t_enter;
+flat in vec3 v_t_leave;
+#endif
 
-// Depth in lists: distance from the light; along the light for orthographic faces. Never post-projection z.
+// Depth in lists: distance from the light; along the light for orthographic faces. Never
+// post-projection z.
 float caster_depth()
 {
     return u_clip_w.y != 0.0 ? length(v_from_light) : dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;
@@ -44,6 +50,12 @@ vec4 caster_base(uint m)
 
 // Samples textures with implicit derivatives: call it before any helper-lane guard.
 // Exactly 0 or positive, so that the bits sort like the values.
+#ifdef CONSTANT
+vec3 caster_transmittance()
+{
+    return abs(gl_FrontFacing ? v_t_enter : v_t_leave);
+}
+#else
 vec3 caster_transmittance()
 {
     uint m = draws[v_draw].material;
@@ -61,6 +73,8 @@ vec3 caster_transmittance()
     vec4 base = caster_base(m);
     vec3 t = abs(material_filter(m, base, transmission, thickness_m, n_dot_l,
                                  gl_FrontFacing, u_blend_filter));
-    bool is_cut = (materials[m].flags & MATERIAL_MASK) != 0u && base.a < materials[m].emissive_alpha_cutoff.w;
+    bool is_cut = (materials[m].flags & MATERIAL_MASK) != 0u &&
+                  base.a < materials[m].emissive_alpha_cutoff.w;
     return is_cut ? vec3(1.0) : t;
 }
+#endif

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: MIT
 // A shadow caster as one face of a light sees it. Draw records are relative to the light's origin.
-// COLORS: the primitive has vertex colours; TEXTURES: bit mask of the sampled slots; ANGLED: the filter depends on the angle.
+// COLORS: the primitive has vertex colours; TEXTURES: bit mask of the sampled slots; ANGLED: the
+// filter depends on the angle; CONSTANT: it does not, nor on anything else that varies over the
+// surface, so it is evaluated here.
 #include "draw.glsl"
+#ifdef CONSTANT
+#include "material.glsl"
+uniform uint u_blend_filter;
+flat out vec3 v_t_enter;
+flat out vec3 v_t_leave;
+#endif
 
 uniform vec4 u_axis_x, u_axis_y, u_axis_z; // rows of face_from_world; w: shift
-uniform vec4 u_clip;                       // x' = x * u_clip.x, y' = y * u_clip.y, z' = u_clip.z + z * u_clip.w
-uniform vec4 u_clip_w;                     // w' = u_clip_w.x + z * u_clip_w.y
+uniform vec4 u_clip;   // x' = x * u_clip.x, y' = y * u_clip.y, z' = u_clip.z + z * u_clip.w
+uniform vec4 u_clip_w; // w' = u_clip_w.x + z * u_clip_w.y
 
 #ifdef COLORS
 layout(location = 5) in vec4 a_color;
@@ -37,6 +45,13 @@ void main()
     precise vec4 clip = vec4(face.x * u_clip.x, face.y * u_clip.y, u_clip.z + face.z * u_clip.w,
                              u_clip_w.x + face.z * u_clip_w.y);
     gl_Position = clip;
+#ifdef CONSTANT
+    uint m = draws[slot].material;
+    vec4 base = clamp(materials[m].base_color, 0.0, 1.0);
+    vec4 t = materials[m].transmission_f0_thickness;
+    v_t_enter = material_filter(m, base, t.x, t.z, 1.0, true, u_blend_filter);
+    v_t_leave = material_filter(m, base, t.x, t.z, 1.0, false, u_blend_filter);
+#endif
 #ifdef COLORS
     v_color = a_color;
 #endif
@@ -45,7 +60,8 @@ void main()
     v_texcoord_1 = a_texcoord_1;
 #endif
 #ifdef ANGLED
-    v_normal = vec3(dot(draws[slot].normal_0.xyz, a_normal), dot(draws[slot].normal_1.xyz, a_normal),
+    v_normal = vec3(dot(draws[slot].normal_0.xyz, a_normal),
+                    dot(draws[slot].normal_1.xyz, a_normal),
                     dot(draws[slot].normal_2.xyz, a_normal));
 #endif
 #ifndef DEPTH_ONLY

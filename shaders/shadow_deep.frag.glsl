@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Deep shadow maps, capture: counts the transmittance events of a texel, and in a second pass writes them to their
-// places. Both passes must decide alike which surfaces make an event, so they are one program where that depends on
-// data: u_scatter selects the pass.
-//   CERTAIN  every fragment makes an event; two programs then: PASS=0 counts without looking at the material, PASS=1 scatters
+// Deep shadow maps, capture: counts the transmittance events of a texel, and in a second pass
+// writes them to their places. Both passes must decide alike which surfaces make an event, so they
+// are one program where that depends on data: u_scatter selects the pass.
+//   CERTAIN  every fragment makes an event; two programs then: PASS=0 counts without looking at the
+//            material, PASS=1 scatters
 //   IDS      keep the object of each event
-// Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque pre-pass").
+// Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque
+// pre-pass").
 #include "shadow_caster.glsl"
 
 layout(early_fragment_tests) in;
 
 layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
-layout(std430, binding = BIND_SHADOW_EVENTS_Z) writeonly buffer z_buffer { float events_z[]; };
-layout(std430, binding = BIND_SHADOW_EVENTS_T) writeonly buffer t_buffer { float events_t[]; };
+layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
 #ifdef IDS
 layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
 #endif
@@ -31,10 +32,7 @@ void store_event(uint texel, vec3 t)
     if (place >= u_event_count)
         return;
     place += u_event_base;
-    events_z[place] = caster_depth();
-    events_t[3u * place] = t.r;
-    events_t[3u * place + 1u] = t.g;
-    events_t[3u * place + 2u] = t.b;
+    events[place] = vec4(caster_depth(), t);
 #ifdef IDS
     uint cast_once = materials[draws[v_draw].material].flags & MATERIAL_CAST_ONCE;
     events_id[place] = draws[v_draw].node | (cast_once != 0u ? 0x80000000u : 0u);

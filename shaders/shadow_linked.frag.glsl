@@ -22,7 +22,7 @@ uniform uint u_first_count; // of this face: where the heads of its texels start
 uniform uint u_resolution;
 uniform uint u_event_base;  // of this light, in nodes
 uniform uint u_event_count; // elements that there is room for
-uniform uint u_slot;        // of this light in the statistics: elements asked for, drops without lock
+uniform uint u_slot;        // in the statistics: elements asked for, drops that found no lock
 
 const int TRIES = 4096;
 

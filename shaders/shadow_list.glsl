@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: MIT
 // The end of every sort of a texel's events: the order, and what is written once it stands.
-// Without IDS the transmittance of each event becomes the product of all up to and including it, accumulated in fp64 and
-// rounded once: a query is then one search and one fetch, and in practice the order of factors does not show.
-// With IDS raw transmittances stay, for queries that leave objects out; neighbours of one cast-once object count once
-// (Lindbeck 2015, 3.2).
+// Without IDS the transmittance of each event becomes the product of all up to and including it,
+// accumulated in fp64 and rounded once: a query is then one search and one fetch, and in practice
+// the order of factors does not show. With IDS raw transmittances stay, for queries that leave
+// objects out; neighbours of one cast-once object count once (Lindbeck 2015, 3.2).
 #include "shared/bindings.h"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = BIND_SHADOW_EVENTS_Z) buffer z_buffer { float events_z[]; };
-layout(std430, binding = BIND_SHADOW_EVENTS_T) buffer t_buffer { float events_t[]; };
+layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
 #ifdef IDS
-layout(std430, binding = BIND_SHADOW_EVENTS_ID) buffer id_buffer { uint events_id[]; };
+layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
 #endif
 layout(std430, binding = BIND_SCAN) readonly buffer texel_buffer { uint class_texels[]; };
-layout(std430, binding = BIND_LIST_NODES) buffer scratch_buffer { uint scratch[]; }; // z, T, id
+#ifdef SCRATCH
+layout(std430, binding = BIND_LIST_NODES) buffer scratch_buffer { vec4 scratch[]; }; // z, T
+#ifdef IDS
+layout(std430, binding = BIND_STATISTICS) buffer scratch_id_buffer { uint scratch_id[]; };
+#endif
+#endif
 
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_heads;
 
@@ -70,46 +74,35 @@ void list_append(inout list_end end, uint place, event e)
     end.product *= dvec3(t);
     t = vec3(end.product);
 #endif
-    events_z[place] = e.z_t.x;
-    events_t[3u * place] = t.r;
-    events_t[3u * place + 1u] = t.g;
-    events_t[3u * place + 2u] = t.b;
+    events[place] = vec4(e.z_t.x, t);
 }
 
-// Lists longer than a network are sorted in runs of 32 and merged level by level between the streams and scratch memory.
-// A list of n runs ends in the streams after ceil(log2(runs)) levels; so at level k it starts in scratch memory when an
-// odd number of levels is left.
-uint list_levels(uint n)
-{
-    return uint(findMSB((n + 31u) / 32u - 1u) + 1);
-}
-
+// Lists longer than a network are sorted in runs of 32 and merged level by level, to and fro
+// between the streams and scratch memory; the last level finishes in the streams. All lists of a
+// class have equally many levels.
+#ifdef SCRATCH
 event scratch_read(uint i)
 {
     event e;
-    e.z_t = uintBitsToFloat(uvec4(scratch[5u * i], scratch[5u * i + 1u], scratch[5u * i + 2u], scratch[5u * i + 3u]));
+    e.z_t = scratch[i];
 #ifdef IDS
-    e.id = scratch[5u * i + 4u];
+    e.id = scratch_id[i];
 #endif
     return e;
 }
 
 void scratch_write(uint i, event e)
 {
-    uvec4 bits = floatBitsToUint(e.z_t);
-    for (uint c = 0u; c < 4u; c++)
-        scratch[5u * i + c] = bits[c];
+    scratch[i] = e.z_t;
 #ifdef IDS
-    scratch[5u * i + 4u] = e.id;
+    scratch_id[i] = e.id;
 #endif
 }
+#endif
 
 void stream_write(uint place, event e)
 {
-    events_z[place] = e.z_t.x;
-    events_t[3u * place] = e.z_t.y;
-    events_t[3u * place + 1u] = e.z_t.z;
-    events_t[3u * place + 2u] = e.z_t.w;
+    events[place] = e.z_t;
 #ifdef IDS
     events_id[place] = e.id;
 #endif

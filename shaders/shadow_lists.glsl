@@ -1,39 +1,46 @@
 // SPDX-License-Identifier: MIT
-// The product of the transmittance events of one texel before a depth, from whichever structure holds them.
+// The product of the transmittance events of one texel before a depth, from whichever structure
+// holds them.
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_shadow_heads;
 
 #ifdef SHADOW_HAS_DEEP
-layout(binding = UNIT_SHADOW_Z) uniform samplerBuffer u_shadow_z;
-layout(binding = UNIT_SHADOW_T) uniform samplerBuffer u_shadow_t;
+layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_shadow_events; // depth, transmittance
 
-// Events [begin, end) sorted by depth; t holds prefix products.
+// Events sorted by depth; with each the product of all up to and including it.
 vec3 shadow_deep(uint head, uint event_base, float depth)
 {
     uint begin = event_base + texelFetch(u_shadow_heads, int(head)).r;
-    uint low = begin, high = event_base + texelFetch(u_shadow_heads, int(head) + 1).r;
-    while (low < high) {
-        uint middle = (low + high) >> 1u;
-        if (texelFetch(u_shadow_z, int(middle)).r < depth)
-            low = middle + 1u;
-        else
-            high = middle;
+    uint low = begin, n = event_base + texelFetch(u_shadow_heads, int(head) + 1).r - begin;
+    vec3 t = vec3(1.0);
+    // The last event first: an opaque receiver has all of them before it, as those behind it
+    // were culled.
+    for (uint probe = n; n > 0u; probe = (n + 1u) >> 1u) {
+        vec4 event = texelFetch(u_shadow_events, int(low + probe) - 1);
+        bool is_before = event.x < depth;
+        t = is_before ? event.yzw : t;
+        low += is_before ? probe : 0u;
+        n = is_before ? n - probe : probe - 1u;
     }
-    return low == begin ? vec3(1.0) : texelFetch(u_shadow_t, int(low) - 1).rgb;
+    return t;
 }
 #endif
 
 #ifdef SHADOW_HAS_IDS
 layout(binding = UNIT_SHADOW_ID) uniform usamplerBuffer u_shadow_id;
 
-// t holds the transmittance of each event alone; those of `object` are left out.
+// With each event its own transmittance alone; those of `object` are left out.
 vec3 shadow_deep_without(uint head, uint event_base, float depth, uint object)
 {
     uint at = event_base + texelFetch(u_shadow_heads, int(head)).r;
     uint end = event_base + texelFetch(u_shadow_heads, int(head) + 1).r;
     vec3 t = vec3(1.0);
-    for (; at < end && texelFetch(u_shadow_z, int(at)).r < depth; at++)
+    for (; at < end; at++) {
+        vec4 event = texelFetch(u_shadow_events, int(at));
+        if (event.x >= depth)
+            break;
         if ((texelFetch(u_shadow_id, int(at)).r & 0x7fffffffu) != object)
-            t *= texelFetch(u_shadow_t, int(at)).rgb;
+            t *= event.yzw;
+    }
     return t;
 }
 #endif

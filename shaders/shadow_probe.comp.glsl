@@ -4,11 +4,8 @@
 
 layout(local_size_x = 64) in;
 
-struct probe_point {
-    vec4 p; // w: bits of the object
-    vec4 n; // w: bits of the shadow
-};
-layout(std430, binding = BIND_FRAGMENT_KEYS) readonly buffer point_buffer { probe_point points[]; };
+// Two texels per point: position and object; normal and shadow.
+layout(binding = UNIT_LIGHT_ITEMS) uniform usamplerBuffer u_points;
 layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer result_buffer { vec4 results[]; };
 uniform uint u_count;
 
@@ -18,7 +15,7 @@ void main()
     uint i = group * 64u + gl_LocalInvocationID.x;
     if (i >= u_count)
         return;
-    probe_point q = points[i];
-    uint shadow = floatBitsToUint(q.n.w), object = floatBitsToUint(q.p.w);
-    results[i] = vec4(shadow_transmittance(shadow, q.p.xyz, q.n.xyz, object), 1.0);
+    uvec4 p = texelFetch(u_points, int(2u * i)), n = texelFetch(u_points, int(2u * i + 1u));
+    vec3 t = shadow_transmittance(n.w, uintBitsToFloat(p.xyz), uintBitsToFloat(n.xyz), p.w);
+    results[i] = vec4(t, 1.0);
 }

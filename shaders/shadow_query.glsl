@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: MIT
-// How much light of a lamp arrives at a point, for every kind of shadow structure; the tables stay where they are, the
-// programs compile what the frame has:
+// How much light of a lamp arrives at a point, for every kind of shadow structure; the tables stay
+// where they are, the programs compile what the frame has:
 //   SHADOW_HAS_MAPS    there is any structure (absent: everything is lit)
+//   SHADOW_HAS_ORTHOGRAPHIC, SHADOW_HAS_PERSPECTIVE, SHADOW_HAS_CUBES (perspective, too)   shapes
 //   SHADOW_HAS_DEEP    contiguous lists; SHADOW_HAS_IDS: some keep raw transmittances and objects
-//   SHADOW_HAS_LINKED  linked lists (Lindbeck 2015, 3.2); SHADOW_FAITHFUL: their elements as published
+//   SHADOW_HAS_LINKED  linked lists (Lindbeck 2015, 3.2); SHADOW_FAITHFUL: their elements as
+//                      published
 // Provides: vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
 //   shadow  index of the light's record or NO_SHADOW
 //   p, n    point relative to the eye and geometric normal there (either side), world axes
 //   object  node whose own events are left out (no self shadow), else NO_OBJECT
-// A fragment shader that calls it must have left its helper lanes behind: `if (gl_HelperInvocation) return;`.
-// Loop iterations per call: taps * (log2(longest list) + 1); with IDS or LINKED taps * longest list.
+// A fragment shader that calls it must have left its helper lanes behind: `if (gl_HelperInvocation)
+// return;`. Loop iterations per call: taps * (log2(longest list) + 1); with IDS or LINKED taps *
+// longest list.
 //
-// No bias. Each tap intersects the ray through its texel's centre with the receiver's plane (Dou et al. 2014, "Adaptive
-// depth bias for shadow maps", in its exact planar form) and compares there, where the casters were sampled: strictly, up
-// to a relative rounding error. Depths of surfaces parallel to the receiver are thus compared at equal offsets.
+// No bias. Each tap intersects the ray through its texel's centre with the receiver's plane (Dou et
+// al. 2014, "Adaptive depth bias for shadow maps", in its exact planar form) and compares there,
+// where the casters were sampled: strictly, up to a relative rounding error. Depths of surfaces
+// parallel to the receiver are thus compared at equal offsets.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -28,18 +32,21 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
 #else
 #include "shadow_lists.glsl"
 
-layout(binding = UNIT_SHADOW_RECORDS) uniform usamplerBuffer u_shadow_records; // struct shadow_record, 7 texels each
+// struct shadow_record, five texels each
+layout(binding = UNIT_SHADOW_RECORDS) uniform usamplerBuffer u_shadow_records;
 layout(binding = UNIT_SHADOW_DEPTH) uniform sampler2DArray u_shadow_depth;
 uniform uint u_shadow_taps; // 1, 4, 9 or 16
 
-// Rounding of positions, planes and interpolated depths, relative to the distances involved. Measured on llvmpipe: the
-// largest error over random receivers stays below a third of it (tests/gpu/test_shadow_query.c).
+// Rounding of positions, planes and interpolated depths, relative to the distances involved.
+// Measured on llvmpipe: the largest error over random receivers stays below a third of it
+// (tests/gpu/test_shadow_query.c).
 const float SHADOW_ROUNDING = 2e-5;
 const float EYE_ROUNDING = 5e-7; // of p, relative to its distance from the eye
+const float STEEPEST = 50.0;     // rounding along a plane grows with its slope, up to here
 
 struct shadow_view {
     vec4 projection;
-    uint kind, shape, resolution, layer, head_base, event_base, flags;
+    uint kind, shape, flags, resolution, layer, head_base, event_base;
 };
 
 struct shadow_receiver { // in the light's axes
@@ -49,26 +56,42 @@ struct shadow_receiver { // in the light's axes
 
 uvec4 shadow_record_texel(uint shadow, int i)
 {
-    return texelFetch(u_shadow_records, int(shadow) * 7 + i);
+    return texelFetch(u_shadow_records, int(shadow) * 5 + i);
 }
 
 shadow_view shadow_view_read(uint shadow)
 {
-    uvec4 a = shadow_record_texel(shadow, 5), b = shadow_record_texel(shadow, 6);
-    vec4 projection = uintBitsToFloat(shadow_record_texel(shadow, 4));
-    return shadow_view(projection, a.x, a.y, a.z, a.w, b.x, b.y, b.z);
+    uvec4 a = shadow_record_texel(shadow, 4);
+    return shadow_view(uintBitsToFloat(shadow_record_texel(shadow, 3)), a.x & 255u,
+                       a.x >> 8 & 255u, a.x >> 16, a.y & 0xffffu, a.y >> 16, a.z, a.w);
 }
 
-shadow_receiver shadow_receiver_make(uint shadow, vec3 p, vec3 n)
+shadow_receiver shadow_receiver_read(uint shadow, vec3 p, vec3 n)
 {
-    vec4 x = uintBitsToFloat(shadow_record_texel(shadow, 0)), y = uintBitsToFloat(shadow_record_texel(shadow, 1)),
-         z = uintBitsToFloat(shadow_record_texel(shadow, 2));
-    vec3 r = p - uintBitsToFloat(shadow_record_texel(shadow, 3).xyz);
-    return shadow_receiver(vec3(dot(x.xyz, r) + x.w, dot(y.xyz, r) + y.w, dot(z.xyz, r) + z.w),
-                           vec3(dot(x.xyz, n), dot(y.xyz, n), dot(z.xyz, n)), EYE_ROUNDING * length(p));
+    vec4 x = uintBitsToFloat(shadow_record_texel(shadow, 0));
+    vec4 y = uintBitsToFloat(shadow_record_texel(shadow, 1));
+    vec4 z = uintBitsToFloat(shadow_record_texel(shadow, 2));
+    return shadow_receiver(vec3(dot(x.xyz, p) + x.w, dot(y.xyz, p) + y.w, dot(z.xyz, p) + z.w),
+                           vec3(dot(x.xyz, n), dot(y.xyz, n), dot(z.xyz, n)),
+                           EYE_ROUNDING * length(p));
 }
 
-// Faces +X -X +Y -Y +Z -Z; face axes (x, y, z) = (v[k+1], -s v[k+2], s v[k]) for axis k and sign s: never mirrored.
+float shadow_opaque(shadow_view view, uint face, ivec2 at)
+{
+    return texelFetch(u_shadow_depth, ivec3(at, int(view.layer + face)), 0).r;
+}
+
+// One texel, given the receiver's depth as lists have it.
+vec3 shadow_texel(shadow_view view, uint face, ivec2 at, float depth, uint object)
+{
+    uint texel = (face * view.resolution + uint(at.y)) * view.resolution + uint(at.x);
+    uint head = view.head_base + texel;
+    return shadow_list(view.kind, view.flags, head, view.event_base, depth, object);
+}
+
+#ifdef SHADOW_HAS_CUBES
+// Faces +X -X +Y -Y +Z -Z; face axes (x, y, z) = (v[k+1], -s v[k+2], s v[k]) for axis k and sign s:
+// never mirrored.
 uint shadow_cube_face(vec3 v)
 {
     vec3 a = abs(v);
@@ -93,64 +116,101 @@ vec3 shadow_light_from_face(uint face, vec3 f)
     return k == 0u ? r.zxy : (k == 1u ? r.yzx : r);
 }
 
-// One texel, given the depths of the receiver there: along the view for the opaque map, and as lists have them.
-vec3 shadow_texel(shadow_view view, uint face, ivec2 at, bool is_behind_opaque, float depth, uint object)
+// at may lie outside of its face: the texel of the neighbouring face in that direction is taken
+// then.
+void shadow_cross_seam(float size, inout uint face, inout ivec2 at)
 {
-    if (is_behind_opaque)
+    vec3 v = shadow_light_from_face(face, vec3((vec2(at) + 0.5) * (2.0 / size) - 1.0, 1.0));
+    face = shadow_cube_face(v);
+    v = shadow_face_from_light(face, v);
+    at = ivec2(floor((v.xy / v.z * 0.5 + 0.5) * size));
+}
+#endif
+
+#ifdef SHADOW_HAS_PERSPECTIVE
+vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec2 at, uint object)
+{
+    float size = float(view.resolution);
+    vec3 p = r.p, n = r.n;
+#ifdef SHADOW_HAS_CUBES
+    if (view.shape == SHADOW_CUBE) {
+        shadow_cross_seam(size, face, at);
+        p = shadow_face_from_light(face, p);
+        n = shadow_face_from_light(face, n);
+    }
+#endif
+    at = clamp(at, ivec2(0), ivec2(view.resolution - 1u));
+    vec3 ray = vec3(((vec2(at) + 0.5) * (2.0 / size) - 1.0) / view.projection.x, 1.0);
+    float reach = dot(n, p), slope = dot(n, ray);
+    float ray_length = length(ray), far_off = 2.0 * length(p) / ray_length;
+    float z = far_off; // a plane met late or never: clamped, which only lets light through
+    if (reach * slope > 0.0 && abs(reach) < abs(slope) * far_off)
+        z = reach / slope;
+    else if (slope == 0.0 && reach == 0.0)
+        z = 0.5 * far_off;
+    float steepness = min(length(n) * ray_length / max(abs(slope), 1e-6), STEEPEST);
+    z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
+    if (z * shadow_opaque(view, face, at) > view.projection.z) // its depth is near / z
         return vec3(0.0);
-    uint texel = (face * view.resolution + uint(at.y)) * view.resolution + uint(at.x);
-    return shadow_list(view.kind, view.flags, view.head_base + texel, view.event_base, depth, object);
+    return shadow_texel(view, face, at, z * ray_length, object);
 }
+#endif
 
-float shadow_opaque(shadow_view view, uint face, ivec2 at)
-{
-    return texelFetch(u_shadow_depth, ivec3(at, int(view.layer + face)), 0).r;
-}
-
+#ifdef SHADOW_HAS_ORTHOGRAPHIC
 vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint object)
 {
-    float range = 1.0 / view.projection.z;
-    vec2 center = ((vec2(at) + 0.5) * (2.0 / float(view.resolution)) - 1.0) / view.projection.xw;
+    float range = view.projection.z;
+    at = clamp(at, ivec2(0), ivec2(view.resolution - 1u));
+    vec2 center = ((vec2(at) + 0.5) * (2.0 / float(view.resolution)) - 1.0) / view.projection.xy;
     float toward = -dot(r.n.xy, center - r.p.xy), slope = r.n.z;
     float z = r.p.z + range; // a plane along the light: as far as it can be
     if (abs(toward) < abs(slope) * range)
         z = r.p.z + toward / slope;
     else if (toward * slope < 0.0)
         z = r.p.z - range;
-    float steepness = min(length(r.n) / max(abs(slope), 1e-6), 50.0);
-    float limit = z - (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
+    float steepness = min(length(r.n) / max(abs(slope), 1e-6), STEEPEST);
+    z -= (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
     float nearest = shadow_opaque(view, 0u, at); // 1 at the near side, 0 where nothing is
-    bool is_behind = nearest > 0.0 && limit > (1.0 - nearest) * range;
-    return shadow_texel(view, 0u, at, is_behind, limit, object);
+    if (nearest > 0.0 && z > (1.0 - nearest) * range)
+        return vec3(0.0);
+    return shadow_texel(view, 0u, at, z, object);
+}
+#endif
+
+// Where the point falls on the map: (x, y) in [-1, 1] and the face. False behind a spot, or where
+// no caster can be.
+bool shadow_locate(shadow_view view, vec3 p, out vec2 ndc, out uint face)
+{
+    face = 0u;
+    ndc = p.xy * view.projection.xy;
+#ifdef SHADOW_HAS_ORTHOGRAPHIC
+    if (view.shape == SHADOW_ORTHOGRAPHIC)
+        return all(lessThanEqual(abs(ndc), vec2(1.0)));
+#endif
+#ifdef SHADOW_HAS_PERSPECTIVE
+#ifdef SHADOW_HAS_CUBES
+    if (view.shape == SHADOW_CUBE) {
+        face = shadow_cube_face(p);
+        p = shadow_face_from_light(face, p);
+        ndc = p.xy;
+    }
+#endif
+    ndc /= p.z;
+#endif
+    return p.z > 0.0;
 }
 
-// at may lie outside of its face of a cube: the texel of the neighbouring face in that direction is taken then.
-vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec2 at, uint object)
+vec3 shadow_tap(shadow_view view, shadow_receiver r, uint face, ivec2 at, uint object)
 {
-    float size = float(view.resolution);
-    int last = int(view.resolution) - 1;
-    bool is_cube = view.shape == SHADOW_CUBE;
-    if (is_cube && (any(lessThan(at, ivec2(0))) || any(greaterThan(at, ivec2(last))))) {
-        vec3 v = shadow_light_from_face(face, vec3((vec2(at) + 0.5) * (2.0 / size) - 1.0, 1.0));
-        face = shadow_cube_face(v);
-        v = shadow_face_from_light(face, v);
-        at = ivec2(floor((v.xy / v.z * 0.5 + 0.5) * size));
-    }
-    at = clamp(at, ivec2(0), ivec2(last));
-    vec3 ray = vec3(((vec2(at) + 0.5) * (2.0 / size) - 1.0) / view.projection.x, 1.0);
-    vec3 p = is_cube ? shadow_face_from_light(face, r.p) : r.p;
-    vec3 n = is_cube ? shadow_face_from_light(face, r.n) : r.n;
-    float reach = dot(n, p), slope = dot(n, ray);
-    float near_by = length(p), ray_length = length(ray), far_off = 2.0 * near_by / ray_length;
-    float z = far_off; // a plane that the ray meets late or never: clamped, which only lets light through
-    if (reach * slope > 0.0 && abs(reach) < abs(slope) * far_off)
-        z = reach / slope;
-    else if (slope == 0.0 && reach == 0.0)
-        z = near_by / ray_length;
-    float steepness = min(length(n) * ray_length / max(abs(slope), 1e-6), 50.0);
-    z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
-    bool is_behind = z * shadow_opaque(view, face, at) > view.projection.y; // depth is near / z
-    return shadow_texel(view, face, at, is_behind, z * ray_length, object);
+#ifndef SHADOW_HAS_PERSPECTIVE
+    return shadow_tap_orthographic(view, r, at, object);
+#else
+#ifdef SHADOW_HAS_ORTHOGRAPHIC
+    if (view.shape == SHADOW_ORTHOGRAPHIC)
+        return shadow_tap_orthographic(view, r, at, object);
+#endif
+    return shadow_tap_perspective(view, r, face, at, object);
+#endif
 }
 
 vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
@@ -158,13 +218,10 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
     if (shadow == NO_SHADOW)
         return vec3(1.0);
     shadow_view view = shadow_view_read(shadow);
-    shadow_receiver r = shadow_receiver_make(shadow, p, n);
-    bool is_flat = view.shape == SHADOW_ORTHOGRAPHIC;
-    uint face = view.shape == SHADOW_CUBE ? shadow_cube_face(r.p) : 0u;
-    vec3 f = view.shape == SHADOW_CUBE ? shadow_face_from_light(face, r.p) : r.p;
-    vec2 ndc = is_flat ? f.xy * view.projection.xw : f.xy * view.projection.x / f.z;
-    bool is_outside = (!is_flat && !(f.z > 0.0)) || (is_flat && any(greaterThan(abs(ndc), vec2(1.0))));
-    if (is_outside) // behind a spot, or where no caster can be
+    shadow_receiver r = shadow_receiver_read(shadow, p, n);
+    vec2 ndc;
+    uint face;
+    if (!shadow_locate(view, r.p, ndc, face))
         return vec3(1.0);
 
     // A tent over side * side texels.
@@ -173,18 +230,14 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
     vec2 first = floor(c - 0.5 * float(side - 1));
     vec3 sum = vec3(0.0);
     float weights = 0.0;
-    for (int i = 0; i < side * side; i++) {
-        vec2 at = first + vec2(i % side, i / side);
-        vec2 w = max(0.5 * float(side) - abs(at + 0.5 - c), vec2(1e-7));
-        float weight = side == 1 ? 1.0 : w.x * w.y;
-        ivec2 texel = ivec2(at);
-        vec3 t;
-        if (is_flat)
-            t = shadow_tap_orthographic(view, r, clamp(texel, ivec2(0), ivec2(view.resolution - 1u)), object);
-        else
-            t = shadow_tap_perspective(view, r, face, texel, object);
-        sum += weight * t;
-        weights += weight;
+    for (int y = 0; y < side; y++) {
+        for (int x = 0; x < side; x++) {
+            vec2 at = first + vec2(x, y);
+            vec2 w = max(0.5 * float(side) - abs(at + 0.5 - c), vec2(1e-7));
+            float weight = side == 1 ? 1.0 : w.x * w.y;
+            sum += weight * shadow_tap(view, r, face, ivec2(at), object);
+            weights += weight;
+        }
     }
     return sum / weights;
 }

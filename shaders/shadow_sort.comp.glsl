@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Sorts the events of one texel per thread in registers: NET is 2, 4, 8, 16 or 32. With NET 32 longer lists are left as
-// sorted runs of 32 for shadow_merge.comp.glsl.
+// Sorts the events of one texel per thread in registers: NET is 2, 4, 8, 16 or 32. With RUNS longer
+// lists become sorted runs of 32 for shadow_merge.comp.glsl, in place or (SCRATCH) in scratch
+// memory.
 #include "shadow_list.glsl"
 #include "shadow_network.glsl"
 
-layout(binding = UNIT_SHADOW_Z) uniform samplerBuffer u_z; // the same memory as events_z, before it is written
-layout(binding = UNIT_SHADOW_T) uniform samplerBuffer u_t;
+layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_events; // the same memory, for reading
 #ifdef IDS
 layout(binding = UNIT_SHADOW_ID) uniform usamplerBuffer u_id;
 #endif
@@ -16,8 +16,7 @@ event e[NET];
 
 void load(int i, uint place, bool is_used)
 {
-    e[i].z_t = is_used ? vec4(texelFetch(u_z, int(place)).r, texelFetch(u_t, int(place)).rgb)
-                       : vec4(FAR_AWAY, vec3(1.0));
+    e[i].z_t = is_used ? texelFetch(u_events, int(place)) : vec4(FAR_AWAY, vec3(1.0));
 #ifdef IDS
     e[i].id = is_used ? texelFetch(u_id, int(place)).r : 0u;
 #endif
@@ -37,7 +36,8 @@ void exchange(int i, int j, bool is_wrong)
 #define CE(i, j) exchange(i, j, e[i].z_t.x > e[j].z_t.x);
 #define LOAD(i) load(i, first + uint(i), uint(i) < n);
 #define TIE(i) tie = tie || (uint((i) + 1) < n && e[i].z_t.x == e[(i) + 1].z_t.x);
-#define TIE_CE(i) swap = event_is_after(e[i], e[(i) + 1]); swapped = swapped || swap; exchange(i, (i) + 1, swap);
+#define TIE_CE(i) swap = event_is_after(e[i], e[(i) + 1]); \
+    swapped = swapped || swap; exchange(i, (i) + 1, swap);
 #define APPEND(i) if (uint(i) < n) list_append(end, first + uint(i), e[i]);
 #define STORE(i) if (uint(i) < n) store_run(first + uint(i), e[i]);
 
@@ -63,7 +63,8 @@ void exchange(int i, int j, bool is_wrong)
 #define PAIRS(DO) EACH_8(DO, 0) EACH_8(DO, 8) EACH_8(DO, 16) EACH_7(DO, 24)
 #endif
 
-// The network knows z only. Coplanar events, which are rare, are put in their order by exchanges of neighbours.
+// The network knows z only. Coplanar events, which are rare, are put in their order by exchanges of
+// neighbours.
 void sort_registers(uint first, uint n)
 {
     ALL(LOAD)
@@ -78,19 +79,17 @@ void sort_registers(uint first, uint n)
 }
 
 #ifdef RUNS
-bool runs_in_scratch;
-
 void store_run(uint place, event sorted)
 {
-    if (runs_in_scratch)
-        scratch_write(place - u_event_base, sorted);
-    else
-        stream_write(place, sorted);
+#ifdef SCRATCH
+    scratch_write(place - u_event_base, sorted);
+#else
+    stream_write(place, sorted);
+#endif
 }
 
 void sort_list(uint begin, uint finish)
 {
-    runs_in_scratch = (list_levels(finish - begin) & 1u) != 0u;
     for (uint at = begin; at < finish; at += uint(NET)) {
         uint first = u_event_base + at, n = min(uint(NET), finish - at);
         sort_registers(first, n);

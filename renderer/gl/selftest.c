@@ -219,7 +219,7 @@ static void dispatch(struct selftest *test, uint32_t step, uint32_t items)
     gl_program_set_u(test->compute, "u_items", items);
     gl_buffer_bind_storage(&test->results, BIND_STATISTICS);
     gl_buffer_bind_storage(&test->values, BIND_SCAN);
-    gl_texture_bind(&test->texels_view, UNIT_SHADOW_T);
+    gl_texture_bind(&test->texels_view, UNIT_SHADOW_EVENTS);
     glDispatchCompute((items + GROUP - 1) / GROUP, 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }

@@ -73,7 +73,8 @@ enum {
     VARIANT_OPAQUE = 1 << 10,
     VARIANT_MASKED = 1 << 11,
     VARIANT_IDS = 1 << 12,
-    VARIANT_PASS = 1 << 13,   /* times enum caster_pass */
+    VARIANT_CONSTANT = 1 << 13, /* the filter is evaluated per vertex */
+    VARIANT_PASS = 1 << 14,     /* times enum caster_pass */
 };
 
 /* Whether the filter is constant over the surface and darkens some channel at every angle. */
@@ -134,11 +135,14 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
                       filters_everywhere(m, desc->scene->blend_filter);
     if (is_certain && desc->pass == CASTER_COUNT)
         return key | VARIANT_CERTAIN;
-    if (!is_certain && desc->pass == CASTER_SCATTER) /* one program for both passes: they must decide alike */
+    if (!is_certain && desc->pass == CASTER_SCATTER) /* one program for both passes: they must
+                                                        decide alike */
         key = (uint32_t)CASTER_COUNT * VARIANT_PASS;
     key |= slots | (is_certain ? VARIANT_CERTAIN : 0u);
     if (m->pass_through != SCENE_PASS_CONSTANT)
         key |= VARIANT_ANGLED;
+    else if (!slots && m->alpha_mode != SCENE_MASK)
+        key |= VARIANT_CONSTANT;
     if (!is_linked && (desc->build->map->flags & SHADOW_FLAG_RAW))
         key |= VARIANT_IDS;
     return key;
@@ -148,11 +152,14 @@ static void write_defines(uint32_t key, char *out, size_t size)
 {
     uint32_t pass = key / VARIANT_PASS;
     bool is_flat = pass == CASTER_DEPTH && (key & VARIANT_OPAQUE);
-    snprintf(out, size, "TEXTURES=%u%s%s%s%s%s%s%s", key & 127u, key & VARIANT_COLORS ? " COLORS" : "",
-             key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
-             key & VARIANT_CERTAIN ? (pass == CASTER_SCATTER ? " CERTAIN PASS=1" : " CERTAIN PASS=0") : "",
-             pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
-             pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "");
+    snprintf(
+        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s", key & 127u, key & VARIANT_COLORS ? " COLORS" : "",
+        key & VARIANT_CONSTANT ? " CONSTANT" : "", key & VARIANT_ANGLED ? " ANGLED" : "",
+        key & VARIANT_IDS ? " IDS" : "",
+        key & VARIANT_CERTAIN ? (pass == CASTER_SCATTER ? " CERTAIN PASS=1" : " CERTAIN PASS=0")
+                              : "",
+        pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
+        pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "");
 }
 
 static struct caster_variant *find_variant(struct caster_painter *painter, uint32_t key,
@@ -163,18 +170,19 @@ static struct caster_variant *find_variant(struct caster_painter *painter, uint3
             return &painter->variants[i];
     assert(painter->variant_count < CASTER_VARIANTS_MAX);
     uint32_t pass = key / VARIANT_PASS;
-    const char *fragment = pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
-                           : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
-                                                                            : "shadow_linked.frag.glsl";
+    const char *fragment =
+        pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
+        : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
+                                                         : "shadow_linked.frag.glsl";
     char defines[160];
     write_defines(key, defines, sizeof defines);
-    const struct gl_program *program = program_cache_get(painter->programs,
-                                                         &(struct program_desc){
-                                                             .label = "shadow.caster",
-                                                             .vertex = "shadow_caster.vert.glsl",
-                                                             .fragment = fragment,
-                                                             .defines = defines},
-                                                         err);
+    const struct gl_program *program =
+        program_cache_get(painter->programs,
+                          &(struct program_desc){.label = "shadow.caster",
+                                                 .vertex = "shadow_caster.vert.glsl",
+                                                 .fragment = fragment,
+                                                 .defines = defines},
+                          err);
     if (!program)
         return NULL;
     struct caster_variant *variant = &painter->variants[painter->variant_count++];
@@ -193,9 +201,11 @@ static void set_frame(const struct gl_program *program, const struct shadow_fram
                           (float[4]){(float)axes[k][0], (float)axes[k][1], (float)axes[k][2], 0});
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
     float clip[4] = {(float)frame->scale[0], (float)frame->scale[1],
-                     is_flat ? 1.0f : (float)frame->near_m, is_flat ? (float)(-1 / frame->depth_m) : 0};
+                     is_flat ? 1.0f : (float)frame->near_m,
+                     is_flat ? (float)(-1 / frame->depth_m) : 0};
     gl_program_set_f4(program, "u_clip", clip);
-    gl_program_set_f4(program, "u_clip_w", (float[4]){is_flat ? 1.0f : 0.0f, is_flat ? 0.0f : 1.0f});
+    gl_program_set_f4(program, "u_clip_w",
+                      (float[4]){is_flat ? 1.0f : 0.0f, is_flat ? 0.0f : 1.0f});
 }
 
 static void set_uniforms(const struct paint_context *context, const struct gl_program *program)
@@ -204,7 +214,8 @@ static void set_uniforms(const struct paint_context *context, const struct gl_pr
     const struct shadow_map *map = desc->build->map;
     bool is_linked = map->kind == SHADOW_LINKED;
     uint64_t face_texels = (uint64_t)map->resolution * (uint64_t)map->resolution;
-    /* counts are one ahead of heads: after the scatter, the place of a count holds the end of its list */
+    /* counts are one ahead of heads: after the scatter, the place of a count holds the end of its
+     * list */
     uint64_t first = map->heads.first + (is_linked ? 0u : 1u) + context->face * face_texels;
     const struct shadow_range *room = is_linked ? &map->nodes : &map->events;
     set_frame(program, &map->frame, context->face);
@@ -244,19 +255,27 @@ static bool select_items(struct caster_painter *painter, const struct caster_pai
     }
     *count = 0;
     for (size_t i = 0; i < casters->count; i++) {
-        bool is_transparent = desc->scene->state->items[casters->items[i]].class_ == STATE_TRANSPARENT;
-        bool is_wanted = desc->pass == CASTER_LINK_FAITHFUL || is_transparent == (desc->pass != CASTER_DEPTH);
+        bool is_transparent =
+            desc->scene->state->items[casters->items[i]].class_ == STATE_TRANSPARENT;
+        bool is_wanted =
+            desc->pass == CASTER_LINK_FAITHFUL || is_transparent == (desc->pass != CASTER_DEPTH);
         if ((casters->faces[i] >> face & 1) && is_wanted)
             painter->selected[(*count)++] = casters->items[i];
     }
     return true;
 }
 
-/* Colour mask off and a depth attachment: without either, llvmpipe loses side effects of fragments. */
+/* Colour mask off and a depth attachment: without either, llvmpipe loses side effects of fragments.
+ */
 static void set_state(const struct caster_paint_desc *desc)
 {
-    static const GLenum disabled[] = {GL_BLEND, GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_POLYGON_OFFSET_FILL,
-                                      GL_DEPTH_CLAMP, GL_SAMPLE_ALPHA_TO_COVERAGE, GL_RASTERIZER_DISCARD};
+    static const GLenum disabled[] = {GL_BLEND,
+                                      GL_SCISSOR_TEST,
+                                      GL_STENCIL_TEST,
+                                      GL_POLYGON_OFFSET_FILL,
+                                      GL_DEPTH_CLAMP,
+                                      GL_SAMPLE_ALPHA_TO_COVERAGE,
+                                      GL_RASTERIZER_DISCARD};
     for (size_t i = 0; i < sizeof disabled / sizeof *disabled; i++)
         glDisable(disabled[i]);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -274,11 +293,12 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
     if (!select_items(painter, desc, face, &count, err))
         return false;
     struct gl_framebuffer framebuffer = {0};
-    if (!gl_framebuffer_init(&framebuffer,
-                             &(struct gl_framebuffer_desc){.label = "shadow.face",
-                                                           .depth = depth,
-                                                           .depth_layer = (int)(map->layers.first + face)},
-                             err))
+    if (!gl_framebuffer_init(
+            &framebuffer,
+            &(struct gl_framebuffer_desc){.label = "shadow.face",
+                                          .depth = depth,
+                                          .depth_layer = (int)(map->layers.first + face)},
+            err))
         return false;
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name);
     set_state(desc);

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* Drawing the casters of one face of a light, with the program that each material needs. Thread: GL. */
+/* Drawing the casters of one face of a light, with the program that each material needs. Thread:
+ * GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_CASTERS_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_CASTERS_H
 
 #include "renderer/shadows/shadow_map.h"
 
-/* Lists the items of state that cast a shadow in the frame. casters must be zeroed or finished by the caller. */
-MUST_CHECK bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_frame *frame,
+/* Lists the items of state that cast a shadow in the frame. casters must be zeroed or finished by
+ * the caller. */
+MUST_CHECK bool shadow_casters_collect(struct shadow_casters *casters,
+                                       const struct shadow_frame *frame,
                                        const struct scene_state *state, struct error *err);
 void shadow_casters_finish(struct shadow_casters *casters);
 
@@ -20,13 +23,13 @@ enum caster_pass {
 
 struct caster_variant {
     uint32_t key;
-    uint32_t prepared;    /* number of the face whose uniforms it has */
+    uint32_t prepared; /* number of the face whose uniforms it has */
     const struct gl_program *program;
 };
 
 enum { CASTER_VARIANTS_MAX = 256 };
 
-struct caster_painter {   /* zeroed, then given its programs; holds no GL name of its own */
+struct caster_painter { /* zeroed, then given its programs; holds no GL name of its own */
     struct program_cache *programs;
     struct caster_variant variants[CASTER_VARIANTS_MAX];
     uint32_t variant_count;
@@ -42,11 +45,12 @@ struct caster_paint_desc {
     const struct shadow_build *build;
     const struct shadow_scene *scene;
     const struct shadow_store *store;
-    uint32_t slot;        /* CASTER_LINK*: of the light in the statistics */
+    uint32_t slot; /* CASTER_LINK*: of the light in the statistics */
 };
 
-/* All faces of the map. States all GL state that it needs; storage buffers are bound by the caller. */
-MUST_CHECK bool caster_painter_paint(struct caster_painter *painter, const struct caster_paint_desc *desc,
-                                     struct error *err);
+/* All faces of the map. States all GL state that it needs; storage buffers are bound by the caller.
+ */
+MUST_CHECK bool caster_painter_paint(struct caster_painter *painter,
+                                     const struct caster_paint_desc *desc, struct error *err);
 
 #endif

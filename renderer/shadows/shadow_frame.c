@@ -9,12 +9,15 @@
 
 #include "shaders/shared/records.h"
 
-/* Texels between the outermost caster or cone and the border of the map: room for the taps of the widest tent. */
+/* Texels between the outermost caster or cone and the border of the map: room for the taps of the
+ * widest tent. */
 static const double BORDER_TEXELS = 2;
-/* Reversed infinite depth keeps f32's relative precision at any ratio, so near may be very small. */
+/* Reversed infinite depth keeps f32's relative precision at any ratio, so near may be very small.
+ */
 static const double NEAR_RATIO = 1e-6;
 static const double PI = 3.14159265358979323846;
-static const double WIDEST_FACE_RAD = 1.0472; /* 60 degrees: beyond it a single face wastes most of its texels */
+static const double WIDEST_FACE_RAD = 1.0472; /* 60 degrees: beyond it a single face wastes most of
+                                                 its texels */
 
 static void set_axes(struct shadow_frame *frame, const double direction[3])
 {
@@ -43,7 +46,8 @@ static double choose_near(const double origin[3], const struct scene_state *stat
 {
     double farthest[3];
     for (int k = 0; k < 3; k++)
-        farthest[k] = fmax(fabs(state->bounds_min[k] - origin[k]), fabs(state->bounds_max[k] - origin[k]));
+        farthest[k] =
+            fmax(fabs(state->bounds_min[k] - origin[k]), fabs(state->bounds_max[k] - origin[k]));
     double scale = vec3_length(farthest);
     return NEAR_RATIO * exp2(floor(log2(fmax(scale, 1e-12))));
 }
@@ -104,7 +108,8 @@ static bool init_orthographic(struct shadow_frame *frame, const struct state_lig
     double least = fmax(1e-6 * widest, 1e-12); /* a flat scene still has a box */
     double middle[3];
     for (int k = 0; k < 2; k++) {
-        double half = fmax(0.5 * (box[k][1] - box[k][0]), least) * (1 + 2 * BORDER_TEXELS / resolution);
+        double half =
+            fmax(0.5 * (box[k][1] - box[k][0]), least) * (1 + 2 * BORDER_TEXELS / resolution);
         frame->scale[k] = 1 / half;
         middle[k] = 0.5 * (box[k][0] + box[k][1]);
     }

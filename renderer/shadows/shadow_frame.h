@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* How a light looks at the scene: one perspective face, the six of a cube, or one orthographic face. All in f64 and
- * independent of the camera. Thread: any. */
+/* How a light looks at the scene: one perspective face, the six of a cube, or one orthographic
+ * face. All in f64 and independent of the camera. Thread: any. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_FRAME_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_FRAME_H
 
@@ -11,17 +11,19 @@
 struct shadow_frame {
     uint32_t shape;      /* SHADOW_ONE_FACE, SHADOW_CUBE, SHADOW_ORTHOGRAPHIC */
     uint32_t face_count; /* 1 or 6 */
-    double origin[3];    /* world; of the light, or the middle of the orthographic box's near side */
-    double axis[3][3];   /* rows x, y, z of light_from_world; the light looks along +z; y x x = z, so nothing is mirrored */
-    double scale[2];     /* perspective: 1 / tan(half angle); orthographic: 1 / half extent [1/m] */
-    double near_m;       /* perspective */
-    double depth_m;      /* orthographic: extent of the box along z */
-    double range_m;      /* perspective: beyond it the light does not reach; 0 = unbounded */
-    double cone[3];      /* direction of the outer cone */
-    double cone_rad;     /* its half angle; pi for all directions */
+    double origin[3];  /* world; of the light, or the middle of the orthographic box's near side */
+    double axis[3][3]; /* rows x, y, z of light_from_world; the light looks along +z; y x x = z, so
+                          nothing is mirrored */
+    double scale[2];   /* perspective: 1 / tan(half angle); orthographic: 1 / half extent [1/m] */
+    double near_m;     /* perspective */
+    double depth_m;    /* orthographic: extent of the box along z */
+    double range_m;    /* perspective: beyond it the light does not reach; 0 = unbounded */
+    double cone[3];    /* direction of the outer cone */
+    double cone_rad;   /* its half angle; pi for all directions */
 };
 
-/* A directional light's box is as wide as the casters and as deep as the whole scene. False when nothing casts. */
+/* A directional light's box is as wide as the casters and as deep as the whole scene. False when
+ * nothing casts. */
 bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *light,
                        const struct scene_state *state, int resolution);
 

@@ -8,7 +8,8 @@
 
 #include "shaders/shared/records.h"
 
-static const struct shadow_key START = {{0x243f6a8885a308d3ull, 0x13198a2e03707344ull}}; /* digits of pi */
+static const struct shadow_key START = {{0x243f6a8885a308d3ull, 0x13198a2e03707344ull}}; /* digits
+                                                                                            of pi */
 
 /* The finaliser of MurmurHash3 (Appleby, public domain) on two lanes of different seed. */
 static uint64_t scramble(uint64_t x)
@@ -41,7 +42,8 @@ struct shadow_key shadow_key_of_text(const char *text)
     return key;
 }
 
-struct shadow_key shadow_key_of_map(const struct shadow_map *map, const struct shadow_casters *casters,
+struct shadow_key shadow_key_of_map(const struct shadow_map *map,
+                                    const struct shadow_casters *casters,
                                     const struct scene_state *state, uint32_t blend_filter)
 {
     const struct shadow_frame *frame = &map->frame;
@@ -54,7 +56,8 @@ struct shadow_key shadow_key_of_map(const struct shadow_map *map, const struct s
     add_doubles(&key, frame->origin, 3);
     add_doubles(&key, frame->axis[0], 9);
     add_doubles(&key, frame->scale, 2);
-    add_doubles(&key, (double[]){frame->near_m, frame->depth_m, frame->range_m, frame->cone_rad}, 4);
+    add_doubles(&key, (double[]){frame->near_m, frame->depth_m, frame->range_m, frame->cone_rad},
+                4);
     add_doubles(&key, frame->cone, 3);
     for (size_t i = 0; i < casters->count; i++) {
         const struct state_item *item = &state->items[casters->items[i]];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Linked shadow lists: one pass per light, a pool that is grown and filled anew when it was too small, and a walk over
- * the finished lists for the report. */
+/* Linked shadow lists: one pass per light, a pool that is grown and filled anew when it was too
+ * small, and a walk over the finished lists for the report. */
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
@@ -10,10 +10,16 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-enum { ATTEMPTS = 6 }; /* an element dropped for want of room may hide that another is needed, so counts can rise */
+enum {
+    ATTEMPTS = 6
+}; /* an element dropped for want of room may hide that another is needed, so counts can rise */
 
-struct link_statistics { uint32_t elements, lock_failures; };     /* as shadow_linked.frag.glsl writes it */
-struct walk_statistics { uint32_t elements, longest, occupied, unsorted; }; /* shadow_linked_walk.comp.glsl */
+struct link_statistics {
+    uint32_t elements, lock_failures;
+}; /* as shadow_linked.frag.glsl writes it */
+struct walk_statistics {
+    uint32_t elements, longest, occupied, unsorted;
+}; /* shadow_linked_walk.comp.glsl */
 
 struct linked_job {
     struct shadow_builder *builder;
@@ -78,7 +84,8 @@ static bool fill_lists(const struct linked_job *job, struct error *err)
             continue;
         gl_buffer_clear_u32(&store->pools[SHADOW_POOL_HEADS].streams[0], map->heads.first * 4,
                             map->heads.count * 4, list_end);
-        struct caster_paint_desc desc = {.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK,
+        struct caster_paint_desc desc = {.pass =
+                                             map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK,
                                          .build = &job->builds[i],
                                          .scene = job->scene,
                                          .store = store,
@@ -103,12 +110,13 @@ static bool fit_memory(const struct linked_job *job, bool *is_done, struct error
         if (!is_pending(build))
             continue;
         if (job->statistics[i].lock_failures)
-            return error_set(err, ERROR_INTERNAL, "light %u: %u drops of light found no lock", build->light,
-                             job->statistics[i].lock_failures);
+            return error_set(err, ERROR_INTERNAL, "light %u: %u drops of light found no lock",
+                             build->light, job->statistics[i].lock_failures);
         if (elements > map->nodes.count) {
             *is_done = false;
             if (!shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err) ||
-                !shadow_store_take(store, SHADOW_POOL_NODES, elements + elements / 8, &map->nodes, err))
+                !shadow_store_take(store, SHADOW_POOL_NODES, elements + elements / 8, &map->nodes,
+                                   err))
                 return false;
             continue;
         }
@@ -121,7 +129,8 @@ static bool fit_memory(const struct linked_job *job, bool *is_done, struct error
     return true;
 }
 
-static bool walk_lists(const struct linked_job *job, struct walk_statistics *walks, struct error *err)
+static bool walk_lists(const struct linked_job *job, struct walk_statistics *walks,
+                       struct error *err)
 {
     struct shadow_builder *builder = job->builder;
     const struct gl_program *walk[2];
@@ -167,7 +176,8 @@ static bool note_lists(const struct linked_job *job, struct error *err)
         if (map->kind != SHADOW_LINKED)
             continue;
         if (walks[i].unsorted)
-            ok = error_set(err, ERROR_INTERNAL, "light %u: %u linked lists are out of order or locked",
+            ok = error_set(err, ERROR_INTERNAL,
+                           "light %u: %u linked lists are out of order or locked",
                            job->builds[i].light, walks[i].unsorted);
         map->event_count = walks[i].elements;
         map->longest_list = walks[i].longest;
@@ -194,7 +204,8 @@ bool shadow_linked_build(struct shadow_builder *builder, struct shadow_build *bu
     for (int attempt = 0; ok && !is_done && attempt < ATTEMPTS; attempt++)
         ok = fill_lists(&job, err) && fit_memory(&job, &is_done, err);
     if (ok && !is_done)
-        ok = error_set(err, ERROR_INTERNAL, "linked shadow lists outgrew their pool %d times", ATTEMPTS);
+        ok = error_set(err, ERROR_INTERNAL, "linked shadow lists outgrew their pool %d times",
+                       ATTEMPTS);
     ok = ok && note_lists(&job, err);
     free(job.statistics);
     return ok;

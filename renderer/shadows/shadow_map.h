@@ -9,19 +9,21 @@
 #include "renderer/shadows/shadow_frame.h"
 #include "renderer/shadows/shadow_store.h"
 
-struct shadow_key { uint64_t words[2]; };
+struct shadow_key {
+    uint64_t words[2];
+};
 
 struct shadow_map {
-    struct shadow_key key;         /* of all that decides the structure */
-    struct shadow_key scene;       /* of the scene's key alone */
+    struct shadow_key key;   /* of all that decides the structure */
+    struct shadow_key scene; /* of the scene's key alone */
     struct shadow_frame frame;
-    uint32_t kind;                 /* SHADOW_MAP, SHADOW_DEEP, SHADOW_LINKED */
-    uint32_t flags;                /* SHADOW_FLAG_* */
-    bool is_faithful;              /* SHADOW_LINKED as published */
+    uint32_t kind;    /* SHADOW_MAP, SHADOW_DEEP, SHADOW_LINKED */
+    uint32_t flags;   /* SHADOW_FLAG_* */
+    bool is_faithful; /* SHADOW_LINKED as published */
     int resolution;
     struct shadow_range layers, heads, events, nodes;
     uint64_t event_count, longest_list, occupied_texels;
-    uint64_t last_frame;           /* number of the last frame that used it */
+    uint64_t last_frame; /* number of the last frame that used it */
 };
 
 /* Texels of all faces. */
@@ -30,22 +32,22 @@ static inline uint64_t shadow_map_texels(const struct shadow_map *map)
     return (uint64_t)map->frame.face_count * (uint64_t)map->resolution * (uint64_t)map->resolution;
 }
 
-struct shadow_casters {            /* what one light meets */
-    uint32_t *items;               /* indices of state->items, in their order */
-    uint8_t *faces;                /* per item: bit f for face f */
+struct shadow_casters { /* what one light meets */
+    uint32_t *items;    /* indices of state->items, in their order */
+    uint8_t *faces;     /* per item: bit f for face f */
     size_t count, capacity;
     size_t opaque_count, transparent_count;
-    bool has_exclusions;           /* a transparent caster's material is no_self_shadow or cast_once */
+    bool has_exclusions; /* a transparent caster's material is no_self_shadow or cast_once */
 };
 
-struct shadow_build {              /* a map that must be built in this frame */
+struct shadow_build { /* a map that must be built in this frame */
     struct shadow_map *map;
     struct shadow_casters casters;
-    uint32_t light;                /* index of state->lights */
-    bool is_done;                  /* linked: the pool was large enough */
+    uint32_t light; /* index of state->lights */
+    bool is_done;   /* linked: the pool was large enough */
 };
 
-struct shadow_scene {              /* what the builders draw */
+struct shadow_scene { /* what the builders draw */
     const struct scene_gpu *gpu;
     const struct scene_state *state;
     struct draw_arena *arena;

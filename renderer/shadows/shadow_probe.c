@@ -16,12 +16,14 @@ bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache 
                                 .defines = shadow_system_defines(shadows)};
     const struct gl_program *program = program_cache_get(programs, &desc, err);
     struct gl_buffer in = {0}, results = {0};
+    struct gl_texture view = {0};
     bool ok = program != NULL;
     ok = ok && gl_buffer_init(&in,
                               &(struct gl_buffer_desc){.label = "shadow.probe.points",
                                                        .size_bytes = count * sizeof *points,
                                                        .data = points},
                               err);
+    ok = ok && gl_texture_init_buffer(&view, "shadow.probe.points", GL_RGBA32UI, &in, err);
     ok = ok && gl_buffer_init(&results,
                               &(struct gl_buffer_desc){.label = "shadow.probe.results",
                                                        .size_bytes = count * sizeof *out},
@@ -31,12 +33,13 @@ bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache 
         gl_program_use(program);
         shadow_system_bind(shadows, program);
         gl_program_set_u(program, "u_count", count);
-        gl_buffer_bind_storage(&in, BIND_FRAGMENT_KEYS);
+        gl_texture_bind(&view, UNIT_LIGHT_ITEMS);
         gl_buffer_bind_storage(&results, BIND_FRAGMENT_COLORS);
         for (int i = 0; i < repeat; i++)
             glDispatchCompute(groups < row ? groups : row, (groups + row - 1) / row, 1);
         gl_buffer_read(&results, 0, count * sizeof *out, out);
     }
+    gl_texture_finish(&view);
     gl_buffer_finish(&in);
     gl_buffer_finish(&results);
     return ok;

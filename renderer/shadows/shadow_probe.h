@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Answers shadow queries at given points through the very shader code that shading uses: for tests, measurements and the
- * comparison of techniques. Thread: GL. */
+/* Answers shadow queries at given points through the very shader code that shading uses: for tests,
+ * measurements and the comparison of techniques. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_PROBE_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_PROBE_H
 
@@ -13,9 +13,11 @@ struct shadow_probe_point { /* as shadow_probe.comp.glsl reads it */
     uint32_t shadow;        /* shadow_system_record */
 };
 
-/* Writes four floats per point: rgb transmittance and 1. repeat > 1 asks again and again, for measurements. */
-MUST_CHECK bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache *programs,
-                                 const struct shadow_probe_point *points, uint32_t count, int repeat,
-                                 float (*out)[4], struct error *err);
+/* Writes four floats per point: rgb transmittance and 1. repeat > 1 asks again and again, for
+ * measurements. */
+MUST_CHECK bool shadow_probe_run(const struct shadow_system *shadows,
+                                 struct program_cache *programs,
+                                 const struct shadow_probe_point *points, uint32_t count,
+                                 int repeat, float (*out)[4], struct error *err);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Sub-allocation: which elements of a growing pool are in use. First fit, free neighbours merge. Thread: any. */
+/* Sub-allocation: which elements of a growing pool are in use. First fit, free neighbours merge.
+ * Thread: any. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_RANGES_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_RANGES_H
 
@@ -8,9 +9,11 @@
 
 #include "protocol/error.h"
 
-struct shadow_range { uint64_t first, count; };
+struct shadow_range {
+    uint64_t first, count;
+};
 
-struct shadow_ranges { /* zeroed = an empty pool of capacity 0 */
+struct shadow_ranges {         /* zeroed = an empty pool of capacity 0 */
     struct shadow_range *free; /* sorted by first, never touching */
     size_t free_count, free_capacity;
     uint64_t capacity;
@@ -18,12 +21,15 @@ struct shadow_ranges { /* zeroed = an empty pool of capacity 0 */
 
 void shadow_ranges_finish(struct shadow_ranges *ranges);
 
-/* False when no free range is long enough; *taken is then unchanged. count 0 takes an empty range. */
+/* False when no free range is long enough; *taken is then unchanged. count 0 takes an empty range.
+ */
 bool shadow_ranges_take(struct shadow_ranges *ranges, uint64_t count, struct shadow_range *taken);
 /* Gives a taken range, or a part of one, back. *range becomes empty. */
-MUST_CHECK bool shadow_ranges_give(struct shadow_ranges *ranges, struct shadow_range *range, struct error *err);
+MUST_CHECK bool shadow_ranges_give(struct shadow_ranges *ranges, struct shadow_range *range,
+                                   struct error *err);
 /* The capacity with which a range of count elements would fit. */
 uint64_t shadow_ranges_capacity_for(const struct shadow_ranges *ranges, uint64_t count);
-MUST_CHECK bool shadow_ranges_grow(struct shadow_ranges *ranges, uint64_t capacity, struct error *err);
+MUST_CHECK bool shadow_ranges_grow(struct shadow_ranges *ranges, uint64_t capacity,
+                                   struct error *err);
 
 #endif

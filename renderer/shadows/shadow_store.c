@@ -14,14 +14,14 @@ struct stream_kind {
 
 static const struct stream_kind stream_kinds[SHADOW_POOL_COUNT][SHADOW_STREAMS_MAX] = {
     {{"shadow.heads", GL_R32UI, 4}},
-    {{"shadow.deep.z", GL_R32F, 4}, {"shadow.deep.t", GL_RGB32F, 12}, {"shadow.deep.object", GL_R32UI, 4}},
+    {{"shadow.deep.events", GL_RGBA32F, 16}, {"shadow.deep.objects", GL_R32UI, 4}},
     {{"shadow.linked.nodes", GL_RGBA32UI, 16}},
 };
 
 static int stream_count(const struct shadow_store *store, enum shadow_pool_kind kind)
 {
     if (kind == SHADOW_POOL_EVENTS)
-        return store->has_objects ? 3 : 2;
+        return store->has_objects ? 2 : 1;
     return 1;
 }
 
@@ -79,9 +79,9 @@ static bool over_budget(const struct shadow_store *store, uint64_t more_bytes, c
                         struct error *err)
 {
     uint64_t used = shadow_store_size_bytes(store) + store->transient_bytes;
-    return error_set(err, ERROR_OVER_BUDGET, "shadows need %llu bytes with %s, the budget is %llu bytes",
-                     (unsigned long long)(used + more_bytes), what,
-                     (unsigned long long)store->budget_bytes);
+    return error_set(
+        err, ERROR_OVER_BUDGET, "shadows need %llu bytes with %s, the budget is %llu bytes",
+        (unsigned long long)(used + more_bytes), what, (unsigned long long)store->budget_bytes);
 }
 
 /* Frees atlases without maps, then maps that the frame does not use. */
@@ -89,7 +89,8 @@ static bool make_room(struct shadow_store *store)
 {
     for (int i = 0; i < SHADOW_ATLASES_MAX; i++) {
         struct shadow_atlas *atlas = &store->atlases[i];
-        bool is_unused = atlas->layers.free_count == 1 && atlas->layers.free[0].count == atlas->layers.capacity;
+        bool is_unused =
+            atlas->layers.free_count == 1 && atlas->layers.free[0].count == atlas->layers.capacity;
         if (atlas->depth.name && is_unused) {
             finish_atlas(atlas);
             return true;
@@ -98,14 +99,17 @@ static bool make_room(struct shadow_store *store)
     return store->make_room && store->make_room(store->context);
 }
 
+/* Heads are written from the host where the device is our own cores. */
 static bool resize_stream(struct shadow_pool *pool, const struct stream_kind *kind, int stream,
-                          uint64_t capacity, struct error *err)
+                          uint64_t capacity, bool is_software, struct error *err)
 {
     struct gl_buffer fresh = {0};
     struct gl_texture view = {0};
     struct gl_buffer *old = &pool->streams[stream];
-    if (!gl_buffer_init(&fresh, &(struct gl_buffer_desc){.label = kind->label, .size_bytes = capacity * kind->bytes},
-                        err))
+    struct gl_buffer_desc desc = {.label = kind->label,
+                                  .size_bytes = capacity * kind->bytes,
+                                  .is_dynamic = kind->format == GL_R32UI && is_software};
+    if (!gl_buffer_init(&fresh, &desc, err))
         return false;
     if (!gl_texture_init_buffer(&view, kind->label, kind->format, &fresh, err)) {
         gl_buffer_finish(&fresh);
@@ -127,7 +131,8 @@ static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, ui
 {
     struct shadow_pool *pool = &store->pools[kind];
     for (int i = 0; i < stream_count(store, kind); i++)
-        if (!resize_stream(pool, &stream_kinds[kind][i], i, capacity, err))
+        if (!resize_stream(pool, &stream_kinds[kind][i], i, capacity, store->limits->is_software,
+                           err))
             return false;
     return shadow_ranges_grow(&pool->ranges, capacity, err);
 }
@@ -138,7 +143,8 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
     enum { LEAST = 4096 }; /* elements of a pool's first buffer */
     struct shadow_pool *pool = &store->pools[kind];
     if (count >= UINT32_MAX / 4) /* shaders index floats with 32 bits */
-        return error_set(err, ERROR_OVER_BUDGET, "%llu elements of '%s' in one light, the limit is %u",
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "%llu elements of '%s' in one light, the limit is %u",
                          (unsigned long long)count, stream_kinds[kind][0].label, UINT32_MAX / 4);
     for (;;) {
         if (shadow_ranges_take(&pool->ranges, count, range))
@@ -198,8 +204,9 @@ static bool grow_atlas(struct shadow_atlas *atlas, uint64_t layers, struct error
     if (!gl_texture_init(&fresh, &desc, err))
         return false;
     if (atlas->depth.name)
-        glCopyImageSubData(atlas->depth.name, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, fresh.name, GL_TEXTURE_2D_ARRAY,
-                           0, 0, 0, 0, atlas->resolution, atlas->resolution, atlas->depth.layers);
+        glCopyImageSubData(atlas->depth.name, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, fresh.name,
+                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, atlas->resolution, atlas->resolution,
+                           atlas->depth.layers);
     gl_texture_finish(&atlas->depth);
     atlas->depth = fresh;
     return shadow_ranges_grow(&atlas->layers, layers, err);
@@ -212,8 +219,8 @@ bool shadow_store_take_layers(struct shadow_store *store, int resolution, uint64
     for (;;) {
         struct shadow_atlas *atlas = find_or_open_atlas(store, resolution);
         if (!atlas)
-            return error_set(err, ERROR_OVER_BUDGET, "shadow maps of more than %d resolutions in use",
-                             SHADOW_ATLASES_MAX);
+            return error_set(err, ERROR_OVER_BUDGET,
+                             "shadow maps of more than %d resolutions in use", SHADOW_ATLASES_MAX);
         if (shadow_ranges_take(&atlas->layers, count, range))
             return true;
         uint64_t need = shadow_ranges_capacity_for(&atlas->layers, count);
@@ -225,16 +232,17 @@ bool shadow_store_take_layers(struct shadow_store *store, int resolution, uint64
         } else if (!make_room(store)) {
             if (!atlas->depth.name)
                 finish_atlas(atlas);
-            return has_layers ? over_budget(store, more_bytes, "shadow.depth", err)
-                              : error_set(err, ERROR_OVER_BUDGET,
-                                          "shadow maps need %llu layers, the device has %d",
-                                          (unsigned long long)need, store->limits->max_texture_layers);
+            return has_layers
+                       ? over_budget(store, more_bytes, "shadow.depth", err)
+                       : error_set(err, ERROR_OVER_BUDGET,
+                                   "shadow maps need %llu layers, the device has %d",
+                                   (unsigned long long)need, store->limits->max_texture_layers);
         }
     }
 }
 
-bool shadow_store_give_layers(struct shadow_store *store, int resolution, struct shadow_range *range,
-                              struct error *err)
+bool shadow_store_give_layers(struct shadow_store *store, int resolution,
+                              struct shadow_range *range, struct error *err)
 {
     struct shadow_atlas *atlas = shadow_store_atlas(store, resolution);
     return !atlas || shadow_ranges_give(&atlas->layers, range, err);
@@ -243,13 +251,15 @@ bool shadow_store_give_layers(struct shadow_store *store, int resolution, struct
 bool shadow_store_keep_objects(struct shadow_store *store, struct error *err)
 {
     struct shadow_pool *pool = &store->pools[SHADOW_POOL_EVENTS];
-    const struct stream_kind *kind = &stream_kinds[SHADOW_POOL_EVENTS][SHADOW_STREAM_ID];
+    const struct stream_kind *kind = &stream_kinds[SHADOW_POOL_EVENTS][SHADOW_STREAM_OBJECT];
     if (store->has_objects)
         return true;
     while (!fits(store, pool->ranges.capacity * kind->bytes))
         if (!make_room(store))
             return over_budget(store, pool->ranges.capacity * kind->bytes, kind->label, err);
-    if (pool->ranges.capacity && !resize_stream(pool, kind, SHADOW_STREAM_ID, pool->ranges.capacity, err))
+    if (pool->ranges.capacity &&
+        !resize_stream(pool, kind, SHADOW_STREAM_OBJECT, pool->ranges.capacity,
+                       store->limits->is_software, err))
         return false;
     store->has_objects = true;
     return true;
@@ -263,7 +273,8 @@ bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, st
     return true;
 }
 
-const struct gl_texture *shadow_store_view(const struct shadow_store *store, enum shadow_pool_kind kind, int stream)
+const struct gl_texture *shadow_store_view(const struct shadow_store *store,
+                                           enum shadow_pool_kind kind, int stream)
 {
     return &store->pools[kind].views[stream];
 }

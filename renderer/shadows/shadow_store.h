@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The memory of all shadow structures: pools of list heads, events and elements, and arrays of depth layers, all under
- * one budget. Maps take ranges and give them back; pools grow by re-creation with copy. Thread: GL. */
+/* The memory of all shadow structures: pools of list heads, events and elements, and arrays of
+ * depth layers, all under one budget. Maps take ranges and give them back; pools grow by
+ * re-creation with copy. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_STORE_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_STORE_H
 
@@ -10,13 +11,13 @@
 
 enum shadow_pool_kind {
     SHADOW_POOL_HEADS,  /* u32 per texel: list offsets, or heads of linked lists */
-    SHADOW_POOL_EVENTS, /* z, T and, where kept, the object of each event */
+    SHADOW_POOL_EVENTS, /* depth and transmittance, and, where kept, the object of each event */
     SHADOW_POOL_NODES,  /* 16-byte elements of linked lists */
     SHADOW_POOL_COUNT
 };
 
-enum { SHADOW_STREAMS_MAX = 3 };
-enum shadow_stream { SHADOW_STREAM_Z, SHADOW_STREAM_T, SHADOW_STREAM_ID }; /* of SHADOW_POOL_EVENTS */
+enum { SHADOW_STREAMS_MAX = 2 };
+enum shadow_stream { SHADOW_STREAM_EVENT, SHADOW_STREAM_OBJECT }; /* of SHADOW_POOL_EVENTS */
 
 struct shadow_pool {
     struct shadow_ranges ranges;
@@ -35,8 +36,8 @@ enum { SHADOW_ATLASES_MAX = 8 };
 struct shadow_store {
     const struct gl_limits *limits;
     uint64_t budget_bytes;
-    uint64_t transient_bytes;  /* of builders, counted against the budget while they last */
-    bool has_objects;          /* SHADOW_STREAM_ID exists */
+    uint64_t transient_bytes; /* of builders, counted against the budget while they last */
+    bool has_objects;         /* SHADOW_STREAM_OBJECT exists */
     struct shadow_pool pools[SHADOW_POOL_COUNT];
     struct shadow_atlas atlases[SHADOW_ATLASES_MAX];
     /* Frees a map that the current frame does not use; false when there is none. */
@@ -49,8 +50,8 @@ void shadow_store_clear(struct shadow_store *store);
 uint64_t shadow_store_size_bytes(const struct shadow_store *store);
 
 /* ERROR_OVER_BUDGET names the bytes needed and the budget. */
-MUST_CHECK bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t count,
-                                  struct shadow_range *range, struct error *err);
+MUST_CHECK bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind,
+                                  uint64_t count, struct shadow_range *range, struct error *err);
 /* Layers of the atlas of this resolution. */
 MUST_CHECK bool shadow_store_take_layers(struct shadow_store *store, int resolution, uint64_t count,
                                          struct shadow_range *range, struct error *err);
@@ -61,9 +62,13 @@ MUST_CHECK bool shadow_store_give_layers(struct shadow_store *store, int resolut
 /* From now on events have an object stream. */
 MUST_CHECK bool shadow_store_keep_objects(struct shadow_store *store, struct error *err);
 /* Makes sure that a builder's transient memory fits beside what is resident. */
-MUST_CHECK bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, struct error *err);
+MUST_CHECK bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes,
+                                             struct error *err);
 
-struct shadow_atlas *shadow_store_atlas(struct shadow_store *store, int resolution); /* NULL when there is none */
-const struct gl_texture *shadow_store_view(const struct shadow_store *store, enum shadow_pool_kind kind, int stream);
+struct shadow_atlas *shadow_store_atlas(struct shadow_store *store, int resolution); /* NULL when
+                                                                                        there is
+                                                                                        none */
+const struct gl_texture *shadow_store_view(const struct shadow_store *store,
+                                           enum shadow_pool_kind kind, int stream);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The shadow system: which structure each light needs, which of them stand already, and their records for shading. */
+/* The shadow system: which structure each light needs, which of them stand already, and their
+ * records for shading. */
 #include "renderer/shadows/shadows.h"
 
 #include <assert.h>
@@ -9,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/scene/matrix.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
 #include "shaders/shared/layout.h"
@@ -26,7 +28,7 @@ struct shadow_system {
     struct shadow_builder builder;
     struct shadow_map **maps; /* all that stand, of any scene */
     size_t map_count, map_capacity;
-    uint64_t frame;           /* number of the frame being prepared */
+    uint64_t frame; /* number of the frame being prepared */
 
     /* of the current frame */
     struct shadow_map **light_maps; /* per light, NULL without a shadow */
@@ -37,7 +39,7 @@ struct shadow_system {
     int resolution, taps;
     struct gl_buffer records;
     struct gl_texture record_view;
-    char defines[128];
+    char defines[256];
 };
 
 static bool give_map(struct shadow_system *shadows, struct shadow_map *map, struct error *err)
@@ -66,7 +68,8 @@ static bool drop_oldest_map(void *context)
     size_t oldest = shadows->map_count;
     for (size_t i = 0; i < shadows->map_count; i++) {
         uint64_t last = shadows->maps[i]->last_frame;
-        if (last < shadows->frame && (oldest == shadows->map_count || last < shadows->maps[oldest]->last_frame))
+        if (last < shadows->frame &&
+            (oldest == shadows->map_count || last < shadows->maps[oldest]->last_frame))
             oldest = i;
     }
     if (oldest == shadows->map_count)
@@ -104,6 +107,7 @@ struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc
         .store = &shadows->store,
         .painter = &shadows->painter,
         .first_elements = desc->first_linked_elements,
+        .scans_on_host = desc->limits->is_software && !desc->scans_on_device,
     };
     return shadows;
 }
@@ -189,7 +193,8 @@ static struct shadow_map *add_map(struct shadow_system *shadows, const struct sh
                                   struct error *err)
 {
     void *maps = shadows->maps;
-    bool ok = reserve(&maps, &shadows->map_capacity, shadows->map_count + 1, sizeof *shadows->maps, err);
+    bool ok =
+        reserve(&maps, &shadows->map_capacity, shadows->map_count + 1, sizeof *shadows->maps, err);
     shadows->maps = maps;
     struct shadow_map *map = ok ? malloc(sizeof *map) : NULL;
     if (!map) {
@@ -281,23 +286,26 @@ static void explain(const struct shadow_system *shadows, const struct scene_stat
         snprintf(out, REPORT_TEXT_BYTES, "light %u (%s) has %zu %s caster%s in reach", only,
                  light_name(state, only), casters, adjective, casters == 1 ? "" : "s");
     else
-        snprintf(out, REPORT_TEXT_BYTES, "%zu lights have %s casters in reach: %.120s", lights, adjective, list);
+        snprintf(out, REPORT_TEXT_BYTES, "%zu lights have %s casters in reach: %.120s", lights,
+                 adjective, list);
 }
 
-static bool build_depth(struct shadow_system *shadows, const struct shadow_scene *scene, struct error *err)
+static bool build_depth(struct shadow_system *shadows, const struct shadow_scene *scene,
+                        struct error *err)
 {
     char because[REPORT_TEXT_BYTES];
     explain(shadows, scene->state, false, because);
     for (size_t i = 0; i < shadows->build_count; i++) {
         struct shadow_map *map = shadows->builds[i].map;
-        if (!shadow_store_take_layers(&shadows->store, map->resolution, map->frame.face_count, &map->layers, err))
+        if (!shadow_store_take_layers(&shadows->store, map->resolution, map->frame.face_count,
+                                      &map->layers, err))
             return false;
     }
     bool ok = true;
     gpu_scope_begin(shadows->timeline, &(struct gpu_scope_desc){.pass = "shadow.depth",
-                                                               .because = because,
-                                                               .technique = "map",
-                                                               .stage = REPORT_SHADOW});
+                                                                .because = because,
+                                                                .technique = "map",
+                                                                .stage = REPORT_SHADOW});
     for (size_t i = 0; ok && i < shadows->build_count; i++)
         ok = caster_painter_paint(&shadows->painter,
                                   &(struct caster_paint_desc){.pass = CASTER_DEPTH,
@@ -312,14 +320,17 @@ static bool build_depth(struct shadow_system *shadows, const struct shadow_scene
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
-    struct shadow_scene scene = {desc->gpu, desc->state, desc->arena, (uint32_t)desc->quality->blend_filter};
+    struct shadow_scene scene = {desc->gpu, desc->state, desc->arena,
+                                 (uint32_t)desc->quality->blend_filter};
     char because[REPORT_TEXT_BYTES];
     if (!shadows->build_count)
         return true;
     explain(shadows, desc->state, true, because);
     return build_depth(shadows, &scene, err) &&
-           shadow_deep_build(&shadows->builder, shadows->builds, shadows->build_count, &scene, because, err) &&
-           shadow_linked_build(&shadows->builder, shadows->builds, shadows->build_count, &scene, because, err);
+           shadow_deep_build(&shadows->builder, shadows->builds, shadows->build_count, &scene,
+                             because, err) &&
+           shadow_linked_build(&shadows->builder, shadows->builds, shadows->build_count, &scene,
+                               because, err);
 }
 
 static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
@@ -353,24 +364,21 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
     const struct shadow_frame *frame = &map->frame;
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
     *record = (struct shadow_record){
-        .kind = map->kind,
-        .shape = frame->shape,
-        .resolution = (uint32_t)shadows->resolution,
-        .depth_layer = (uint32_t)map->layers.first,
+        .kind_shape_flags = map->kind | frame->shape << 8 | map->flags << 16,
+        .resolution_layer = (uint32_t)shadows->resolution | (uint32_t)map->layers.first << 16,
         .head_base = (uint32_t)map->heads.first,
         .event_base = (uint32_t)(map->kind == SHADOW_LINKED ? map->nodes.first : map->events.first),
-        .flags = map->flags,
+        .projection = {{(float)frame->scale[0], (float)frame->scale[1],
+                        (float)(is_flat ? frame->depth_m : frame->near_m), 0}},
     };
     vec4 *axes[3] = {&record->axis_x, &record->axis_y, &record->axis_z};
+    double from_eye[3];
+    vec3_sub(eye, frame->origin, from_eye);
     for (int k = 0; k < 3; k++) {
         for (int c = 0; c < 3; c++)
             axes[k]->v[c] = (float)frame->axis[k][c];
-        record->origin.v[k] = (float)(frame->origin[k] - eye[k]);
+        axes[k]->v[3] = (float)vec3_dot(frame->axis[k], from_eye);
     }
-    record->projection.v[0] = (float)frame->scale[0];
-    record->projection.v[1] = is_flat ? 0 : (float)frame->near_m;
-    record->projection.v[2] = is_flat ? (float)(1 / frame->depth_m) : 0;
-    record->projection.v[3] = (float)frame->scale[1];
 }
 
 static bool upload_records(struct shadow_system *shadows, const double eye[3], struct error *err)
@@ -386,14 +394,16 @@ static bool upload_records(struct shadow_system *shadows, const double eye[3], s
         shadows->light_records[i] = count++;
     }
     uint32_t old = shadows->records.name;
-    bool ok = gl_buffer_reserve(&shadows->records,
-                                &(struct gl_buffer_desc){.label = "shadow.records",
-                                                         .size_bytes = (count + 1) * sizeof *records,
-                                                         .is_dynamic = true},
-                                false, err);
+    bool ok =
+        gl_buffer_reserve(&shadows->records,
+                          &(struct gl_buffer_desc){.label = "shadow.records",
+                                                   .size_bytes = (count + 1) * sizeof *records,
+                                                   .is_dynamic = true},
+                          false, err);
     if (ok && (shadows->records.name != old || !shadows->record_view.name)) {
         gl_texture_finish(&shadows->record_view);
-        ok = gl_texture_init_buffer(&shadows->record_view, "shadow.records", GL_RGBA32UI, &shadows->records, err);
+        ok = gl_texture_init_buffer(&shadows->record_view, "shadow.records", GL_RGBA32UI,
+                                    &shadows->records, err);
     }
     if (ok)
         gl_buffer_write(&shadows->records, 0, count * sizeof *records, records);
@@ -401,20 +411,32 @@ static bool upload_records(struct shadow_system *shadows, const double eye[3], s
     return ok;
 }
 
+/* Only what the frame's structures need: an absent shape or kind leaves no code in the shading
+ * programs. */
 static void set_defines(struct shadow_system *shadows)
 {
-    bool has_maps = false, has_deep = false, has_ids = false, has_linked = false, is_faithful = false;
+    static const char *const items[] = {"SHADOW_HAS_MAPS",         " SHADOW_HAS_ORTHOGRAPHIC",
+                                        " SHADOW_HAS_PERSPECTIVE", " SHADOW_HAS_CUBES",
+                                        " SHADOW_HAS_DEEP",        " SHADOW_HAS_IDS",
+                                        " SHADOW_HAS_LINKED",      " SHADOW_FAITHFUL"};
+    bool has[sizeof items / sizeof *items] = {false};
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_map *map = shadows->light_maps[i];
-        has_maps = has_maps || map;
-        has_deep = has_deep || (map && map->kind == SHADOW_DEEP);
-        has_ids = has_ids || (map && map->flags & SHADOW_FLAG_RAW);
-        has_linked = has_linked || (map && map->kind == SHADOW_LINKED);
-        is_faithful = is_faithful || (map && map->is_faithful);
+        if (!map)
+            continue;
+        has[0] = true;
+        has[1] |= map->frame.shape == SHADOW_ORTHOGRAPHIC;
+        has[2] |= map->frame.shape != SHADOW_ORTHOGRAPHIC;
+        has[3] |= map->frame.shape == SHADOW_CUBE;
+        has[4] |= map->kind == SHADOW_DEEP;
+        has[5] |= (map->flags & SHADOW_FLAG_RAW) != 0;
+        has[6] |= map->kind == SHADOW_LINKED;
+        has[7] |= map->is_faithful;
     }
-    snprintf(shadows->defines, sizeof shadows->defines, "%s%s%s%s%s", has_maps ? "SHADOW_HAS_MAPS" : "",
-             has_deep ? " SHADOW_HAS_DEEP" : "", has_ids ? " SHADOW_HAS_IDS" : "",
-             has_linked ? " SHADOW_HAS_LINKED" : "", is_faithful ? " SHADOW_FAITHFUL" : "");
+    shadows->defines[0] = 0;
+    for (size_t i = 0; i < sizeof items / sizeof *items; i++)
+        if (has[i])
+            strcat(shadows->defines, items[i]);
 }
 
 static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map)
@@ -435,7 +457,8 @@ static uint64_t pool_bytes(const struct shadow_store *store, enum shadow_pool_ki
 
 static void report_bytes(const struct shadow_store *store, struct frame_report *report)
 {
-    static const char *const names[] = {"shadow.heads", "shadow.deep.events", "shadow.linked.nodes"};
+    static const char *const names[] = {"shadow.heads", "shadow.deep.events",
+                                        "shadow.linked.nodes"};
     uint64_t depth = 0;
     for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
         depth += store->atlases[i].depth.size_bytes;
@@ -516,17 +539,21 @@ const char *shadow_system_defines(const struct shadow_system *shadows)
 
 void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program)
 {
-    static const struct { enum shadow_pool_kind kind; int stream; uint32_t unit; } views[] = {
+    static const struct {
+        enum shadow_pool_kind kind;
+        int stream;
+        uint32_t unit;
+    } views[] = {
         {SHADOW_POOL_HEADS, 0, UNIT_SHADOW_HEADS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_Z, UNIT_SHADOW_Z},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_T, UNIT_SHADOW_T},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_ID, UNIT_SHADOW_ID},
+        {SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, UNIT_SHADOW_EVENTS},
+        {SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, UNIT_SHADOW_ID},
         {SHADOW_POOL_NODES, 0, UNIT_SHADOW_NODES},
     };
     if (!shadows->defines[0])
         return;
     for (size_t i = 0; i < sizeof views / sizeof *views; i++)
-        gl_texture_bind(shadow_store_view(&shadows->store, views[i].kind, views[i].stream), views[i].unit);
+        gl_texture_bind(shadow_store_view(&shadows->store, views[i].kind, views[i].stream),
+                        views[i].unit);
     for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
         if (shadows->store.atlases[i].resolution == shadows->resolution)
             gl_texture_bind(&shadows->store.atlases[i].depth, UNIT_SHADOW_DEPTH);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* How much light of a lamp arrives at a point: the shadow techniques under one interface, kept between frames and
- * rebuilt only when their own inputs changed. Thread: GL. */
+/* How much light of a lamp arrives at a point: the shadow techniques under one interface, kept
+ * between frames and rebuilt only when their own inputs changed. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOWS_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOWS_H
 
@@ -12,29 +12,34 @@
 struct shadow_system;
 
 struct shadow_system_desc {
-    struct program_cache *programs;    /* required */
-    struct gpu_timeline *timeline;     /* required */
-    const struct gl_limits *limits;    /* required */
-    uint64_t budget_bytes;             /* of all shadow structures; 0 means 2 GiB */
-    uint64_t first_linked_elements;    /* deep-linked: room per light to begin with; 0 means 4 per texel */
+    struct program_cache *programs; /* required */
+    struct gpu_timeline *timeline;  /* required */
+    const struct gl_limits *limits; /* required */
+    uint64_t budget_bytes;          /* of all shadow structures; 0 means 2 GiB */
+    uint64_t first_linked_elements; /* deep-linked: room per light to begin with; 0 means 4 per
+                                       texel */
+    bool scans_on_device; /* deep: scan by shader even where the device is our own cores */
 };
 
-struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc, struct error *err);
+struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc,
+                                           struct error *err);
 void shadow_system_destroy(struct shadow_system *shadows);
 
 struct shadow_prepare_desc {
-    const char *scene_key;             /* part of every cache key */
+    const char *scene_key; /* part of every cache key */
     const struct scene_gpu *gpu;
     const struct scene_state *state;
     struct draw_arena *arena;
-    double eye[3];                     /* shadow_record origins are relative to it */
+    double eye[3]; /* shadow_record origins are relative to it */
     const struct view_quality *quality;
 };
 
-/* Makes every shadow structure of state->lights valid: reuses, or rebuilds. A light without a transparent caster in
- * reach gets a plain depth map under AUTO; a light without any caster gets none. Uploads shadow_record[] to BIND_SHADOWS.
- * ERROR_OVER_BUDGET names the bytes needed and the budget. */
-MUST_CHECK bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+/* Makes every shadow structure of state->lights valid: reuses, or rebuilds. A light without a
+ * transparent caster in reach gets a plain depth map under AUTO; a light without any caster gets
+ * none. Uploads shadow_record[] to BIND_SHADOWS. ERROR_OVER_BUDGET names the bytes needed and the
+ * budget. */
+MUST_CHECK bool shadow_system_prepare(struct shadow_system *shadows,
+                                      const struct shadow_prepare_desc *desc,
                                       struct frame_report *report, struct error *err);
 /* Index of the light's shadow_record, or NO_SHADOW. */
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);

@@ -65,22 +65,19 @@ LAYOUT(light_record, color, 16) LAYOUT(light_record, type, 48) LAYOUT_SIZE(light
 #define SHADOW_CUBE 1u         /* six perspective faces, +X -X +Y -Y +Z -Z */
 #define SHADOW_ORTHOGRAPHIC 2u
 
-#define SHADOW_FLAG_RAW 1u     /* the list keeps raw transmittances and objects, for queries that leave objects out */
+#define SHADOW_FLAG_RAW 1u     /* raw transmittances and objects are kept, to leave objects out */
 
-struct shadow_record {
-    vec4 axis_x, axis_y, axis_z; /* rows of light_from_world rotation; the light looks along +axis_z (not -Z); w: origin shift
-                                    for orthographic maps: light coordinate = dot(axis.xyz, p - light origin) + axis.w */
-    vec4 origin;            /* xyz eye-relative world position of the light (or of the orthographic frame) */
-    vec4 projection;        /* perspective: x = 1/tan(half), y = near [m]; orthographic: x = 1/half extent, y = depth min, z = 1/(depth range), w = 1/half extent in y */
-    uint kind;              /* SHADOW_MAP ... */
-    uint shape;             /* SHADOW_ONE_FACE ... */
-    uint resolution;        /* texels per side of a face */
-    uint depth_layer;       /* first layer in the opaque depth array */
-    uint head_base;         /* first texel in the heads buffer: head_base + (face * resolution + y) * resolution + x */
+struct shadow_record {      /* read as five texels of UNIT_SHADOW_RECORDS */
+    vec4 axis_x, axis_y, axis_z; /* rows of light_from_eye: light coordinate = dot(axis.xyz, p) + axis.w
+                                    for p relative to the eye, world axes; the light looks along +z */
+    vec4 projection;        /* perspective: x = y = 1/tan(half), z = near [m];
+                               orthographic: x, y = 1/half extents, z = depth range [m] */
+    uint kind_shape_flags;  /* SHADOW_MAP ... | SHADOW_ONE_FACE ... << 8 | SHADOW_FLAG_* << 16 */
+    uint resolution_layer;  /* texels per side of a face | first layer in the depth array << 16 */
+    uint head_base;         /* of a texel: head_base + (face * resolution + y) * resolution + x */
     uint event_base;        /* first event in the pools */
-    uint flags;             /* SHADOW_FLAG_* */
-    uint pad;
 };
-LAYOUT(shadow_record, origin, 48) LAYOUT(shadow_record, kind, 80) LAYOUT_SIZE(shadow_record, 112)
+LAYOUT(shadow_record, projection, 48) LAYOUT(shadow_record, kind_shape_flags, 64)
+LAYOUT_SIZE(shadow_record, 80)
 
 #endif

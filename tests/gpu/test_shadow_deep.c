@@ -25,15 +25,23 @@ static void prepare(const struct pane_scene *panes, const struct view_light *lig
 }
 
 static const struct view_light lamps[] = {
-    {.type = SCENE_LIGHT_DIRECTIONAL, .direction = {0.1, -1, 0.05}, .color = {1, 1, 1}, .intensity = 1},
+    {.type = SCENE_LIGHT_DIRECTIONAL,
+     .direction = {0.1, -1, 0.05},
+     .color = {1, 1, 1},
+     .intensity = 1},
     {.type = SCENE_LIGHT_POINT, .position = {0.1, 10, 0.2}, .color = {1, 1, 1}, .intensity = 1},
-    {.type = SCENE_LIGHT_SPOT, .position = {0.1, 10, 0.2}, .direction = {0, -1, 0}, .color = {1, 1, 1}, .intensity = 1,
+    {.type = SCENE_LIGHT_SPOT,
+     .position = {0.1, 10, 0.2},
+     .direction = {0, -1, 0},
+     .color = {1, 1, 1},
+     .intensity = 1,
      .outer_cone_deg = 30},
 };
 
 static struct pane level_pane(double height, double half, float r, float g, float b)
 {
-    return (struct pane){.center = {0, height, 0}, .u = {half, 0, 0}, .v = {0, 0, -half}, .color = {r, g, b}};
+    return (struct pane){
+        .center = {0, height, 0}, .u = {half, 0, 0}, .v = {0, 0, -half}, .color = {r, g, b}};
 }
 
 static void n_parallel_panes_give_the_product_after_each_pane(void **state)
@@ -44,15 +52,19 @@ static void n_parallel_panes_give_the_product_after_each_pane(void **state)
         double product[65][3] = {{1, 1, 1}};
         uint64_t seed = (uint64_t)n;
         for (int i = 0; i < n; i++) {
-            struct pane pane = level_pane(5 - 4.0 * i / n, 3, (float)(0.8 + 0.2 * rig_random(&seed)),
-                                          (float)(0.9 + 0.09 * rig_random(&seed)), (float)rig_random(&seed));
+            struct pane pane =
+                level_pane(5 - 4.0 * i / n, 3, (float)(0.8 + 0.2 * rig_random(&seed)),
+                           (float)(0.9 + 0.09 * rig_random(&seed)), (float)rig_random(&seed));
             pane_scene_add(&panes, &pane);
             for (int k = 0; k < 3; k++)
                 product[i + 1][k] = product[i][k] * (double)pane.color[k];
         }
-        pane_scene_add(&panes, &(struct pane){.center = {0, 0, 0}, .u = {4, 0, 0}, .v = {0, 0, -4}, .is_opaque = true});
+        pane_scene_add(
+            &panes, &(struct pane){
+                        .center = {0, 0, 0}, .u = {4, 0, 0}, .v = {0, 0, -4}, .is_opaque = true});
         for (int taps = 1; taps <= 16; taps = taps == 1 ? 4 : taps == 4 ? 9 : taps == 9 ? 16 : 17) {
-            prepare(&panes, lamps, 3, &(struct view_quality){.shadow_resolution = 64, .shadow_taps = taps});
+            prepare(&panes, lamps, 3,
+                    &(struct view_quality){.shadow_resolution = 64, .shadow_taps = taps});
             for (uint32_t light = 0; light < 3; light++) {
                 for (int i = 0; i <= n; i++) {
                     double height = i < n ? 5 - 4.0 * i / n : 0;
@@ -61,8 +73,8 @@ static void n_parallel_panes_give_the_product_after_each_pane(void **state)
                     shadow_rig_query(&rig, light, point, up, 1, UINT32_MAX, t);
                     for (int k = 0; k < 3; k++)
                         if (fabs((double)t[0][k] - product[i][k]) > 1e-6)
-                            fail_msg("light %u, %d panes, %d taps, after %d: %.9g, not %.9g", light, n, taps, i,
-                                     (double)t[0][k], product[i][k]);
+                            fail_msg("light %u, %d panes, %d taps, after %d: %.9g, not %.9g", light,
+                                     n, taps, i, (double)t[0][k], product[i][k]);
                 }
             }
         }
@@ -101,7 +113,8 @@ static void add_random_panes(struct pane_scene *panes, int count, uint64_t *seed
 }
 
 /* Returns the points compared. */
-static int compare_with_model(uint32_t light, int count, uint64_t *seed, double tolerance, double *worst)
+static int compare_with_model(uint32_t light, int count, uint64_t *seed, double tolerance,
+                              double *worst)
 {
     int compared = 0;
     for (int i = 0; i < count; i++) {
@@ -119,8 +132,8 @@ static int compare_with_model(uint32_t light, int count, uint64_t *seed, double 
             double error = fabs((double)t[0][k] - expected[k]);
             *worst = fmax(*worst, error);
             if (!(error <= tolerance))
-                fail_msg("light %u at %g %g %g, channel %d: %.9g, not %.9g", light, point[0][0], point[0][1], point[0][2],
-                         k, (double)t[0][k], expected[k]);
+                fail_msg("light %u at %g %g %g, channel %d: %.9g, not %.9g", light, point[0][0],
+                         point[0][1], point[0][2], k, (double)t[0][k], expected[k]);
         }
     }
     return compared;
@@ -134,13 +147,15 @@ static void random_panes_agree_with_the_definition_in_f64(void **state)
         uint64_t seed = 77 + (uint64_t)round;
         struct pane_scene panes = {0};
         add_random_panes(&panes, 40, &seed);
-        prepare(&panes, lamps, 3, &(struct view_quality){.shadow_resolution = 128, .shadow_taps = taps[round]});
+        prepare(&panes, lamps, 3,
+                &(struct view_quality){.shadow_resolution = 128, .shadow_taps = taps[round]});
         for (uint32_t light = 0; light < 3; light++) {
             double worst = 0;
             /* between texels the weights carry the rounding of f32 map coordinates */
             double tolerance = taps[round] == 1 ? 2e-6 : 4e-5;
             int compared = compare_with_model(light, 1500, &seed, tolerance, &worst);
-            print_message("light %u, %2d taps: %d points, largest error %.2g\n", light, taps[round], compared, worst);
+            print_message("light %u, %2d taps: %d points, largest error %.2g\n", light, taps[round],
+                          compared, worst);
             assert_true(compared > 300);
         }
         pane_scene_finish(&panes);

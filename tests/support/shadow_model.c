@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What a deep shadow map must answer, computed from its definition in f64: taps at texel centres, receiver-plane depth,
- * and the product of all panes in front. Shares nothing with the shaders but the light's frame. */
+/* What a deep shadow map must answer, computed from its definition in f64: taps at texel centres,
+ * receiver-plane depth, and the product of all panes in front. Shares nothing with the shaders but
+ * the light's frame. */
 #include <math.h>
 #include <string.h>
 
@@ -10,16 +11,20 @@
 
 #include "shaders/shared/records.h"
 
-/* How near to a decision the model declines to answer: of depths and borders; of panes' edges, which rasterisers round
- * to 1/256 of a texel. */
+/* How near to a decision the model declines to answer: of depths and borders; of panes' edges,
+ * which rasterisers round to 1/256 of a texel. */
 static const double HAIR = 1e-4, EDGE_HAIR = 6e-3;
 
-struct ray { double origin[3], direction[3]; }; /* parameter = depth along the face's z */
-struct reach { double depth, rounding; };       /* of the receiver along a ray */
+struct ray {
+    double origin[3], direction[3];
+}; /* parameter = depth along the face's z */
+struct reach {
+    double depth, rounding;
+}; /* of the receiver along a ray */
 
 /* Whether the ray meets the pane before depth; false in *is_clear when that hangs by a hair. */
-static bool pane_is_before(const struct pane *pane, const struct ray *ray, const struct reach *reach,
-                           double *n_dot_l, bool *is_clear)
+static bool pane_is_before(const struct pane *pane, const struct ray *ray,
+                           const struct reach *reach, double *n_dot_l, bool *is_clear)
 {
     double n[3], offset[3], hit[3];
     vec3_cross(pane->u, pane->v, n);
@@ -42,7 +47,8 @@ static bool pane_is_before(const struct pane *pane, const struct ray *ray, const
     return t < reach->depth;
 }
 
-static bool tap_model(const struct shadow_rig *rig, const struct ray *ray, const struct reach *reach, double out[3])
+static bool tap_model(const struct shadow_rig *rig, const struct ray *ray,
+                      const struct reach *reach, double out[3])
 {
     bool is_clear = true;
     out[0] = out[1] = out[2] = 1;
@@ -74,9 +80,10 @@ static uint32_t cube_face(const double v[3])
     return (uint32_t)(2 * k + (v[k] < 0));
 }
 
-/* The ray through a texel's centre, in world space; a texel beyond the border of a cube's face is that of its neighbour. */
-static void texel_ray(const struct shadow_frame *frame, uint32_t face, double x, double y, int resolution,
-                      struct ray *ray)
+/* The ray through a texel's centre, in world space; a texel beyond the border of a cube's face is
+ * that of its neighbour. */
+static void texel_ray(const struct shadow_frame *frame, uint32_t face, double x, double y,
+                      int resolution, struct ray *ray)
 {
     double axes[3][3];
     double size = (double)resolution, ndc[2] = {(x + 0.5) * 2 / size - 1, (y + 0.5) * 2 / size - 1};
@@ -96,15 +103,16 @@ static void texel_ray(const struct shadow_frame *frame, uint32_t face, double x,
         ndc[k] = fmax(-1 + 1 / size, fmin(1 - 1 / size, ndc[k]));
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
     for (int k = 0; k < 3; k++) {
-        double aside = ndc[0] / frame->scale[0] * axes[0][k] + ndc[1] / frame->scale[1] * axes[1][k];
+        double aside =
+            ndc[0] / frame->scale[0] * axes[0][k] + ndc[1] / frame->scale[1] * axes[1][k];
         ray->origin[k] = frame->origin[k] + (is_flat ? aside : 0);
         ray->direction[k] = axes[2][k] + (is_flat ? 0 : aside);
     }
 }
 
 /* False where the plane is met so late or so flatly that the depth is clamped or uncertain. */
-static bool plane_reach(const struct shadow_frame *frame, const struct ray *ray, const double point[3],
-                        const double normal[3], struct reach *reach)
+static bool plane_reach(const struct shadow_frame *frame, const struct ray *ray,
+                        const double point[3], const double normal[3], struct reach *reach)
 {
     double offset[3];
     vec3_sub(point, ray->origin, offset);
@@ -140,7 +148,8 @@ bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double
     to_face(axes, offset, f);
     bool is_clear = true;
     for (int k = 0; k < 2; k++) {
-        double ndc = frame.shape == SHADOW_ORTHOGRAPHIC ? f[k] * frame.scale[k] : f[k] * frame.scale[k] / f[2];
+        double ndc = frame.shape == SHADOW_ORTHOGRAPHIC ? f[k] * frame.scale[k]
+                                                        : f[k] * frame.scale[k] / f[2];
         if (fabs(ndc) > 1 - HAIR)
             return false;
         c[k] = (ndc * 0.5 + 0.5) * resolution;
@@ -151,7 +160,9 @@ bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double
     double sum[3] = {0, 0, 0}, weights = 0;
     for (int i = 0; i < side * side; i++) {
         double x = first[0] + i % side, y = first[1] + i / side, t[3];
-        double weight = side == 1 ? 1 : (0.5 * side - fabs(x + 0.5 - c[0])) * (0.5 * side - fabs(y + 0.5 - c[1]));
+        double weight =
+            side == 1 ? 1
+                      : (0.5 * side - fabs(x + 0.5 - c[0])) * (0.5 * side - fabs(y + 0.5 - c[1]));
         struct ray ray;
         struct reach reach;
         texel_ray(&frame, face, x, y, resolution, &ray);

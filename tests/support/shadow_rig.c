@@ -161,7 +161,8 @@ void shadow_rig_close(struct shadow_rig *rig)
     *rig = (struct shadow_rig){0};
 }
 
-static struct view_material_override *override_flags(const struct pane_scene *panes, char (*names)[16])
+static struct view_material_override *override_flags(const struct pane_scene *panes,
+                                                     char (*names)[16])
 {
     struct view_material_override *overrides = calloc(panes->count + 1, sizeof *overrides);
     assert(overrides);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Scenes of flat panes made in memory, a shadow system to try them on, and an f64 model of what it must answer. */
+/* Scenes of flat panes made in memory, a shadow system to try them on, and an f64 model of what it
+ * must answer. */
 #ifndef VITRAIL_TESTS_SUPPORT_SHADOW_RIG_H
 #define VITRAIL_TESTS_SUPPORT_SHADOW_RIG_H
 
@@ -7,9 +8,9 @@
 #include "renderer/shadows/shadow_frame.h"
 #include "renderer/shadows/shadow_probe.h"
 
-struct pane {               /* a rectangle center + a * u + b * v, |a|, |b| <= 1 */
+struct pane { /* a rectangle center + a * u + b * v, |a|, |b| <= 1 */
     double center[3], u[3], v[3];
-    float color[3];         /* transmittance of light: base colour under full transmission */
+    float color[3]; /* transmittance of light: base colour under full transmission */
     bool is_opaque;
     enum scene_pass_through pass_through;
     bool no_self_shadow, cast_once;
@@ -37,7 +38,7 @@ struct shadow_rig {
     struct gpu_timeline *timeline;
     struct draw_arena *arena;
     struct shadow_system *shadows;
-    struct scene_gpu *gpu;         /* of the scene last prepared */
+    struct scene_gpu *gpu; /* of the scene last prepared */
     struct scene_state state;
     const struct pane_scene *panes; /* borrowed while it is asked about */
     struct scene scene;             /* copy, so that the scene may end before the rig's */
@@ -52,16 +53,18 @@ void shadow_rig_close(struct shadow_rig *rig);
 
 /* Prepares the shadows of the scene for these lights. The scene's key is "panes". */
 MUST_CHECK bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
-                                   const struct view_light *lights, size_t light_count, const double eye[3],
-                                   const struct view_quality *quality, struct error *err);
+                                   const struct view_light *lights, size_t light_count,
+                                   const double eye[3], const struct view_quality *quality,
+                                   struct error *err);
 /* Transmittance at world points, asked of the device. object: UINT32_MAX for none. */
-void shadow_rig_query(struct shadow_rig *rig, uint32_t light, const double (*points)[3], const double normal[3],
-                      uint32_t count, uint32_t object, float (*out)[4]);
+void shadow_rig_query(struct shadow_rig *rig, uint32_t light, const double (*points)[3],
+                      const double normal[3], uint32_t count, uint32_t object, float (*out)[4]);
 
-/* The same from the definition, in f64, with the same texel centres. Returns false where the answer hangs on rounding:
- * a texel centre on a pane's edge, a caster at the receiver's depth, a face chosen by a hair. */
-bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double point[3], const double normal[3],
-                      double out[3]);
+/* The same from the definition, in f64, with the same texel centres. Returns false where the answer
+ * hangs on rounding: a texel centre on a pane's edge, a caster at the receiver's depth, a face
+ * chosen by a hair. */
+bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double point[3],
+                      const double normal[3], double out[3]);
 
 /* A deterministic stream of numbers in [0, 1). */
 double rig_random(uint64_t *seed);
