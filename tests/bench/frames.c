@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: MIT */
+/* Interleaved rounds of whole frames. */
+#include "tests/bench/frames.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static void save(const struct bench *bench, const struct image *color,
+                 const struct frame_variant *variant, const struct rig_scene *scene)
+{
+    char name[160];
+    snprintf(name, sizeof name, "bench-%s-%.40s-%s", bench->suite, scene->key, variant->name);
+    for (char *c = name; *c; c++)
+        if (*c == '/' || *c == ' ' || *c == ',')
+            *c = '-';
+    if (bench->options.saves_pictures)
+        save_picture(color, name);
+}
+
+static bool measure(struct renderer *renderer, const struct rig_scene *scene,
+                    const struct view *view, bool rebuilds_shadows, struct frame_times *times,
+                    struct frame *frame, struct error *err)
+{
+    meter_begin(rebuilds_shadows);
+    bool ok = renderer_render(renderer, scene->key, view, frame, err);
+    meter_end(times);
+    if (ok)
+        frame_times_take_report(times, &frame->report);
+    return ok;
+}
+
+bool frame_measure(struct renderer *renderer, const struct rig_scene *scene,
+                   const struct view *view, bool rebuilds_shadows, struct frame_times *times,
+                   struct frame_report *report, struct error *err)
+{
+    struct frame frame;
+    bool ok = measure(renderer, scene, view, rebuilds_shadows, times, &frame, err);
+    if (ok && report)
+        *report = frame.report;
+    frame_finish(&frame);
+    return ok;
+}
+
+static bool run_one(struct bench *bench, const struct rig_scene *scene,
+                    struct frame_variant *variant, const struct rounds *rounds, struct error *err)
+{
+    struct frame frame;
+    struct frame_times times;
+    struct view view = variant->view;
+    if (variant->moves_camera)
+        view.camera.eye[0] += 0.2 * sin(0.7 * rounds->done);
+    if (!measure(bench_renderer(bench), scene, &view, variant->rebuilds_shadows, &times, &frame,
+                 err))
+        return error_wrap(err, "%s", variant->name);
+    if (!rounds->is_warming)
+        measurement_add(&variant->measurement, &times);
+    variant->measurement.report = frame.report;
+    if (rounds->done == 0)
+        save(bench, &frame.outputs[VIEW_OUTPUT_COLOR], variant, scene);
+    frame_finish(&frame);
+    return true;
+}
+
+bool frames_run(struct bench *bench, const struct rig_scene *scene, struct frame_variant *variants,
+                size_t count, struct error *err)
+{
+    for (struct rounds rounds = rounds_begin(bench); rounds_next(&rounds);)
+        for (size_t i = 0; i < count; i++)
+            if (!run_one(bench, scene, &variants[i], &rounds, err))
+                return false;
+    return true;
+}
+
+void frames_finish(struct frame_variant *variants, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        measurement_finish(&variants[i].measurement);
+}

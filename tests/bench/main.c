@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT */
+/* vitrail-bench: measures speed and memory of the renderer, in process. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "tests/bench/bench.h"
+
+static const struct suite suites[] = {
+    {"lights", "light lists: 50 to 250 cone lights, shadows off", suite_lights},
+    {"deep", "deep shadow maps: one spot light, 256^2 to 2048^2", suite_deep},
+    {"both", "5 to 25 shadowed spot lights at 512^2, moving and static", suite_both},
+    {"layers", "build and lookup at 1 to 64 layers, against the targets", suite_layers},
+    {"demo", "the demo scene at 1280x720: first frame, warm frames, moving camera", suite_demo},
+    {"linear", "frame time against the number of lights", suite_linear},
+};
+enum { SUITES = sizeof suites / sizeof *suites };
+
+static const char usage[] =
+    "usage: vitrail-bench SUITE|all|list [options]\n"
+    "\n"
+    "  --json          one JSON document instead of tables; progress goes to standard error\n"
+    "  --frames N      rounds per case (30)\n"
+    "  --seconds S     end a case after this time, at least five rounds (12)\n"
+    "  --warm-up N     rounds before measuring (3)\n"
+    "  --quick         the smallest cases, to see that everything runs\n"
+    "  --size WxH      size of the image, or number of lookups (the suite's own)\n"
+    "  --scene NAME    only this scene: demo, sponza, panes, quads\n"
+    "  --pictures      save a picture of each variant below images/ of the build folder\n";
+
+static bool read_number(const char *text, double low, double high, double *value)
+{
+    char *end;
+    *value = strtod(text, &end);
+    return end != text && !*end && *value >= low && *value <= high;
+}
+
+static bool read_valued(struct bench_options *o, const char *name, const char *text)
+{
+    double number = 0;
+    char rest;
+    if (!strcmp(name, "--scene"))
+        o->scene = text;
+    else if (!strcmp(name, "--size"))
+        return sscanf(text, "%dx%d%c", &o->width, &o->height, &rest) == 2 && o->width > 0 &&
+               o->height > 0 && o->width <= 16384 && o->height <= 16384;
+    else if (!strcmp(name, "--frames") && read_number(text, 1, 1e6, &number))
+        o->frames = (int)number;
+    else if (!strcmp(name, "--warm-up") && read_number(text, 1, 1e6, &number))
+        o->warm_up = (int)number;
+    else if (!strcmp(name, "--seconds") && read_number(text, 0.1, 1e6, &number))
+        o->seconds = number;
+    else
+        return false;
+    return true;
+}
+
+static bool read_options(struct bench_options *o, int count, char **arguments)
+{
+    for (int i = 0; i < count; i++) {
+        const char *name = arguments[i];
+        if (!strcmp(name, "--json"))
+            o->is_json = true;
+        else if (!strcmp(name, "--quick"))
+            o->is_quick = true;
+        else if (!strcmp(name, "--pictures"))
+            o->saves_pictures = true;
+        else if (i + 1 >= count || !read_valued(o, name, arguments[++i])) {
+            fprintf(stderr, "vitrail-bench: cannot use '%s'\n%s", name, usage);
+            return false;
+        }
+    }
+    return true;
+}
+
+static void read_processor(char out[128])
+{
+    FILE *file = fopen("/proc/cpuinfo", "r");
+    char line[256];
+    snprintf(out, 128, "unknown");
+    while (file && fgets(line, sizeof line, file))
+        if (sscanf(line, "model name : %127[^\n]", out) == 1)
+            break;
+    if (file)
+        fclose(file);
+}
+
+/* What the device and the machine are, and how busy it was. */
+static json_t *describe(const struct bench *bench, const double load[2])
+{
+    char processor[128];
+    const char *threads = getenv("LP_NUM_THREADS"), *no_cache = getenv("MESA_SHADER_CACHE_DISABLE");
+    read_processor(processor);
+    return json_pack(
+        "{s:s, s:s, s:b, s:s, s:i, s:s, s:s, s:f, s:f}", "device", bench->info.renderer, "version",
+        bench->info.version, "has_true_timers", bench->info.has_true_timers, "processor", processor,
+        "cores", (int)sysconf(_SC_NPROCESSORS_ONLN), "LP_NUM_THREADS", threads ? threads : "unset",
+        "MESA_SHADER_CACHE_DISABLE", no_cache ? no_cache : "unset", "load_begin", load[0],
+        "load_end", load[1]);
+}
+
+static void print_machine(const json_t *machine)
+{
+    const char *key;
+    json_t *value;
+    printf("\n");
+    json_object_foreach((json_t *)(uintptr_t)machine, key, value)
+    {
+        char *text = json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(3));
+        printf("%s: %s\n", key, text);
+        free(text);
+    }
+}
+
+static double load_average(void)
+{
+    double load = NAN;
+    return getloadavg(&load, 1) == 1 ? load : -1;
+}
+
+static bool run_suite(struct bench *bench, const struct suite *suite)
+{
+    struct error err = {0};
+    bench->suite = suite->name;
+    bench->table = NULL;
+    if (!bench->options.is_json)
+        printf("\n%s: %s\n", suite->name, suite->purpose);
+    bool ok = suite->run(bench, &err);
+    renderer_destroy(bench->renderer);
+    bench->renderer = NULL;
+    if (!ok)
+        fprintf(stderr, "vitrail-bench: %s: %s\n", suite->name, err.message);
+    return ok;
+}
+
+static int list_suites(void)
+{
+    for (int i = 0; i < SUITES; i++)
+        printf("%-8s %s\n", suites[i].name, suites[i].purpose);
+    return 0;
+}
+
+static int run_named(struct bench *bench, const char *name)
+{
+    double load[2] = {load_average(), 0};
+    bool ok = true, is_known = false;
+    for (int i = 0; ok && i < SUITES; i++) {
+        if (strcmp(name, "all") && strcmp(name, suites[i].name))
+            continue;
+        is_known = true;
+        ok = run_suite(bench, &suites[i]);
+    }
+    if (!is_known) {
+        fprintf(stderr, "vitrail-bench: no suite '%s'\n%s", name, usage);
+        return 2;
+    }
+    load[1] = load_average();
+    json_t *machine = describe(bench, load);
+    if (bench->options.is_json) {
+        json_t *document = json_pack("{s:o, s:O, s:O}", "machine", machine, "results",
+                                     bench->results, "checks", bench->checks);
+        json_dumpf(document, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(6));
+        printf("\n");
+        json_decref(document);
+    } else {
+        print_machine(machine);
+        json_decref(machine);
+    }
+    return ok ? 0 : 1;
+}
+
+int main(int argc, char **argv)
+{
+    struct bench bench = {0};
+    if (argc < 2 || !strcmp(argv[1], "--help")) {
+        fputs(usage, argc < 2 ? stderr : stdout);
+        return argc < 2 ? 2 : 0;
+    }
+    if (!strcmp(argv[1], "list"))
+        return list_suites();
+    if (!read_options(&bench.options, argc - 2, argv + 2))
+        return 2;
+    bench.results = json_array();
+    bench.checks = json_array();
+    int status = run_named(&bench, argv[1]);
+    json_decref(bench.results);
+    json_decref(bench.checks);
+    return status;
+}
