@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the tests of the service share: a daemon of their own, requests checked against its OpenAPI document, scenes."""
+"""What the tests of the service share: daemons, requests checked against OpenAPI, scenes."""
 import hashlib
 import http.client
 import json
@@ -33,6 +33,7 @@ def run_tests():
 
 # ---- scenes ----
 
+
 def glb(document, binary=b"", version=2):
     """A binary glTF around a JSON document (a dict or raw bytes)."""
     text = document if isinstance(document, bytes) else json.dumps(document).encode()
@@ -49,13 +50,26 @@ TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 
 def triangle_document(node="Triangle", **more):
     """One triangle, under a node of that name; its buffer has no uri."""
-    return {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-            "nodes": [{"name": node, "mesh": 0}],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-                           "min": [0, 0, 0], "max": [1, 1, 0]}],
-            "bufferViews": [{"buffer": 0, "byteLength": len(TRIANGLE)}],
-            "buffers": [{"byteLength": len(TRIANGLE)}], **more}
+    return {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": node, "mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": 3,
+                "type": "VEC3",
+                "min": [0, 0, 0],
+                "max": [1, 1, 0],
+            }
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": len(TRIANGLE)}],
+        "buffers": [{"byteLength": len(TRIANGLE)}],
+        **more,
+    }
 
 
 def triangle(node="Triangle", **more):
@@ -71,8 +85,14 @@ def multipart(files, boundary="xYzZy", name_from="filename"):
     body = b""
     for index, (name, content) in enumerate(files.items()):
         fields = {"filename": f'name="file{index}"; filename="{name}"', "name": f'name="{name}"'}
-        body += (f"--{boundary}\r\nContent-Disposition: form-data; {fields[name_from]}\r\n"
-                 "Content-Type: application/octet-stream\r\n\r\n").encode() + content + b"\r\n"
+        body += (
+            (
+                f"--{boundary}\r\nContent-Disposition: form-data; {fields[name_from]}\r\n"
+                "Content-Type: application/octet-stream\r\n\r\n"
+            ).encode()
+            + content
+            + b"\r\n"
+        )
     return body + f"--{boundary}--\r\n".encode(), f"multipart/form-data; boundary={boundary}"
 
 
@@ -85,6 +105,7 @@ def manifest_id(files):
 
 
 # ---- replies against the OpenAPI document ----
+
 
 class Schemas:
     """As much of JSON Schema 2020-12 as the document uses; an unknown keyword is an error."""
@@ -190,10 +211,14 @@ class Api:
         """What in a reply contradicts the document."""
         media_type = (reply.header("Content-Type") or "").split(";")[0]
         _, operation = self.operation("GET" if method == "HEAD" else method, path.split("?")[0])
-        if operation is None: # a route or method that does not exist is answered by a problem, or by OPTIONS
+        if (
+            operation is None
+        ):  # a route or method that does not exist is answered by a problem, or by OPTIONS
             if reply.status not in (204, 404, 405):
                 return [f"status {reply.status} of an operation that is not in the document"]
-            content = {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}}
+            content = {
+                "application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}
+            }
             headers = {"X-Request-Id": {}}
         else:
             responses = operation["responses"]
@@ -212,7 +237,9 @@ class Api:
         if media_type == "application/problem+json":
             problem = reply.json()
             if problem.get("status") != reply.status:
-                found.append(f"problem says {problem.get('status')}, the status line {reply.status}")
+                found.append(
+                    f"problem says {problem.get('status')}, the status line {reply.status}"
+                )
             if problem.get("request_id") != reply.header("X-Request-Id"):
                 found.append("the problem names another request")
         return found
@@ -240,6 +267,7 @@ class Reply:
 
 # ---- the daemon ----
 
+
 class Daemon:
     """A vitraild on a port of its own. Leaves nothing behind."""
 
@@ -251,8 +279,11 @@ class Daemon:
         with open(self.log_path, "wb") as log:
             self.process = subprocess.Popen(
                 [program, "--listen", "127.0.0.1:0", "--state-dir", self.state_dir, *flags],
-                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log,
-                env={**clean, **(environment or {})})
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                env={**clean, **(environment or {})},
+            )
         line = self.process.stdout.readline().decode()
         match = re.fullmatch(r"listening on http://127\.0\.0\.1:(\d+)\n", line)
         if not match:
@@ -281,7 +312,9 @@ class Daemon:
             headers = {"Content-Type": "application/json", **(headers or {})}
         reply = self.raw(method, path, body, headers, timeout)
         faults = self.api.faults(method, path, reply) if self.api else []
-        assert not faults, f"{method} {path} answered {reply.status}: {faults}; {reply.body[:400]!r}"
+        assert (
+            not faults
+        ), f"{method} {path} answered {reply.status}: {faults}; {reply.body[:400]!r}"
         return reply
 
     def wait_ready(self):

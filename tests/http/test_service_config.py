@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Configuration: flags over environment over file over defaults; what is wrong is named and ends the program."""
+"""Configuration: flags over environment over file over defaults; what is wrong is named."""
 import os
 import subprocess
 import tempfile
@@ -18,8 +18,14 @@ def run(*flags, environment=None, config=None):
                 file.write(config)
             flags = ("--config", path, *flags)
         clean = {key: value for key, value in os.environ.items() if not key.startswith("VITRAIL_")}
-        return subprocess.run([support.FAKE, *flags], env={**clean, **(environment or {})}, capture_output=True,
-                              text=True, timeout=30, check=False)
+        return subprocess.run(
+            [support.FAKE, *flags],
+            env={**clean, **(environment or {})},
+            capture_output=True,
+            text=True,
+            timeout=30,
+            check=False,
+        )
 
 
 def printed(*flags, **more):
@@ -49,23 +55,42 @@ class Config(unittest.TestCase):
     def test_what_is_printed_can_be_read_back(self):
         text = run("--cache-bytes", "3G", "--print-config").stdout
         again = run("--print-config", config=text).stdout
-        self.assertEqual([line for line in text.splitlines() if not line.startswith(";")],
-                         [line for line in again.splitlines() if not line.startswith(";")])
+        self.assertEqual(
+            [line for line in text.splitlines() if not line.startswith(";")],
+            [line for line in again.splitlines() if not line.startswith(";")],
+        )
         self.assertIn(f"cache-bytes = {3 << 30}", again)
 
     def test_sizes_take_binary_suffixes(self):
-        for text, value in (("1048576", 1 << 20), ("2M", 2 << 20), ("2MiB", 2 << 20), ("1g", 1 << 30), ("3T", 3 << 40)):
+        for text, value in (
+            ("1048576", 1 << 20),
+            ("2M", 2 << 20),
+            ("2MiB", 2 << 20),
+            ("1g", 1 << 30),
+            ("3T", 3 << 40),
+        ):
             self.assertEqual(str(value), printed("--cache-bytes=" + text)["cache-bytes"][0])
 
     def test_what_is_wrong_is_named_and_the_status_is_2(self):
-        table = [(("--no-such",), "--no-such"), (("--device",), "needs a value"), (("--device", "x"), "device"),
-                 (("--device", "65"), "[0, 64]"), (("--device", "-1"), "device"), (("--cache-bytes", "1"), "outside"),
-                 (("--cache-bytes", "9999999999T"), "cache-bytes"), (("--cache-bytes", "1Q"), "cache-bytes"),
-                 (("--listen", "nowhere"), "HOST:PORT"), (("--listen", "127.0.0.1:99999"), "port"),
-                 (("--listen", "example.org:1"), "neither an address"), (("--log-level", "loud"), "log-level"),
-                 (("stray",), "stray"), (("--config", "/nonexistent"), "/nonexistent"),
-                 (("--allow-remote=perhaps",), "allow-remote"), (("--state-dir", ""), "state-dir"),
-                 (("--allow-host", "x" * 600), "longer")]
+        table = [
+            (("--no-such",), "--no-such"),
+            (("--device",), "needs a value"),
+            (("--device", "x"), "device"),
+            (("--device", "65"), "[0, 64]"),
+            (("--device", "-1"), "device"),
+            (("--cache-bytes", "1"), "outside"),
+            (("--cache-bytes", "9999999999T"), "cache-bytes"),
+            (("--cache-bytes", "1Q"), "cache-bytes"),
+            (("--listen", "nowhere"), "HOST:PORT"),
+            (("--listen", "127.0.0.1:99999"), "port"),
+            (("--listen", "example.org:1"), "neither an address"),
+            (("--log-level", "loud"), "log-level"),
+            (("stray",), "stray"),
+            (("--config", "/nonexistent"), "/nonexistent"),
+            (("--allow-remote=perhaps",), "allow-remote"),
+            (("--state-dir", ""), "state-dir"),
+            (("--allow-host", "x" * 600), "longer"),
+        ]
         for flags, part in table:
             done = run(*flags, "--check-config")
             self.assertEqual(2, done.returncode, (flags, done.stdout))
@@ -81,14 +106,18 @@ class Config(unittest.TestCase):
         done = run("--check-config", environment={"VITRAIL_COLOUR": "blue"})
         self.assertEqual(2, done.returncode)
         self.assertIn("VITRAIL_COLOUR", done.stderr)
-        self.assertEqual(0, run("--check-config", environment={"VITRAIL_SERVER": "http://x"}).returncode)
+        self.assertEqual(
+            0, run("--check-config", environment={"VITRAIL_SERVER": "http://x"}).returncode
+        )
 
     def test_a_public_address_needs_to_be_allowed(self):
         for listen in ("0.0.0.0:0", "[::]:0", "192.0.2.1:80"):
             done = run("--listen", listen, "--check-config")
             self.assertEqual(2, done.returncode)
             self.assertIn("--allow-remote", done.stderr)
-            self.assertEqual(0, run("--listen", listen, "--allow-remote", "--check-config").returncode)
+            self.assertEqual(
+                0, run("--listen", listen, "--allow-remote", "--check-config").returncode
+            )
         for listen in ("127.0.0.1:0", "127.1.2.3:0", "[::1]:0", "localhost:0"):
             self.assertEqual(0, run("--listen", listen, "--check-config").returncode, listen)
 
@@ -96,7 +125,9 @@ class Config(unittest.TestCase):
         if os.geteuid() == 0:
             self.assertEqual("/var/lib/vitrail", printed()["state-dir"][0])
         else:
-            self.assertEqual("/x/vitrail", printed(environment={"XDG_STATE_HOME": "/x"})["state-dir"][0])
+            self.assertEqual(
+                "/x/vitrail", printed(environment={"XDG_STATE_HOME": "/x"})["state-dir"][0]
+            )
             values = printed(environment={"XDG_STATE_HOME": "", "HOME": "/h"})
             self.assertEqual("/h/.local/state/vitrail", values["state-dir"][0])
 
@@ -108,7 +139,9 @@ class Config(unittest.TestCase):
 
     def test_an_address_in_use_and_an_unusable_state_directory_are_named(self):
         with support.Daemon() as daemon:
-            done = run("--listen", f"127.0.0.1:{daemon.port}", "--state-dir", daemon.state_dir + "-other")
+            done = run(
+                "--listen", f"127.0.0.1:{daemon.port}", "--state-dir", daemon.state_dir + "-other"
+            )
             self.assertEqual(1, done.returncode)
             self.assertIn("in use", done.stderr)
         done = run("--listen", "127.0.0.1:0", "--state-dir", "/proc/vitrail")
@@ -117,7 +150,9 @@ class Config(unittest.TestCase):
 
     def test_the_limits_that_are_set_are_kept(self):
         with support.Daemon(environment={"VITRAIL_MAX_UPLOAD_BYTES": "10K"}) as daemon:
-            self.assertEqual(10 << 10, daemon.request("GET", "/v1/capabilities").json()["limits"]["upload_bytes"])
+            self.assertEqual(
+                10 << 10, daemon.request("GET", "/v1/capabilities").json()["limits"]["upload_bytes"]
+            )
             self.assertEqual(413, daemon.post_scene(bytes(11 << 10)).status)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Below the routes: framing that proxies and we read alike, foreign hosts and pages, slow and vanishing clients."""
+"""Below the routes: framing, foreign hosts and pages, slow and vanishing clients."""
 import concurrent.futures
 import re
 import socket
@@ -30,26 +30,52 @@ class Framing(support.ServiceTest):
 
     def test_two_content_lengths_are_refused(self):
         for first, second in ((5, 0), (0, 5), (5, 5), (0, 0)):
-            answer = self.refuse(b"POST /v1/renders HTTP/1.1\r\n" + HEAD +
-                                 b"Content-Type: application/json\r\nContent-Length: %d\r\n"
-                                 b"Content-Length: %d\r\n\r\nhello" % (first, second))
+            answer = self.refuse(
+                b"POST /v1/renders HTTP/1.1\r\n"
+                + HEAD
+                + b"Content-Type: application/json\r\nContent-Length: %d\r\n"
+                b"Content-Length: %d\r\n\r\nhello" % (first, second)
+            )
             self.assertIn(b"application/problem+json", answer)
 
     def test_content_length_with_transfer_encoding_is_refused(self):
-        for order in (b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n",
-                      b"Transfer-Encoding: chunked\r\nContent-Length: 4\r\n"):
+        for order in (
+            b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n",
+            b"Transfer-Encoding: chunked\r\nContent-Length: 4\r\n",
+        ):
             self.refuse(b"POST /v1/renders HTTP/1.1\r\n" + HEAD + order + b"\r\n0\r\n\r\n")
 
     def test_transfer_encodings_that_are_not_chunked_are_refused(self):
-        for encoding in (b"xchunked", b"gzip", b"chunked, chunked", b"gzip, chunked", b"identity", b"chunked\x0b"):
-            self.refuse(b"POST /v1/renders HTTP/1.1\r\n" + HEAD + b"Transfer-Encoding: " + encoding +
-                        b"\r\n\r\n0\r\n\r\n")
-        self.refuse(b"POST /v1/renders HTTP/1.1\r\n" + HEAD +
-                    b"Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n")
+        for encoding in (
+            b"xchunked",
+            b"gzip",
+            b"chunked, chunked",
+            b"gzip, chunked",
+            b"identity",
+            b"chunked\x0b",
+        ):
+            self.refuse(
+                b"POST /v1/renders HTTP/1.1\r\n"
+                + HEAD
+                + b"Transfer-Encoding: "
+                + encoding
+                + b"\r\n\r\n0\r\n\r\n"
+            )
+        self.refuse(
+            b"POST /v1/renders HTTP/1.1\r\n"
+            + HEAD
+            + b"Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
+        )
 
     def test_lengths_that_are_no_lengths_are_refused(self):
         for length in (b"-1", b"+5", b"5x", b"0x5", b"1e3", b"9" * 30, b"5, 5"):
-            answer = self.ask(b"POST /v1/renders HTTP/1.1\r\n" + HEAD + b"Content-Length: " + length + b"\r\n\r\nhello")
+            answer = self.ask(
+                b"POST /v1/renders HTTP/1.1\r\n"
+                + HEAD
+                + b"Content-Length: "
+                + length
+                + b"\r\n\r\nhello"
+            )
             # libmicrohttpd answers some of these itself, and sends its head twice then.
             self.assertIn(set(statuses(answer)), ({400}, {413}), (length, answer))
 
@@ -59,13 +85,24 @@ class Framing(support.ServiceTest):
         self.assertEqual([200], statuses(self.ask(b"GET /healthz HTTP/1.0\r\n\r\n")))
 
     def test_three_pipelined_requests_have_three_replies_in_order(self):
-        answer = self.ask(b"".join(b"GET %s HTTP/1.1\r\n" % path + HEAD + b"\r\n"
-                                   for path in (b"/healthz", b"/nowhere", b"/readyz")))
+        answer = self.ask(
+            b"".join(
+                b"GET %s HTTP/1.1\r\n" % path + HEAD + b"\r\n"
+                for path in (b"/healthz", b"/nowhere", b"/readyz")
+            )
+        )
         self.assertEqual([200, 404, 200], statuses(answer))
 
     def test_head_fields_that_are_too_large_are_refused(self):
-        self.assertEqual({431}, set(statuses(self.ask(
-            b"GET / HTTP/1.1\r\n" + HEAD + b"X: " + b"x" * 200000 + b"\r\n\r\n"))) or {431})
+        self.assertEqual(
+            {431},
+            set(
+                statuses(
+                    self.ask(b"GET / HTTP/1.1\r\n" + HEAD + b"X: " + b"x" * 200000 + b"\r\n\r\n")
+                )
+            )
+            or {431},
+        )
         self.assert_serves()
 
     def test_a_chunked_body_is_taken(self):
@@ -74,13 +111,18 @@ class Framing(support.ServiceTest):
         self.assertEqual((201, support.sha256(content)), (reply.status, reply.json()["id"]))
 
     def test_expect_is_answered_100(self):
-        answer = self.ask(b"POST /v1/renders HTTP/1.1\r\n" + HEAD + b"Content-Type: application/json\r\n"
-                          b"Expect: 100-continue\r\nContent-Length: 2\r\n\r\n", 1)
+        answer = self.ask(
+            b"POST /v1/renders HTTP/1.1\r\n" + HEAD + b"Content-Type: application/json\r\n"
+            b"Expect: 100-continue\r\nContent-Length: 2\r\n\r\n",
+            1,
+        )
         self.assertTrue(answer.startswith(b"HTTP/1.1 100 Continue\r\n"), answer)
 
     def test_a_body_that_a_route_does_not_want_is_ignored(self):
-        answer = self.ask(b"GET /healthz HTTP/1.1\r\n" + HEAD + b"Content-Length: 5\r\n\r\nhello"
-                          b"GET /readyz HTTP/1.1\r\n" + HEAD + b"\r\n")
+        answer = self.ask(
+            b"GET /healthz HTTP/1.1\r\n" + HEAD + b"Content-Length: 5\r\n\r\nhello"
+            b"GET /readyz HTTP/1.1\r\n" + HEAD + b"\r\n"
+        )
         self.assertEqual([200, 200], statuses(answer))
 
 
@@ -91,24 +133,50 @@ class Origins(support.ServiceTest):
         return self.daemon.raw("GET", "/v1/stats", headers={"Host": host}).status
 
     def test_only_names_of_this_machine_are_answered(self):
-        for host in ("localhost", f"localhost:{self.daemon.port}", "127.0.0.1", "127.9.9.9:80", "[::1]:1", "LOCALHOST",
-                     "localhost.", "render.example", "other.example:443"):
+        for host in (
+            "localhost",
+            f"localhost:{self.daemon.port}",
+            "127.0.0.1",
+            "127.9.9.9:80",
+            "[::1]:1",
+            "LOCALHOST",
+            "localhost.",
+            "render.example",
+            "other.example:443",
+        ):
             self.assertEqual(200, self.host(host), host)
-        for host in ("evil.example", "127.0.0.1.evil.example", "localhost.evil.example", "example", "a@localhost",
-                     "localhost:80:80", "[::1", "1.127.0.0", "render.example.evil", "localhost:x", "127.0.0.1x"):
+        for host in (
+            "evil.example",
+            "127.0.0.1.evil.example",
+            "localhost.evil.example",
+            "example",
+            "a@localhost",
+            "localhost:80:80",
+            "[::1",
+            "1.127.0.0",
+            "render.example.evil",
+            "localhost:x",
+            "127.0.0.1x",
+        ):
             self.assertEqual(400, self.host(host), host)
 
     def test_pages_of_other_sites_change_nothing(self):
         scene = self.daemon.push(triangle())
         body, media_type = support.multipart({"a.glb": triangle("foreign")})
-        for headers in ({"Origin": "http://evil.example"}, {"Origin": "null"}, {"Sec-Fetch-Site": "cross-site"},
-                        {"Origin": "http://localhost:1"}):
+        for headers in (
+            {"Origin": "http://evil.example"},
+            {"Origin": "null"},
+            {"Sec-Fetch-Site": "cross-site"},
+            {"Origin": "http://localhost:1"},
+        ):
             for method, path in (("DELETE", "/v1/scenes/" + scene), ("POST", "/v1/scenes")):
                 reply = self.daemon.raw(method, path, body, {"Content-Type": media_type, **headers})
                 self.assertEqual(400, reply.status, (headers, method))
         self.assertEqual(200, self.daemon.request("GET", "/v1/scenes/" + scene).status)
         own = {"Origin": f"http://127.0.0.1:{self.daemon.port}", "Sec-Fetch-Site": "same-origin"}
-        self.assertEqual(204, self.daemon.request("DELETE", "/v1/scenes/" + scene, headers=own).status)
+        self.assertEqual(
+            204, self.daemon.request("DELETE", "/v1/scenes/" + scene, headers=own).status
+        )
 
 
 class Clients(support.ServiceTest):
@@ -156,10 +224,14 @@ class Clients(support.ServiceTest):
     def test_a_client_that_vanishes_in_its_upload_leaves_nothing(self):
         for _ in range(20):
             peer = self.connect()
-            peer.sendall(b"POST /v1/scenes HTTP/1.1\r\n" + HEAD + b"Content-Type: model/gltf-binary\r\n"
-                         b"Content-Length: 1000000\r\n\r\nglTF" + bytes(5000))
+            peer.sendall(
+                b"POST /v1/scenes HTTP/1.1\r\n" + HEAD + b"Content-Type: model/gltf-binary\r\n"
+                b"Content-Length: 1000000\r\n\r\nglTF" + bytes(5000)
+            )
             peer.close()
-        support.wait_until(lambda: self.daemon.stats()["http"]["in_flight"] == 1, "the uploads are given up")
+        support.wait_until(
+            lambda: self.daemon.stats()["http"]["in_flight"] == 1, "the uploads are given up"
+        )
         self.assert_serves()
 
     def test_a_client_that_vanishes_in_its_render_harms_no_one(self):
@@ -167,10 +239,14 @@ class Clients(support.ServiceTest):
         body = b'{"scene":"%s","width":8,"height":8}' % scene.encode()
         for _ in range(8):
             peer = self.connect()
-            peer.sendall(b"POST /v1/renders HTTP/1.1\r\n" + HEAD + b"Content-Type: application/json\r\n"
-                         b"Content-Length: %d\r\n\r\n" % len(body) + body)
+            peer.sendall(
+                b"POST /v1/renders HTTP/1.1\r\n" + HEAD + b"Content-Type: application/json\r\n"
+                b"Content-Length: %d\r\n\r\n" % len(body) + body
+            )
             peer.close()
-        support.wait_until(lambda: self.daemon.stats()["http"]["in_flight"] == 1, "the renders are over")
+        support.wait_until(
+            lambda: self.daemon.stats()["http"]["in_flight"] == 1, "the renders are over"
+        )
         self.assert_serves()
 
     def test_a_half_closed_request_is_answered_when_nothing_has_to_be_waited_for(self):

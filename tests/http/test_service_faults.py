@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Workers and decoders that die, hang or lose their context: it costs one request, never the service."""
+"""Workers and decoders that die, hang or lose their context cost one request, no more."""
 import concurrent.futures
 import os
 import signal
@@ -17,16 +17,22 @@ class Worker(support.ServiceTest):
 
     def render_in_background(self, scene, **members):
         done = concurrent.futures.Future()
-        threading.Thread(target=lambda: done.set_result(self.daemon.render(scene, **members))).start()
+        threading.Thread(
+            target=lambda: done.set_result(self.daemon.render(scene, **members))
+        ).start()
         return done
 
     def kill_worker_mid_render(self):
         """Kills the worker once it has begun; returns its pid."""
-        support.wait_until(lambda: self.daemon.stats()["renders"]["in_flight"] > 0, "a render is under way")
+        support.wait_until(
+            lambda: self.daemon.stats()["renders"]["in_flight"] > 0, "a render is under way"
+        )
         time.sleep(0.2)
         pid = self.daemon.stats()["worker"]["pid"]
         os.kill(pid, signal.SIGKILL)
-        support.wait_until(lambda: self.daemon.stats()["worker"]["pid"] not in (pid, None), "a new worker")
+        support.wait_until(
+            lambda: self.daemon.stats()["worker"]["pid"] not in (pid, None), "a new worker"
+        )
         return pid
 
     def test_a_worker_killed_mid_render_is_replaced_and_the_render_retried(self):
@@ -64,7 +70,9 @@ class Worker(support.ServiceTest):
         reply = self.daemon.render(scene, width=7)
         self.assertEqual((500, "render_failed"), (reply.status, reply.code))
         self.assertIn("quarantined", reply.json()["detail"])
-        self.assertEqual(crashes, self.daemon.stats()["worker"]["crashes"], "no worker may die for it again")
+        self.assertEqual(
+            crashes, self.daemon.stats()["worker"]["crashes"], "no worker may die for it again"
+        )
         self.assertEqual(before + 1, self.daemon.stats()["worker"]["quarantined_scenes"])
         self.assertEqual(200, self.daemon.post_scene(content).status)
         self.assertEqual(before, self.daemon.stats()["worker"]["quarantined_scenes"])
@@ -77,7 +85,9 @@ class Worker(support.ServiceTest):
         self.daemon.request("DELETE", "/v1/scenes/" + bad)
         bad = self.daemon.push(triangle("fake:crash"))
         with concurrent.futures.ThreadPoolExecutor(21) as pool:
-            replies = pool.map(lambda i: self.daemon.render(bad if i == 3 else good, width=i + 1).status, range(21))
+            replies = pool.map(
+                lambda i: self.daemon.render(bad if i == 3 else good, width=i + 1).status, range(21)
+            )
             self.assertEqual([500 if i == 3 else 200 for i in range(21)], list(replies))
 
     def test_a_worker_that_hangs_is_replaced_after_its_deadline(self):
@@ -110,7 +120,9 @@ class Worker(support.ServiceTest):
     def test_an_idle_worker_that_is_killed_is_replaced(self):
         pid = self.daemon.worker_pid()
         os.kill(pid, signal.SIGKILL)
-        support.wait_until(lambda: self.daemon.stats()["worker"]["pid"] not in (pid, None), "a new worker")
+        support.wait_until(
+            lambda: self.daemon.stats()["worker"]["pid"] not in (pid, None), "a new worker"
+        )
         self.assert_serves()
 
     def test_a_stopped_worker_is_replaced_after_its_deadline(self):
@@ -130,7 +142,9 @@ class Decoder(support.ServiceTest):
     def refuse(self, fault):
         reply = self.daemon.post_scene(triangle(fault))
         self.assertEqual((422, "invalid_scene"), (reply.status, reply.code), reply.body)
-        self.assertEqual(404, self.daemon.request("GET", "/v1/scenes/" + support.sha256(triangle(fault))).status)
+        self.assertEqual(
+            404, self.daemon.request("GET", "/v1/scenes/" + support.sha256(triangle(fault))).status
+        )
         return reply.json()["detail"]
 
     def test_a_decoder_that_crashes_is_a_422_that_says_so(self):
@@ -154,7 +168,9 @@ class Decoder(support.ServiceTest):
         self.assertIn("268435456 bytes", self.refuse("fake:decoder-memory"))
 
     def test_a_spare_decoder_that_is_killed_is_missed_by_no_one(self):
-        support.wait_until(lambda: children_of(self.daemon.process.pid, "decoder"), "a spare decoder")
+        support.wait_until(
+            lambda: children_of(self.daemon.process.pid, "decoder"), "a spare decoder"
+        )
         for pid in children_of(self.daemon.process.pid, "decoder"):
             os.kill(pid, signal.SIGKILL)
         self.assertEqual(201, self.daemon.post_scene(triangle("spare")).status)
@@ -164,16 +180,24 @@ class Children(support.unittest.TestCase):
     def test_no_child_outlives_a_daemon_that_is_killed(self):
         with support.Daemon() as daemon:
             daemon.wait_ready()
-            support.wait_until(lambda: children_of(daemon.process.pid, "decoder"), "a spare decoder")
-            children = children_of(daemon.process.pid, "decoder") + children_of(daemon.process.pid, "worker")
+            support.wait_until(
+                lambda: children_of(daemon.process.pid, "decoder"), "a spare decoder"
+            )
+            children = children_of(daemon.process.pid, "decoder") + children_of(
+                daemon.process.pid, "worker"
+            )
             self.assertGreaterEqual(len(children), 2)
             daemon.stop(signal.SIGKILL)
-            support.wait_until(lambda: not any(is_running(pid) for pid in children), "they are gone")
+            support.wait_until(
+                lambda: not any(is_running(pid) for pid in children), "they are gone"
+            )
 
     def test_without_a_device_renders_are_refused_and_the_rest_serves(self):
         with support.Daemon("--device", "64") as daemon:
             scene = daemon.push(triangle())
-            support.wait_until(lambda: daemon.raw("GET", "/readyz").code == "no_device", "the failure is known")
+            support.wait_until(
+                lambda: daemon.raw("GET", "/readyz").code == "no_device", "the failure is known"
+            )
             reply = daemon.render(scene)
             self.assertEqual((503, "no_device"), (reply.status, reply.code))
             self.assertIn("there is no device 64", reply.json()["detail"])
@@ -194,7 +218,9 @@ def children_of(parent, role):
     for name in os.listdir("/proc"):
         try:
             with open(f"/proc/{name}/stat", encoding="utf-8") as stat:
-                is_child = name.isdigit() and int(stat.read().rsplit(")", 1)[1].split()[1]) == parent
+                is_child = (
+                    name.isdigit() and int(stat.read().rsplit(")", 1)[1].split()[1]) == parent
+                )
             with open(f"/proc/{name}/cmdline", "rb") as line:
                 if is_child and line.read() == b"vitraild\0--role=" + role.encode() + b"\0":
                     found.append(int(name))

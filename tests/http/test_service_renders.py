@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Renders over HTTP: formats, tags, reports, order and cancellation. The renderer is the test double."""
+"""Renders over HTTP, on the test double: formats, tags, reports, order, cancellation."""
 import concurrent.futures
 import json
 import socket
@@ -12,8 +12,12 @@ from support import triangle
 
 support.needs(support.FAKE)
 
-MAGIC = {"image/png": b"\x89PNG\r\n\x1a\n", "image/jpeg": b"\xff\xd8\xff", "image/webp": b"RIFF",
-         "image/x-exr": b"\x76\x2f\x31\x01"}
+MAGIC = {
+    "image/png": b"\x89PNG\r\n\x1a\n",
+    "image/jpeg": b"\xff\xd8\xff",
+    "image/webp": b"RIFF",
+    "image/x-exr": b"\x76\x2f\x31\x01",
+}
 ALL = set(MAGIC)
 
 
@@ -22,15 +26,15 @@ def read_png(content):
     width, height, depth, colour = struct.unpack(">IIBB", content[16:26])
     data, at = b"", 8
     while at < len(content):
-        size, = struct.unpack(">I", content[at:at + 4])
-        if content[at + 4:at + 8] == b"IDAT":
-            data += content[at + 8:at + 8 + size]
+        (size,) = struct.unpack(">I", content[at : at + 4])
+        if content[at + 4 : at + 8] == b"IDAT":
+            data += content[at + 8 : at + 8 + size]
         at += 12 + size
     step = {0: 1, 2: 3, 4: 2, 6: 4}[colour] * depth // 8
     raw, rows, line = zlib.decompress(data), [], bytes(width * step)
     for y in range(height):
         kind, above = raw[y * (width * step + 1)], line
-        line = bytearray(raw[y * (width * step + 1) + 1:(y + 1) * (width * step + 1)])
+        line = bytearray(raw[y * (width * step + 1) + 1 : (y + 1) * (width * step + 1)])
         for i in range(len(line)):
             left = line[i - step] if i >= step else 0
             corner = above[i - step] if i >= step else 0
@@ -62,16 +66,31 @@ class Renders(support.ServiceTest):
         self.assertAlmostEqual(210, rows[0][47 * 4], delta=1)
 
     def test_format_wins_over_accept(self):
-        for name, media_type in (("png", "image/png"), ("jpeg", "image/jpeg"), ("webp", "image/webp"),
-                                 ("exr", "image/x-exr")):
+        for name, media_type in (
+            ("png", "image/png"),
+            ("jpeg", "image/jpeg"),
+            ("webp", "image/webp"),
+            ("exr", "image/x-exr"),
+        ):
             self.assertEqual(media_type, self.media_type("image/png;q=0.5, text/html", format=name))
 
     def test_accept_chooses_by_quality(self):
-        table = {"*/*": "image/png", "image/*": "image/png", "image/jpeg": "image/jpeg", "": "image/png",
-                 "image/webp, image/jpeg;q=0.9": "image/webp", "image/webp;q=0.1, image/jpeg;q=0.2": "image/jpeg",
-                 "image/png;q=0, */*": "image/webp", "image/x-exr": "image/x-exr", "IMAGE/JPEG": "image/jpeg",
-                 "image/avif,image/webp,image/apng,image/*,*/*;q=0.8": "image/png",
-                 "text/html": 406, "image/avif": 406, "image/png;q=0": 406, "image/jpeg;q=nonsense": 406}
+        table = {
+            "*/*": "image/png",
+            "image/*": "image/png",
+            "image/jpeg": "image/jpeg",
+            "": "image/png",
+            "image/webp, image/jpeg;q=0.9": "image/webp",
+            "image/webp;q=0.1, image/jpeg;q=0.2": "image/jpeg",
+            "image/png;q=0, */*": "image/webp",
+            "image/x-exr": "image/x-exr",
+            "IMAGE/JPEG": "image/jpeg",
+            "image/avif,image/webp,image/apng,image/*,*/*;q=0.8": "image/png",
+            "text/html": 406,
+            "image/avif": 406,
+            "image/png;q=0": 406,
+            "image/jpeg;q=nonsense": 406,
+        }
         for accept, expected in table.items():
             self.assertEqual(expected, self.media_type(accept), accept)
 
@@ -86,16 +105,22 @@ class Renders(support.ServiceTest):
             for name in ("png", "jpeg", "webp", "exr"):
                 reply = self.daemon.render(self.scene, output=output, format=name)
                 is_lossy_id = output in ("node", "material") and name in ("jpeg", "webp")
-                self.assertEqual(422 if is_lossy_id else 200, reply.status, (output, name, reply.body[:200]))
+                self.assertEqual(
+                    422 if is_lossy_id else 200, reply.status, (output, name, reply.body[:200])
+                )
 
     def test_ids_are_exact_in_png(self):
-        _, _, depth, colour, rows = read_png(self.daemon.render(self.scene, output="node", width=6).body)
+        _, _, depth, colour, rows = read_png(
+            self.daemon.render(self.scene, output="node", width=6).body
+        )
         self.assertEqual((16, 0), (depth, colour))
-        self.assertEqual([0, 1, 2, 0, 1, 2], [int.from_bytes(rows[0][i:i + 2], "big") for i in range(0, 12, 2)])
+        self.assertEqual(
+            [0, 1, 2, 0, 1, 2], [int.from_bytes(rows[0][i : i + 2], "big") for i in range(0, 12, 2)]
+        )
 
     def test_depth_is_shown_white_near_and_black_where_nothing_is(self):
         _, _, depth, _, rows = read_png(self.daemon.render(self.scene, output="depth").body)
-        values = [int.from_bytes(rows[3][i:i + 2], "big") for i in range(0, len(rows[3]), 2)]
+        values = [int.from_bytes(rows[3][i : i + 2], "big") for i in range(0, len(rows[3]), 2)]
         self.assertEqual(16, depth)
         self.assertEqual([0, 65535], values[:2])
         self.assertEqual(sorted(values[1:], reverse=True), values[1:])
@@ -112,12 +137,16 @@ class Renders(support.ServiceTest):
         reply = self.daemon.render(self.scene, width=20, height=10)
         link = reply.header("Link")
         self.assertRegex(link, r'^</v1/frames/[0-9a-f]{16}>; rel="describedby"$')
-        report = self.daemon.request("GET", link[1:link.index(">")]).json()
-        self.assertEqual((self.scene, 20, 10, "fake"),
-                         (report["scene"], report["width"], report["height"], report["device"]))
+        report = self.daemon.request("GET", link[1 : link.index(">")]).json()
+        self.assertEqual(
+            (self.scene, 20, 10, "fake"),
+            (report["scene"], report["width"], report["height"], report["device"]),
+        )
         self.assertEqual("fake.paint", report["plan"][0]["pass"])
         timing = dict(part.split(";dur=") for part in reply.header("Server-Timing").split(", "))
-        self.assertEqual({"queue", "shadow", "light-list", "shade", "readback", "encode", "total"}, set(timing))
+        self.assertEqual(
+            {"queue", "shadow", "light-list", "shade", "readback", "encode", "total"}, set(timing)
+        )
         self.assertGreater(float(timing["total"]), float(timing["encode"]))
         self.assertEqual(404, self.daemon.request("GET", "/v1/frames/0123456789abcdef").status)
 
@@ -126,7 +155,7 @@ class Renders(support.ServiceTest):
         before = self.daemon.stats()["frames_kept"]
         with concurrent.futures.ThreadPoolExecutor(8) as pool:
             list(pool.map(lambda _: self.daemon.render(self.scene, width=1, height=1), range(1024)))
-        self.assertEqual(404, self.daemon.request("GET", first[1:first.index(">")]).status)
+        self.assertEqual(404, self.daemon.request("GET", first[1 : first.index(">")]).status)
         self.assertEqual(1024, self.daemon.stats()["frames_kept"])
         self.assertLessEqual(before, 1024)
 
@@ -136,8 +165,13 @@ class Renders(support.ServiceTest):
         same = {"exposure_ev": 0.0, "lights": None, "height": 16, "scene": self.scene, "width": 32}
         reply = self.daemon.request("POST", "/v1/renders", same)
         self.assertEqual(tag, reply.header("ETag"))
-        for change in ({"width": 33}, {"exposure_ev": 1}, {"format": "jpeg"}, {"output": "depth"},
-                       {"scene": self.daemon.push(triangle("another"))}):
+        for change in (
+            {"width": 33},
+            {"exposure_ev": 1},
+            {"format": "jpeg"},
+            {"output": "depth"},
+            {"scene": self.daemon.push(triangle("another"))},
+        ):
             members = {"scene": self.scene, **change}
             other = self.daemon.render(members.pop("scene"), **members)
             self.assertNotEqual(tag, other.header("ETag"), change)
@@ -145,12 +179,14 @@ class Renders(support.ServiceTest):
     def test_a_known_tag_is_answered_304_without_rendering(self):
         tag = self.daemon.render(self.scene, width=19).header("ETag")
         before = self.daemon.stats()["renders"]["rendered"]
-        for value in (tag, "*", f'W/{tag}', f'"other", {tag}'):
+        for value in (tag, "*", f"W/{tag}", f'"other", {tag}'):
             reply = self.daemon.render(self.scene, {"If-None-Match": value}, width=19)
             self.assertEqual((304, b""), (reply.status, reply.body))
             self.assertEqual(tag, reply.header("ETag"))
         self.assertEqual(before, self.daemon.stats()["renders"]["rendered"])
-        self.assertEqual(200, self.daemon.render(self.scene, {"If-None-Match": '"stale"'}, width=19).status)
+        self.assertEqual(
+            200, self.daemon.render(self.scene, {"If-None-Match": '"stale"'}, width=19).status
+        )
 
     def test_a_node_that_is_not_there_is_404_with_a_pointer(self):
         reply = self.daemon.render(self.scene, camera={"node": "Nobody"})
@@ -160,15 +196,19 @@ class Renders(support.ServiceTest):
         def one(index):
             reply = self.daemon.render(self.scene, width=16 + index, height=8)
             return reply.status, read_png(reply.body)[0]
+
         with concurrent.futures.ThreadPoolExecutor(60) as pool:
             self.assertEqual([(200, 16 + i) for i in range(60)], list(pool.map(one, range(60))))
 
     def test_a_connection_takes_one_request_after_the_other(self):
         connection = support.http.client.HTTPConnection("127.0.0.1", self.daemon.port, timeout=30)
         for width in range(5, 25):
-            connection.request("POST", "/v1/renders",
-                               json.dumps({"scene": self.scene, "width": width, "height": 4}),
-                               {"Content-Type": "application/json"})
+            connection.request(
+                "POST",
+                "/v1/renders",
+                json.dumps({"scene": self.scene, "width": width, "height": 4}),
+                {"Content-Type": "application/json"},
+            )
             reply = support.Reply(connection.getresponse())
             self.assertEqual(width, read_png(reply.body)[0])
         connection.close()
@@ -179,15 +219,21 @@ class Queue(support.ServiceTest):
         """Sends a render and does not wait; returns the connection."""
         body = json.dumps({"scene": scene, "width": 8, "height": 8, **members}).encode()
         peer = socket.create_connection(("127.0.0.1", self.daemon.port), timeout=60)
-        peer.sendall(b"POST /v1/renders HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" +
-                     headers + b"Content-Length: %d\r\n\r\n" % len(body) + body)
+        peer.sendall(
+            b"POST /v1/renders HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+            + headers
+            + b"Content-Length: %d\r\n\r\n" % len(body)
+            + body
+        )
         return peer
 
     def occupy(self, milliseconds, count=8):
-        """Fills the worker's pipeline with slow renders, so that whatever comes next has to wait."""
+        """Fills the worker's pipeline with slow renders, so that what comes next has to wait."""
         slow = self.daemon.push(triangle(f"fake:slow={milliseconds}"))
         peers = [self.begin(slow) for _ in range(count)]
-        support.wait_until(lambda: self.daemon.stats()["renders"]["in_flight"] >= 2, "the worker is busy")
+        support.wait_until(
+            lambda: self.daemon.stats()["renders"]["in_flight"] >= 2, "the worker is busy"
+        )
         return peers
 
     def finish(self, peers):
@@ -219,7 +265,9 @@ class Queue(support.ServiceTest):
         support.wait_until(lambda: self.daemon.stats()["renders"]["waiting"] >= 5, "they wait")
         for peer in leaving:
             peer.close()
-        support.wait_until(lambda: self.daemon.stats()["renders"]["cancelled"] - before == 5, "they are taken out")
+        support.wait_until(
+            lambda: self.daemon.stats()["renders"]["cancelled"] - before == 5, "they are taken out"
+        )
         self.finish(peers)
         self.assert_serves()
 
@@ -227,7 +275,9 @@ class Queue(support.ServiceTest):
         peers = self.occupy(1500, 4)
         scene = self.daemon.push(triangle())
         waiting = [self.begin(scene) for _ in range(257)]
-        support.wait_until(lambda: self.daemon.stats()["renders"]["waiting"] == 256, "the queue is full")
+        support.wait_until(
+            lambda: self.daemon.stats()["renders"]["waiting"] == 256, "the queue is full"
+        )
         reply = self.daemon.render(scene)
         self.assertEqual((503, "overloaded"), (reply.status, reply.code))
         self.assertGreater(int(reply.header("Retry-After")), 0)

@@ -7,8 +7,17 @@ from support import triangle
 
 support.needs(support.FAKE)
 
-GETS = ("/", "/healthz", "/livez", "/readyz", "/metrics", "/openapi.json", "/v1/stats", "/v1/capabilities",
-        "/v1/scenes")
+GETS = (
+    "/",
+    "/healthz",
+    "/livez",
+    "/readyz",
+    "/metrics",
+    "/openapi.json",
+    "/v1/stats",
+    "/v1/capabilities",
+    "/v1/scenes",
+)
 
 
 class Routes(support.ServiceTest):
@@ -17,7 +26,9 @@ class Routes(support.ServiceTest):
             self.assertEqual(200, self.daemon.request("GET", path).status, path)
 
     def test_the_document_lists_every_route_that_is_tested_and_no_other(self):
-        documented = {path for path in self.daemon.api.document["paths"] if "{" not in path} - {"/v1/renders"}
+        documented = {path for path in self.daemon.api.document["paths"] if "{" not in path} - {
+            "/v1/renders"
+        }
         self.assertEqual(set(GETS), documented)
 
     def test_head_is_get_without_the_body(self):
@@ -27,12 +38,18 @@ class Routes(support.ServiceTest):
             self.assertEqual(get.header("Content-Type"), head.header("Content-Type"), path)
 
     def test_a_method_that_a_route_lacks_is_405_with_allow(self):
-        table = {"/": "OPTIONS, GET, HEAD", "/v1/scenes": "OPTIONS, GET, HEAD, POST",
-                 "/v1/scenes/" + "0" * 64: "OPTIONS, GET, HEAD, DELETE", "/v1/renders": "OPTIONS, POST"}
+        table = {
+            "/": "OPTIONS, GET, HEAD",
+            "/v1/scenes": "OPTIONS, GET, HEAD, POST",
+            "/v1/scenes/" + "0" * 64: "OPTIONS, GET, HEAD, DELETE",
+            "/v1/renders": "OPTIONS, POST",
+        }
         for path, allow in table.items():
             for method in ("PUT", "PATCH", "BREW", "TRACE"):
                 reply = self.daemon.request(method, path, b"{}")
-                self.assertEqual((405, "method_not_allowed"), (reply.status, reply.code), (method, path))
+                self.assertEqual(
+                    (405, "method_not_allowed"), (reply.status, reply.code), (method, path)
+                )
                 self.assertEqual(allow, reply.header("Allow"))
             reply = self.daemon.request("OPTIONS", path)
             self.assertEqual((204, allow), (reply.status, reply.header("Allow")))
@@ -40,16 +57,31 @@ class Routes(support.ServiceTest):
         self.assertEqual(405, self.daemon.request("HEAD", "/v1/renders").status)
 
     def test_what_is_not_there_is_404(self):
-        for path in ("/v1", "/v1/", "/v1/scenes/", "/v1/scenes//", "/v2/scenes", "/favicon.ico", "/..%2f..%2fetc",
-                     "/v1/scenes/" + "0" * 64 + "/x", "/v1/scenes/" + "a" * 4000, "/v1/frames/" + "%00" * 9,
-                     "/v1/scenes/..%2f..%2flock", "/v1/scenes/%3Cscript%3E", "/%ff%fe"):
+        for path in (
+            "/v1",
+            "/v1/",
+            "/v1/scenes/",
+            "/v1/scenes//",
+            "/v2/scenes",
+            "/favicon.ico",
+            "/..%2f..%2fetc",
+            "/v1/scenes/" + "0" * 64 + "/x",
+            "/v1/scenes/" + "a" * 4000,
+            "/v1/frames/" + "%00" * 9,
+            "/v1/scenes/..%2f..%2flock",
+            "/v1/scenes/%3Cscript%3E",
+            "/%ff%fe",
+        ):
             reply = self.daemon.request("GET", path)
             self.assertEqual((404, "not_found"), (reply.status, reply.code), path)
 
     def test_every_reply_has_a_request_id_and_a_good_one_is_kept(self):
-        self.assertEqual("farm-7.frame_12",
-                         self.daemon.request("GET", "/healthz", headers={"X-Request-Id": "farm-7.frame_12"})
-                         .header("X-Request-Id"))
+        self.assertEqual(
+            "farm-7.frame_12",
+            self.daemon.request(
+                "GET", "/healthz", headers={"X-Request-Id": "farm-7.frame_12"}
+            ).header("X-Request-Id"),
+        )
         ids = {self.daemon.request("GET", "/healthz").header("X-Request-Id") for _ in range(20)}
         self.assertEqual(20, len(ids))
         for bad in ("a b", "x" * 65, "<script>", '"'):
@@ -58,7 +90,9 @@ class Routes(support.ServiceTest):
 
     def test_no_page_of_another_origin_is_let_in(self):
         reply = self.daemon.request("GET", "/v1/stats", headers={"Origin": "http://evil.example"})
-        self.assertEqual([], [name for name, _ in reply.headers if name.lower().startswith("access-control")])
+        self.assertEqual(
+            [], [name for name, _ in reply.headers if name.lower().startswith("access-control")]
+        )
 
     def test_metrics_are_well_formed_and_count(self):
         self.daemon.render(self.daemon.push(triangle()))
@@ -74,18 +108,33 @@ class Routes(support.ServiceTest):
                 self.assertRegex(row, line)
                 self.assertNotIn(row.rsplit(" ", 1)[0], seen)
                 seen.add(row.rsplit(" ", 1)[0])
-                self.assertIn(re.sub(r"_(bucket|sum|count)$", "", re.split("[{ ]", row)[0])
-                              if re.search(r"_(bucket|sum|count)(\{|$| )", row.split(" ")[0]) else
-                              re.split("[{ ]", row)[0], typed)
-        for name in ("vitrail_build_info", "vitrail_http_requests_total", "vitrail_http_request_duration_seconds",
-                     "vitrail_render_stage_duration_seconds", "vitrail_render_queue_depth",
-                     "vitrail_render_queue_age_seconds", "vitrail_gl_context_resets_total",
-                     "vitrail_gpu_memory_bytes", "vitrail_scene_cache_bytes", "vitrail_scene_cache_entries",
-                     "vitrail_scene_cache_hits_total", "vitrail_scene_cache_misses_total",
-                     "vitrail_scene_cache_evictions_total", "vitrail_decode_worker_crashes_total",
-                     "vitrail_decode_worker_timeouts_total"):
+                self.assertIn(
+                    re.sub(r"_(bucket|sum|count)$", "", re.split("[{ ]", row)[0])
+                    if re.search(r"_(bucket|sum|count)(\{|$| )", row.split(" ")[0])
+                    else re.split("[{ ]", row)[0],
+                    typed,
+                )
+        for name in (
+            "vitrail_build_info",
+            "vitrail_http_requests_total",
+            "vitrail_http_request_duration_seconds",
+            "vitrail_render_stage_duration_seconds",
+            "vitrail_render_queue_depth",
+            "vitrail_render_queue_age_seconds",
+            "vitrail_gl_context_resets_total",
+            "vitrail_gpu_memory_bytes",
+            "vitrail_scene_cache_bytes",
+            "vitrail_scene_cache_entries",
+            "vitrail_scene_cache_hits_total",
+            "vitrail_scene_cache_misses_total",
+            "vitrail_scene_cache_evictions_total",
+            "vitrail_decode_worker_crashes_total",
+            "vitrail_decode_worker_timeouts_total",
+        ):
             self.assertIn(name, typed)
-        self.assertIn('vitrail_http_requests_total{route="/v1/renders",method="POST",code="200"} ', text)
+        self.assertIn(
+            'vitrail_http_requests_total{route="/v1/renders",method="POST",code="200"} ', text
+        )
         self.assertNotIn("0" * 64, text)
 
     def test_capabilities_name_the_device_and_the_limit_as_configured(self):
@@ -119,7 +168,9 @@ class Routes(support.ServiceTest):
     def large_document(self, node):
         document = support.triangle_document(node)
         document["accessors"][0]["count"] = 90000
-        document["bufferViews"][0]["byteLength"] = document["buffers"][0]["byteLength"] = len(self.LARGE)
+        document["bufferViews"][0]["byteLength"] = document["buffers"][0]["byteLength"] = len(
+            self.LARGE
+        )
         return document
 
 

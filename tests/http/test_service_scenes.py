@@ -35,14 +35,17 @@ class Scenes(support.ServiceTest):
         self.assertEqual(first.json(), second.json())
 
     def test_octet_stream_is_taken_when_it_is_a_glb(self):
-        self.assertEqual(201, self.daemon.post_scene(triangle("octets"), "application/octet-stream").status)
+        self.assertEqual(
+            201, self.daemon.post_scene(triangle("octets"), "application/octet-stream").status
+        )
         reply = self.daemon.post_scene(b"PK\3\4 no glb", "application/octet-stream")
         self.assertEqual((415, "unsupported_media_type"), (reply.status, reply.code))
 
     def test_a_gltf_that_holds_its_buffers_is_taken_as_one_body(self):
         document = triangle_document("embedded")
-        document["buffers"][0]["uri"] = ("data:application/octet-stream;base64," +
-                                         base64.b64encode(TRIANGLE).decode())
+        document["buffers"][0]["uri"] = (
+            "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
+        )
         content = json.dumps(document).encode()
         reply = self.daemon.post_scene(content, "model/gltf+json")
         self.assertEqual((201, sha256(content)), (reply.status, reply.json()["id"]))
@@ -58,21 +61,29 @@ class Scenes(support.ServiceTest):
     def test_the_order_and_the_field_of_names_do_not_change_the_id(self):
         files = gltf_files("other/")
         backwards = dict(reversed(files.items()))
-        ids = {self.daemon.post_scene(*multipart(files)).json()["id"],
-               self.daemon.post_scene(*multipart(backwards, boundary="b" * 70)).json()["id"],
-               self.daemon.post_scene(*multipart(files, name_from="name")).json()["id"]}
+        ids = {
+            self.daemon.post_scene(*multipart(files)).json()["id"],
+            self.daemon.post_scene(*multipart(backwards, boundary="b" * 70)).json()["id"],
+            self.daemon.post_scene(*multipart(files, name_from="name")).json()["id"],
+        }
         self.assertEqual({manifest_id(files)}, ids)
 
     def test_one_file_as_multipart_has_the_id_of_the_file(self):
         content = triangle("single")
-        self.assertEqual(sha256(content), self.daemon.post_scene(*multipart({"a.glb": content})).json()["id"])
+        self.assertEqual(
+            sha256(content), self.daemon.post_scene(*multipart({"a.glb": content})).json()["id"]
+        )
 
     def test_the_list_grows_and_shrinks_in_order(self):
         ids = [self.daemon.push(triangle(f"listed-{i}")) for i in range(3)]
-        listed = [scene["id"] for scene in self.daemon.request("GET", "/v1/scenes").json()["scenes"]]
+        listed = [
+            scene["id"] for scene in self.daemon.request("GET", "/v1/scenes").json()["scenes"]
+        ]
         self.assertEqual(set(ids), set(ids) & set(listed))
         self.assertEqual(204, self.daemon.request("DELETE", "/v1/scenes/" + ids[1]).status)
-        listed = [scene["id"] for scene in self.daemon.request("GET", "/v1/scenes").json()["scenes"]]
+        listed = [
+            scene["id"] for scene in self.daemon.request("GET", "/v1/scenes").json()["scenes"]
+        ]
         self.assertIn(ids[0], listed)
         self.assertNotIn(ids[1], listed)
 
@@ -84,7 +95,9 @@ class Scenes(support.ServiceTest):
         for method in ("GET", "HEAD", "DELETE"):
             self.assertEqual(404, self.daemon.request(method, "/v1/scenes/" + scene).status)
         reply = self.daemon.render(scene)
-        self.assertEqual((404, "not_found", "/scene"), (reply.status, reply.code, reply.json()["pointer"]))
+        self.assertEqual(
+            (404, "not_found", "/scene"), (reply.status, reply.code, reply.json()["pointer"])
+        )
         self.assertEqual(201, self.daemon.post_scene(content).status)
         self.assertEqual(200, self.daemon.render(scene).status)
 
@@ -96,7 +109,9 @@ class Scenes(support.ServiceTest):
     def test_a_summary_is_not_sent_again_when_its_tag_is_known(self):
         scene = self.daemon.push(triangle("tagged"))
         tag = self.daemon.request("GET", "/v1/scenes/" + scene).header("ETag")
-        reply = self.daemon.request("GET", "/v1/scenes/" + scene, headers={"If-None-Match": f'"x", W/{tag}'})
+        reply = self.daemon.request(
+            "GET", "/v1/scenes/" + scene, headers={"If-None-Match": f'"x", W/{tag}'}
+        )
         self.assertEqual((304, b""), (reply.status, reply.body))
 
     def test_parallel_uploads_of_the_same_scene_make_one(self):
@@ -109,8 +124,12 @@ class Scenes(support.ServiceTest):
     def test_a_large_upload_is_streamed_not_held(self):
         def resident():
             text = self.daemon.request("GET", "/metrics").body.decode()
-            return next(float(line.split()[1]) for line in text.splitlines()
-                        if line.startswith("process_resident_memory_bytes "))
+            return next(
+                float(line.split()[1])
+                for line in text.splitlines()
+                if line.startswith("process_resident_memory_bytes ")
+            )
+
         before = resident()
         big = glb(triangle_document("big"), TRIANGLE + bytes(96 << 20))
         self.daemon.push(big)
@@ -145,21 +164,32 @@ class Kept(support.unittest.TestCase):
             with open(os.path.join(daemon.state_dir, "tmp", "left"), "wb") as left:
                 left.write(b"x")
             with support.Daemon(state_dir=daemon.state_dir) as again:
-                listed = [scene["id"] for scene in again.request("GET", "/v1/scenes").json()["scenes"]]
+                listed = [
+                    scene["id"] for scene in again.request("GET", "/v1/scenes").json()["scenes"]
+                ]
                 self.assertEqual([good], listed)
                 self.assertEqual([], os.listdir(os.path.join(daemon.state_dir, "tmp")))
 
     def test_a_state_directory_has_one_daemon(self):
         with support.Daemon() as daemon:
-            done = support.subprocess.run([support.FAKE, "--listen", "127.0.0.1:0", "--state-dir",
-                                           daemon.state_dir], capture_output=True, timeout=30, check=False)
+            done = support.subprocess.run(
+                [support.FAKE, "--listen", "127.0.0.1:0", "--state-dir", daemon.state_dir],
+                capture_output=True,
+                timeout=30,
+                check=False,
+            )
             self.assertEqual(1, done.returncode)
             self.assertIn(b"in use by another daemon", done.stderr)
 
     def test_nothing_is_written_outside_the_state_directory(self):
         with support.tempfile.TemporaryDirectory() as home:
             state = os.path.join(home, "deep", "state")
-            environment = {"HOME": home, "TMPDIR": home, "XDG_STATE_HOME": home, "XDG_CACHE_HOME": home}
+            environment = {
+                "HOME": home,
+                "TMPDIR": home,
+                "XDG_STATE_HOME": home,
+                "XDG_CACHE_HOME": home,
+            }
             with support.Daemon(state_dir=state, environment=environment) as daemon:
                 files = gltf_files("../../../")
                 reply = daemon.post_scene(*multipart(files))
@@ -177,14 +207,17 @@ class Kept(support.unittest.TestCase):
             for size in (200 << 10, 8 << 20):
                 reply = daemon.post_scene(bytes(size))
                 self.assertEqual((413, "too_large"), (reply.status, reply.code))
-            head = (f"POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: model/gltf-binary\r\n"
-                    f"Content-Length: {1 << 40}\r\nExpect: 100-continue\r\n\r\n")
+            head = (
+                "POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: model/gltf-binary\r\n"
+                f"Content-Length: {1 << 40}\r\nExpect: 100-continue\r\n\r\n"
+            )
             answer = support.talk(daemon.port, head.encode())
             self.assertTrue(answer.startswith(b"HTTP/1.1 413 "), answer[:100])
 
             def chunks():
                 for _ in range(20):
                     yield bytes(10 << 10)
+
             reply = daemon.post_scene(chunks())
             self.assertEqual((413, "too_large"), (reply.status, reply.code))
             self.assertEqual(201, daemon.post_scene(triangle()).status)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Stopping: what is in flight is answered, nothing new is taken, the process ends by itself and in time."""
+"""Stopping: what is in flight is answered, nothing new is taken, and it ends in time."""
 import concurrent.futures
 import os
 import signal
@@ -17,7 +17,9 @@ class Stop(support.unittest.TestCase):
         with support.Daemon() as daemon, concurrent.futures.ThreadPoolExecutor(8) as pool:
             scene = daemon.wait_ready().push(triangle("fake:slow=150"))
             replies = [pool.submit(daemon.render, scene) for _ in range(8)]
-            support.wait_until(lambda: daemon.stats()["http"]["in_flight"] >= 9, "they are in flight")
+            support.wait_until(
+                lambda: daemon.stats()["http"]["in_flight"] >= 9, "they are in flight"
+            )
             began = time.monotonic()
             self.assertEqual(0, daemon.stop())
             self.assertEqual([200] * 8, [reply.result(1).status for reply in replies])
@@ -30,13 +32,20 @@ class Stop(support.unittest.TestCase):
             idle.request("GET", "/readyz")
             self.assertEqual(200, support.Reply(idle.getresponse()).status)
             last = pool.submit(daemon.render, scene)
-            support.wait_until(lambda: daemon.stats()["renders"]["in_flight"] == 1, "a render is in flight")
+            support.wait_until(
+                lambda: daemon.stats()["renders"]["in_flight"] == 1, "a render is in flight"
+            )
             daemon.process.send_signal(signal.SIGTERM)
             time.sleep(0.3)
-            idle.request("GET", "/readyz") # a connection from before still speaks, and is told
+            idle.request("GET", "/readyz")  # a connection from before still speaks, and is told
             reply = support.Reply(idle.getresponse())
             self.assertEqual((503, "overloaded"), (reply.status, reply.code))
-            idle.request("POST", "/v1/renders", '{"scene":"' + scene + '"}', {"Content-Type": "application/json"})
+            idle.request(
+                "POST",
+                "/v1/renders",
+                '{"scene":"' + scene + '"}',
+                {"Content-Type": "application/json"},
+            )
             reply = support.Reply(idle.getresponse())
             self.assertEqual((503, "overloaded"), (reply.status, reply.code))
             idle.close()
@@ -44,21 +53,31 @@ class Stop(support.unittest.TestCase):
             self.assertEqual(0, daemon.stop())
 
     def test_work_beyond_the_drain_deadline_is_refused_with_503(self):
-        with support.Daemon("--drain-timeout-s", "1") as daemon, concurrent.futures.ThreadPoolExecutor(6) as pool:
+        with support.Daemon(
+            "--drain-timeout-s", "1"
+        ) as daemon, concurrent.futures.ThreadPoolExecutor(6) as pool:
             scene = daemon.wait_ready().push(triangle("fake:hang"))
             replies = [pool.submit(daemon.render, scene) for _ in range(6)]
-            support.wait_until(lambda: daemon.stats()["http"]["in_flight"] >= 7, "they are in flight")
+            support.wait_until(
+                lambda: daemon.stats()["http"]["in_flight"] >= 7, "they are in flight"
+            )
             began = time.monotonic()
             self.assertEqual(0, daemon.stop())
             self.assertLess(time.monotonic() - began, 8)
-            self.assertEqual([(503, "overloaded")] * 6,
-                             [(reply.result(1).status, reply.result(1).code) for reply in replies])
+            self.assertEqual(
+                [(503, "overloaded")] * 6,
+                [(reply.result(1).status, reply.result(1).code) for reply in replies],
+            )
 
     def test_a_second_signal_does_not_wait(self):
-        with support.Daemon("--drain-timeout-s", "60") as daemon, concurrent.futures.ThreadPoolExecutor(1) as pool:
+        with support.Daemon(
+            "--drain-timeout-s", "60"
+        ) as daemon, concurrent.futures.ThreadPoolExecutor(1) as pool:
             scene = daemon.wait_ready().push(triangle("fake:hang"))
             reply = pool.submit(daemon.render, scene)
-            support.wait_until(lambda: daemon.stats()["renders"]["in_flight"] == 1, "a render is in flight")
+            support.wait_until(
+                lambda: daemon.stats()["renders"]["in_flight"] == 1, "a render is in flight"
+            )
             daemon.process.send_signal(signal.SIGTERM)
             time.sleep(0.3)
             began = time.monotonic()
@@ -67,9 +86,13 @@ class Stop(support.unittest.TestCase):
             self.assertEqual(503, reply.result(1).status)
 
     def test_an_upload_being_decoded_is_refused_at_the_deadline(self):
-        with support.Daemon("--drain-timeout-s", "1") as daemon, concurrent.futures.ThreadPoolExecutor(1) as pool:
+        with support.Daemon(
+            "--drain-timeout-s", "1"
+        ) as daemon, concurrent.futures.ThreadPoolExecutor(1) as pool:
             reply = pool.submit(daemon.post_scene, triangle("fake:decoder-hang"))
-            support.wait_until(lambda: daemon.stats()["http"]["in_flight"] >= 2, "it is being decoded")
+            support.wait_until(
+                lambda: daemon.stats()["http"]["in_flight"] >= 2, "it is being decoded"
+            )
             time.sleep(0.5)
             self.assertEqual(0, daemon.stop())
             self.assertEqual((503, "overloaded"), (reply.result(1).status, reply.result(1).code))

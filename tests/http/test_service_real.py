@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: MIT
+"""The daemon over the real renderer: what is posted is drawn, and the report says how."""
+import os
+import struct
+import sys
+
+import support
+from test_service_renders import read_png
+
+REAL = os.path.join(support.BIN, "vitraild")
+support.needs(REAL)
+
+
+def lit_floor():
+    """A white floor of 4 by 4 metres, a red pane of glass over its middle, a lamp above, a camera."""
+    positions = struct.pack("<12f", -2, 0, -2, 2, 0, -2, -2, 0, 2, 2, 0, 2)
+    normals = struct.pack("<12f", *[0, 1, 0] * 4)
+    indices = struct.pack("<6H", 0, 2, 1, 1, 2, 3)
+    glass = {
+        "name": "Glass",
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1], "metallicFactor": 0},
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}},
+        "doubleSided": True,
+    }
+    document = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_transmission"],
+        "extensions": {
+            "KHR_lights_punctual": {
+                "lights": [{"type": "point", "name": "Lamp", "intensity": 40, "color": [1, 1, 1]}]
+            }
+        },
+        "scene": 0,
+        "scenes": [{"nodes": [0, 1, 2]}],
+        "nodes": [
+            {"name": "Floor", "mesh": 0},
+            {"name": "Pane", "mesh": 1, "translation": [0, 1, 0], "scale": [0.25, 1, 0.25]},
+            {
+                "name": "Lamp",
+                "translation": [0, 3, 0],
+                "extensions": {"KHR_lights_punctual": {"light": 0}},
+            },
+        ],
+        "materials": [
+            {"name": "Floor", "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 1}},
+            glass,
+        ],
+        "meshes": [
+            {
+                "primitives": [
+                    {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": which}
+                ]
+            }
+            for which in (0, 1)
+        ],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": 4,
+                "type": "VEC3",
+                "min": [-2, 0, -2],
+                "max": [2, 0, 2],
+            },
+            {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 96, "byteLength": 12},
+        ],
+        "buffers": [{"byteLength": 108}],
+    }
+    return support.glb(document, positions + normals + indices)
+
+
+class Real(support.unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = support.Daemon(program=REAL)
+        support.wait_until(
+            lambda: cls.daemon.raw("GET", "/readyz").code != "overloaded", "a device or none", 180
+        )
+        if cls.daemon.raw("GET", "/readyz").status != 200:
+            print("skipped:", cls.daemon.raw("GET", "/readyz").json()["detail"])
+            cls.tearDownClass()
+            sys.exit(77)
+        cls.scene = cls.daemon.push(lit_floor())
+
+    @classmethod
+    def tearDownClass(cls):
+        with cls.daemon:
+            assert cls.daemon.stop() == 0
+
+    CAMERA = {"eye": [0, 3, 0.001], "target": [0, 0, 0], "up": [0, 0, -1], "fov_y_deg": 60}
+
+    def render(self, **members):
+        members = {"width": 64, "height": 64, "camera": self.CAMERA, **members}
+        reply = self.daemon.render(self.scene, timeout=300, **members)
+        self.assertEqual(200, reply.status, reply.body[:500])
+        return reply
+
+    def floor_pixel(self, x, **members):
+        """Red, green, blue of the floor at x metres from its middle, without the pane in the way."""
+        camera = {"eye": [x, 0.5, 0.001], "target": [x, 0, 0], "up": [0, 0, -1], "fov_y_deg": 20}
+        _, _, _, _, rows = read_png(self.render(camera=camera, **members).body)
+        return list(rows[32][32 * 4 : 32 * 4 + 3])
+
+    def test_light_that_went_through_red_glass_is_red(self):
+        red, green, blue = self.floor_pixel(0)
+        self.assertGreater(red, 60)
+        self.assertLess(max(green, blue), 3)
+        red, green, blue = self.floor_pixel(1.5)
+        self.assertGreater(min(red, green, blue), 20)
+        self.assertLess(max(red, green, blue) - min(red, green, blue), 3)
+
+    def test_an_edit_of_the_glass_changes_the_light_behind_it(self):
+        blue = {"materials": {"Glass": {"base_color": [0, 0, 1, 1]}}}
+        pixel = self.floor_pixel(0, overrides=blue)
+        self.assertLess(max(pixel[:2]), 3)
+        self.assertGreater(pixel[2], 60)
+        hidden = {"nodes": {"Pane": {"visible": False}}}
+        pixel = self.floor_pixel(0, overrides=hidden)
+        self.assertGreater(min(pixel), 60)
+
+    def test_the_report_tells_the_passes_and_why(self):
+        link = self.render().header("Link")
+        report = self.daemon.request("GET", link[1 : link.index(">")]).json()
+        shadows = [one for one in report["plan"] if one["technique"] == "deep"]
+        self.assertTrue(shadows, report["plan"])
+        self.assertTrue(all(one["because"] for one in report["plan"]))
+        self.assertEqual(1, report["counts"]["lights"])
+        self.assertGreater(report["counts"]["events"], 0)
+
+    def test_a_new_camera_rebuilds_no_shadows(self):
+        self.render()
+        link = self.render(camera={"fit": "iso"}).header("Link")
+        report = self.daemon.request("GET", link[1 : link.index(">")]).json()
+        self.assertEqual(0, report["counts"]["shadow_maps_built"])
+        self.assertGreater(report["counts"]["shadow_maps_reused"], 0)
+
+    def test_the_same_request_gives_the_same_bytes_and_tag(self):
+        first, second = self.render(), self.render()
+        self.assertEqual(first.body, second.body)
+        self.assertEqual(first.header("ETag"), second.header("ETag"))
+
+    def test_ids_name_what_is_seen(self):
+        _, _, _, _, rows = read_png(self.render(output="node").body)
+        ids = {int.from_bytes(row[i : i + 2], "big") for row in rows for i in range(0, 128, 2)}
+        self.assertIn(1, ids)
+
+    def test_a_node_that_is_not_there_is_named(self):
+        reply = self.daemon.render(self.scene, camera={"node": "Nobody"})
+        self.assertIn(reply.status, (400, 404))
+        self.assertIn("Nobody", reply.json()["detail"])
+
+    def test_a_worker_that_is_killed_is_replaced(self):
+        pid = self.daemon.worker_pid()
+        os.kill(pid, support.signal.SIGKILL)
+        self.render()
+        self.assertNotEqual(pid, self.daemon.worker_pid())
+
+
+if __name__ == "__main__":
+    support.run_tests()
