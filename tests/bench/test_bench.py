@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""The benchmark program runs, and states its results as JSON with scene, size, device, protocol."""
+
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import unittest
+
+PROGRAM = pathlib.Path(sys.argv.pop(1)) / "vitrail-bench"
+
+
+def run(*arguments):
+    return subprocess.run([str(PROGRAM), *arguments], capture_output=True, text=True, check=False,
+                          timeout=120)
+
+
+class Bench(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        done = run("deep", "--quick", "--json", "--size", "160x120")
+        if done.returncode == 77:
+            print(done.stderr, file=sys.stderr)
+            sys.exit(77)
+        assert done.returncode == 0, done.stderr
+        cls.document = json.loads(done.stdout)
+
+    def test_each_result_names_scene_size_protocol_and_times(self):
+        results = self.document["results"]
+        self.assertEqual({"deep", "deep-linked", "linked-faithful"},
+                         {r["variant"] for r in results if "static" not in r["variant"]})
+        for result in results:
+            self.assertEqual("demo", result["scene"])
+            self.assertEqual([160, 120], result["size_px"])
+            self.assertGreaterEqual(result["frames"], 5)
+            for clock in ("wall_ms", "cpu_ms"):
+                times = result[clock]
+                self.assertGreater(times["median"], 0)
+                self.assertGreaterEqual(times["p95"], times["median"])
+        self.assertTrue(self.document["machine"]["device"])
+        self.assertGreater(self.document["machine"]["cores"], 0)
+
+    def test_static_lights_rebuild_nothing_and_moved_ones_everything(self):
+        for result in self.document["results"]:
+            built = result["counts"]["shadow_maps_built"]
+            self.assertEqual(0 if "static" in result["variant"] else 1, built, result["variant"])
+            self.assertGreater(result["counts"]["events"], 0)
+
+    def test_parts_add_up_to_the_frame(self):
+        for result in self.document["results"]:
+            passes = sum(p["cpu_ms"]["median"] for p in result["parts"]
+                         if not p["part"].startswith("=") or p["part"] == "= other")
+            self.assertLess(passes, 1.5 * result["cpu_ms"]["p95"])
+            self.assertGreater(passes, 0.5 * result["cpu_ms"]["median"])
+
+    def test_ratios_are_numbers(self):
+        checks = self.document["checks"]
+        self.assertGreaterEqual(len(checks), 4)
+        for check in checks:
+            self.assertTrue(math.isfinite(check["value"]), check)
+
+
+class CommandLine(unittest.TestCase):
+    def test_list_names_every_suite(self):
+        names = [line.split()[0] for line in run("list").stdout.splitlines()]
+        self.assertEqual(["lights", "deep", "both", "layers", "demo", "linear"], names)
+
+    def test_unknown_suites_and_options_are_refused(self):
+        for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],
+                          ["deep", "--no-such"], []):
+            self.assertEqual(2, run(*arguments).returncode, arguments)
+
+
+if __name__ == "__main__":
+    unittest.main()
