@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: MIT */
+/* Shadows are modelled where the scene requires them, follow every edit, and are kept otherwise. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/support/closed_form_scenes.h"
+#include "tests/support/image_checks.h"
+
+static const double one_color[1][4] = {{0.8, 0.5, 0.25, 1}};
+
+struct fixture {
+    struct renderer *renderer;
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+};
+
+/* A fresh key each time would hide stale shadows: the scenes share one. */
+static void open_panes(struct fixture *f, void **state, int count, bool has_probes)
+{
+    f->renderer = *state;
+    panes_scene_build(&(struct panes_scene_desc){.pane_count = count,
+                                                 .colors = one_color,
+                                                 .has_probes = has_probes},
+                      &f->scene);
+    rig_scene_open(&f->rig, *state, "plan", f->scene.glb, f->scene.size_bytes);
+}
+
+static void close_panes(struct fixture *f)
+{
+    rig_scene_finish(&f->rig, f->renderer);
+    closed_form_scene_finish(&f->scene);
+}
+
+static struct view floor_view(void)
+{
+    return (struct view){
+        .width_px = 8,
+        .height_px = 8,
+        .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 0.4, 0.5}, .fov_y_deg = 20},
+    };
+}
+
+static void render(const struct fixture *f, const struct view *view, struct frame_report *report,
+                   double middle[3])
+{
+    struct frame frame;
+    shoot(f->renderer, &f->rig, view, &frame);
+    const float *p = image_pixel_f32(&frame.outputs[VIEW_OUTPUT_COLOR], 4, 4);
+    for (int c = 0; c < 3; c++)
+        middle[c] = p[c];
+    *report = frame.report;
+    frame_finish(&frame);
+}
+
+/* Transmittance at the floor's middle under this view. */
+static void transmittance_of(const struct fixture *f, struct view view, double t[3])
+{
+    struct frame_report report;
+    double open[3];
+    render(f, &view, &report, t);
+    view.quality.shadows = VIEW_SHADOWS_NONE;
+    render(f, &view, &report, open);
+    for (int c = 0; c < 3; c++)
+        t[c] /= open[c];
+}
+
+static void assert_passes(const double t[3], double r, double g, double b)
+{
+    const double expected[3] = {r, g, b};
+    for (int c = 0; c < 3; c++)
+        if (!(fabs(t[c] - expected[c]) <= 1e-4))
+            fail_msg("channel %d passes %.7g, expected %.7g", c, t[c], expected[c]);
+}
+
+static void material_edits_move_the_shadow(void **state)
+{
+    struct fixture f;
+    double t[3];
+    open_panes(&f, state, 1, false);
+    struct view view = floor_view();
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0.8, 0.5, 0.25);
+    struct view_material_override edit = {
+        .material = "Pane", .has_base_color = true, .base_color = {0.25f, 1, 0.5f, 1}};
+    view.materials = &edit;
+    view.material_override_count = 1;
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0.25, 1, 0.5);
+    edit.has_transmission = true; /* none: the pane is opaque */
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0, 0, 0);
+    edit.transmission = 0.5f;
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0.125, 0.5, 0.25);
+    edit.has_alpha_mode = true;
+    edit.alpha_mode = SCENE_BLEND;
+    edit.transmission = 0;
+    edit.base_color[3] = 0.5f;
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0.5 * (1 - 0.5 * 0.75), 0.5, 0.5 * (1 - 0.5 * 0.5));
+    view.material_override_count = 0;
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0.8, 0.5, 0.25);
+    close_panes(&f);
+}
+
+static void node_edits_move_the_shadow(void **state)
+{
+    struct fixture f;
+    double t[3];
+    open_panes(&f, state, 1, false);
+    struct view view = floor_view();
+    struct view_node_override edit = {.node = "Pane", .has_visible = true};
+    view.nodes = &edit;
+    view.node_override_count = 1;
+    transmittance_of(&f, view, t);
+    assert_passes(t, 1, 1, 1);
+    edit.visible = true;
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0.8, 0.5, 0.25);
+    edit.has_matrix = true; /* beside the light's way to the floor's middle */
+    memcpy(edit.matrix, (double[16]){1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, 1, 0, 1},
+           sizeof edit.matrix);
+    transmittance_of(&f, view, t);
+    assert_passes(t, 1, 1, 1);
+    edit.matrix[12] = -1; /* and back */
+    edit.matrix[14] = 1;
+    transmittance_of(&f, view, t);
+    assert_passes(t, 0.8, 0.5, 0.25);
+    close_panes(&f);
+}
+
+static void only_transparent_casters_call_for_deep_maps(void **state)
+{
+    struct fixture f;
+    struct frame_report report;
+    double middle[3];
+    struct view view = floor_view();
+    open_panes(&f, state, 0, true); /* opaque tiles cast */
+    render(&f, &view, &report, middle);
+    assert_true(report_has_pass(&report, "shadow.", "map"));
+    assert_false(report_has_pass(&report, "shadow.", "deep"));
+    assert_int_equal(report.counts.shadowed_lights, 1);
+    assert_int_equal(report.counts.events, 0);
+    close_panes(&f);
+    open_panes(&f, state, 1, false);
+    render(&f, &view, &report, middle);
+    assert_true(report_has_pass(&report, "shadow.", "deep"));
+    assert_int_equal(report.counts.longest_list, 1);
+    assert_true(report.counts.events > 0);
+    assert_true(report.counts.lookups > 0);
+    close_panes(&f);
+}
+
+static void without_lights_there_is_no_shadow_pass(void **state)
+{
+    struct fixture f;
+    struct frame_report report;
+    double middle[3];
+    open_panes(&f, state, 1, false);
+    struct view view = floor_view();
+    view.ignore_scene_lights = view.has_environment = true;
+    view.sky[0] = view.sky[1] = view.sky[2] = 1;
+    render(&f, &view, &report, middle);
+    assert_false(report_has_pass(&report, "shadow", NULL));
+    assert_false(report_has_pass(&report, "light_list", NULL));
+    assert_int_equal(report.counts.lights, 0);
+    assert_int_equal(report.counts.lookups, 0);
+    /* A horizontal diffuse plane under a uniform sky of 1 nt shows its albedo. */
+    for (int c = 0; c < 3; c++)
+        assert_true(middle[c] > 0.45 && middle[c] < 0.55);
+    struct view_light fill = {.type = SCENE_LIGHT_POINT,
+                              .position = {0, 3, 0},
+                              .color = {1, 1, 1},
+                              .intensity = 10,
+                              .casts_no_shadow = true};
+    view.lights = &fill;
+    view.light_count = 1;
+    render(&f, &view, &report, middle);
+    assert_false(report_has_pass(&report, "shadow", NULL));
+    assert_int_equal(report.counts.shadowed_lights, 0);
+    close_panes(&f);
+}
+
+static void a_moved_camera_rebuilds_nothing(void **state)
+{
+    struct fixture f;
+    struct frame_report report;
+    double middle[3];
+    open_panes(&f, state, 1, false);
+    for (int technique = VIEW_SHADOWS_DEEP; technique <= VIEW_SHADOWS_DEEP_LINKED; technique++) {
+        struct view view = floor_view();
+        view.quality.shadows = (enum view_shadows)technique;
+        render(&f, &view, &report, middle);
+        assert_int_equal(report.counts.shadow_maps_built, 1);
+        for (int i = 1; i < 4; i++) {
+            view.camera.eye[0] = 0.2 * i;
+            view.camera.fov_y_deg = 20 + 10 * i;
+            view.width_px = 8 + 4 * i;
+            view.background[3] = 0.25f * (float)i;
+            render(&f, &view, &report, middle);
+            assert_int_equal(report.counts.shadow_maps_built, 0);
+            assert_int_equal(report.counts.shadow_maps_reused, 1);
+            assert_true(report_has_reused(
+                &report, technique == VIEW_SHADOWS_DEEP ? "shadow.deep" : "shadow.deep-linked"));
+        }
+    }
+    close_panes(&f);
+}
+
+static void a_moved_light_rebuilds_its_own_map_only(void **state)
+{
+    struct fixture f;
+    struct frame_report report;
+    double middle[3], before[3];
+    open_panes(&f, state, 1, false);
+    struct view_light lamp = {.type = SCENE_LIGHT_POINT,
+                              .position = {0, 3, 0},
+                              .color = {1, 1, 1},
+                              .intensity = 10};
+    struct view view = floor_view();
+    view.lights = &lamp;
+    view.light_count = 1;
+    render(&f, &view, &report, before);
+    lamp.position[0] = 0.1;
+    render(&f, &view, &report, middle);
+    assert_int_equal(report.counts.shadow_maps_built, 1);
+    assert_int_equal(report.counts.shadow_maps_reused, 1);
+    lamp.intensity = 20; /* brighter, in the same place */
+    render(&f, &view, &report, middle);
+    assert_int_equal(report.counts.shadow_maps_built, 0);
+    assert_int_equal(report.counts.shadow_maps_reused, 2);
+    lamp.position[0] = 0;
+    lamp.intensity = 10;
+    render(&f, &view, &report, middle);
+    for (int c = 0; c < 3; c++)
+        assert_true(middle[c] == before[c]);
+    close_panes(&f);
+}
+
+static int setup(void **state)
+{
+    *state = render_rig_create();
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    renderer_destroy(*state);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(material_edits_move_the_shadow),
+        cmocka_unit_test(node_edits_move_the_shadow),
+        cmocka_unit_test(only_transparent_casters_call_for_deep_maps),
+        cmocka_unit_test(without_lights_there_is_no_shadow_pass),
+        cmocka_unit_test(a_moved_camera_rebuilds_nothing),
+        cmocka_unit_test(a_moved_light_rebuilds_its_own_map_only),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
