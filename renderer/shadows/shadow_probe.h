@@ -4,6 +4,7 @@
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_PROBE_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_PROBE_H
 
+#include "renderer/shadows/shadow_map.h"
 #include "renderer/shadows/shadows.h"
 
 struct shadow_probe_point { /* as shadow_probe.comp.glsl reads it */
@@ -19,5 +20,9 @@ MUST_CHECK bool shadow_probe_run(const struct shadow_system *shadows,
                                  struct program_cache *programs,
                                  const struct shadow_probe_point *points, uint32_t count,
                                  int repeat, float (*out)[4], struct error *err);
+
+/* What stands for a light of the prepared frame (NULL for nothing), and the memory it lies in. */
+const struct shadow_map *shadow_system_map(const struct shadow_system *shadows, size_t light);
+const struct shadow_store *shadow_system_store(const struct shadow_system *shadows);
 
 #endif

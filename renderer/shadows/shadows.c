@@ -13,6 +13,7 @@
 #include "renderer/scene/matrix.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
+#include "renderer/shadows/shadow_probe.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -530,6 +531,16 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light)
 {
     return light < shadows->light_count ? shadows->light_records[light] : NO_SHADOW;
+}
+
+const struct shadow_map *shadow_system_map(const struct shadow_system *shadows, size_t light)
+{
+    return light < shadows->light_count ? shadows->light_maps[light] : NULL;
+}
+
+const struct shadow_store *shadow_system_store(const struct shadow_system *shadows)
+{
+    return &shadows->store;
 }
 
 const char *shadow_system_defines(const struct shadow_system *shadows)

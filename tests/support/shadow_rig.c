@@ -10,6 +10,13 @@
 
 static const float quad_positions[12] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
 static const float quad_normals[12] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+static const float quad_texcoords[8] = {0, 0, 1, 0, 1, 1, 0, 1};
+static const uint8_t checker[16] = {255, 255, 255, 255, 255, 255, 255, 0,
+                                    255, 255, 255, 0,   255, 255, 255, 255};
+static const struct scene_image checker_image = {.width_px = 2, .height_px = 2};
+static const struct scene_texture checker_texture = {
+    .mag_filter = 9728, .min_filter = 9728, .wrap_s = 33071, .wrap_t = 33071}; /* nearest, clamped
+                                                                                */
 static const uint32_t quad_indices[6] = {0, 1, 2, 0, 2, 3};
 
 double rig_random(uint64_t *seed)
@@ -53,6 +60,13 @@ static void refresh(struct pane_scene *panes)
         .vertex_count = 4,
         .positions = quad_positions,
         .normals = quad_normals,
+        .texcoords_0 = quad_texcoords,
+        .textures = &checker_texture,
+        .texture_count = 1,
+        .images = &checker_image,
+        .image_count = 1,
+        .pixels = checker,
+        .pixel_bytes = sizeof checker,
     };
 }
 
@@ -77,20 +91,27 @@ void pane_scene_set(struct pane_scene *panes, uint32_t index, const struct pane 
         .topology = SCENE_TRIANGLES,
         .index_count = 6,
         .vertex_count = 4,
-        .flags = SCENE_PRIMITIVE_HAS_NORMALS,
+        .flags = SCENE_PRIMITIVE_HAS_NORMALS | SCENE_PRIMITIVE_HAS_TEXCOORDS_0,
         .bounds_min = {-1, -1, 0},
         .bounds_max = {1, 1, 0},
     };
     *material = (struct scene_material){
         .base_color = {pane->color[0], pane->color[1], pane->color[2], 1},
         .roughness = 1,
-        .transmission = pane->is_opaque ? 0 : 1,
+        .transmission = pane->is_opaque || pane->is_blended ? 0 : 1,
+        .alpha_mode = pane->is_blended                        ? SCENE_BLEND
+                      : pane->is_opaque && pane->is_checkered ? SCENE_MASK
+                                                              : SCENE_OPAQUE,
+        .alpha_cutoff = 0.5f,
         .ior = 1.5f,
         .attenuation_color = {1, 1, 1},
         .pass_through = pane->pass_through,
     };
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
-        material->textures[slot].texture = -1;
+        material->textures[slot] =
+            (struct scene_texture_ref){.texture = -1, .uv_transform = {1, 0, 0, 0, 1, 0}};
+    if (pane->is_checkered)
+        material->textures[SCENE_TEXTURE_BASE_COLOR].texture = 0;
     refresh(panes);
 }
 
@@ -137,8 +158,12 @@ bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t fir
         .budget_bytes = budget_bytes,
         .first_linked_elements = first_linked_elements,
     };
-    rig->shadows = shadow_system_create(&desc, &err);
-    must(rig->shadows, &err);
+    for (int i = 0; i < 2; i++) {
+        desc.scans_on_device = i == 1;
+        rig->systems[i] = shadow_system_create(&desc, &err);
+        must(rig->systems[i], &err);
+    }
+    rig->shadows = rig->systems[0];
     return true;
 }
 
@@ -153,7 +178,8 @@ static void drop_scene(struct shadow_rig *rig)
 void shadow_rig_close(struct shadow_rig *rig)
 {
     drop_scene(rig);
-    shadow_system_destroy(rig->shadows);
+    shadow_system_destroy(rig->systems[0]);
+    shadow_system_destroy(rig->systems[1]);
     draw_arena_destroy(rig->arena);
     gpu_timeline_destroy(rig->timeline);
     program_cache_destroy(rig->programs);

@@ -12,6 +12,8 @@ struct pane { /* a rectangle center + a * u + b * v, |a|, |b| <= 1 */
     double center[3], u[3], v[3];
     float color[3]; /* transmittance of light: base colour under full transmission */
     bool is_opaque;
+    bool is_checkered; /* alpha 0 where a * b < 0: holes in a masked or blended pane */
+    bool is_blended;   /* BLEND instead of transmission */
     enum scene_pass_through pass_through;
     bool no_self_shadow, cast_once;
 };
@@ -37,8 +39,9 @@ struct shadow_rig {
     struct program_cache *programs;
     struct gpu_timeline *timeline;
     struct draw_arena *arena;
-    struct shadow_system *shadows;
-    struct scene_gpu *gpu; /* of the scene last prepared */
+    struct shadow_system *shadows;    /* one of these two */
+    struct shadow_system *systems[2]; /* 0: as shipped; 1: scans by shader on every device */
+    struct scene_gpu *gpu;            /* of the scene last prepared */
     struct scene_state state;
     const struct pane_scene *panes; /* borrowed while it is asked about */
     struct scene scene;             /* copy, so that the scene may end before the rig's */

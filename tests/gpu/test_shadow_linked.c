@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: MIT */
+/* Linked shadow lists, corrected and as published, against the default form and against their own
+ * model. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/support/shadow_rig.h"
+
+static struct shadow_rig rig;
+static const double up[3] = {0, 1, 0};
+static const double no_eye[3] = {0, 0, 0};
+static const struct view_light lamps[] = {
+    {.type = SCENE_LIGHT_DIRECTIONAL,
+     .direction = {0.1, -1, 0.05},
+     .color = {1, 1, 1},
+     .intensity = 1},
+    {.type = SCENE_LIGHT_POINT, .position = {0.1, 10, 0.2}, .color = {1, 1, 1}, .intensity = 1},
+    {.type = SCENE_LIGHT_SPOT,
+     .position = {0.1, 10, 0.2},
+     .direction = {0, -1, 0},
+     .color = {1, 1, 1},
+     .intensity = 1,
+     .outer_cone_deg = 35},
+};
+enum { LAMPS = 3, POINTS = 3000 };
+
+static void prepare(const struct pane_scene *panes, enum view_shadows shadows, bool faithful)
+{
+    struct error err = {0};
+    struct view_quality quality = {
+        .shadows = shadows, .faithful = faithful, .shadow_resolution = 96, .shadow_taps = 1};
+    if (!shadow_rig_prepare(&rig, panes, lamps, LAMPS, no_eye, &quality, &err))
+        fail_msg("%s", err.message);
+}
+
+static void add_panes(struct pane_scene *panes, int count, uint64_t seed)
+{
+    for (int i = 0; i < count; i++) {
+        double a = 6.283 * rig_random(&seed), lean = 0.4 * (rig_random(&seed) - 0.5);
+        struct pane pane = {
+            .center = {5 * rig_random(&seed) - 2.5, 1 + 6 * rig_random(&seed),
+                       5 * rig_random(&seed) - 2.5},
+            .u = {1.5 * cos(a), 1.5 * lean, 1.5 * sin(a)},
+            .v = {-1.5 * sin(a), 0, 1.5 * cos(a)},
+            .is_opaque = i % 9 == 4,
+        };
+        for (int k = 0; k < 3; k++)
+            pane.color[k] = 0.05f + 0.95f * (float)rig_random(&seed);
+        pane_scene_add(panes, &pane);
+    }
+}
+
+static double points[POINTS][3];
+static float first[POINTS][4], second[POINTS][4];
+
+static void choose_points(void)
+{
+    uint64_t seed = 11;
+    for (int i = 0; i < POINTS; i++)
+        for (int k = 0; k < 3; k++)
+            points[i][k] = 6 * rig_random(&seed) - 3 + (k == 1 ? 3 : 0);
+}
+
+static void ask(uint32_t light, float (*out)[4])
+{
+    shadow_rig_query(&rig, light, (const double(*)[3])points, up, POINTS, UINT32_MAX, out);
+}
+
+static double largest_difference(void)
+{
+    double largest = 0;
+    for (int i = 0; i < POINTS; i++)
+        for (int k = 0; k < 3; k++)
+            largest = fmax(largest, fabs((double)first[i][k] - (double)second[i][k]));
+    return largest;
+}
+
+static void corrected_lists_agree_with_the_default_form(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0};
+    add_panes(&panes, 60, 5);
+    choose_points();
+    for (uint32_t light = 0; light < LAMPS; light++) {
+        prepare(&panes, VIEW_SHADOWS_DEEP, false);
+        uint64_t events = rig.report.counts.events, longest = rig.report.counts.longest_list;
+        ask(light, first);
+        prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, false);
+        assert_int_equal(rig.report.counts.events, events);
+        assert_int_equal(rig.report.counts.longest_list, longest);
+        assert_false(rig.report.error_is_exact);
+        ask(light, second);
+        /* half a step of unorm16 per layer */
+        assert_true(largest_difference() <= 0.5 / 65535 * (double)longest + 1e-6);
+    }
+    pane_scene_finish(&panes);
+}
+
+/* The published form quantises to eight bits; with colours already on those steps, its model is the
+ * product itself. */
+static void faithful_lists_agree_with_the_quantised_model(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0}, quantised = {0};
+    add_panes(&panes, 60, 6);
+    for (uint32_t i = 0; i < panes.count; i++) {
+        struct pane pane = panes.panes[i];
+        for (int k = 0; k < 3; k++)
+            pane.color[k] = roundf(pane.color[k] * 255) / 255;
+        pane_scene_add(&quantised, &pane);
+    }
+    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, true);
+    rig.panes = &quantised;
+    choose_points();
+    for (uint32_t light = 0; light < LAMPS; light++) {
+        int compared = 0;
+        ask(light, first);
+        for (int i = 0; i < POINTS; i++) {
+            double expected[3];
+            if (!shadow_rig_model(&rig, light, points[i], up, expected))
+                continue;
+            compared++;
+            for (int k = 0; k < 3; k++)
+                assert_true(fabs((double)first[i][k] - expected[k]) < 1e-6);
+        }
+        assert_true(compared > POINTS / 2);
+    }
+    pane_scene_finish(&panes);
+    pane_scene_finish(&quantised);
+}
+
+static void the_sources_worked_example_holds_in_every_form_and_order(void **state)
+{
+    (void)state;
+    static const float filters[3] = {0.8f, 0.6f, 0.4f}; /* in steps of 1/255 and 1/65535, too */
+    static const double depths[3] = {0.2, 0.35, 0.5};
+    static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                     {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    for (int form = 0; form < 3; form++) {
+        for (int order = 0; order < 6; order++) {
+            struct pane_scene panes = {0};
+            for (int i = 0; i < 3; i++) {
+                int which = orders[order][i];
+                float c = filters[which];
+                pane_scene_add(&panes, &(struct pane){.center = {0, 1 - depths[which], 0},
+                                                      .u = {1, 0, 0},
+                                                      .v = {0, 0, -1},
+                                                      .color = {c, c, c}});
+            }
+            prepare(&panes, form ? VIEW_SHADOWS_DEEP_LINKED : VIEW_SHADOWS_DEEP, form == 2);
+            static const double heights[4] = {0.4, 0.5, 0.65, 0.9};
+            static const float expected[4] = {0.8f * 0.6f * 0.4f, 0.8f * 0.6f, 0.8f, 1};
+            for (int i = 0; i < 4; i++) {
+                float t[1][4];
+                shadow_rig_query(&rig, 0, &(double[3]){0.01, heights[i], 0.02}, up, 1, UINT32_MAX,
+                                 t);
+                assert_true(fabsf(t[0][0] - expected[i]) < 1e-6f);
+            }
+            pane_scene_finish(&panes);
+        }
+    }
+}
+
+static void an_opaque_caster_in_front_ends_a_faithful_list(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0};
+    for (int i = 0; i < 5; i++) { /* drawn back to front: the last one unlinks what is behind it */
+        double half = i == 4 ? 3 : 1;
+        struct pane pane = {.center = {0, 1 + i, 0},
+                            .u = {half, 0, 0},
+                            .v = {0, 0, -half},
+                            .color = {0.5f, 0.5f, 0.5f},
+                            .is_opaque = i == 4};
+        pane_scene_add(&panes, &pane);
+    }
+    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, true);
+    assert_int_equal(rig.report.counts.longest_list, 1);
+    float t[2][4];
+    shadow_rig_query(&rig, 0, (const double[2][3]){{0, 4.5, 0}, {0, 5.5, 0}}, up, 2, UINT32_MAX, t);
+    assert_true(t[0][0] == 0 && t[1][0] == 1);
+    pane_scene_finish(&panes);
+}
+
+static void exclusions_hold_in_linked_lists(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0};
+    pane_scene_add(&panes, &(struct pane){.center = {0, 2, 0},
+                                          .u = {1, 0, 0},
+                                          .v = {0, 0, -1},
+                                          .color = {0.8f, 0.8f, 0.8f},
+                                          .cast_once = true});
+    pane_scene_add(&panes, &(struct pane){.center = {0, 1, 0},
+                                          .u = {1, 0, 0},
+                                          .v = {0, 0, -1},
+                                          .color = {0.6f, 0.6f, 0.6f},
+                                          .no_self_shadow = true});
+    static const uint32_t twice[12] = {0, 1, 2, 0, 2, 3, 0, 1, 2, 0, 2, 3};
+    panes.scene.indices = twice;
+    panes.scene.index_count = 12;
+    panes.primitives[0].index_count = 12; /* the first object is crossed twice */
+    for (int faithful = 0; faithful < 2; faithful++) {
+        prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, faithful);
+        float t[1][4];
+        shadow_rig_query(&rig, 0, &(double[3]){0, 0.5, 0}, up, 1, UINT32_MAX, t);
+        assert_true(fabsf(t[0][0] - 0.48f) < 1e-5f);
+        shadow_rig_query(&rig, 0, &(double[3]){0, 0.5, 0}, up, 1, 1, t);
+        assert_true(fabsf(t[0][0] - 0.8f) < 1e-5f);
+    }
+    pane_scene_finish(&panes);
+}
+
+static void a_pool_of_one_element_grows_until_the_lists_are_the_same(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0};
+    add_panes(&panes, 60, 7);
+    choose_points();
+    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, false);
+    ask(1, first);
+    uint64_t events = rig.report.counts.events;
+    shadow_rig_close(&rig);
+    assert_true(shadow_rig_open(&rig, 0, 1));
+    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, false);
+    ask(1, second);
+    assert_int_equal(rig.report.counts.events, events);
+    assert_true(largest_difference() == 0);
+    pane_scene_finish(&panes);
+}
+
+int main(void)
+{
+    if (!shadow_rig_open(&rig, 0, 0))
+        return 77;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(corrected_lists_agree_with_the_default_form),
+        cmocka_unit_test(faithful_lists_agree_with_the_quantised_model),
+        cmocka_unit_test(the_sources_worked_example_holds_in_every_form_and_order),
+        cmocka_unit_test(an_opaque_caster_in_front_ends_a_faithful_list),
+        cmocka_unit_test(exclusions_hold_in_linked_lists),
+        cmocka_unit_test(a_pool_of_one_element_grows_until_the_lists_are_the_same),
+    };
+    int failures = cmocka_run_group_tests(tests, NULL, NULL);
+    shadow_rig_close(&rig);
+    return failures;
+}
