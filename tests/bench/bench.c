@@ -85,21 +85,19 @@ static json_t *json_of_result(const struct bench *bench, const struct result *re
     const struct measurement *m = result->measurement;
     json_t *parts = json_array(), *bytes = json_object();
     for (int i = 0; i < m->part_count; i++)
-        json_array_append_new(parts,
-                              json_pack("{s:s, s:o, s:o}", "part", m->parts[i].name, "wall_ms",
-                                        json_of_summary(&m->parts[i].wall_ms), "cpu_ms",
-                                        json_of_summary(&m->parts[i].cpu_ms)));
+        json_array_append_new(parts, json_pack("{s:s, s:o, s:o}", "part", m->parts[i].name,
+                                               "wall_ms", json_of_summary(&m->parts[i].wall_ms),
+                                               "cpu_ms", json_of_summary(&m->parts[i].cpu_ms)));
     for (int i = 0; i < m->report.byte_count; i++)
         json_object_set_new(bytes, m->report.bytes[i].structure,
                             json_integer((json_int_t)m->report.bytes[i].bytes));
-    return json_pack("{s:s, s:s, s:s, s:s, s:[ii], s:i, s:o, s:o, s:o, s:o, s:o, s:f, s:I}",
-                     "suite", bench->suite, "scene", result->scene, "subject", result->subject,
-                     "variant", result->variant, "size_px", result->width, result->height,
-                     "frames", (int)m->wall_ms.count, "wall_ms", json_of_summary(&m->wall_ms),
-                     "cpu_ms", json_of_summary(&m->cpu_ms), "parts", parts, "counts",
-                     json_of_counts(&m->report), "bytes", bytes, "mean_light_list",
-                     result->mean_light_list, "structure_bytes",
-                     (json_int_t)result->structure_bytes);
+    return json_pack(
+        "{s:s, s:s, s:s, s:s, s:[ii], s:i, s:o, s:o, s:o, s:o, s:o, s:f, s:I}", "suite",
+        bench->suite, "scene", result->scene, "subject", result->subject, "variant",
+        result->variant, "size_px", result->width, result->height, "frames", (int)m->wall_ms.count,
+        "wall_ms", json_of_summary(&m->wall_ms), "cpu_ms", json_of_summary(&m->cpu_ms), "parts",
+        parts, "counts", json_of_counts(&m->report), "bytes", bytes, "mean_light_list",
+        result->mean_light_list, "structure_bytes", (json_int_t)result->structure_bytes);
 }
 
 static void begin_table(struct bench *bench, const char *stage)

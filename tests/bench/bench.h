@@ -14,14 +14,14 @@
 #include "tests/bench/meter.h"
 
 struct bench_options {
-    bool is_json;         /* one JSON document on standard output instead of tables */
-    bool is_quick;        /* the smallest case of a suite, few frames: does it still run? */
-    int frames;           /* rounds; 0 means 30, 5 when quick */
-    int warm_up;          /* rounds; 0 means 3, 1 when quick */
-    double seconds;       /* per case; 0 means 12, 2 when quick */
-    int width, height;    /* 0 means the suite's own */
-    const char *scene;    /* only this one; NULL means all that the suite has */
-    bool saves_pictures;  /* of each variant, below images/ of the build folder */
+    bool is_json;        /* one JSON document on standard output instead of tables */
+    bool is_quick;       /* the smallest case of a suite, few frames: does it still run? */
+    int frames;          /* rounds; 0 means 30, 5 when quick */
+    int warm_up;         /* rounds; 0 means 3, 1 when quick */
+    double seconds;      /* per case; 0 means 12, 2 when quick */
+    int width, height;   /* 0 means the suite's own */
+    const char *scene;   /* only this one; NULL means all that the suite has */
+    bool saves_pictures; /* of each variant, below images/ of the build folder */
 };
 
 struct bench {
@@ -29,8 +29,8 @@ struct bench {
     const char *suite;         /* name of the running one */
     struct renderer *renderer; /* of the running suite; use bench_renderer */
     struct renderer_info info;
-    json_t *results, *checks;  /* arrays */
-    const char *table;         /* columns of the table last begun; NULL before any */
+    json_t *results, *checks; /* arrays */
+    const char *table;        /* columns of the table last begun; NULL before any */
 };
 
 /* Opens the renderer of the suite on first use. Exits with 77 when there is no device. */
@@ -41,7 +41,7 @@ void bench_size(const struct bench *bench, int width, int height, int size[2]);
 /* Whether another round is due. */
 struct rounds {
     const struct bench *bench;
-    int done;          /* measured ones, the warm-up not counted */
+    int done; /* measured ones, the warm-up not counted */
     double begin_ms;
     bool is_warming;
 };

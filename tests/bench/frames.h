@@ -11,8 +11,8 @@ enum { VARIANTS_MAX = 8 };
 struct frame_variant {
     const char *name;
     struct view view;
-    bool rebuilds_shadows;  /* each frame, as if every light had moved */
-    bool moves_camera;      /* a little each frame; the view's camera is LOOK_AT */
+    bool rebuilds_shadows;          /* each frame, as if every light had moved */
+    bool moves_camera;              /* a little each frame; the view's camera is LOOK_AT */
     struct measurement measurement; /* out */
 };
 

@@ -93,12 +93,12 @@ static json_t *describe(const struct bench *bench, const double load[2])
     char processor[128];
     const char *threads = getenv("LP_NUM_THREADS"), *no_cache = getenv("MESA_SHADER_CACHE_DISABLE");
     read_processor(processor);
-    return json_pack(
-        "{s:s, s:s, s:b, s:s, s:i, s:s, s:s, s:f, s:f}", "device", bench->info.renderer, "version",
-        bench->info.version, "has_true_timers", bench->info.has_true_timers, "processor", processor,
-        "cores", (int)sysconf(_SC_NPROCESSORS_ONLN), "LP_NUM_THREADS", threads ? threads : "unset",
-        "MESA_SHADER_CACHE_DISABLE", no_cache ? no_cache : "unset", "load_begin", load[0],
-        "load_end", load[1]);
+    return json_pack("{s:s, s:s, s:b, s:s, s:i, s:s, s:s, s:f, s:f}", "device",
+                     bench->info.renderer, "version", bench->info.version, "has_true_timers",
+                     bench->info.has_true_timers, "processor", processor, "cores",
+                     (int)sysconf(_SC_NPROCESSORS_ONLN), "LP_NUM_THREADS",
+                     threads ? threads : "unset", "MESA_SHADER_CACHE_DISABLE",
+                     no_cache ? no_cache : "unset", "load_begin", load[0], "load_end", load[1]);
 }
 
 static void print_machine(const json_t *machine)

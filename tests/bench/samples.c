@@ -47,7 +47,8 @@ struct summary samples_summary(const struct samples *samples)
     double *sorted = malloc(count * sizeof *sorted);
     assert(sorted);
     memcpy(sorted, samples->values, count * sizeof *sorted);
-    struct summary s = {.median = quantile(sorted, count, 0.5), .p95 = quantile(sorted, count, 0.95)};
+    struct summary s = {.median = quantile(sorted, count, 0.5),
+                        .p95 = quantile(sorted, count, 0.95)};
     for (size_t i = 0; i < count; i++)
         sorted[i] = fabs(sorted[i] - s.median);
     s.mad = quantile(sorted, count, 0.5);

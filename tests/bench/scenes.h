@@ -9,12 +9,12 @@
 enum { BENCH_LIGHTS_MAX = 1024, CURTAINS_MAX = 16 };
 
 struct bench_scene {
-    const char *name;               /* "demo", "sponza" */
+    const char *name; /* "demo", "sponza" */
     struct rig_scene rig;
-    struct view_camera camera;      /* LOOK_AT */
-    double box_min[3], box_max[3];  /* where lights are put */
-    double light_range_m;           /* of one of many */
-    struct view_light spot;         /* one spot whose light passes through the curtains */
+    struct view_camera camera;     /* LOOK_AT */
+    double box_min[3], box_max[3]; /* where lights are put */
+    double light_range_m;          /* of one of many */
+    struct view_light spot;        /* one spot whose light passes through the curtains */
     struct view_material_override curtains[CURTAINS_MAX];
     size_t curtain_count;
 };

@@ -94,18 +94,18 @@ static bool run_case(struct bench *bench, const struct bench_scene *scene,
     for (int i = 0; i < 2 * FORMS; i++)
         variants[i / 2 + i % 2 * FORMS] = ordered[i];
     for (int i = 0; ok && i < 2 * FORMS; i++)
-        bench_result(bench, &(struct result){
-                                .scene = scene->name,
-                                .subject = c->subject,
-                                .variant = variants[i].name,
-                                .width = size[0],
-                                .height = size[1],
-                                .stage = PART_SHADOW,
-                                .structure_bytes =
-                                    map_bytes(&variants[i].measurement.report, c->resolution,
-                                              forms[i % FORMS].faithful),
-                                .measurement = &variants[i].measurement,
-                            });
+        bench_result(bench,
+                     &(struct result){
+                         .scene = scene->name,
+                         .subject = c->subject,
+                         .variant = variants[i].name,
+                         .width = size[0],
+                         .height = size[1],
+                         .stage = PART_SHADOW,
+                         .structure_bytes = map_bytes(&variants[i].measurement.report,
+                                                      c->resolution, forms[i % FORMS].faithful),
+                         .measurement = &variants[i].measurement,
+                     });
     if (ok)
         check_ratios(bench, scene->name, c->subject, variants);
     for (int i = 0; ok && i < FORMS; i++)

@@ -50,12 +50,11 @@ static void add_pane(struct pane_scene *panes, uint64_t *seed, double y, double 
     double side = share < 1 ? half * sqrt(share) : 1.2 * half;
     double room = share < 1 ? half - side : 0;
     double lean = tilt * (2 * rig_random(seed) - 1);
-    struct pane pane = {.center = {room * (2 * rig_random(seed) - 1), y,
-                                   room * (2 * rig_random(seed) - 1)},
-                        .u = {side * cos(turn) * cos(lean), side * sin(lean),
-                              side * sin(turn) * cos(lean)},
-                        .v = {side * sin(turn), 0, -side * cos(turn)},
-                        .is_opaque = is_opaque};
+    struct pane pane = {
+        .center = {room * (2 * rig_random(seed) - 1), y, room * (2 * rig_random(seed) - 1)},
+        .u = {side * cos(turn) * cos(lean), side * sin(lean), side * sin(turn) * cos(lean)},
+        .v = {side * sin(turn), 0, -side * cos(turn)},
+        .is_opaque = is_opaque};
     for (int k = 0; k < 3; k++)
         pane.color[k] = (float)(0.2 + 0.75 * rig_random(seed));
     pane_scene_add(panes, &pane);
@@ -184,10 +183,10 @@ static void place_points(struct lookup *lookup)
             double s = (x + 0.5) / lookup->width, t = (y + 0.5) / lookup->height;
             double height = is_slope ? HIGHEST * (1 - t) : 0;
             double half = 0.8 * (LAMP_Y - height) * tan(M_PI / 6);
-            *p = (struct shadow_probe_point){.p = {(float)(half * (2 * s - 1)), (float)height,
-                                                   (float)(half * (2 * t - 1))},
-                                             .object = UINT32_MAX,
-                                             .n = {0, 1, 0}};
+            *p = (struct shadow_probe_point){
+                .p = {(float)(half * (2 * s - 1)), (float)height, (float)(half * (2 * t - 1))},
+                .object = UINT32_MAX,
+                .n = {0, 1, 0}};
         }
     }
 }
@@ -287,7 +286,8 @@ static bool measure_all_lookups(struct bench *bench, struct layer_case *c, struc
 
 /* -- the suite -- */
 
-/* The linked form gets room for all its elements at once, so that it never fills its lists twice. */
+/* The linked form gets room for all its elements at once, so that it never fills its lists twice.
+ */
 static bool run_case(struct bench *bench, struct layer_case *c, struct error *err)
 {
     uint64_t texels = (uint64_t)c->resolution * (uint64_t)c->resolution;
@@ -314,8 +314,8 @@ bool suite_layers(struct bench *bench, struct error *err)
             struct layer_case c = {.scene = scenes[s],
                                    .layers = layers,
                                    .resolution = bench->options.is_quick ? 128 : 512};
-            snprintf(c.subject, sizeof c.subject, "%d layer%s %d^2", layers,
-                     layers == 1 ? "" : "s", c.resolution);
+            snprintf(c.subject, sizeof c.subject, "%d layer%s %d^2", layers, layers == 1 ? "" : "s",
+                     c.resolution);
             if (bench_wants_scene(bench, c.scene) && !run_case(bench, &c, err))
                 return error_wrap(err, "%s, %d layers", c.scene, layers);
         }

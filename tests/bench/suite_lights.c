@@ -40,18 +40,18 @@ static uint64_t bytes_of(const struct frame_report *report, const char *structur
 static void report_lists(struct bench *bench, const struct bench_scene *scene, const char *subject,
                          const struct frame_variant *variant)
 {
-    bench_result(bench, &(struct result){
-                            .scene = scene->name,
-                            .subject = subject,
-                            .variant = variant->name,
-                            .width = variant->view.width_px,
-                            .height = variant->view.height_px,
-                            .stage = PART_LIGHT_LIST,
-                            .mean_light_list = mean_list(&variant->measurement.report),
-                            .structure_bytes =
-                                bytes_of(&variant->measurement.report, "light_lists"),
-                            .measurement = &variant->measurement,
-                        });
+    bench_result(bench,
+                 &(struct result){
+                     .scene = scene->name,
+                     .subject = subject,
+                     .variant = variant->name,
+                     .width = variant->view.width_px,
+                     .height = variant->view.height_px,
+                     .stage = PART_LIGHT_LIST,
+                     .mean_light_list = mean_list(&variant->measurement.report),
+                     .structure_bytes = bytes_of(&variant->measurement.report, "light_lists"),
+                     .measurement = &variant->measurement,
+                 });
 }
 
 static double stage_cpu(const struct frame_variant *variant, const char *part)
