@@ -87,6 +87,7 @@ static const char *const shadow_sentences[] = {
     "one depth per texel (Williams 1978); transparent casters cast none",
     "every transmittance event of a texel, sorted, in one contiguous list; exact",
     "linked lists sorted on insertion (Lindbeck 2015), for comparison",
+    "rays on the CPU (Embree), no maps: the ground truth that the others are compared with",
 };
 static const char *const transparency_sentences[] = {
     "the most exact available: lists",
