@@ -11,8 +11,8 @@
 
 enum { LIST_VARIANTS = 3 };
 
-/* "50 lights of the scene in 32x24x24 clusters": entries over that product. */
-static double mean_list(const struct frame_report *report)
+/* How many lists there are: the product in "50 lights of the scene in 32x24x24 clusters". */
+static double list_count(const struct frame_report *report)
 {
     for (int i = 0; i < report->pass_count; i++) {
         double lists = 1, side = 0;
@@ -24,34 +24,38 @@ static double mean_list(const struct frame_report *report)
         text += 4;
         for (char *end; side = strtod(text, &end), end != text; text = end + (*end == 'x'))
             lists *= side;
-        return (double)report->counts.light_list_entries / lists;
+        return lists;
     }
     return 0;
 }
 
-static uint64_t bytes_of(const struct frame_report *report, const char *structure)
+/* What the lists hold: an entry of a cluster is a light's number, an element of a linked list has
+ * 16 bytes; a cluster's head has two words, a linked list's one. The buffers behind them keep the
+ * size of the largest frame and are in the report's bytes. */
+static uint64_t list_bytes(const struct frame_report *report, bool is_linked)
 {
-    for (int i = 0; i < report->byte_count; i++)
-        if (!strcmp(report->bytes[i].structure, structure))
-            return report->bytes[i].bytes;
-    return 0;
+    uint64_t entries = report->counts.light_list_entries, lists = (uint64_t)list_count(report);
+    return is_linked ? 16 * entries + 4 * lists : 4 * entries + 8 * lists;
 }
 
 static void report_lists(struct bench *bench, const struct bench_scene *scene, const char *subject,
                          const struct frame_variant *variant)
 {
-    bench_result(bench,
-                 &(struct result){
-                     .scene = scene->name,
-                     .subject = subject,
-                     .variant = variant->name,
-                     .width = variant->view.width_px,
-                     .height = variant->view.height_px,
-                     .stage = PART_LIGHT_LIST,
-                     .mean_light_list = mean_list(&variant->measurement.report),
-                     .structure_bytes = bytes_of(&variant->measurement.report, "light_lists"),
-                     .measurement = &variant->measurement,
-                 });
+    const struct frame_report *report = &variant->measurement.report;
+    bool is_linked = variant->view.quality.light_lists == VIEW_LIGHT_LISTS_LINKED;
+    double lists = list_count(report);
+    bench_result(bench, &(struct result){
+                            .scene = scene->name,
+                            .subject = subject,
+                            .variant = variant->name,
+                            .width = variant->view.width_px,
+                            .height = variant->view.height_px,
+                            .stage = PART_LIGHT_LIST,
+                            .mean_light_list =
+                                lists > 0 ? (double)report->counts.light_list_entries / lists : 0,
+                            .structure_bytes = list_bytes(report, is_linked),
+                            .measurement = &variant->measurement,
+                        });
 }
 
 static double stage_cpu(const struct frame_variant *variant, const char *part)
