@@ -147,7 +147,7 @@ static int run_named(struct bench *bench, const char *name)
     double load[2] = {load_average(), 0};
     bool ok = true, is_known = false;
     for (int i = 0; ok && i < SUITES; i++) {
-        if (strcmp(name, "all") && strcmp(name, suites[i].name))
+        if (strcmp(name, "all") != 0 && strcmp(name, suites[i].name) != 0)
             continue;
         is_known = true;
         ok = run_suite(bench, &suites[i]);

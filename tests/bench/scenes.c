@@ -46,7 +46,7 @@ static void add_curtains(struct bench_scene *scene)
     const struct scene *s = &scene->rig.imported.scene;
     for (uint32_t i = 0; i < s->material_count && scene->curtain_count < CURTAINS_MAX; i++) {
         const char *name = s->strings + s->materials[i].name;
-        if (strncmp(name, "fabric", 6))
+        if (strncmp(name, "fabric", 6) != 0)
             continue;
         scene->curtains[scene->curtain_count++] = (struct view_material_override){
             .material = name,

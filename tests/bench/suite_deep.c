@@ -117,7 +117,7 @@ static bool run_case(struct bench *bench, const struct bench_scene *scene,
 /* Figure 3.13 grows by less than 4 per doubling of the side. */
 static bool run_resolutions(struct bench *bench, const struct bench_scene *scene, struct error *err)
 {
-    double before[FORMS];
+    double before[FORMS] = {NAN, NAN, NAN};
     int last = bench->options.is_quick ? 256 : 2048;
     for (int resolution = 256; resolution <= last; resolution *= 2) {
         char subject[32];
