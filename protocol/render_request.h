@@ -118,10 +118,10 @@ struct request_quality {
     enum request_blend_filter blend_filter;
     int shadow_resolution; /* texels per side, [1, 16384]; default 1024 */
     int shadow_taps;       /* 1, 4, 9 or 16; default 4 */
-    int samples;           /* per pixel, 1 or 4 (raytraced: also 16, 64); 0 = 4, or 1 where the device cannot */
-    bool faithful;         /* linked techniques exactly as published */
-    double max_error;      /* [1e-9, 1e6]; 0 = none asked for */
-    double budget_ms;      /* [0.001, 86400000]; 0 = none asked for */
+    int samples;   /* per pixel, 1 or 4, raytraced also 16 or 64; 0 = 4, or 1 where 4 cannot be */
+    bool faithful; /* linked techniques exactly as published */
+    double max_error; /* [1e-9, 1e6]; 0 = none asked for */
+    double budget_ms; /* [0.001, 86400000]; 0 = none asked for */
 };
 
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The GLSL sources, embedded at build time. Names are paths from the repository root: "shaders/gbuffer.frag.glsl". */
+/* The GLSL sources, embedded at build time. Names are paths from the repository root:
+ * "shaders/gbuffer.frag.glsl". */
 #ifndef VITRAIL_SHADERS_SHADER_TABLE_H
 #define VITRAIL_SHADERS_SHADER_TABLE_H
 

@@ -9,7 +9,9 @@
 static const double degree = 0.017453292519943295;
 enum { DEFAULT_FOV_Y_DEG = 45 };
 
-struct bounds_sphere { double center[3], radius; };
+struct bounds_sphere {
+    double center[3], radius;
+};
 
 static struct bounds_sphere scene_sphere(const struct scene_state *state)
 {
@@ -46,8 +48,8 @@ static void set_perspective(struct camera *camera, double fov_y_deg, double aspe
     camera->half_width = camera->half_height * aspect;
 }
 
-/* Clip depth that keeps the ratio of near to far moderate, so that depths interpolated across large triangles keep
- * their precision; relative to the scene, never in absolute metres. */
+/* Clip depth that keeps the ratio of near to far moderate, so that depths interpolated across large
+ * triangles keep their precision; relative to the scene, never in absolute metres. */
 static void set_clip_depths(struct camera *camera, const struct bounds_sphere *sphere)
 {
     double to_center[3];
@@ -100,7 +102,7 @@ static bool resolve_node(struct camera *camera, const struct view *view,
     if (camera->is_orthographic && source->z_far > 0)
         camera->z_far = fmin(camera->z_far, (double)source->z_far);
     if (camera->is_orthographic && camera->z_far <= camera->z_near)
-        camera->z_far = camera->z_near + 1e-3 * sphere.radius; /* the file's range misses the scene */
+        camera->z_far = camera->z_near + 1e-3 * sphere.radius; /* it misses the scene */
     return true;
 }
 
@@ -172,7 +174,9 @@ bool camera_resolve(struct camera *camera, const struct view *view, const struct
 }
 
 /* The window of the image in normalised device coordinates, y up. */
-struct ndc_window { double x0, x1, y0, y1; };
+struct ndc_window {
+    double x0, x1, y0, y1;
+};
 
 static struct ndc_window window_ndc(const struct camera_window *w)
 {

@@ -1,28 +1,34 @@
 /* SPDX-License-Identifier: MIT */
-/* The view's camera resolved against a scene: eye, axes, projection, and the window of one tile. f64, CPU only. */
+/* The view's camera resolved against a scene: eye, axes, projection, and the window of one tile.
+ * f64, CPU only. */
 #ifndef VITRAIL_RENDERER_PLAN_CAMERA_H
 #define VITRAIL_RENDERER_PLAN_CAMERA_H
 
 #include "renderer/scene/scene_state.h"
 
-/* View space: +x right, +y up, looks along -z. view_z in shaders is the positive distance along the view direction. */
+/* View space: +x right, +y up, looks along -z. view_z in shaders is the positive distance along the
+ * view direction. */
 struct camera {
     double eye[3];
     double right[3], up[3], back[3]; /* world, orthonormal */
     bool is_orthographic;
-    double half_width, half_height;  /* perspective: tangents of the half angles; orthographic: metres */
-    double z_near;                   /* perspective: m; infinite far, reversed Z: ndc z = z_near / view_z */
-    double z_far;                    /* orthographic only; ndc z = (z_far - view_z) / (z_far - z_near), z_near >= 0 */
+    double half_width, half_height; /* perspective: tangents of the half angles; orthographic:
+                                       metres */
+    double z_near; /* perspective: m; infinite far, reversed Z: ndc z = z_near / view_z */
+    double z_far;  /* orthographic only; ndc z = (z_far - view_z) / (z_far - z_near), z_near >= 0 */
 };
 
 /* A rectangle of the image that is rendered at once, first row on top. */
-struct camera_window { int x, y, width, height, image_width, image_height; };
+struct camera_window {
+    int x, y, width, height, image_width, image_height;
+};
 
-MUST_CHECK bool camera_resolve(struct camera *camera, const struct view *view, const struct scene_state *state,
-                               struct error *err);
+MUST_CHECK bool camera_resolve(struct camera *camera, const struct view *view,
+                               const struct scene_state *state, struct error *err);
 
-/* clip_from_relative: column-major f32, takes eye-relative world positions to clip space of the window (GL convention:
- * y up; the renderer flips rows on readback). */
-void camera_clip_matrix(const struct camera *camera, const struct camera_window *window, float clip[16]);
+/* clip_from_relative: column-major f32, takes eye-relative world positions to clip space of the
+ * window (GL convention: y up; the renderer flips rows on readback). */
+void camera_clip_matrix(const struct camera *camera, const struct camera_window *window,
+                        float clip[16]);
 
 #endif

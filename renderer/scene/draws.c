@@ -16,7 +16,7 @@ struct draw_arena {
     struct gl_buffer draws, materials;
     struct draw_record *records; /* of the submission in the making */
     size_t record_capacity;
-    size_t used;                 /* records of this frame already on the GPU */
+    size_t used; /* records of this frame already on the GPU */
 };
 
 struct draw_arena *draw_arena_create(struct error *err)
@@ -37,10 +37,12 @@ void draw_arena_destroy(struct draw_arena *arena)
     free(arena);
 }
 
-/* Extinction of the medium: attenuation_color is what remains after attenuation_distance (KHR_materials_volume). */
+/* Extinction of the medium: attenuation_color is what remains after attenuation_distance
+ * (KHR_materials_volume). */
 static float extinction(float color, float distance)
 {
-    const float blackest = 1e-30f; /* a zero channel: opaque within a thousandth of the distance, yet finite */
+    const float blackest = 1e-30f; /* a zero channel: opaque within a thousandth of the distance,
+                                      yet finite */
     return distance > 0 ? -logf(fmaxf(color, blackest)) / distance : 0;
 }
 
@@ -117,11 +119,11 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
         fill_material(state->scene, &state->materials[i], &records[i]);
     arena->used = 0;
     uint64_t bytes = count * sizeof *records;
-    bool ok = gl_buffer_reserve(&arena->materials,
-                                &(struct gl_buffer_desc){.label = "frame.materials",
-                                                         .size_bytes = bytes,
-                                                         .is_dynamic = true},
-                                false, err);
+    bool ok =
+        gl_buffer_reserve(&arena->materials,
+                          &(struct gl_buffer_desc){
+                              .label = "frame.materials", .size_bytes = bytes, .is_dynamic = true},
+                          false, err);
     if (ok) {
         gl_buffer_write(&arena->materials, 0, bytes, records);
         gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
@@ -158,7 +160,8 @@ static void fill_record(const struct draw_desc *desc, const struct state_item *i
     r->object = item->node;
 }
 
-/* Normals are normalised in the shader, so cofactors may be scaled to keep tiny and huge objects inside f32. */
+/* Normals are normalised in the shader, so cofactors may be scaled to keep tiny and huge objects
+ * inside f32. */
 static void scale_normals(struct draw_record *r)
 {
     vec4 *normals[3] = {&r->normal_0, &r->normal_1, &r->normal_2};
@@ -188,12 +191,12 @@ static bool upload_records(const struct draw_desc *desc, struct error *err)
         scale_normals(&arena->records[i]);
     }
     uint64_t size = sizeof *arena->records;
-    if (!gl_buffer_reserve(&arena->draws,
-                           &(struct gl_buffer_desc){
-                               .label = "frame.draws",
-                               .size_bytes = (arena->used + desc->item_count) * size,
-                               .is_dynamic = true},
-                           true, err))
+    if (!gl_buffer_reserve(
+            &arena->draws,
+            &(struct gl_buffer_desc){.label = "frame.draws",
+                                     .size_bytes = (arena->used + desc->item_count) * size,
+                                     .is_dynamic = true},
+            true, err))
         return false;
     gl_buffer_write(&arena->draws, arena->used * size, desc->item_count * size, arena->records);
     gl_buffer_bind_storage(&arena->draws, BIND_DRAWS);
@@ -226,8 +229,8 @@ static void draw_item(const struct draw_desc *desc, const struct state_item *ite
     const struct scene_primitive *p = &desc->state->scene->primitives[item->primitive];
     const char *first = (const char *)NULL + (size_t)p->first_index * 4;
     glDrawElementsInstancedBaseVertexBaseInstance(modes[p->topology], (GLsizei)p->index_count,
-                                                  GL_UNSIGNED_INT, first, 1,
-                                                  (GLint)p->first_vertex, slot);
+                                                  GL_UNSIGNED_INT, first, 1, (GLint)p->first_vertex,
+                                                  slot);
 }
 
 bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, struct error *err)

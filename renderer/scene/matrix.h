@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* f64 vectors and column-major 4x4 matrices. cglm is f32 only, and world space needs f64 (a millimetre at 1e7 m). */
+/* f64 vectors and column-major 4x4 matrices. cglm is f32 only, and world space needs f64 (a
+ * millimetre at 1e7 m). */
 #ifndef VITRAIL_RENDERER_SCENE_MATRIX_H
 #define VITRAIL_RENDERER_SCENE_MATRIX_H
 

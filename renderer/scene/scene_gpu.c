@@ -20,7 +20,11 @@ static bool upload_geometry(struct scene_gpu *gpu, struct error *err)
 {
     const struct scene *s = gpu->scene;
     uint64_t n = s->vertex_count;
-    const struct { const char *label; const float *data; uint32_t floats; } streams[] = {
+    const struct {
+        const char *label;
+        const float *data;
+        uint32_t floats;
+    } streams[] = {
         {"scene.positions", s->positions, 3},     {"scene.normals", s->normals, 3},
         {"scene.tangents", s->tangents, 4},       {"scene.texcoords_0", s->texcoords_0, 2},
         {"scene.texcoords_1", s->texcoords_1, 2}, {"scene.colors", s->colors, 4},
@@ -144,15 +148,15 @@ static bool create_samplers(struct scene_gpu *gpu, struct error *err)
     return true;
 }
 
-/* What is sampled where a texture's image is missing: white, the neutral element of every factor. */
+/* What is sampled where a texture's image is missing: white, the neutral element of every
+ * factor. */
 static bool create_white(struct scene_gpu *gpu, struct error *err)
 {
     static const unsigned char white[4] = {255, 255, 255, 255};
-    if (!gl_texture_init(
-            &gpu->white,
-            &(struct gl_texture_desc){
-                .label = "scene.white", .format = GL_RGBA8, .width = 1, .height = 1},
-            err))
+    if (!gl_texture_init(&gpu->white,
+                         &(struct gl_texture_desc){
+                             .label = "scene.white", .format = GL_RGBA8, .width = 1, .height = 1},
+                         err))
         return false;
     glTextureSubImage2D(gpu->white.name, 0, 0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, white);
     return true;

@@ -18,25 +18,30 @@ struct draw_arena;
 struct draw_arena *draw_arena_create(struct error *err);
 void draw_arena_destroy(struct draw_arena *arena);
 /* Starts a frame: forgets all draws, uploads the material records of `state` (BIND_MATERIALS). */
-MUST_CHECK bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state, struct error *err);
+MUST_CHECK bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
+                                 struct error *err);
 
-/* Which programs a submission needs: for each item the caller's hook returns the program, so that variants by material
- * are possible; consecutive items with one program are not re-bound. */
+/* Which programs a submission needs: for each item the caller's hook returns the program, so that
+ * variants by material are possible; consecutive items with one program are not re-bound. */
 struct draw_desc {
-    const struct scene_gpu *gpu;        /* required */
-    const struct scene_state *state;    /* required */
-    struct draw_arena *arena;           /* required */
-    const uint32_t *items;              /* required; indices of state->items */
+    const struct scene_gpu *gpu;     /* required */
+    const struct scene_state *state; /* required */
+    struct draw_arena *arena;        /* required */
+    const uint32_t *items;           /* required; indices of state->items */
     size_t item_count;
-    double origin[3];                   /* draw_record positions are world - origin */
-    bool cull_back_faces;               /* of single-sided materials; camera passes do, light passes do not */
-    bool needs_textures;                /* bind the material's textures to UNIT_MATERIAL_0.. */
-    const struct gl_program *(*program_for)(void *context, const struct state_item *item, struct error *err);
-    void *context;                      /* for program_for */
+    double origin[3];     /* draw_record positions are world - origin */
+    bool cull_back_faces; /* of single-sided materials; camera passes do, light passes do not */
+    bool needs_textures;  /* bind the material's textures to UNIT_MATERIAL_0.. */
+    const struct gl_program *(*program_for)(void *context, const struct state_item *item,
+                                            struct error *err);
+    void *context; /* for program_for */
 };
-struct draw_counts { uint64_t draws, triangles; };
-/* Vertex attributes: 0 position, 1 normal, 2 tangent, 3 texcoord 0, 4 texcoord 1, 5 color. The draw record's index is
- * gl_BaseInstanceARB (shaders/draw.glsl). Adds to *counts when not NULL. */
-MUST_CHECK bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, struct error *err);
+struct draw_counts {
+    uint64_t draws, triangles;
+};
+/* Vertex attributes: 0 position, 1 normal, 2 tangent, 3 texcoord 0, 4 texcoord 1, 5 color. The draw
+ * record's index is gl_BaseInstanceARB (shaders/draw.glsl). Adds to *counts when not NULL. */
+MUST_CHECK bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts,
+                             struct error *err);
 
 #endif

@@ -12,8 +12,8 @@ struct scene_gpu {
     struct gl_buffer streams[SCENE_GPU_STREAMS]; /* unnamed where the scene has no such attribute */
     struct gl_buffer indices;
     struct gl_vertex_array vertex_array;
-    struct gl_texture *images;                   /* [2 * image + is_srgb]; unnamed where unused */
-    struct gl_sampler *samplers;                 /* per texture */
+    struct gl_texture *images;   /* [2 * image + is_srgb]; unnamed where unused */
+    struct gl_sampler *samplers; /* per texture */
     struct gl_texture white;
     uint64_t size_bytes;
 };

@@ -7,7 +7,8 @@
 
 #include "renderer/scene/matrix.h"
 
-/* Default lighting of scenes without lights (docs/shading.md): a key light from upper right, and a pale hemisphere. */
+/* Default lighting of scenes without lights (docs/shading.md): a key light from upper right, and a
+ * pale hemisphere. */
 static const double default_key_direction[3] = {-0.45, -0.75, -0.48};
 static const float default_key_lx = 2.2f;
 static const float default_sky_nt = 0.45f, default_ground_nt = 0.2f;
@@ -191,7 +192,8 @@ static void fill_item(const struct scene_state *state, uint32_t node, uint32_t p
     };
     /* blending with an alpha that is 1 everywhere lets nothing through */
     if (item->class_ == STATE_TRANSPARENT && m->transmission <= 0 && m->base_color[3] >= 1 &&
-        m->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0 && !(p->flags & SCENE_PRIMITIVE_HAS_COLORS))
+        m->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0 &&
+        !(p->flags & SCENE_PRIMITIVE_HAS_COLORS))
         item->class_ = STATE_OPAQUE;
     compute_bounds(state, item);
     item->shadow_hash = shadow_hash(state, item);

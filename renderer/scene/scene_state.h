@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A scene as one view sees it: overrides applied, matrices composed, lights placed, drawables listed. CPU only, f64.
- * Thread: any. */
+/* A scene as one view sees it: overrides applied, matrices composed, lights placed, drawables
+ * listed. CPU only, f64. Thread: any. */
 #ifndef VITRAIL_RENDERER_SCENE_SCENE_STATE_H
 #define VITRAIL_RENDERER_SCENE_SCENE_STATE_H
 
@@ -16,11 +16,12 @@ enum state_class {
 struct state_item { /* one primitive of one visible node */
     uint32_t node, primitive, material;
     enum state_class class_;
-    bool is_mirrored;            /* negative determinant: front faces wind clockwise */
-    bool casts_shadow;           /* triangles only; points and lines cast none */
-    double center[3], radius_m;  /* world bounding sphere */
+    bool is_mirrored;           /* negative determinant: front faces wind clockwise */
+    bool casts_shadow;          /* triangles only; points and lines cast none */
+    double center[3], radius_m; /* world bounding sphere */
     double bounds_min[3], bounds_max[3];
-    uint64_t shadow_hash;        /* of all that decides its shadow: matrix, primitive, filter factors and textures */
+    uint64_t shadow_hash; /* of all that decides its shadow: matrix, primitive, filter factors and
+                             textures */
 };
 
 struct state_light {
@@ -30,7 +31,7 @@ struct state_light {
     float range;                      /* 0 = unbounded */
     float inner_cone_rad, outer_cone_rad;
     bool casts_shadow;
-    int32_t node;                     /* index of the scene's node, or -1 */
+    int32_t node; /* index of the scene's node, or -1 */
 };
 
 struct state_material {
@@ -40,22 +41,23 @@ struct state_material {
 
 struct scene_state {
     const struct scene *scene;
-    double (*world)[16];                /* per node, world_from_node */
-    bool *is_visible;                   /* per node */
-    struct state_material *materials;   /* per material */
-    struct state_item *items;           /* node order, then primitive order */
+    double (*world)[16];              /* per node, world_from_node */
+    bool *is_visible;                 /* per node */
+    struct state_material *materials; /* per material */
+    struct state_item *items;         /* node order, then primitive order */
     size_t item_count;
-    struct state_light *lights;         /* scene lights in node order, then those of the view */
+    struct state_light *lights; /* scene lights in node order, then those of the view */
     size_t light_count;
-    bool has_default_lights;            /* neither scene nor view brought a light */
+    bool has_default_lights; /* neither scene nor view brought a light */
     bool has_environment;
-    float sky[3], ground[3];            /* nt */
+    float sky[3], ground[3];             /* nt */
     double bounds_min[3], bounds_max[3]; /* world, of all items; min > max when empty */
 };
 
-/* Errors: ERROR_NOT_FOUND naming an unknown node or material; ERROR_INVALID_REQUEST for a degenerate matrix. */
-MUST_CHECK bool scene_state_init(struct scene_state *state, const struct scene *scene, const struct view *view,
-                                 struct error *err);
+/* Errors: ERROR_NOT_FOUND naming an unknown node or material; ERROR_INVALID_REQUEST for a
+ * degenerate matrix. */
+MUST_CHECK bool scene_state_init(struct scene_state *state, const struct scene *scene,
+                                 const struct view *view, struct error *err);
 void scene_state_finish(struct scene_state *state);
 
 enum state_class material_class(const struct scene_material *material);

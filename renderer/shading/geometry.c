@@ -10,7 +10,10 @@
 
 enum { VARIANT_BYTES = 256 };
 
-struct sort_key { double distance; uint32_t item; };
+struct sort_key {
+    double distance;
+    uint32_t item;
+};
 
 static int compare_keys(const void *a, const void *b)
 {
@@ -141,8 +144,9 @@ static void set_variant_uniforms(const struct variant_context *context,
         char name[48];
         snprintf(name, sizeof name, "u_clip_planes[%zu]", i);
         double offset = plane[3] + vec3_dot(plane, camera->eye);
-        gl_program_set_f4(program, name, (const float[4]){(float)plane[0], (float)plane[1],
-                                                          (float)plane[2], (float)offset});
+        gl_program_set_f4(
+            program, name,
+            (const float[4]){(float)plane[0], (float)plane[1], (float)plane[2], (float)offset});
     }
 }
 
@@ -152,15 +156,14 @@ static const struct gl_program *program_for(void *context, const struct state_it
     const struct variant_context *variant = context;
     char defines[VARIANT_BYTES];
     describe_variant(variant, item, defines);
-    const struct gl_program *program = program_cache_get(
-        variant->frame->programs,
-        &(struct program_desc){
-            .label = variant->fragment,
-            .vertex = "geometry.vert.glsl",
-            .fragment = variant->fragment,
-            .defines = defines,
-        },
-        err);
+    const struct gl_program *program = program_cache_get(variant->frame->programs,
+                                                         &(struct program_desc){
+                                                             .label = variant->fragment,
+                                                             .vertex = "geometry.vert.glsl",
+                                                             .fragment = variant->fragment,
+                                                             .defines = defines,
+                                                         },
+                                                         err);
     if (program)
         set_variant_uniforms(variant, program);
     return program;
@@ -201,7 +204,8 @@ static void set_depth_state(const struct window_frame *frame, bool writes)
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
-    /* reversed Z; equal passes for transparent layers on an opaque surface, as for equal opaque ones */
+    /* reversed Z; equal passes for transparent layers on an opaque surface, as for equal opaque
+     * ones */
     glDepthFunc(GL_GEQUAL);
     glDepthMask(writes);
     glColorMask(writes, writes, writes, writes);
@@ -239,8 +243,7 @@ bool geometry_draw_transparent(const struct window_frame *frame, const struct ge
 {
     set_depth_state(frame, false);
     glBindFramebuffer(GL_FRAMEBUFFER, frame->targets->depth_only.name);
-    bool ok =
-        submit(frame, items->transparent, items->transparent_count, fragment, evaluates, err);
+    bool ok = submit(frame, items->transparent, items->transparent_count, fragment, evaluates, err);
     glDepthMask(GL_TRUE);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     return ok;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The camera's geometry passes: opaque surfaces into the G-buffer, and drawing transparent ones with a given shader. */
+/* The camera's geometry passes: opaque surfaces into the G-buffer, and drawing transparent ones
+ * with a given shader. */
 #ifndef VITRAIL_RENDERER_SHADING_GEOMETRY_H
 #define VITRAIL_RENDERER_SHADING_GEOMETRY_H
 
@@ -7,7 +8,7 @@
 
 /* Items in view, near to far. Owned by the caller of geometry_cull. */
 struct geometry_items {
-    uint32_t *opaque;      /* and masked */
+    uint32_t *opaque; /* and masked */
     uint32_t *transparent;
     size_t opaque_count, transparent_count;
 };
@@ -21,7 +22,8 @@ void geometry_items_finish(struct geometry_items *items);
 MUST_CHECK bool geometry_draw_opaque(const struct window_frame *frame,
                                      const struct geometry_items *items, struct error *err);
 
-/* Draws the transparent items against the opaque depth with `fragment`; textures only if it evaluates materials. */
+/* Draws the transparent items against the opaque depth with `fragment`; textures only if it
+ * evaluates materials. */
 MUST_CHECK bool geometry_draw_transparent(const struct window_frame *frame,
                                           const struct geometry_items *items, const char *fragment,
                                           bool evaluates, struct error *err);

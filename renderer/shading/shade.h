@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Lighting of opaque pixels and transparent entries, compositing, and the auxiliary outputs. Thread: GL. */
+/* Lighting of opaque pixels and transparent entries, compositing, and the auxiliary outputs.
+ * Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADING_SHADE_H
 #define VITRAIL_RENDERER_SHADING_SHADE_H
 
@@ -28,7 +29,8 @@ MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct scene_stat
                                     struct error *err);
 /* Shades list entries, then pixels, into frame->targets->image. */
 MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
-/* Writes the requested auxiliary outputs of the window into `outputs` (whole images, indexed by view_output). */
+/* Writes the requested auxiliary outputs of the window into `outputs` (whole images, indexed by
+ * view_output). */
 MUST_CHECK bool shade_read_aovs(struct shade *shade, const struct shade_desc *desc,
                                 struct image *outputs, struct error *err);
 /* Copies the window's linear image into `color`. */

@@ -37,19 +37,19 @@ bool targets_prepare(struct targets *t, int width, int height, int samples, stru
     t->width = width;
     t->height = height;
     t->samples = samples;
-    bool ok = create_textures(t, err) &&
-              gl_framebuffer_init(&t->gbuffer,
-                                  &(struct gl_framebuffer_desc){
-                                      .label = "gbuffer",
-                                      .colors = {&t->surface_0, &t->surface_1,
-                                                 samples > 1 ? &t->signature : NULL},
-                                      .depth = &t->depth,
-                                  },
-                                  err) &&
-              gl_framebuffer_init(
-                  &t->depth_only,
-                  &(struct gl_framebuffer_desc){.label = "gbuffer.depth_only", .depth = &t->depth},
-                  err);
+    bool ok =
+        create_textures(t, err) &&
+        gl_framebuffer_init(
+            &t->gbuffer,
+            &(struct gl_framebuffer_desc){
+                .label = "gbuffer",
+                .colors = {&t->surface_0, &t->surface_1, samples > 1 ? &t->signature : NULL},
+                .depth = &t->depth,
+            },
+            err) &&
+        gl_framebuffer_init(
+            &t->depth_only,
+            &(struct gl_framebuffer_desc){.label = "gbuffer.depth_only", .depth = &t->depth}, err);
     if (!ok)
         targets_finish(t);
     return ok;

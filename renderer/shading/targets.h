@@ -6,13 +6,14 @@
 #include "renderer/gl/object.h"
 
 struct targets {
-    int width, height, samples;       /* of what is allocated */
+    int width, height, samples;             /* of what is allocated */
     struct gl_texture surface_0, surface_1; /* RGBA32UI: shaders/surface.glsl */
     struct gl_texture signature;      /* R32UI: tells surfaces apart; only when multisampled */
     struct gl_texture depth;          /* D32F, reversed: 0 is infinitely far */
     struct gl_texture image;          /* RGBA32F, linear, associated alpha */
     struct gl_framebuffer gbuffer;    /* surfaces, signature and depth */
-    struct gl_framebuffer depth_only; /* depth alone: list passes must have no colour attachment (llvmpipe) */
+    struct gl_framebuffer depth_only; /* depth alone: list passes must have no colour attachment
+                                         (llvmpipe) */
 };
 
 /* Re-creates the targets when size or samples differ. */

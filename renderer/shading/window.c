@@ -6,8 +6,8 @@
 
 static void set_axis(const struct gl_program *program, const char *name, const double axis[3])
 {
-    gl_program_set_f3(program, name, (const float[3]){(float)axis[0], (float)axis[1],
-                                                      (float)axis[2]});
+    gl_program_set_f3(program, name,
+                      (const float[3]){(float)axis[0], (float)axis[1], (float)axis[2]});
 }
 
 void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program)
@@ -21,8 +21,8 @@ void window_set_view_ray(const struct window_frame *frame, const struct gl_progr
     double step_y = 2 * camera->half_height / w->image_height;
     double left = -camera->half_width + w->x * step_x;
     double bottom = camera->half_height - (w->y + w->height) * step_y;
-    gl_program_set_f4(program, "u_window", (const float[4]){(float)left, (float)bottom,
-                                                            (float)step_x, (float)step_y});
+    gl_program_set_f4(program, "u_window",
+                      (const float[4]){(float)left, (float)bottom, (float)step_x, (float)step_y});
     gl_program_set_f3(program, "u_depth",
                       (const float[3]){(float)camera->z_near, (float)camera->z_far,
                                        (float)(camera->z_far - camera->z_near)});

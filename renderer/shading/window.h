@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What every pass over one window of one frame needs to know. Borrowed pointers, lives on the stack of the frame. */
+/* What every pass over one window of one frame needs to know. Borrowed pointers, lives on the stack
+ * of the frame. */
 #ifndef VITRAIL_RENDERER_SHADING_WINDOW_H
 #define VITRAIL_RENDERER_SHADING_WINDOW_H
 

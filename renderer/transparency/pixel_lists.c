@@ -20,8 +20,8 @@ static const struct gl_program *get_compute(const struct window_frame *frame, co
                                             const char *defines, struct error *err)
 {
     return program_cache_get(
-        frame->programs,
-        &(struct program_desc){.label = file, .compute = file, .defines = defines}, err);
+        frame->programs, &(struct program_desc){.label = file, .compute = file, .defines = defines},
+        err);
 }
 
 /* Chunks of about the square root, so that neither loop of the scan is long. */
@@ -77,9 +77,8 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                                      });
     gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
     gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
-    bool ok =
-        geometry_draw_transparent(frame, items, "lists_count.frag.glsl", false, err) &&
-        run_scan(lists, frame, err);
+    bool ok = geometry_draw_transparent(frame, items, "lists_count.frag.glsl", false, err) &&
+              run_scan(lists, frame, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Exact per-pixel lists of transparent surfaces: count, scan, scatter, sort. Any number of layers. Thread: GL. */
+/* Exact per-pixel lists of transparent surfaces: count, scan, scatter, sort. Any number of layers.
+ * Thread: GL. */
 #ifndef VITRAIL_RENDERER_TRANSPARENCY_PIXEL_LISTS_H
 #define VITRAIL_RENDERER_TRANSPARENCY_PIXEL_LISTS_H
 
@@ -8,23 +9,24 @@
 enum {
     /* two vec4 per entry stay inside the 128 MiB that every device binds as one storage block */
     PIXEL_LISTS_ENTRIES_MAX = 4 << 20,
-    PIXEL_LISTS_LONGEST_MAX = 20000, /* a merge, and compositing, stay well under 65,535 loop steps */
+    PIXEL_LISTS_LONGEST_MAX = 20000, /* merging and compositing stay under 65,535 loop steps */
 };
 
 struct pixel_lists {
-    struct gl_buffer counts;    /* u32 per pixel; after building: end of the pixel's range */
+    struct gl_buffer counts; /* u32 per pixel; after building: end of the pixel's range */
     struct gl_buffer scan, statistics;
-    struct gl_buffer keys;      /* uvec4, two halves: depth, tie, entry, coverage */
+    struct gl_buffer keys; /* uvec4, two halves: depth, tie, entry, coverage */
     struct gl_buffer surfaces[3];
-    struct gl_buffer colors;    /* filled by shading: two vec4 per entry */
+    struct gl_buffer colors; /* filled by shading: two vec4 per entry */
     uint64_t entry_count, longest;
-    uint64_t keys_offset;       /* of the sorted half, in entries */
+    uint64_t keys_offset; /* of the sorted half, in entries */
 };
 
 enum pixel_lists_outcome { PIXEL_LISTS_FAILED, PIXEL_LISTS_BUILT, PIXEL_LISTS_TOO_MANY };
 
-/* Builds the lists of one window. TOO_MANY asks the caller to split the window; err is then untouched. A single
- * list beyond PIXEL_LISTS_LONGEST_MAX is ERROR_OVER_BUDGET. Nothing transparent in view: built, with no entries. */
+/* Builds the lists of one window. TOO_MANY asks the caller to split the window; err is then
+ * untouched. A single list beyond PIXEL_LISTS_LONGEST_MAX is ERROR_OVER_BUDGET. Nothing transparent
+ * in view: built, with no entries. */
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items, struct error *err);

@@ -4,29 +4,29 @@
 #define VITRAIL_SHADERS_SHARED_BINDINGS_H
 
 /* storage buffers (at most 16 per stage on the reference device) */
-#define BIND_DRAWS 0           /* struct draw_record[] of the current submission */
-#define BIND_MATERIALS 1       /* struct material_record[] */
-#define BIND_LIGHTS 2          /* struct light_record[] */
-#define BIND_SHADOWS 3         /* struct shadow_record[]; read through UNIT_SHADOW_RECORDS */
-#define BIND_PIXEL_COUNTS 4    /* transparency: u32 per pixel: count, later end offset */
-#define BIND_FRAGMENT_KEYS 5   /* transparency: uvec4 per entry: depth, coverage, ... */
+#define BIND_DRAWS 0         /* struct draw_record[] of the current submission */
+#define BIND_MATERIALS 1     /* struct material_record[] */
+#define BIND_LIGHTS 2        /* struct light_record[] */
+#define BIND_SHADOWS 3       /* struct shadow_record[]; read through UNIT_SHADOW_RECORDS */
+#define BIND_PIXEL_COUNTS 4  /* transparency: u32 per pixel: count, later end offset */
+#define BIND_FRAGMENT_KEYS 5 /* transparency: uvec4 per entry: depth, coverage, ... */
 #define BIND_FRAGMENT_SURFACE_0 6
 #define BIND_FRAGMENT_SURFACE_1 7
-#define BIND_FRAGMENT_COLORS 8 /* two vec4 per entry: radiance premultiplied by coverage; transmittance */
+#define BIND_FRAGMENT_COLORS 8    /* two vec4 per entry: radiance times coverage; transmittance */
 #define BIND_FRAGMENT_SURFACE_2 9 /* uvec4: transmission, thickness, pixel, depth */
 
 /* building shadows and lists; numbers above are not in use at that time and may be shared */
-#define BIND_SHADOW_COUNTS 9   /* deep build: u32 per texel */
-#define BIND_SHADOW_EVENTS 10  /* vec4 per event: depth, transmittance */
+#define BIND_SHADOW_COUNTS 9  /* deep build: u32 per texel */
+#define BIND_SHADOW_EVENTS 10 /* vec4 per event: depth, transmittance */
 #define BIND_SHADOW_EVENTS_ID 12
-#define BIND_SCAN 13           /* block sums of a scan */
-#define BIND_LIGHT_HEADS 13    /* linked light lists: counter and heads under construction */
-#define BIND_STATISTICS 14     /* counters read back by the report */
-#define BIND_LIST_NODES 15     /* linked techniques: elements under construction */
+#define BIND_SCAN 13        /* block sums of a scan */
+#define BIND_LIGHT_HEADS 13 /* linked light lists: counter and heads under construction */
+#define BIND_STATISTICS 14  /* counters read back by the report */
+#define BIND_LIST_NODES 15  /* linked techniques: elements under construction */
 
 /* texture units */
 #define UNIT_GBUFFER_SIGNATURE 7
-#define UNIT_MATERIAL_0 0      /* seven material slots, in the order of enum scene_texture_slot: units 0..6 */
+#define UNIT_MATERIAL_0 0 /* units 0..6: slots in the order of enum scene_texture_slot */
 #define UNIT_GBUFFER_0 8
 #define UNIT_GBUFFER_1 9
 #define UNIT_GBUFFER_DEPTH 10
@@ -34,12 +34,12 @@
 #define UNIT_SHADOW_HEADS 12   /* usamplerBuffer */
 #define UNIT_SHADOW_EVENTS 13  /* samplerBuffer RGBA32F: depth, transmittance */
 #define UNIT_SHADOW_ID 15      /* usamplerBuffer */
-#define UNIT_LIGHT_HEADS 16    /* usamplerBuffer: RG32UI offset, count per cluster (or head per tile) */
+#define UNIT_LIGHT_HEADS 16    /* usamplerBuffer RG32UI: offset and count, or head */
 #define UNIT_LIGHT_ITEMS 17    /* usamplerBuffer: light indices (or list nodes) */
 #define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
-#define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, five texels each */
-#define UNIT_LIGHT_RECORDS 20  /* building linked light lists: samplerBuffer RGBA32F, six texels per light */
-#define UNIT_LIGHT_MESH 21     /* building linked light lists: samplerBuffer RGBA32F, triangle soup */
-#define UNIT_LIGHT_FRONT 22    /* building linked light lists: sampler2D R32F, depth of front faces */
+#define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, 5 texels each */
+#define UNIT_LIGHT_RECORDS 20  /* linked light lists: samplerBuffer RGBA32F, 6 texels per light */
+#define UNIT_LIGHT_MESH 21     /* linked light lists: samplerBuffer RGBA32F, triangle soup */
+#define UNIT_LIGHT_FRONT 22    /* linked light lists: sampler2D R32F, depth of front faces */
 
 #endif

@@ -1,18 +1,21 @@
 /* SPDX-License-Identifier: MIT */
-/* Records in storage buffers, std430, shared by C and GLSL. Positions are relative: to the eye for shading, to the
- * light for shadow passes; the subtraction is done in f64 on the CPU. */
+/* Records in storage buffers, std430, shared by C and GLSL. Positions are relative: to the eye for
+ * shading, to the light for shadow passes; the subtraction is done in f64 on the CPU. */
 #ifndef VITRAIL_SHADERS_SHARED_RECORDS_H
 #define VITRAIL_SHADERS_SHARED_RECORDS_H
 
-struct draw_record {            /* one primitive of one node, in one submission */
-    vec4 row_0, row_1, row_2;   /* origin-relative world position = rows * (model position, 1) */
-    vec4 normal_0, normal_1, normal_2; /* cofactor rows for normals; .w of normal_0: sign of the determinant */
-    uint material;              /* index into material_record[] */
-    uint node;                  /* index of the scene's node */
-    uint primitive;             /* index of the scene's primitive */
-    uint object;                /* node index again, narrowed by flags: see shadow flags */
+struct draw_record {          /* one primitive of one node, in one submission */
+    vec4 row_0, row_1, row_2; /* origin-relative world position = rows * (model position, 1) */
+    vec4 normal_0, normal_1, normal_2; /* cofactor rows for normals; .w of normal_0: sign of the
+                                          determinant */
+    uint material;                     /* index into material_record[] */
+    uint node;                         /* index of the scene's node */
+    uint primitive;                    /* index of the scene's primitive */
+    uint object;                       /* node index again, narrowed by flags: see shadow flags */
 };
-LAYOUT(draw_record, row_0, 0) LAYOUT(draw_record, normal_0, 48) LAYOUT(draw_record, material, 96)
+LAYOUT(draw_record, row_0, 0)
+LAYOUT(draw_record, normal_0, 48)
+LAYOUT(draw_record, material, 96)
 LAYOUT_SIZE(draw_record, 112)
 
 #define MATERIAL_UNLIT 1u
@@ -24,22 +27,24 @@ LAYOUT_SIZE(draw_record, 112)
 #define MATERIAL_PASS_EDGE 64u
 #define MATERIAL_NO_SELF_SHADOW 128u
 #define MATERIAL_CAST_ONCE 256u
-#define MATERIAL_VOLUME 512u        /* thickness > 0 */
+#define MATERIAL_VOLUME 512u /* thickness > 0 */
 
 struct material_record {
     vec4 base_color;
-    vec4 emissive_alpha_cutoff;     /* rgb [nt]; w cutoff */
+    vec4 emissive_alpha_cutoff; /* rgb [nt]; w cutoff */
     vec4 metallic_roughness_normal_occlusion;
-    vec4 transmission_f0_thickness; /* x transmission; y f0 of the dielectric; z thickness [m]; w edge exponent */
+    vec4 transmission_f0_thickness; /* x transmission; y f0 of the dielectric; z thickness [m]; w
+                                       edge exponent */
     vec4 attenuation;               /* rgb: extinction sigma [1/m] of the medium; w unused */
     vec4 edge_color;
-    uint flags;                     /* MATERIAL_* */
-    uint texture_mask;              /* bit per enum scene_texture_slot */
-    uint texcoord_mask;             /* bit set: slot uses TEXCOORD_1 */
+    uint flags;         /* MATERIAL_* */
+    uint texture_mask;  /* bit per enum scene_texture_slot */
+    uint texcoord_mask; /* bit set: slot uses TEXCOORD_1 */
     uint pad;
-    vec4 uv_transforms[14];         /* two rows per slot: (a, b, c, -) */
+    vec4 uv_transforms[14]; /* two rows per slot: (a, b, c, -) */
 };
-LAYOUT(material_record, flags, 96) LAYOUT(material_record, uv_transforms, 112)
+LAYOUT(material_record, flags, 96)
+LAYOUT(material_record, uv_transforms, 112)
 LAYOUT_SIZE(material_record, 336)
 
 #define LIGHT_DIRECTIONAL 0u
@@ -48,36 +53,41 @@ LAYOUT_SIZE(material_record, 336)
 #define NO_SHADOW 0xffffffffu
 
 struct light_record {
-    vec4 position_range;   /* xyz eye-relative world [m]; w range [m], 0 = unbounded */
-    vec4 color;            /* rgb: tint * intensity [cd or lx]; w unused */
-    vec4 direction_cone;   /* xyz: direction of travel, unit, world axes; w spot scale: 1 / max(cos_in - cos_out, 1e-4) */
-    uint type;             /* LIGHT_* */
-    uint shadow;           /* index of shadow_record, or NO_SHADOW */
-    float spot_offset;     /* -cos_out * scale */
+    vec4 position_range; /* xyz eye-relative world [m]; w range [m], 0 = unbounded */
+    vec4 color;          /* rgb: tint * intensity [cd or lx]; w unused */
+    vec4 direction_cone; /* xyz: direction of travel, unit, world axes; w spot scale: 1 / max(cos_in
+                            - cos_out, 1e-4) */
+    uint type;           /* LIGHT_* */
+    uint shadow;         /* index of shadow_record, or NO_SHADOW */
+    float spot_offset;   /* -cos_out * scale */
     uint pad;
 };
-LAYOUT(light_record, color, 16) LAYOUT(light_record, type, 48) LAYOUT_SIZE(light_record, 64)
+LAYOUT(light_record, color, 16)
+LAYOUT(light_record, type, 48)
+LAYOUT_SIZE(light_record, 64)
 
-#define SHADOW_MAP 0u          /* opaque depth only */
-#define SHADOW_DEEP 1u         /* opaque depth + contiguous events */
-#define SHADOW_LINKED 2u       /* opaque depth + linked list */
-#define SHADOW_ONE_FACE 0u     /* perspective along the light's axis */
-#define SHADOW_CUBE 1u         /* six perspective faces, +X -X +Y -Y +Z -Z */
+#define SHADOW_MAP 0u      /* opaque depth only */
+#define SHADOW_DEEP 1u     /* opaque depth + contiguous events */
+#define SHADOW_LINKED 2u   /* opaque depth + linked list */
+#define SHADOW_ONE_FACE 0u /* perspective along the light's axis */
+#define SHADOW_CUBE 1u     /* six perspective faces, +X -X +Y -Y +Z -Z */
 #define SHADOW_ORTHOGRAPHIC 2u
 
-#define SHADOW_FLAG_RAW 1u     /* raw transmittances and objects are kept, to leave objects out */
+#define SHADOW_FLAG_RAW 1u /* raw transmittances and objects are kept, to leave objects out */
 
-struct shadow_record {      /* read as five texels of UNIT_SHADOW_RECORDS */
-    vec4 axis_x, axis_y, axis_z; /* rows of light_from_eye: light coordinate = dot(axis.xyz, p) + axis.w
-                                    for p relative to the eye, world axes; the light looks along +z */
-    vec4 projection;        /* perspective: x = y = 1/tan(half), z = near [m];
-                               orthographic: x, y = 1/half extents, z = depth range [m] */
-    uint kind_shape_flags;  /* SHADOW_MAP ... | SHADOW_ONE_FACE ... << 8 | SHADOW_FLAG_* << 16 */
-    uint resolution_layer;  /* texels per side of a face | first layer in the depth array << 16 */
-    uint head_base;         /* of a texel: head_base + (face * resolution + y) * resolution + x */
-    uint event_base;        /* first event in the pools */
+struct shadow_record {           /* read as five texels of UNIT_SHADOW_RECORDS */
+    vec4 axis_x, axis_y, axis_z; /* rows of light_from_eye: light coordinate = dot(axis.xyz, p) +
+                                    axis.w for p relative to the eye, world axes; the light looks
+                                    along +z */
+    vec4 projection;             /* perspective: x = y = 1/tan(half), z = near [m];
+                                    orthographic: x, y = 1/half extents, z = depth range [m] */
+    uint kind_shape_flags; /* SHADOW_MAP ... | SHADOW_ONE_FACE ... << 8 | SHADOW_FLAG_* << 16 */
+    uint resolution_layer; /* texels per side of a face | first layer in the depth array << 16 */
+    uint head_base;        /* of a texel: head_base + (face * resolution + y) * resolution + x */
+    uint event_base;       /* first event in the pools */
 };
-LAYOUT(shadow_record, projection, 48) LAYOUT(shadow_record, kind_shape_flags, 64)
+LAYOUT(shadow_record, projection, 48)
+LAYOUT(shadow_record, kind_shape_flags, 64)
 LAYOUT_SIZE(shadow_record, 80)
 
 #endif
