@@ -88,6 +88,8 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
 #ifdef HAS_SHADOWS
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")
+    // fully curved where shading and triangle normal differ by 7 degrees
+    vec2 crease = vec2(1.0, clamp(8.0 * length(cross(s.normal, s.geo_normal)), 0.0, 1.0));
     uint object = (flags & MATERIAL_NO_SELF_SHADOW) != 0u ? s.node : NO_OBJECT;
 #endif
 #ifdef HAS_ENVIRONMENT
@@ -109,7 +111,7 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
             vec3 reflected = brdf_evaluate(b, l);
 #ifdef HAS_SHADOWS
             BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
-                arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, object);
+                arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, crease, object);
                 lookups++;
             }
 #endif

@@ -6,23 +6,23 @@
 //   SHADOW_HAS_DEEP    contiguous lists; SHADOW_HAS_IDS: some keep raw transmittances and objects
 //   SHADOW_HAS_LINKED  linked lists (Lindbeck 2015, 3.2); SHADOW_FAITHFUL: their elements as
 //                      published
-// Provides: vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
+// Provides: vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
 //   shadow  index of the light's record or NO_SHADOW
 //   p, n    point relative to the eye and geometric normal there (either side), world axes
+//   crease  [0, 1]: how much of the tolerance below applies to opaque casters (x) and lists (y)
 //   object  node whose own events are left out (no self shadow), else NO_OBJECT
 // A fragment shader that calls it must have left its helper lanes behind: `if (gl_HelperInvocation)
 // return;`. Loop iterations per call: taps * (log2(longest list) + 1); with IDS or LINKED taps *
 // longest list.
 //
-// OPAQUE RECEIVERS of opaque casters: a texel shadows the point only when its caster is nearer than both the plane and
-// the point itself. In a concave crease the plane runs below the neighbouring triangle, which would shadow the point
-// falsely (dark steps on mouldings); the second condition costs at most one texel of contact. Lists keep to the plane
-// alone, where parallel panes need it.
-//
 // No bias. Each tap intersects the ray through its texel's centre with the receiver's plane (Dou et
 // al. 2014, "Adaptive depth bias for shadow maps", in its exact planar form) and compares there,
 // where the casters were sampled: strictly, up to a relative rounding error. Depths of surfaces
-// parallel to the receiver are thus compared at equal offsets.
+// parallel to the receiver are thus compared at equal offsets. What the plane cannot know are the
+// neighbouring triangles of the receiver's own surface, which rise above it within a texel in
+// concave creases and on curved meshes and would shadow it falsely. With crease 1 a caster must be
+// nearer by CREASE texel widths. Shading asks for it of opaque casters always, and of lists where
+// the receiver is curved, because flat panes may lie closer together than a texel is wide.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -30,7 +30,7 @@
 #define NO_OBJECT 0xffffffffu
 
 #ifndef SHADOW_HAS_MAPS
-vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
+vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
 {
     return vec3(1.0);
 }
@@ -47,9 +47,8 @@ uniform uint u_shadow_taps; // 1, 4, 9 or 16
 // (tests/gpu/test_shadow_query.c).
 const float SHADOW_ROUNDING = 2e-5;
 const float EYE_ROUNDING = 5e-7; // of p, relative to its distance from the eye
-// How far along the light the receiver's plane is followed to a texel's centre, in texels: up to 86
-// degrees of slope exactly; beyond, the plane would run into whatever is near.
-const float STEEPEST_TEXELS = 40.0; // half texels
+const float STEEPEST_TEXELS = 100.0; // the plane is followed this far, 88 degrees of slope
+const float CREASE = 1.5;            // texel widths
 const float STEEPEST = 50.0;     // rounding along a plane grows with its slope, up to here
 
 struct shadow_view {
@@ -60,6 +59,7 @@ struct shadow_view {
 struct shadow_receiver { // in the light's axes
     vec3 p, n;
     float rounding_m;    // of p along its normal
+    vec2 crease;         // share of the crease tolerance for opaque casters, for lists
 };
 
 uvec4 shadow_record_texel(uint shadow, int i)
@@ -81,12 +81,19 @@ shadow_receiver shadow_receiver_read(uint shadow, vec3 p, vec3 n)
     vec4 z = uintBitsToFloat(shadow_record_texel(shadow, 2));
     return shadow_receiver(vec3(dot(x.xyz, p) + x.w, dot(y.xyz, p) + y.w, dot(z.xyz, p) + z.w),
                            vec3(dot(x.xyz, n), dot(y.xyz, n), dot(z.xyz, n)),
-                           EYE_ROUNDING * length(p));
+                           EYE_ROUNDING * length(p), vec2(0.0));
 }
 
 float shadow_opaque(shadow_view view, uint face, ivec2 at)
 {
     return texelFetch(u_shadow_depth, ivec3(at, int(view.layer + face)), 0).r;
+}
+
+// Texel widths by which a neighbouring triangle may rise above the receiver's plane, for the slope
+// at which the light meets it.
+float shadow_crease(float steepness)
+{
+    return CREASE * (0.5 + 0.5 * min(steepness, 4.0));
 }
 
 // One texel, given the receiver's depth as lists have it.
@@ -150,16 +157,16 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     at = clamp(at, ivec2(0), ivec2(view.resolution - 1u));
     vec3 ray = vec3(((vec2(at) + 0.5) * (2.0 / size) - 1.0) / view.projection.x, 1.0);
     float reach = dot(n, p), slope = dot(n, ray), ray_length = length(ray);
-    float reach_m = STEEPEST_TEXELS * abs(p.z) / (size * view.projection.x);
-    float z = p.z;
+    float texel_m = 2.0 * abs(p.z) / (size * view.projection.x), z = p.z;
     if (reach * slope > 0.0)
-        z = clamp(reach / slope, p.z - reach_m, p.z + reach_m);
+        z = clamp(reach / slope, p.z - STEEPEST_TEXELS * texel_m, p.z + STEEPEST_TEXELS * texel_m);
     float steepness = min(length(n) * ray_length / max(abs(slope), 1e-6), STEEPEST);
-    float rounding_m = (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
-    z -= rounding_m;
-    // depth is near / z; see OPAQUE RECEIVERS
-    if (min(z, p.z - rounding_m) * shadow_opaque(view, face, at) > view.projection.z)
+    z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
+    vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
+    float z_opaque = crease_m.x > 0.0 ? min(z, p.z) - crease_m.x : z;
+    if (z_opaque * shadow_opaque(view, face, at) > view.projection.z) // its depth is near / z
         return vec3(0.0);
+    z -= crease_m.y;
     return shadow_texel(view, face, at, z * ray_length, object);
 }
 #endif
@@ -171,16 +178,18 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
     at = clamp(at, ivec2(0), ivec2(view.resolution - 1u));
     vec2 center = ((vec2(at) + 0.5) * (2.0 / float(view.resolution)) - 1.0) / view.projection.xy;
     float toward = -dot(r.n.xy, center - r.p.xy), slope = r.n.z;
-    float reach_m = STEEPEST_TEXELS / (float(view.resolution) * min(view.projection.x, view.projection.y));
+    float texel_m = 2.0 / (float(view.resolution) * min(view.projection.x, view.projection.y));
     float z = r.p.z;
     if (slope != 0.0)
-        z = clamp(r.p.z + toward / slope, r.p.z - reach_m, r.p.z + reach_m);
+        z += clamp(toward / slope, -STEEPEST_TEXELS * texel_m, STEEPEST_TEXELS * texel_m);
     float steepness = min(length(r.n) / max(abs(slope), 1e-6), STEEPEST);
-    float rounding_m = (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
-    z -= rounding_m;
+    z -= (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
+    vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
+    float z_opaque = crease_m.x > 0.0 ? min(z, r.p.z) - crease_m.x : z;
     float nearest = shadow_opaque(view, 0u, at); // 1 at the near side, 0 where nothing is
-    if (nearest > 0.0 && min(z, r.p.z - rounding_m) > (1.0 - nearest) * range)
+    if (nearest > 0.0 && z_opaque > (1.0 - nearest) * range)
         return vec3(0.0);
+    z -= crease_m.y;
     return shadow_texel(view, 0u, at, z, object);
 }
 #endif
@@ -221,12 +230,13 @@ vec3 shadow_tap(shadow_view view, shadow_receiver r, uint face, ivec2 at, uint o
 #endif
 }
 
-vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, uint object)
+vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
 {
     if (shadow == NO_SHADOW)
         return vec3(1.0);
     shadow_view view = shadow_view_read(shadow);
     shadow_receiver r = shadow_receiver_read(shadow, p, n);
+    r.crease = crease;
     vec2 ndc;
     uint face;
     if (!shadow_locate(view, r.p, ndc, face))
