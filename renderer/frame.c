@@ -237,6 +237,7 @@ static bool trace_color(const struct view *view, const struct scene_state *state
     report_add_pass(&frame->report, "raytrace.trace", because, "raytraced", stats.trace_ms,
                     REPORT_SHADE);
     frame->report.counts.lookups += stats.shadow_rays;
+    frame->report.error_is_exact = true;
     return true;
 }
 

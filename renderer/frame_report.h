@@ -58,7 +58,7 @@ struct frame_report {
     int reused_count;
     char warnings[REPORT_WARNINGS_MAX][REPORT_TEXT_BYTES];
     int warning_count;
-    bool error_is_exact; /* every technique used is exact up to shadow-texel sampling */
+    bool error_is_exact; /* every ray of the color output is the ground truth (ray-traced) */
 };
 
 /* Each silently stops at its cap; warnings say in the last slot that more were dropped. */

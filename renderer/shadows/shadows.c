@@ -262,6 +262,8 @@ static const char *light_name(const struct scene_state *state, uint32_t light)
     return names[state->lights[light].type];
 }
 
+enum { NAMED_LIGHTS = 4 }; /* of a reason; more would not fit its line */
+
 /* Why the lights with such casters are being built, in a sentence. */
 static void explain(const struct shadow_system *shadows, const struct scene_state *state,
                     bool transparent, char out[REPORT_TEXT_BYTES])
@@ -277,9 +279,10 @@ static void explain(const struct shadow_system *shadows, const struct scene_stat
             continue;
         casters += count;
         only = build->light;
-        int written = snprintf(list + used, sizeof list - used, "%s%u (%s)", lights++ ? ", " : "",
-                               build->light, light_name(state, build->light));
-        used = used + (size_t)written < sizeof list - 64 ? used + (size_t)written : used;
+        if (lights++ < NAMED_LIGHTS)
+            used += (size_t)snprintf(list + used, sizeof list - used, "%s%u (%s)",
+                                     lights > 1 ? ", " : "", build->light,
+                                     light_name(state, build->light));
     }
     if (lights == 0)
         snprintf(out, REPORT_TEXT_BYTES, "no new shadow has %s casters in reach", adjective);
@@ -287,8 +290,8 @@ static void explain(const struct shadow_system *shadows, const struct scene_stat
         snprintf(out, REPORT_TEXT_BYTES, "light %u (%s) has %zu %s caster%s in reach", only,
                  light_name(state, only), casters, adjective, casters == 1 ? "" : "s");
     else
-        snprintf(out, REPORT_TEXT_BYTES, "%zu lights have %s casters in reach: %.120s", lights,
-                 adjective, list);
+        snprintf(out, REPORT_TEXT_BYTES, "%zu lights have %s casters in reach: %.120s%s", lights,
+                 adjective, list, lights > NAMED_LIGHTS ? " and others" : "");
 }
 
 static bool build_depth(struct shadow_system *shadows, const struct shadow_scene *scene,
@@ -484,8 +487,6 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
         occupied += map->occupied_texels;
         if (map->longest_list > report->counts.longest_list)
             report->counts.longest_list = map->longest_list;
-        if (map->kind == SHADOW_LINKED)
-            report->error_is_exact = false;
         if (is_built_now(shadows, map))
             continue;
         report->counts.shadow_maps_reused++;

@@ -218,7 +218,7 @@ bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
     rig->panes = panes;
     rig->scene = panes->scene;
     rig->quality = *quality;
-    rig->report = (struct frame_report){.error_is_exact = true};
+    rig->report = (struct frame_report){0};
     memcpy(rig->eye, eye, sizeof rig->eye);
     bool ok = scene_state_init(&rig->state, &rig->scene, &view, err);
     free(overrides);
