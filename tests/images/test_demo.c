@@ -75,8 +75,8 @@ static double vivid_share(const struct image *color, const double r[4])
     return (double)vivid / count;
 }
 
-static const double pool[4] = {0.35, 0.62, 0.65, 0.95};  /* the floor between the benches */
-static const double rose[4] = {0.42, 0.18, 0.58, 0.42};  /* of the far wall */
+static const double pool[4] = {0.35, 0.62, 0.65, 0.95}; /* the floor between the benches */
+static const double rose[4] = {0.42, 0.18, 0.58, 0.42}; /* of the far wall */
 
 static void floor_is_coloured_by_the_windows(void **state)
 {

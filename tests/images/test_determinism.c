@@ -35,8 +35,8 @@ static void make_scene(int i, void **glb, size_t *size, struct view *view)
             &(struct room_scene_desc){.light_count = 24, .seed = 7, .glass_spheres = 16}, &scene);
         view->quality.shadow_resolution = 64;
     } else {
-        assert_true(demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 128}, glb, size,
-                                     &err));
+        assert_true(
+            demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 128}, glb, size, &err));
         view->quality.shadow_resolution = 128;
         return;
     }

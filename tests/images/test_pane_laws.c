@@ -56,7 +56,8 @@ static void pair_finish(struct pair *pair)
 static void assert_transmittance(const struct pair *pair, int x, int y, const double expected[3],
                                  double tolerance, const char *what)
 {
-    const float *lit = image_pixel_f32(&pair->lit, x, y), *open = image_pixel_f32(&pair->open, x, y);
+    const float *lit = image_pixel_f32(&pair->lit, x, y),
+                *open = image_pixel_f32(&pair->open, x, y);
     for (int c = 0; c < 3; c++) {
         double t = (double)lit[c] / open[c];
         if (!(fabs(t - expected[c]) <= tolerance))
@@ -90,14 +91,12 @@ static void blend_passes_what_its_filter_says(void **state)
     open_scene(&opened, *state);
     for (int f = VIEW_BLEND_TINT; f <= VIEW_BLEND_KIM; f++) {
         for (int technique = 0; technique < 2; technique++) {
-            struct view view = {.width_px = 16,
-                                .height_px = 16,
-                                .camera = {.kind = VIEW_CAMERA_LOOK_AT,
-                                           .eye = {0, 0.4, 0.5},
-                                           .fov_y_deg = 20},
-                                .quality = {.blend_filter = (enum view_blend_filter)f,
-                                            .shadows = technique ? VIEW_SHADOWS_DEEP_LINKED
-                                                                 : VIEW_SHADOWS_DEEP}};
+            struct view view = {
+                .width_px = 16,
+                .height_px = 16,
+                .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 0.4, 0.5}, .fov_y_deg = 20},
+                .quality = {.blend_filter = (enum view_blend_filter)f,
+                            .shadows = technique ? VIEW_SHADOWS_DEEP_LINKED : VIEW_SHADOWS_DEEP}};
             double expected[3] = {1, 1, 1};
             for (int i = 0; i < 9; i++)
                 expected[i % 3] *=
@@ -197,12 +196,12 @@ static void tilted_panes_follow_the_law_of_their_angle(void **state)
     static const double tilts[] = {0, 20, 45, 60, 75, 80};
     for (int law = GLB_PASS_CONSTANT; law <= GLB_PASS_EDGE; law++)
         for (size_t i = 0; i < sizeof tilts / sizeof *tilts; i++)
-            check_tilt(*state, &(struct tilted_scene_desc){.tilt_deg = tilts[i],
-                                                           .color = {0.9, 0.6, 0.35},
-                                                           .pass_through =
-                                                               (enum glb_pass_through)law,
-                                                           .edge_color = {0.2, 0.7, 1},
-                                                           .edge_exponent = 2});
+            check_tilt(*state,
+                       &(struct tilted_scene_desc){.tilt_deg = tilts[i],
+                                                   .color = {0.9, 0.6, 0.35},
+                                                   .pass_through = (enum glb_pass_through)law,
+                                                   .edge_color = {0.2, 0.7, 1},
+                                                   .edge_exponent = 2});
 }
 
 /* A point light meets each point of the slab at another angle. */

@@ -29,9 +29,7 @@ static const struct technique {
 } techniques[] = {
     {"deep", {.shadows = VIEW_SHADOWS_DEEP}, LAW_EXACT},
     {"deep-linked", {.shadows = VIEW_SHADOWS_DEEP_LINKED}, LAW_UNORM16},
-    {"deep-linked faithful",
-     {.shadows = VIEW_SHADOWS_DEEP_LINKED, .faithful = true},
-     LAW_UNORM8},
+    {"deep-linked faithful", {.shadows = VIEW_SHADOWS_DEEP_LINKED, .faithful = true}, LAW_UNORM8},
 };
 
 /* Filters from dark to clear, all different, the product of n of them still visible: their optical
@@ -189,9 +187,8 @@ static void assert_png_within_one(const struct image *a, const struct image *b)
         void *bytes;
         size_t size;
         assert_true(tone_map(i ? b : a, &none, &ldr[i], &err));
-        assert_true(image_encode(&ldr[i],
-                                 &(struct image_encode_desc){.format = IMAGE_FORMAT_PNG}, &bytes,
-                                 &size, &err));
+        assert_true(image_encode(&ldr[i], &(struct image_encode_desc){.format = IMAGE_FORMAT_PNG},
+                                 &bytes, &size, &err));
         assert_true(image_decode(bytes, size, &(struct image_decode_desc){0}, &decoded[i], &err));
         free(bytes);
         image_finish(&ldr[i]);
@@ -245,8 +242,8 @@ static void composite_by_hand(const struct closed_form_scene *scene, const struc
         closed_form_radiance(scene, point, up, radiance);
         double alpha = is_floor ? 1 : pane->color[3];
         for (int c = 0; c < 3; c++)
-            pixel[c] += through * alpha * radiance[c] *
-                        (is_floor ? 1 : pane->color[c] / scene->albedo);
+            pixel[c] +=
+                through * alpha * radiance[c] * (is_floor ? 1 : pane->color[c] / scene->albedo);
         through *= 1 - alpha;
     }
 }
@@ -261,11 +258,10 @@ static void each_pane_is_lit_through_the_panes_above_it(void **state)
     for (size_t l = 0; l < sizeof lights / sizeof *lights; l++) {
         struct closed_form_scene scene;
         struct rig_scene rig;
-        panes_scene_build(&(struct panes_scene_desc){.pane_count = 5,
-                                                     .colors = colors,
-                                                     .is_blend = true,
-                                                     .light = lights[l]},
-                          &scene);
+        panes_scene_build(
+            &(struct panes_scene_desc){
+                .pane_count = 5, .colors = colors, .is_blend = true, .light = lights[l]},
+            &scene);
         rig_scene_open(&rig, *state, "layers", scene.glb, scene.size_bytes);
         struct view view = {.width_px = 16,
                             .height_px = 16,
@@ -282,8 +278,8 @@ static void each_pane_is_lit_through_the_panes_above_it(void **state)
                 for (int c = 0; c < 3; c++) {
                     double value = image_pixel_f32(&color, x, y)[c];
                     if (!(fabs(value - expected[c]) <= 1e-3 * expected[c]))
-                        fail_msg("light %zu pixel %d,%d channel %d is %.8g, expected %.8g", l, x,
-                                 y, c, value, expected[c]);
+                        fail_msg("light %zu pixel %d,%d channel %d is %.8g, expected %.8g", l, x, y,
+                                 c, value, expected[c]);
                 }
             }
         image_finish(&color);

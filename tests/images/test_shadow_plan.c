@@ -219,10 +219,8 @@ static void a_moved_light_rebuilds_its_own_map_only(void **state)
     struct frame_report report;
     double middle[3], before[3];
     open_panes(&f, state, 1, false);
-    struct view_light lamp = {.type = SCENE_LIGHT_POINT,
-                              .position = {0, 3, 0},
-                              .color = {1, 1, 1},
-                              .intensity = 10};
+    struct view_light lamp = {
+        .type = SCENE_LIGHT_POINT, .position = {0, 3, 0}, .color = {1, 1, 1}, .intensity = 10};
     struct view view = floor_view();
     view.lights = &lamp;
     view.light_count = 1;

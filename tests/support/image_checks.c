@@ -81,8 +81,7 @@ bool view_meet_plane(const struct view *view, int x, int y, const double normal[
     return at > 0;
 }
 
-static size_t pixel_index(const struct image *image, const struct view *view,
-                          const double world[3])
+static size_t pixel_index(const struct image *image, const struct view *view, const double world[3])
 {
     double p[2];
     if (!view_project(view, world, p) || p[0] < 0 || p[1] < 0 || p[0] >= image->width_px ||
@@ -94,8 +93,7 @@ static size_t pixel_index(const struct image *image, const struct view *view,
 const float *image_at(const struct image *image, const struct view *view, const double world[3])
 {
     assert_int_equal(image->component, IMAGE_F32);
-    return (const float *)image->pixels +
-           pixel_index(image, view, world) * (size_t)image->channels;
+    return (const float *)image->pixels + pixel_index(image, view, world) * (size_t)image->channels;
 }
 
 uint32_t image_id_at(const struct image *ids, const struct view *view, const double world[3])
@@ -116,16 +114,15 @@ struct image_difference image_compare(const struct image *a, const struct image 
                 double apart = fabs((double)p[c] - q[c]), large = fmax(p[c], q[c]);
                 worst.absolute = fmax(worst.absolute, isnan(apart) ? INFINITY : apart);
                 if (!(apart / fmax(large, dark) <= worst.relative))
-                    worst = (struct image_difference){worst.absolute, apart / fmax(large, dark), x,
-                                                      y};
+                    worst =
+                        (struct image_difference){worst.absolute, apart / fmax(large, dark), x, y};
             }
         }
     }
     return worst;
 }
 
-void assert_images_close(const struct image *a, const struct image *b, double dark,
-                         double relative)
+void assert_images_close(const struct image *a, const struct image *b, double dark, double relative)
 {
     struct image_difference worst = image_compare(a, b, dark);
     if (!(worst.relative <= relative)) {
