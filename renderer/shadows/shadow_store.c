@@ -96,7 +96,25 @@ static bool make_room(struct shadow_store *store)
             return true;
         }
     }
-    return store->make_room && store->make_room(store->context);
+    return store->make_room && store->make_room(store->context, 1);
+}
+
+/* Before a pool grows: edits leave a trail of maps that nobody asks for again. */
+static bool drop_stale(struct shadow_store *store)
+{
+    const uint64_t frames = 64; /* more than the views that are usually open on one scene */
+    return store->make_room && store->make_room(store->context, frames);
+}
+
+/* Half again of what there is, where the budget allows it, so that growth by copies stays linear.
+ */
+static uint64_t choose_capacity(const struct shadow_store *store, uint64_t capacity, uint64_t need,
+                                uint64_t most, uint64_t element_bytes_)
+{
+    uint64_t ample = capacity + capacity / 2;
+    bool is_ample =
+        ample > need && ample <= most && fits(store, (ample - capacity) * element_bytes_);
+    return is_ample ? ample : need;
 }
 
 /* Heads are written from the host where the device is our own cores. */
@@ -149,12 +167,12 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
     for (;;) {
         if (shadow_ranges_take(&pool->ranges, count, range))
             return true;
+        if (drop_stale(store))
+            continue;
         uint64_t bytes = element_bytes(store, kind);
         uint64_t need = shadow_ranges_capacity_for(&pool->ranges, count);
-        uint64_t ample = pool->ranges.capacity + pool->ranges.capacity / 2;
-        uint64_t wanted = need < ample ? ample : need < LEAST ? LEAST : need;
-        if (!fits(store, (wanted - pool->ranges.capacity) * bytes))
-            wanted = need;
+        uint64_t wanted = choose_capacity(store, pool->ranges.capacity, need < LEAST ? LEAST : need,
+                                          UINT64_MAX, bytes);
         uint64_t more_bytes = (wanted - pool->ranges.capacity) * bytes;
         if (fits(store, more_bytes)) {
             if (!grow_pool(store, kind, wanted, err))
@@ -223,11 +241,15 @@ bool shadow_store_take_layers(struct shadow_store *store, int resolution, uint64
                              "shadow maps of more than %d resolutions in use", SHADOW_ATLASES_MAX);
         if (shadow_ranges_take(&atlas->layers, count, range))
             return true;
+        if (drop_stale(store))
+            continue;
         uint64_t need = shadow_ranges_capacity_for(&atlas->layers, count);
-        uint64_t more_bytes = (need - atlas->layers.capacity) * layer_bytes;
-        bool has_layers = need <= (uint64_t)store->limits->max_texture_layers;
+        uint64_t most = (uint64_t)store->limits->max_texture_layers;
+        uint64_t wanted = choose_capacity(store, atlas->layers.capacity, need, most, layer_bytes);
+        uint64_t more_bytes = (wanted - atlas->layers.capacity) * layer_bytes;
+        bool has_layers = need <= most;
         if (has_layers && fits(store, more_bytes)) {
-            if (!grow_atlas(atlas, need, err))
+            if (!grow_atlas(atlas, wanted, err))
                 return false;
         } else if (!make_room(store)) {
             if (!atlas->depth.name)

@@ -40,8 +40,9 @@ struct shadow_store {
     bool has_objects;         /* SHADOW_STREAM_OBJECT exists */
     struct shadow_pool pools[SHADOW_POOL_COUNT];
     struct shadow_atlas atlases[SHADOW_ATLASES_MAX];
-    /* Frees a map that the current frame does not use; false when there is none. */
-    bool (*make_room)(void *context);
+    /* Frees the map that was used longest ago, at least so many frames; false when there is none.
+     */
+    bool (*make_room)(void *context, uint64_t frames);
     void *context;
 };
 

@@ -63,13 +63,13 @@ static void drop_map(struct shadow_system *shadows, size_t index)
     shadows->maps[index] = shadows->maps[--shadows->map_count];
 }
 
-static bool drop_oldest_map(void *context)
+static bool drop_oldest_map(void *context, uint64_t frames)
 {
     struct shadow_system *shadows = context;
     size_t oldest = shadows->map_count;
     for (size_t i = 0; i < shadows->map_count; i++) {
         uint64_t last = shadows->maps[i]->last_frame;
-        if (last < shadows->frame &&
+        if (last + frames <= shadows->frame &&
             (oldest == shadows->map_count || last < shadows->maps[oldest]->last_frame))
             oldest = i;
     }

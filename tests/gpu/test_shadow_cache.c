@@ -176,6 +176,26 @@ static void the_budget_refuses_with_numbers_and_the_next_request_works(void **st
     assert_true(shadow_rig_open(&rig, 0, 0));
 }
 
+/* A long run of edits: what nobody asks for again is freed before the pools grow. */
+static void edits_leave_no_growing_trail(void **state)
+{
+    (void)state;
+    struct pane_scene panes = make_scene();
+    const struct view_quality quality = {.shadow_resolution = 128};
+    uint64_t early = 0;
+    shadow_system_forget(rig.shadows, "panes");
+    for (int edit = 0; edit < 400; edit++) {
+        struct pane pane = panes.panes[0];
+        pane.center[0] += 1e-4;
+        pane_scene_set(&panes, 0, &pane);
+        expect(&panes, no_eye, &quality, edit ? 1 : 2, edit ? 1 : 0);
+        if (edit == 150)
+            early = shadow_system_size_bytes(rig.shadows);
+    }
+    assert_int_equal(shadow_system_size_bytes(rig.shadows), early);
+    pane_scene_finish(&panes);
+}
+
 static void a_map_of_one_texel_works(void **state)
 {
     (void)state;
@@ -219,6 +239,7 @@ int main(void)
         cmocka_unit_test(an_edit_rebuilds_only_the_lights_that_it_reaches),
         cmocka_unit_test(a_light_gets_no_more_than_its_casters_call_for),
         cmocka_unit_test(the_budget_refuses_with_numbers_and_the_next_request_works),
+        cmocka_unit_test(edits_leave_no_growing_trail),
         cmocka_unit_test(a_map_of_one_texel_works),
         cmocka_unit_test(ranges_merge_and_are_found_again),
     };
