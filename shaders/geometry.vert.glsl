@@ -6,7 +6,7 @@
 layout(location = 1) in vec3 a_normal;
 layout(location = 0) out vec3 v_position; // eye-relative, world axes [m]
 layout(location = 1) out vec3 v_normal;   // not normalised
-layout(location = 2) flat out uvec4 v_ids; // material, node, primitive, 1 or 0: sign of the determinant
+layout(location = 2) flat out uvec4 v_ids; // material, node, primitive, determinant is positive
 #ifdef HAS_TANGENT
 layout(location = 2) in vec4 a_tangent;
 layout(location = 3) out vec4 v_tangent;

@@ -24,7 +24,8 @@ layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statis
 uniform vec3 u_sky, u_ground; // nt
 uniform float u_taps;         // per shadow query, for the statistics
 #ifdef HAS_LIGHT_SLICE
-// More lights than one invocation may loop over: each dispatch walks a part of the lists, the first adds all else.
+// More lights than one invocation may loop over: each dispatch walks a part of the lists, the first
+// adds all else.
 uniform uvec2 u_light_slice; // first entry, count
 #define IS_FIRST_SLICE (u_light_slice.x == 0u)
 #else

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a caster does to light at the centre of a texel: its depth in the light's list and its
-// transmittance. Provides: caster_depth(), caster_base(), caster_transmittance(). Fragment stage. Needs the
-// defines of shadow_caster.vert.glsl.
+// transmittance. Provides: caster_depth(), caster_base(), caster_transmittance(). Fragment stage.
+// Needs the defines of shadow_caster.vert.glsl.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"

@@ -16,6 +16,7 @@ void main()
     if (i >= u_count)
         return;
     uvec4 p = texelFetch(u_points, int(2u * i)), n = texelFetch(u_points, int(2u * i + 1u));
-    vec3 t = shadow_transmittance(n.w, uintBitsToFloat(p.xyz), uintBitsToFloat(n.xyz), vec2(0.0), p.w);
+    vec3 at = uintBitsToFloat(p.xyz), normal = uintBitsToFloat(n.xyz);
+    vec3 t = shadow_transmittance(n.w, at, normal, vec2(0.0), p.w);
     results[i] = vec4(t, 1.0);
 }

@@ -12,7 +12,7 @@ support.needs(REAL)
 
 
 def lit_floor():
-    """A white floor of 4 by 4 metres, a red pane of glass over its middle, a lamp above, a camera."""
+    """A white floor of 4 by 4 metres, a red pane over its middle, a lamp above, a camera."""
     positions = struct.pack("<12f", -2, 0, -2, 2, 0, -2, -2, 0, 2, 2, 0, 2)
     normals = struct.pack("<12f", *[0, 1, 0] * 4)
     indices = struct.pack("<6H", 0, 2, 1, 1, 2, 3)
@@ -102,7 +102,7 @@ class Real(support.unittest.TestCase):
         return reply
 
     def floor_pixel(self, x, **members):
-        """Red, green, blue of the floor at x metres from its middle, without the pane in the way."""
+        """Red, green, blue of the floor x metres from its middle, no pane in the way."""
         camera = {"eye": [x, 0.5, 0.001], "target": [x, 0, 0], "up": [0, 0, -1], "fov_y_deg": 20}
         _, _, _, _, rows = read_png(self.render(camera=camera, **members).body)
         return list(rows[32][32 * 4 : 32 * 4 + 3])

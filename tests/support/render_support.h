@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* Whole renders for tests and benchmarks: GLB bytes or a file in, linear images out. Thread: one, it becomes the GL
- * thread. */
+/* Whole renders for tests and benchmarks: GLB bytes or a file in, linear images out. Thread: one,
+ * it becomes the GL thread. */
 #ifndef VITRAIL_TESTS_SUPPORT_RENDER_SUPPORT_H
 #define VITRAIL_TESTS_SUPPORT_RENDER_SUPPORT_H
 
 #include "renderer/renderer.h"
 #include "tests/support/import_support.h"
 
-/* A strict renderer (a GL error aborts). Exits the test program with 77 when the machine has no GL device. */
+/* A strict renderer (a GL error aborts). Exits the test program with 77 when the machine has no GL
+ * device. */
 struct renderer *render_rig_create(void);
 
 /* A scene resident on the renderer under `key`, with the memory behind it. Zeroed = empty. */
@@ -15,8 +16,9 @@ struct rig_scene {
     struct imported_scene imported;
     char key[65];
 };
-MUST_CHECK bool rig_scene_from_glb(struct rig_scene *scene, struct renderer *renderer, const char *key,
-                                   const void *glb, size_t size_bytes, struct error *err);
+MUST_CHECK bool rig_scene_from_glb(struct rig_scene *scene, struct renderer *renderer,
+                                   const char *key, const void *glb, size_t size_bytes,
+                                   struct error *err);
 /* A path below the asset folder; see imported_asset_load. */
 MUST_CHECK bool rig_scene_from_asset(struct rig_scene *scene, struct renderer *renderer,
                                      const char *path, struct error *err);
@@ -25,10 +27,12 @@ void rig_scene_finish(struct rig_scene *scene, struct renderer *renderer);
 /* The pixel (x, y), first row on top, of an F32 image. */
 const float *image_pixel_f32(const struct image *image, int x, int y);
 
-/* Projects a world point to pixel coordinates of a LOOK_AT view (continuous, y down); false when behind the eye. */
+/* Projects a world point to pixel coordinates of a LOOK_AT view (continuous, y down); false when
+ * behind the eye. */
 bool view_project(const struct view *view, const double world[3], double pixel[2]);
 
-/* Tone-maps a color output and writes it as PNG below the build folder's images/, for people to look at. */
+/* Tone-maps a color output and writes it as PNG below the build folder's images/, for people to
+ * look at. */
 void save_picture(const struct image *color, const char *name);
 
 #endif
