@@ -36,6 +36,7 @@ enum {
 };
 
 struct http_server {
+    const struct config *config;
     const struct log *log;
     struct http_service service;
     struct http_policy policy;
@@ -498,8 +499,9 @@ static bool listen_on(struct http_server *server, const struct config *config, s
     return true;
 }
 
-static bool start_daemon(struct http_server *server, const struct config *config, struct error *err)
+bool http_server_start(struct http_server *server, struct error *err)
 {
+    const struct config *config = server->config;
     /* An array, because in a variadic list one conditional option too many ends it unnoticed. */
     struct MHD_OptionItem options[] = {
         {MHD_OPTION_CONNECTION_LIMIT, config->connections, NULL},
@@ -527,6 +529,7 @@ struct http_server *http_server_create(const struct http_server_desc *desc, stru
         error_set(err, ERROR_NO_MEMORY, "HTTP server");
         return NULL;
     }
+    server->config = desc->config;
     server->log = desc->log;
     server->service = desc->service;
     server->policy = (struct http_policy){.is_loopback = desc->config->is_loopback,
@@ -541,7 +544,7 @@ struct http_server *http_server_create(const struct http_server_desc *desc, stru
         error_set(err, ERROR_INTERNAL, "getrandom: %s", strerror(errno));
         goto fail;
     }
-    if (!listen_on(server, desc->config, err) || !start_daemon(server, desc->config, err))
+    if (!listen_on(server, desc->config, err))
         goto fail;
     return server;
 
@@ -557,7 +560,7 @@ int http_server_port(const struct http_server *server)
 
 void http_server_quiesce(struct http_server *server)
 {
-    if (server->is_quiesced)
+    if (server->is_quiesced || !server->daemon)
         return;
     MHD_quiesce_daemon(server->daemon);
     server->is_quiesced = true;

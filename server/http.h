@@ -47,8 +47,11 @@ struct http_server_desc {
     struct http_service service; /* required */
 };
 
-/* Binds and serves. ERROR_IO names the address that could not be bound. */
+/* Binds and listens. ERROR_IO names the address that could not be bound. */
 struct http_server *http_server_create(const struct http_server_desc *desc, struct error *err);
+
+/* From here on callbacks come, so whatever they use must be in place. */
+MUST_CHECK bool http_server_start(struct http_server *server, struct error *err);
 int http_server_port(const struct http_server *server);
 
 /* Stopping, in this order: quiesce accepts no one new; then the owner completes every waiting

@@ -51,7 +51,7 @@ struct service *service_create(const struct config *config, const struct log *lo
         &(struct http_server_desc){
             .config = config, .log = log, .service = router_service(service)},
         err);
-    if (!service->http)
+    if (!service->http || !http_server_start(service->http, err))
         goto fail;
     return service;
 

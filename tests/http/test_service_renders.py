@@ -259,8 +259,8 @@ class Queue(support.ServiceTest):
 
     def test_a_client_that_leaves_is_taken_out_of_the_queue(self):
         before = self.daemon.stats()["renders"]["cancelled"]
-        peers = self.occupy(300, 6)
         scene = self.daemon.push(triangle())
+        peers = self.occupy(500, 6)
         leaving = [self.begin(scene) for _ in range(5)]
         support.wait_until(lambda: self.daemon.stats()["renders"]["waiting"] >= 5, "they wait")
         for peer in leaving:
@@ -272,8 +272,8 @@ class Queue(support.ServiceTest):
         self.assert_serves()
 
     def test_a_full_queue_replies_503_with_retry_after(self):
-        peers = self.occupy(1500, 4)
         scene = self.daemon.push(triangle())
+        peers = self.occupy(1500, 4)
         waiting = [self.begin(scene) for _ in range(257)]
         support.wait_until(
             lambda: self.daemon.stats()["renders"]["waiting"] == 256, "the queue is full"

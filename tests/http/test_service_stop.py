@@ -15,7 +15,7 @@ support.needs(support.FAKE)
 class Stop(support.unittest.TestCase):
     def test_renders_in_flight_are_answered_before_the_end(self):
         with support.Daemon() as daemon, concurrent.futures.ThreadPoolExecutor(8) as pool:
-            scene = daemon.wait_ready().push(triangle("fake:slow=150"))
+            scene = daemon.wait_ready().push(triangle("fake:slow=300"))
             replies = [pool.submit(daemon.render, scene) for _ in range(8)]
             support.wait_until(
                 lambda: daemon.stats()["http"]["in_flight"] >= 9, "they are in flight"
@@ -27,7 +27,7 @@ class Stop(support.unittest.TestCase):
 
     def test_while_draining_no_one_new_is_let_in(self):
         with support.Daemon() as daemon, concurrent.futures.ThreadPoolExecutor(1) as pool:
-            scene = daemon.wait_ready().push(triangle("fake:slow=1500"))
+            scene = daemon.wait_ready().push(triangle("fake:slow=3000"))
             idle = support.http.client.HTTPConnection("127.0.0.1", daemon.port, timeout=10)
             idle.request("GET", "/readyz")
             self.assertEqual(200, support.Reply(idle.getresponse()).status)
