@@ -489,13 +489,15 @@ static bool listen_on(struct http_server *server, const struct config *config, s
         setsockopt(server->listen_fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
         bind(server->listen_fd, address, length) != 0 || listen(server->listen_fd, BACKLOG) != 0)
         return error_set(err, ERROR_IO, "listen on %s: %s", config->listen, strerror(errno));
-    struct sockaddr_storage bound;
+    union {
+        struct sockaddr any;
+        struct sockaddr_in v4;
+        struct sockaddr_in6 v6;
+    } bound = {.v6 = {0}};
     length = sizeof bound;
-    if (getsockname(server->listen_fd, (struct sockaddr *)&bound, &length) != 0)
+    if (getsockname(server->listen_fd, &bound.any, &length) != 0)
         return error_set(err, ERROR_IO, "listen on %s: %s", config->listen, strerror(errno));
-    const void *any = &bound;
-    server->port = ntohs(bound.ss_family == AF_INET6 ? ((const struct sockaddr_in6 *)any)->sin6_port
-                                                     : ((const struct sockaddr_in *)any)->sin_port);
+    server->port = ntohs(bound.any.sa_family == AF_INET6 ? bound.v6.sin6_port : bound.v4.sin_port);
     return true;
 }
 

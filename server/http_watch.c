@@ -2,6 +2,7 @@
 /* One thread that polls waiting connections for a hang-up and shuts down those that overstay. */
 #include "server/http_watch.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <poll.h>
 #include <pthread.h>
@@ -107,6 +108,7 @@ static void look_around(struct http_watch *watch, struct poll_set *set)
     set->count = 0;
     if (!poll_set_reserve(set, watch->count + 1))
         return;
+    assert(set->fds && set->serials);
     set->fds[set->count++] = (struct pollfd){.fd = watch->wake_fd, .events = POLLIN};
     for (struct http_watched *watched = watch->first; watched; watched = watched->next) {
         if (watched->phase == PHASE_WAIT && watched->on_gone) {
@@ -149,6 +151,10 @@ static void *watch_run(void *argument)
         pthread_mutex_unlock(&watch->mutex);
         if (is_stopping)
             break;
+        if (set.count == 0) { /* no memory for the list: try again later */
+            nanosleep(&(struct timespec){.tv_nsec = TICK_MS * 1000000}, NULL);
+            continue;
+        }
         if (poll(set.fds, set.count, TICK_MS) <= 0)
             continue;
         eventfd_t ignored;
