@@ -113,7 +113,8 @@ static void trace_pixel(struct tracer *tracer, int x, int y)
     for (int s = 0; s < side * side; s++) {
         struct rt_ray ray;
         double color[4];
-        camera_ray(job, x + (s % side + 0.5) / side, y + (s / side + 0.5) / side, &ray);
+        int column = s % side, row = s / side;
+        camera_ray(job, x + (column + 0.5) / side, y + (row + 0.5) / side, &ray);
         trace_ray(tracer, &ray, color);
         for (int k = 0; k < 4; k++)
             sum[k] += color[k];
@@ -164,7 +165,7 @@ static int choose_threads(const struct raytrace_desc *desc)
 {
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     int threads = desc->threads ? desc->threads : (int)(cores > 0 ? cores : 1);
-    return threads > THREADS_MAX ? THREADS_MAX : threads;
+    return threads < 1 ? 1 : threads > THREADS_MAX ? THREADS_MAX : threads;
 }
 
 /* Threads that cannot be started leave their rows to the others; the calling thread always works.
@@ -182,7 +183,7 @@ static bool run_threads(struct trace_job *job, struct error *err)
     for (int i = 1; ok && i < count; i++)
         if (pthread_create(&threads[started], NULL, trace_rows, &tracers[i]) == 0)
             started++;
-    if (ok)
+    if (ok && ready)
         trace_rows(&tracers[0]);
     for (int i = 0; i < started; i++)
         pthread_join(threads[i], NULL);

@@ -90,7 +90,7 @@ void rt_scene_finish(struct rt_scene *scene)
         rtcReleaseScene(scene->scene);
     if (scene->device)
         rtcReleaseDevice(scene->device);
-    for (size_t i = 0; i < scene->mesh_count; i++)
+    for (size_t i = 0; scene->meshes && i < scene->mesh_count; i++)
         free(scene->meshes[i].positions);
     free(scene->meshes);
     *scene = (struct rt_scene){0};

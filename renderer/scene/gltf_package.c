@@ -251,7 +251,7 @@ bool gltf_package_resolve(const struct gltf_package *package, const char *uri,
     }
     if (has_scheme(uri))
         return refuse(err, uri, "has a scheme; only data: and uploaded files are read");
-    char path[PATH_BYTES_MAX], normal[PATH_BYTES_MAX] = "";
+    char path[PATH_BYTES_MAX] = "", normal[PATH_BYTES_MAX] = "";
     if (!decode_percent(uri, path, sizeof path))
         return refuse(err, uri, "is too long or badly escaped");
     if (path[0] == '/')

@@ -151,7 +151,7 @@ bool import_hierarchy(struct importer *importer, struct error *err)
     int32_t *parents = malloc((count + 1) * sizeof *parents);
     uint32_t *stack = malloc((count + 1) * sizeof *stack),
              *depths = malloc((count + 1) * sizeof *depths);
-    importer->node_order = malloc((count + 1) * sizeof *importer->node_order);
+    importer->node_order = calloc(count + 1, sizeof *importer->node_order);
     importer->mesh_of = malloc((importer->document->mesh_count + 1) * sizeof *importer->mesh_of);
     bool is_done = false;
     if (!parents || !stack || !depths || !importer->node_order || !importer->mesh_of)

@@ -437,10 +437,12 @@ static void set_defines(struct shadow_system *shadows)
         has[6] |= map->kind == SHADOW_LINKED;
         has[7] |= map->is_faithful;
     }
+    size_t length = 0, size = sizeof shadows->defines;
     shadows->defines[0] = 0;
     for (size_t i = 0; i < sizeof items / sizeof *items; i++)
         if (has[i])
-            strcat(shadows->defines, items[i]);
+            length += (size_t)snprintf(shadows->defines + length, size - length, "%s", items[i]);
+    assert(length < size);
 }
 
 static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map)
