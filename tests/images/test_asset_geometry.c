@@ -147,8 +147,8 @@ static void blended_card_fades_from_foot_to_top(void **state)
         for (int k = -4; k <= 4; k++) { /* over several stripes */
             const double at[3] = {-1.5 + 0.05 * k, y, 0};
             for (int c = 0; c < 3; c++)
-                apart += fabs((double)image_at(&with, &view, at)[c] -
-                              image_at(&without, &view, at)[c]);
+                apart +=
+                    fabs((double)image_at(&with, &view, at)[c] - image_at(&without, &view, at)[c]);
         }
         assert_true(apart < last);
         first = fmax(first, apart);
@@ -207,8 +207,8 @@ static void mirrored_nodes_show_their_front(void **state)
  * the cosine to a far viewer is 2/3. */
 static void mirrored_spheres_have_outward_normals(void **state)
 {
-    static const char *const spheres[] = {"NotShiny1", "NotShinyMinus1", "Dark1",
-                                          "DarkMinus1", "Shiny1", "ShinyMinus1"};
+    static const char *const spheres[] = {"NotShiny1",  "NotShinyMinus1", "Dark1",
+                                          "DarkMinus1", "Shiny1",         "ShinyMinus1"};
     struct rig_scene rig;
     struct frame frame;
     rig_asset_open(&rig, *state, "NegativeScaleTest/glTF-Binary/NegativeScaleTest.glb");

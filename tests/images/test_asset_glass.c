@@ -28,8 +28,8 @@ static void light_backdrop(struct view *view, const struct view_light *light)
 }
 
 /* What share of the second picture's light the first one shows at a world point. */
-static void share_at(const struct image *with, const struct image *without,
-                     const struct view *view, const double at[3], double share[3])
+static void share_at(const struct image *with, const struct image *without, const struct view *view,
+                     const double at[3], double share[3])
 {
     for (int c = 0; c < 3; c++)
         share[c] = (double)image_at(with, view, at)[c] / image_at(without, view, at)[c];
@@ -190,9 +190,9 @@ static void transmission_textures_and_masks_tell_glass_from_paint(void **state)
     static const struct {
         const char *node;
         bool has_paint; /* a texture makes part of the sphere opaque */
-    } spheres[] = {{"YellowTrans", false},    {"RedTransTexture", true},
-                   {"YellowTransRough", false}, {"RedTransTextureRough", true},
-                   {"GreenMask", false},      {"YellowTransMetal", true},
+    } spheres[] = {{"YellowTrans", false},        {"RedTransTexture", true},
+                   {"YellowTransRough", false},   {"RedTransTextureRough", true},
+                   {"GreenMask", false},          {"YellowTransMetal", true},
                    {"RedTransTextureMetal", true}};
     struct rig_scene rig;
     struct frame frame;
@@ -212,8 +212,8 @@ static void transmission_textures_and_masks_tell_glass_from_paint(void **state)
     for (size_t i = 0; i < sizeof spheres / sizeof *spheres; i++) {
         int through, opaque;
         count_seen_through(&frame.outputs[VIEW_OUTPUT_COLOR], &without,
-                           &frame.outputs[VIEW_OUTPUT_NODE],
-                           scene_node_id(&rig, spheres[i].node), &through, &opaque);
+                           &frame.outputs[VIEW_OUTPUT_NODE], scene_node_id(&rig, spheres[i].node),
+                           &through, &opaque);
         if (through < 100 || (opaque > 100) != spheres[i].has_paint)
             fail_msg("%s: %d pixels show what is behind, %d do not", spheres[i].node, through,
                      opaque);
@@ -231,8 +231,7 @@ static void flowers_are_seen_through_both_vases(void **state)
     struct rig_scene rig;
     struct frame frame;
     rig_asset_open(&rig, *state, "GlassVaseFlowers/glTF-Binary/GlassVaseFlowers.glb");
-    struct view view =
-        asset_view((double[]){0.16, 0.16, 0.42}, (double[]){0.055, 0.1, 0}, 32);
+    struct view view = asset_view((double[]){0.16, 0.16, 0.42}, (double[]){0.055, 0.1, 0}, 32);
     asset_shoot(*state, &rig, &view, "GlassVaseFlowers", &frame);
     asset_check_invariants(*state, &rig, &view);
     struct view_node_override hidden[2];
@@ -275,7 +274,8 @@ static void bulbs_glow_through_the_stained_glass(void **state)
 {
     struct rig_scene rig;
     struct frame frame, dark;
-    rig_asset_open(&rig, *state, "StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp-transmission.gltf");
+    rig_asset_open(&rig, *state,
+                   "StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp-transmission.gltf");
     struct view view = asset_view((double[]){0.25, 0.5, 0.9}, (double[]){0, 0.36, 0}, 42);
     asset_shoot(*state, &rig, &view, "StainedGlassLamp", &frame);
     asset_check_invariants(*state, &rig, &view);

@@ -6,7 +6,7 @@
 #include "tests/support/image_checks.h"
 
 /* Every asset test's main: skips with 77 when the folder or a GL device is absent. */
-int asset_setup(void **state);    /* *state: struct renderer */
+int asset_setup(void **state); /* *state: struct renderer */
 int asset_teardown(void **state);
 
 /* A perspective LOOK_AT view of 480 x 270 with every output. */
