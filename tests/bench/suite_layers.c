@@ -14,7 +14,7 @@
 #include "tests/bench/bench.h"
 #include "tests/support/shadow_rig.h"
 
-enum { FORMS = 3, REPEATS = 3 };
+enum { FORMS = 3, REPEATS = 2 };
 
 static const struct {
     const char *name;
