@@ -16,24 +16,59 @@
 
 #include "server/ipc.h"
 
-enum { ENVIRONMENT_MAX = 16 };
+/* Environment of a child: an owned array of owned strings. */
+struct environment {
+    char **entries;
+    size_t count;
+};
 
-/* What a decoder may know of our environment: how to find libraries and how sanitizers report. */
-static void decoder_environment(char *environment[ENVIRONMENT_MAX])
+static bool environment_add(struct environment *environment, const char *name, const char *value)
 {
-    static const char *const kept[] = {
-        "LD_LIBRARY_PATH=", "ASAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS="};
-    static char locale[] = "LC_ALL=C.UTF-8", threads[] = "OPENIMAGEIO_THREADS=1",
-                arenas[] = "MALLOC_ARENA_MAX=1";
-    size_t count = 0;
-    environment[count++] = locale;
-    environment[count++] = threads;
-    environment[count++] = arenas;
-    for (char **entry = environ; *entry; entry++)
-        for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++)
-            if (strncmp(*entry, kept[i], strlen(kept[i])) == 0 && count + 1 < ENVIRONMENT_MAX)
-                environment[count++] = *entry;
-    environment[count] = NULL;
+    char **entries = realloc(environment->entries, (environment->count + 2) * sizeof(char *));
+    if (!entries)
+        return false;
+    environment->entries = entries;
+    if (asprintf(&entries[environment->count], "%s%s", name, value) < 0)
+        return false;
+    entries[++environment->count] = NULL;
+    return true;
+}
+
+static void environment_finish(struct environment *environment)
+{
+    for (size_t i = 0; i < environment->count; i++)
+        free(environment->entries[i]);
+    free(environment->entries);
+}
+
+/* What a decoder may know: how to find libraries and how sanitizers report. */
+static bool environment_init_decoder(struct environment *environment)
+{
+    static const char *const kept[] = {"LD_LIBRARY_PATH", "ASAN_OPTIONS", "UBSAN_OPTIONS",
+                                       "TSAN_OPTIONS"};
+    bool is_good = environment_add(environment, "LC_ALL=", "C.UTF-8") &&
+                   environment_add(environment, "OPENIMAGEIO_THREADS=", "1") &&
+                   environment_add(environment, "MALLOC_ARENA_MAX=", "1");
+    for (size_t i = 0; is_good && i < sizeof kept / sizeof kept[0]; i++) {
+        const char *value = getenv(kept[i]);
+        char name[32];
+        snprintf(name, sizeof name, "%s=", kept[i]);
+        is_good = !value || environment_add(environment, name, value);
+    }
+    return is_good;
+}
+
+/* Ours, and where Mesa's and NVIDIA's drivers put compiled shaders. */
+static bool environment_init_worker(struct environment *environment, const char *cache_dir)
+{
+    bool is_good = true;
+    for (char **entry = environ; is_good && *entry; entry++)
+        is_good = environment_add(environment, *entry, "");
+    if (is_good && cache_dir && !getenv("MESA_SHADER_CACHE_DIR"))
+        is_good = environment_add(environment, "MESA_SHADER_CACHE_DIR=", cache_dir);
+    if (is_good && cache_dir && !getenv("__GL_SHADER_DISK_CACHE_PATH"))
+        is_good = environment_add(environment, "__GL_SHADER_DISK_CACHE_PATH=", cache_dir);
+    return is_good;
 }
 
 /* Default signals, an empty mask: what a fresh process expects. */
@@ -58,26 +93,36 @@ static bool prepare_files(posix_spawn_file_actions_t *actions, int socket)
            posix_spawn_file_actions_addclosefrom_np(actions, CHILD_SOCKET_FD + 1) == 0;
 }
 
-bool child_start(struct child *child, const char *role, struct error *err)
+/* Answers an errno. */
+static int spawn(pid_t *pid, int socket, const char *role, char **environment)
 {
-    *child = (struct child){0};
-    int sockets[2];
-    if (!ipc_pair_create(sockets, err))
-        return false;
     char flag[32], name[] = "vitraild";
     snprintf(flag, sizeof flag, "--role=%s", role);
-    char *arguments[] = {name, flag, NULL}, *bare[ENVIRONMENT_MAX];
-    decoder_environment(bare);
+    char *arguments[] = {name, flag, NULL};
     posix_spawnattr_t attributes;
     posix_spawn_file_actions_t actions;
     posix_spawnattr_init(&attributes);
     posix_spawn_file_actions_init(&actions);
     int failure = ENOMEM;
-    if (prepare_attributes(&attributes) && prepare_files(&actions, sockets[1]))
-        failure = posix_spawn(&child->pid, "/proc/self/exe", &actions, &attributes, arguments,
-                              strcmp(role, "decoder") == 0 ? bare : environ);
+    if (prepare_attributes(&attributes) && prepare_files(&actions, socket))
+        failure = posix_spawn(pid, "/proc/self/exe", &actions, &attributes, arguments, environment);
     posix_spawn_file_actions_destroy(&actions);
     posix_spawnattr_destroy(&attributes);
+    return failure;
+}
+
+bool child_start(struct child *child, const char *role, const char *cache_dir, struct error *err)
+{
+    *child = (struct child){0};
+    int sockets[2];
+    if (!ipc_pair_create(sockets, err))
+        return false;
+    struct environment environment = {0};
+    bool is_prepared = strcmp(role, "decoder") == 0
+                           ? environment_init_decoder(&environment)
+                           : environment_init_worker(&environment, cache_dir);
+    int failure = is_prepared ? spawn(&child->pid, sockets[1], role, environment.entries) : ENOMEM;
+    environment_finish(&environment);
     close(sockets[1]);
     child->socket = sockets[0];
     if (failure == 0)

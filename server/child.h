@@ -18,9 +18,11 @@ struct child {
     int socket; /* our end; owned */
 };
 
-/* role: "worker" or "decoder". A decoder gets no environment but what its libraries need; its end
- * dies with our thread. */
-MUST_CHECK bool child_start(struct child *child, const char *role, struct error *err);
+/* role: "worker" or "decoder". A decoder gets no environment but what its libraries need. A worker
+ * gets ours, and drivers keep their shader caches in cache_dir (NULL: where they like) unless ours
+ * says otherwise. The child dies with the thread that started it. */
+MUST_CHECK bool child_start(struct child *child, const char *role, const char *cache_dir,
+                            struct error *err);
 
 /* Closes our end, gives the child grace_ms to leave by itself, kills it, reaps it, and says how it
  * ended: "signal 11 (Segmentation fault)", "exit status 1". The text may be NULL. Accepts zeroed;

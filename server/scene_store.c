@@ -212,6 +212,10 @@ struct scene_store *scene_store_create(const char *state_dir, const struct log *
                   state_dir);
         goto fail;
     }
+    int cache_fd = open_directory(state_fd, "cache", err);
+    if (cache_fd < 0)
+        goto fail;
+    close(cache_fd);
     if ((store->scenes_fd = open_directory(state_fd, "scenes", err)) < 0 ||
         (store->tmp_fd = open_directory(state_fd, "tmp", err)) < 0 ||
         !for_each_entry(store->tmp_fd, remove_tmp, store, err) ||

@@ -6,6 +6,7 @@
  * STATE/scenes/ID/blob          the decoded scene (renderer/scene/scene_blob.h)
  * STATE/scenes/ID/summary.json  what GET /v1/scenes/ID answers, and the version of the blob
  * STATE/tmp/                    uploads and drafts; emptied at start
+ * STATE/cache/                  shaders that the worker's driver has compiled
  * Nothing is ever written elsewhere. */
 #ifndef VITRAIL_SERVER_SCENE_STORE_H
 #define VITRAIL_SERVER_SCENE_STORE_H

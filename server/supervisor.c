@@ -226,7 +226,9 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
 static void start_worker(struct supervisor *supervisor)
 {
     struct error problem = {0};
-    if (child_start(&supervisor->worker, "worker", &problem) &&
+    char cache_dir[CONFIG_PATH_BYTES + sizeof "/cache"];
+    snprintf(cache_dir, sizeof cache_dir, "%s/cache", supervisor->desc.config->state_dir);
+    if (child_start(&supervisor->worker, "worker", cache_dir, &problem) &&
         (!ipc_set_timeout(supervisor->worker.socket, PEER_STALL_S, &problem) ||
          !send_settings(supervisor, &problem)))
         child_stop(&supervisor->worker, 0, NULL, 0);

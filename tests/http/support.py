@@ -276,13 +276,14 @@ class Daemon:
         self.state_dir = state_dir or os.path.join(self.folder.name, "state")
         self.log_path = os.path.join(self.folder.name, "log")
         clean = {key: value for key, value in os.environ.items() if not key.startswith("VITRAIL_")}
+        changed = {**clean, **(environment or {})}  # None takes a variable away
         with open(self.log_path, "wb") as log:
             self.process = subprocess.Popen(
                 [program, "--listen", "127.0.0.1:0", "--state-dir", self.state_dir, *flags],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=log,
-                env={**clean, **(environment or {})},
+                env={key: value for key, value in changed.items() if value is not None},
             )
         line = self.process.stdout.readline().decode()
         match = re.fullmatch(r"listening on http://127\.0\.0\.1:(\d+)\n", line)

@@ -164,6 +164,18 @@ class Real(support.unittest.TestCase):
         self.render()
         self.assertNotEqual(pid, self.daemon.worker_pid())
 
+    def test_drivers_keep_their_shader_caches_in_the_state_directory(self):
+        with support.tempfile.TemporaryDirectory() as home:
+            state = os.path.join(home, "state")
+            names = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_STATE_HOME", "XDG_RUNTIME_DIR")
+            environment = {name: home for name in names} | {"MESA_SHADER_CACHE_DIR": None}
+            with support.Daemon(program=REAL, state_dir=state, environment=environment) as daemon:
+                daemon.wait_ready()
+                self.assertEqual(200, daemon.render(daemon.push(lit_floor())).status)
+                self.assertEqual(0, daemon.stop())
+            self.assertEqual(["state"], os.listdir(home))
+            self.assertEqual(["cache", "lock", "scenes", "tmp"], sorted(os.listdir(state)))
+
 
 if __name__ == "__main__":
     support.run_tests()
