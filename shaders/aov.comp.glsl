@@ -5,6 +5,7 @@
 // never averaged.
 #include "shared/layout.h"
 #include "shared/bindings.h"
+#include "shared/records.h"
 #include "surface.glsl"
 #include "view_ray.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -17,6 +18,9 @@ layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
 layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
 layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
 #endif
+layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer {
+    material_record materials[];
+};
 layout(std430, binding = BIND_STATISTICS) writeonly buffer aov_buffer { uint words[]; };
 uniform uvec2 u_size_px;
 #ifdef HAS_TRANSPARENT
@@ -57,5 +61,5 @@ void main()
         words[at + 4u + i] = floatBitsToUint(base[i]);
     }
     words[at + 7u] = is_hit ? s.node + 1u : 0u;
-    words[at + 8u] = is_hit ? s.material + 1u : 0u;
+    words[at + 8u] = is_hit ? materials[s.material].source + 1u : 0u;
 }

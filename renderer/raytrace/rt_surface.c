@@ -248,7 +248,8 @@ void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
     sample_slot(scene, hit, SCENE_TEXTURE_TRANSMISSION, texel);
     surface->transmission = (double)m->transmission * texel[0];
     sample_slot(scene, hit, SCENE_TEXTURE_THICKNESS, texel);
-    surface->thickness_m = (double)m->thickness * texel[1];
+    surface->thickness_m =
+        (double)m->thickness * texel[1] * (double)scene->meshes[hit->mesh].item->length_scale;
     double reflectance = ((double)m->ior - 1) / ((double)m->ior + 1);
     surface->f0 = m->ior > 0 ? reflectance * reflectance : 1;
 }

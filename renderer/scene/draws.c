@@ -14,6 +14,7 @@
 
 struct draw_arena {
     struct gl_buffer draws, materials;
+    uint32_t *item_materials;    /* per item of the state: index of its material record */
     struct draw_record *records; /* of the submission in the making */
     size_t record_capacity;
     size_t used; /* records of this frame already on the GPU */
@@ -33,6 +34,7 @@ void draw_arena_destroy(struct draw_arena *arena)
         return;
     gl_buffer_finish(&arena->draws);
     gl_buffer_finish(&arena->materials);
+    free(arena->item_materials);
     free(arena->records);
     free(arena);
 }
@@ -109,14 +111,46 @@ static void fill_material(const struct scene *scene, const struct state_material
     fill_textures(scene, m, r);
 }
 
+/* Thickness is a length of the model and grows with its node (KHR_materials_volume), by one factor
+ * here. Items that this changes use copies of their material's record. */
+static bool is_scaled(const struct scene_state *state, const struct state_item *item)
+{
+    const struct scene_material *m = &state->materials[item->material].base;
+    return m->transmission > 0 && m->thickness > 0 && fabsf(item->length_scale - 1) > 1e-6f;
+}
+
+static void assign_materials(struct draw_arena *arena, const struct scene_state *state,
+                             struct material_record *records)
+{
+    uint32_t next = state->scene->material_count;
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        arena->item_materials[i] = item->material;
+        if (!is_scaled(state, item))
+            continue;
+        records[next] = records[item->material];
+        records[next].transmission_f0_thickness.v[2] *= item->length_scale;
+        arena->item_materials[i] = next++;
+    }
+}
+
 bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state, struct error *err)
 {
-    uint32_t count = state->scene->material_count;
+    size_t count = state->scene->material_count;
+    for (size_t i = 0; i < state->item_count; i++)
+        count += is_scaled(state, &state->items[i]);
     struct material_record *records = calloc(count, sizeof *records);
-    if (!records)
-        return error_set(err, ERROR_NO_MEMORY, "%u materials", count);
-    for (uint32_t i = 0; i < count; i++)
+    free(arena->item_materials);
+    arena->item_materials = calloc(state->item_count + 1, sizeof *arena->item_materials);
+    if (!records || !arena->item_materials) {
+        free(records);
+        return error_set(err, ERROR_NO_MEMORY, "%zu materials", count);
+    }
+    for (uint32_t i = 0; i < state->scene->material_count; i++) {
         fill_material(state->scene, &state->materials[i], &records[i]);
+        records[i].source = i;
+    }
+    assign_materials(arena, state, records);
     arena->used = 0;
     uint64_t bytes = count * sizeof *records;
     bool ok =
@@ -132,9 +166,9 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
     return ok;
 }
 
-static void fill_record(const struct draw_desc *desc, const struct state_item *item,
-                        struct draw_record *r)
+static void fill_record(const struct draw_desc *desc, size_t item_index, struct draw_record *r)
 {
+    const struct state_item *item = &desc->state->items[item_index];
     const double *m = desc->state->world[item->node];
     double offset[3];
     vec3_sub(m + 12, desc->origin, offset);
@@ -154,7 +188,7 @@ static void fill_record(const struct draw_desc *desc, const struct state_item *i
         normals[i]->v[3] = 0;
     }
     r->normal_0.v[3] = (float)sign;
-    r->material = item->material;
+    r->material = desc->arena->item_materials[item_index];
     r->node = item->node;
     r->primitive = item->primitive;
     r->object = item->node;
@@ -187,7 +221,7 @@ static bool upload_records(const struct draw_desc *desc, struct error *err)
         arena->record_capacity = desc->item_count;
     }
     for (size_t i = 0; i < desc->item_count; i++) {
-        fill_record(desc, &desc->state->items[desc->items[i]], &arena->records[i]);
+        fill_record(desc, desc->items[i], &arena->records[i]);
         scale_normals(&arena->records[i]);
     }
     uint64_t size = sizeof *arena->records;

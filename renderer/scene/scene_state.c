@@ -182,12 +182,14 @@ static void fill_item(const struct scene_state *state, uint32_t node, uint32_t p
 {
     const struct scene_primitive *p = &state->scene->primitives[primitive];
     const struct scene_material *m = &state->materials[p->material].base;
+    double determinant = mat4_determinant3(state->world[node]);
     *item = (struct state_item){
         .node = node,
         .primitive = primitive,
         .material = p->material,
         .class_ = material_class(m),
-        .is_mirrored = mat4_determinant3(state->world[node]) < 0,
+        .is_mirrored = determinant < 0,
+        .length_scale = (float)cbrt(fabs(determinant)),
         .casts_shadow = p->topology == SCENE_TRIANGLES,
     };
     /* blending with an alpha that is 1 everywhere lets nothing through */

@@ -17,6 +17,7 @@ struct state_item { /* one primitive of one visible node */
     uint32_t node, primitive, material;
     enum state_class class_;
     bool is_mirrored;           /* negative determinant: front faces wind clockwise */
+    float length_scale;         /* world over model lengths: cube root of the determinant's size */
     bool casts_shadow;          /* triangles only; points and lines cast none */
     double center[3], radius_m; /* world bounding sphere */
     double bounds_min[3], bounds_max[3];

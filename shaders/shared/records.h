@@ -37,10 +37,10 @@ struct material_record {
                                        edge exponent */
     vec4 attenuation;               /* rgb: extinction sigma [1/m] of the medium; w unused */
     vec4 edge_color;
-    uint flags;         /* MATERIAL_* */
-    uint texture_mask;  /* bit per enum scene_texture_slot */
-    uint texcoord_mask; /* bit set: slot uses TEXCOORD_1 */
-    uint pad;
+    uint flags;             /* MATERIAL_* */
+    uint texture_mask;      /* bit per enum scene_texture_slot */
+    uint texcoord_mask;     /* bit set: slot uses TEXCOORD_1 */
+    uint source;            /* index of the scene's material: scaled copies share one */
     vec4 uv_transforms[14]; /* two rows per slot: (a, b, c, -) */
 };
 LAYOUT(material_record, flags, 96)

@@ -46,24 +46,31 @@ static void assert_share(const double share[3], const double expected[3], double
 
 /* -- AttenuationTest: rows of blocks, columns of thickness 0.25 to 2 -- */
 
+enum { ROWS = 5, TEXTURED = 4 };
+
 static const struct column {
     double x, thickness_m;
-    const char *nodes[4]; /* of the rows "sample", "thickness factor", "attenuation distance" */
+    const char *nodes[ROWS]; /* thickness by a sample's colour, its factor, the node's scale; by the
+                                attenuation's distance; by a texture on one mesh */
 } columns[] = {
-    {-3.5, 0.25, {"R1_Sample_0.25", "R2_Block_0.25", "R5_Block_0.25"}},
-    {-2, 0.5, {"R1_Sample_0.50", "R2_Block_0.50", "R5_Block_0.50"}},
-    {0, 1, {"R1_Sample_1.0", "R2_Block_1.0", "R5_Block_1.0"}},
-    {2.5, 1.5, {"R1_Sample_1.5", "R2_Block_1.5", "R5_Block_1.5"}},
-    {6, 2, {"R1_Sample_2.0", "R2_Block_2.0", "R5_Block_2.0"}},
+    {-3.5,
+     0.25,
+     {"R1_Sample_0.25", "R2_Block_0.25", "R4_Block_0.25", "R5_Block_0.25", "R3_Block_Row"}},
+    {-2,
+     0.5,
+     {"R1_Sample_0.50", "R2_Block_0.50", "R4_Block_0.50", "R5_Block_0.50", "R3_Block_Row"}},
+    {0, 1, {"R1_Sample_1.0", "R2_Block_1.0", "R4_Block_1.0", "R5_Block_1.0", "R3_Block_Row"}},
+    {2.5, 1.5, {"R1_Sample_1.5", "R2_Block_1.5", "R4_Block_1.5", "R5_Block_1.5", "R3_Block_Row"}},
+    {6, 2, {"R1_Sample_2.0", "R2_Block_2.0", "R4_Block_2.0", "R5_Block_2.0", "R3_Block_Row"}},
 };
-enum { COLUMNS = sizeof columns / sizeof *columns, HIDDEN = 3 * COLUMNS + 1 };
-static const double row_y[] = {6, 3, -6, 0}; /* the last: one mesh, thickness from a texture */
+enum { COLUMNS = sizeof columns / sizeof *columns, HIDDEN = TEXTURED * COLUMNS + 1 };
+static const double row_y[ROWS] = {6, 3, -3, -6, 0};
 
 static void hide_blocks(struct view_node_override hidden[HIDDEN])
 {
     for (int i = 0; i < HIDDEN; i++)
         hidden[i] = (struct view_node_override){
-            .node = i < 3 * COLUMNS ? columns[i / 3].nodes[i % 3] : "R3_Block_Row",
+            .node = i < HIDDEN - 1 ? columns[i / TEXTURED].nodes[i % TEXTURED] : "R3_Block_Row",
             .has_visible = true};
 }
 
@@ -83,6 +90,9 @@ static void blocks_attenuate_the_view_by_beers_law(void **state)
     rig_asset_open(&rig, *state, "AttenuationTest/glTF-Binary/AttenuationTest.glb");
     struct view view = asset_view((double[]){0, 0, 80}, (double[]){0, 0, 0}, 15);
     asset_shoot(*state, &rig, &view, "AttenuationTest", &frame);
+    assert_int_equal(image_id_at(&frame.outputs[VIEW_OUTPUT_MATERIAL], &view, (double[]){6, -3, 0}),
+                     scene_material_id(&rig, "R2_and_R4_ThicknessFac_1.0")); /* shared at several
+                                                                                scales */
     frame_finish(&frame);
     asset_check_invariants(*state, &rig, &view);
     light_backdrop(&view, &side_light);
@@ -92,12 +102,12 @@ static void blocks_attenuate_the_view_by_beers_law(void **state)
     view.node_override_count = HIDDEN;
     struct image without = shoot_color(*state, &rig, &view);
     for (int i = 0; i < COLUMNS; i++)
-        for (int row = 0; row < 4; row++) {
+        for (int row = 0; row < ROWS; row++) {
             double share[3], expected[3];
             const double at[3] = {columns[i].x, row_y[row], 0};
             share_at(&with, &without, &view, at, share);
             beer(columns[i].thickness_m, 0.96, expected); /* less 4 % at the face, ior 1.5 */
-            assert_share(share, expected, row == 3 ? 0.02 : 0.01, columns[i].nodes[row % 3]);
+            assert_share(share, expected, row == TEXTURED ? 0.02 : 0.01, columns[i].nodes[row]);
         }
     image_finish(&with);
     image_finish(&without);
@@ -110,6 +120,7 @@ static void blocks_cast_shadows_by_beers_law(void **state)
                                      .direction = {0, 0, -1},
                                      .color = {1, 1, 1},
                                      .intensity = 3};
+    struct view_node_override hidden[HIDDEN];
     struct rig_scene rig;
     rig_asset_open(&rig, *state, "AttenuationTest/glTF-Binary/AttenuationTest.glb");
     /* From between the blocks and the backdrop. */
@@ -117,20 +128,27 @@ static void blocks_cast_shadows_by_beers_law(void **state)
                                   2 * atan(7 / 1.6) * 180 / pi);
     light_backdrop(&view, &front);
     view.quality.samples = 1;
-    struct image open = shoot_color(*state, &rig, &view);
-    view.quality.shadows = VIEW_SHADOWS_DEEP;
-    struct image lit = shoot_color(*state, &rig, &view);
-    save_picture(&lit, "AttenuationTest-shadows");
-    for (int i = 0; i < COLUMNS; i++)
-        for (int row = 0; row < 4; row++) {
+    hide_blocks(hidden);
+    view.nodes = hidden;
+    for (int technique = 0; technique < 2; technique++) {
+        view.quality.shadows = technique ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_DEEP;
+        view.node_override_count = 0;
+        struct image lit = shoot_color(*state, &rig, &view);
+        save_picture(&lit, technique ? "AttenuationTest-raytraced" : "AttenuationTest-shadows");
+        view.node_override_count = HIDDEN;
+        struct image open = shoot_color(*state, &rig, &view);
+        for (int i = 0; i < COLUMNS * ROWS; i++) {
+            const struct column *column = &columns[i / ROWS];
             double share[3], expected[3];
-            const double at[3] = {columns[i].x, row_y[row], -2};
+            const double at[3] = {column->x, row_y[i % ROWS], -2};
             share_at(&lit, &open, &view, at, share);
-            beer(columns[i].thickness_m, 1, expected);
-            assert_share(share, expected, row == 3 ? 0.02 : 0.005, columns[i].nodes[row % 3]);
+            beer(column->thickness_m, 1, expected);
+            assert_share(share, expected, i % ROWS == TEXTURED ? 0.02 : 0.005,
+                         column->nodes[i % ROWS]);
         }
-    image_finish(&lit);
-    image_finish(&open);
+        image_finish(&lit);
+        image_finish(&open);
+    }
     rig_scene_finish(&rig, *state);
 }
 
