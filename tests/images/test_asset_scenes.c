@@ -22,7 +22,7 @@ static double share_of_hue(const struct image *color, const struct image *ids, u
     size_t count = 0, hits = 0, pixels = (size_t)color->width_px * (size_t)color->height_px;
     for (size_t i = 0; i < pixels; i++) {
         const float *p = (const float *)color->pixels + 4 * i;
-        double largest = fmax(p[0], fmax(p[1], p[2]));
+        double largest = (double)fmaxf(p[0], fmaxf(p[1], p[2]));
         if (((const uint32_t *)ids->pixels)[i] != id)
             continue;
         count++;

@@ -110,7 +110,9 @@ static struct image shoot_lamps(struct lamps *lamps, int first, int count, float
     lights[0].intensity *= factor;
     lamps->view.lights = lights;
     lamps->view.light_count = (size_t)count;
-    return shoot_color(lamps->renderer, lamps->scene, &lamps->view);
+    struct image color = shoot_color(lamps->renderer, lamps->scene, &lamps->view);
+    lamps->view.lights = NULL;
+    return color;
 }
 
 /* a += factor * b */

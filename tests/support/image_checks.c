@@ -111,7 +111,7 @@ struct image_difference image_compare(const struct image *a, const struct image 
         for (int x = 0; x < a->width_px; x++) {
             const float *p = image_pixel_f32(a, x, y), *q = image_pixel_f32(b, x, y);
             for (int c = 0; c < 3; c++) {
-                double apart = fabs((double)p[c] - q[c]), large = fmax(p[c], q[c]);
+                double apart = fabs((double)p[c] - q[c]), large = (double)fmaxf(p[c], q[c]);
                 worst.absolute = fmax(worst.absolute, isnan(apart) ? INFINITY : apart);
                 if (!(apart / fmax(large, dark) <= worst.relative))
                     worst =
