@@ -143,7 +143,7 @@ static json_t *write_parameter(int min, int max, int value, const int *allowed)
 
 static json_t *write_techniques(void)
 {
-    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 0};
+    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 16, 64, 0};
     struct json_writer writer = json_writer_begin(), parameters = json_writer_begin();
     for (size_t i = 0; i < sizeof technique_kinds / sizeof *technique_kinds; i++)
         json_put(&writer, technique_kinds[i].key, write_kind(&technique_kinds[i]));
@@ -153,7 +153,7 @@ static json_t *write_techniques(void)
     json_put(&parameters, "shadow_resolution",
              write_parameter(1, LIMIT_SHADOW_RESOLUTION, quality->shadow_resolution, NULL));
     json_put(&parameters, "shadow_taps", write_parameter(1, 16, quality->shadow_taps, taps));
-    json_put(&parameters, "samples", write_parameter(1, 4, quality->samples, samples));
+    json_put(&parameters, "samples", write_parameter(1, 64, quality->samples, samples));
     json_put(&writer, "parameters", json_writer_take(&parameters));
     return json_writer_take(&writer);
 }

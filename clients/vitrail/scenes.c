@@ -21,12 +21,16 @@ static void print_table(const json_t *scenes)
         char id[SCENE_ID_BYTES], name[256];
         const char *text = json_string_value(json_object_get(scene, "id"));
         const char *title = json_string_value(json_object_get(scene, "name"));
-        json_int_t bytes = json_integer_value(json_object_get(scene, "decoded_bytes"));
+        const json_t *bytes = json_object_get(scene, "bytes");
+        json_int_t decoded = json_integer_value(json_object_get(bytes, "decoded"));
         text_copy_printable(id, sizeof id, text ? text : "");
         text_copy_printable(name, sizeof name, title ? title : "");
-        printf("%s  %" JSON_INTEGER_FORMAT " triangles, %.1f MiB  %s\n", id,
-               json_integer_value(json_object_get(scene, "triangles")), (double)bytes / 1048576.,
-               name);
+        printf("%s  %" JSON_INTEGER_FORMAT " triangles, %" JSON_INTEGER_FORMAT
+               " materials, %" JSON_INTEGER_FORMAT " lights, %.1f MiB  %s\n",
+               id, json_integer_value(json_object_get(scene, "triangles")),
+               json_integer_value(json_object_get(scene, "material_count")),
+               json_integer_value(json_object_get(scene, "light_count")),
+               (double)decoded / 1048576., name);
     }
 }
 
