@@ -72,8 +72,8 @@ static bool open_sponza(struct bench_scene *scene, struct renderer *renderer, st
     memcpy(scene->box_max, (double[]){8, 6, 3.5}, sizeof scene->box_max);
     scene->light_range_m = 5;
     scene->spot = (struct view_light){.type = SCENE_LIGHT_SPOT,
-                                      .position = {7.2, 3.6, -2.2},
-                                      .direction = {-0.5, -0.35, 0.8},
+                                      .position = {6.5, 3.4, -0.8},
+                                      .direction = {-0.45, -0.3, 0.8},
                                       .color = {1, 1, 1},
                                       .intensity = 300,
                                       .inner_cone_deg = 30,

@@ -93,6 +93,8 @@ static bool run_case(struct bench *bench, const struct bench_scene *scene,
     bool ok = frames_run(bench, &scene->rig, ordered, 2 * FORMS, err);
     for (int i = 0; i < 2 * FORMS; i++)
         variants[i / 2 + i % 2 * FORMS] = ordered[i];
+    if (ok && !variants[0].measurement.report.counts.events)
+        ok = error_set(err, ERROR_INTERNAL, "%s: no light meets a curtain", c->subject);
     for (int i = 0; ok && i < 2 * FORMS; i++)
         bench_result(bench,
                      &(struct result){
