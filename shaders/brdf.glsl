@@ -30,6 +30,14 @@ float schlick_weight(float cosine)
     return m2 * m2 * m;
 }
 
+// Fresnel term of a dielectric. At grazing angles it rises to 1, but for an index of refraction near
+// that of air (below water's, f0 = 0.02) to less, and for ior 1 there is no interface at all.
+float dielectric_fresnel(float f0, float cosine)
+{
+    float f90 = min(50.0 * f0, 1.0);
+    return f0 + (f90 - f0) * schlick_weight(cosine);
+}
+
 struct brdf_input {
     vec3 normal, view;
     vec3 base;
@@ -48,7 +56,7 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
                      ggx_v(n_dot_l, n_dot_v, b.alpha);
         float w = schlick_weight(dot(b.view, h));
         vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
-        vec3 dielectric = mix(diffuse, vec3(lobe), b.f0 + (1.0 - b.f0) * w);
+        vec3 dielectric = mix(diffuse, vec3(lobe), dielectric_fresnel(b.f0, dot(b.view, h)));
         vec3 metal = lobe * (b.base + (1.0 - b.base) * w);
         result = mix(dielectric, metal, b.metallic) * n_dot_l;
     } else if (b.transmission > 0.0 && b.metallic < 1.0) {
@@ -59,7 +67,7 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
         float cosine = -n_dot_l;
         float lobe = ggx_d(clamp(dot(b.normal, h), 0.0, 1.0), b.alpha) *
                      ggx_v(max(cosine, 1e-4), n_dot_v, b.alpha);
-        float fresnel = b.f0 + (1.0 - b.f0) * schlick_weight(dot(b.view, h));
+        float fresnel = dielectric_fresnel(b.f0, dot(b.view, h));
         result = b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);
     }
     return result;

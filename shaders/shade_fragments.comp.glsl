@@ -19,8 +19,7 @@ vec3 camera_filter(surface s, float transmission, float thickness_m, float n_dot
         return vec3(1.0 - s.alpha);
     vec3 t = material_filter(s.material, vec4(s.base, s.alpha), transmission, thickness_m, n_dot_v,
                              s.is_front, BLEND_COVERAGE);
-    float f0 = r.transmission_f0_thickness.y;
-    float through = 1.0 - s.alpha * (f0 + (1.0 - f0) * schlick_weight(n_dot_v));
+    float through = 1.0 - s.alpha * dielectric_fresnel(r.transmission_f0_thickness.y, n_dot_v);
     return t * through * (1.0 - s.alpha * s.metallic);
 }
 

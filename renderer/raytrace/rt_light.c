@@ -131,7 +131,7 @@ static void reflect_light(const struct rt_surface *s, const double v[3], const d
     if (n_dot_l > 0) {
         half_vector(l, v, h);
         double lobe = ggx(fmin(fmax(vec3_dot(s->normal, h), 0), 1), n_dot_l, n_dot_v, alpha);
-        double w = schlick(vec3_dot(v, h)), fresnel = s->f0 + (1 - s->f0) * w;
+        double w = schlick(vec3_dot(v, h)), fresnel = rt_surface_fresnel(s, vec3_dot(v, h));
         for (int k = 0; k < 3; k++) {
             double diffuse = s->base[k] * (1 - s->transmission) / pi;
             double dielectric = diffuse + (lobe - diffuse) * fresnel;
@@ -149,7 +149,7 @@ static void reflect_light(const struct rt_surface *s, const double v[3], const d
     half_vector(mirrored, v, h);
     double lobe =
         ggx(fmin(fmax(vec3_dot(s->normal, h), 0), 1), fmax(-n_dot_l, 1e-4), n_dot_v, alpha);
-    double fresnel = s->f0 + (1 - s->f0) * schlick(vec3_dot(v, h));
+    double fresnel = rt_surface_fresnel(s, vec3_dot(v, h));
     for (int k = 0; k < 3; k++)
         out[k] = s->base[k] * s->transmission * (1 - fresnel) * (1 - s->metallic) * lobe * -n_dot_l;
 }

@@ -280,6 +280,12 @@ static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
     }
 }
 
+double rt_surface_fresnel(const struct rt_surface *s, double cosine)
+{
+    double f90 = fmin(50 * s->f0, 1);
+    return s->f0 + (f90 - s->f0) * pow(1 - clamp01(cosine), 5);
+}
+
 void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool enters,
                              enum view_blend_filter blend, double filter[3])
 {
@@ -308,7 +314,7 @@ void rt_surface_view_filter(const struct rt_surface *s, double cosine, bool ente
         return;
     }
     rt_surface_light_filter(s, cosine, enters, VIEW_BLEND_COVERAGE, filter);
-    double fresnel = s->f0 + (1 - s->f0) * pow(1 - clamp01(cosine), 5);
+    double fresnel = rt_surface_fresnel(s, cosine);
     for (int k = 0; k < 3; k++)
         filter[k] *= (1 - s->alpha * fresnel) * (1 - s->alpha * s->metallic);
 }

@@ -21,6 +21,10 @@ void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, dou
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          struct rt_surface *surface);
 
+/* Schlick's term for the surface's f0; a medium thinner than water reflects less at grazing angles
+ * too, and ior 1 nothing at all. */
+double rt_surface_fresnel(const struct rt_surface *surface, double cosine);
+
 /* Transmittance of one crossing by light, section 1 of docs/shading.md. cosine: |n.l|. */
 void rt_surface_light_filter(const struct rt_surface *surface, double cosine, bool enters,
                              enum view_blend_filter blend, double filter[3]);
