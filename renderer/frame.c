@@ -249,6 +249,9 @@ static bool render_rasterised(struct renderer *renderer, struct resident_scene *
     if (!draw_arena_begin(renderer->arena, state, err))
         return false;
     bool wants_color = view->outputs & 1u << VIEW_OUTPUT_COLOR;
+    if (wants_color && view->clip_plane_count)
+        report_warn(&frame->report,
+                    "clip planes cut the view; shadow maps still hold the whole scene");
     struct shadow_prepare_desc shadow_desc = {
         .scene_key = scene->key,
         .gpu = scene->gpu,

@@ -30,8 +30,8 @@ float schlick_weight(float cosine)
     return m2 * m2 * m;
 }
 
-// Fresnel term of a dielectric. At grazing angles it rises to 1, but for an index of refraction
-// near that of air (below water's, f0 = 0.02) to less, and for ior 1 there is no interface at all.
+// Fresnel term of a dielectric. At grazing angles it rises to 1, but to less for an index of
+// refraction below water's (f0 = 0.02); ior 1 is no interface at all.
 float dielectric_fresnel(float f0, float cosine)
 {
     float f90 = min(50.0 * f0, 1.0);
