@@ -100,7 +100,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.answer(201, {"id": scene}, [("Location", "/v1/scenes/" + scene)])
         elif path == "/v1/scenes":
             self.answer(200, {"scenes": [{"id": s, "name": "box\x1b[2J.glb", "triangles": 12,
-                                          "decoded_bytes": 3 << 20} for s in sorted(stub.scenes)]})
+                                          "bytes": {"upload": 1024, "decoded": 3 << 20},
+                                          "material_count": 2, "light_count": 1}
+                                         for s in sorted(stub.scenes)]})
         elif path.startswith("/v1/scenes/"):
             if scene not in stub.scenes:
                 self.problem(404, "not_found", "no scene " + scene)

@@ -94,7 +94,8 @@ class OutcomeTest(CliTest):
     def test_text_of_the_server_cannot_drive_the_terminal(self):
         self.stub.scenes.add("ab" * 32)
         out, _ = self.run_cli("scenes")
-        self.assertEqual(out, "ab" * 32 + "  12 triangles, 3.0 MiB  box?[2J.glb\n")
+        self.assertEqual(out, "ab" * 32 + "  12 triangles, 2 materials, 1 lights, 3.0 MiB  "
+                         "box?[2J.glb\n")
         self.assertNotIn("\x1b", out)
         self.answer_with(400, "invalid_request", "a\x1b]0;b\x07\x9b\u0085c")
         _, err = self.render(code=1)
