@@ -39,7 +39,7 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
 
 // struct shadow_record, five texels each
 layout(binding = UNIT_SHADOW_RECORDS) uniform usamplerBuffer u_shadow_records;
-layout(binding = UNIT_SHADOW_DEPTH) uniform sampler2DArray u_shadow_depth;
+layout(binding = UNIT_SHADOW_DEPTH) uniform samplerBuffer u_shadow_depth;
 uniform uint u_shadow_taps; // 1, 4, 9 or 16
 
 // Rounding of positions, planes and interpolated depths, relative to the distances involved. On
@@ -53,7 +53,7 @@ const float STEEPEST = 50.0;     // rounding along a plane grows with its slope,
 
 struct shadow_view {
     vec4 projection;
-    uint kind, shape, flags, resolution, layer, head_base, event_base;
+    uint kind, shape, flags, resolution, depth_base, head_base, event_base;
 };
 
 struct shadow_receiver { // in the light's axes
@@ -70,8 +70,8 @@ uvec4 shadow_record_texel(uint shadow, int i)
 shadow_view shadow_view_read(uint shadow)
 {
     uvec4 a = shadow_record_texel(shadow, 4);
-    return shadow_view(uintBitsToFloat(shadow_record_texel(shadow, 3)), a.x & 255u,
-                       a.x >> 8 & 255u, a.x >> 16, a.y & 0xffffu, a.y >> 16, a.z, a.w);
+    return shadow_view(uintBitsToFloat(shadow_record_texel(shadow, 3)), a.x & 15u, a.x >> 4 & 15u,
+                       a.x >> 8 & 255u, a.x >> 16, a.y, a.z, a.w);
 }
 
 shadow_receiver shadow_receiver_read(uint shadow, vec3 p, vec3 n)
@@ -84,9 +84,9 @@ shadow_receiver shadow_receiver_read(uint shadow, vec3 p, vec3 n)
                            EYE_ROUNDING * length(p), vec2(0.0));
 }
 
-float shadow_opaque(shadow_view view, uint face, ivec2 at)
+uint shadow_texel_index(shadow_view view, uint face, ivec2 at)
 {
-    return texelFetch(u_shadow_depth, ivec3(at, int(view.layer + face)), 0).r;
+    return (face * view.resolution + uint(at.y)) * view.resolution + uint(at.x);
 }
 
 // Texel widths by which a neighbouring triangle may rise above the receiver's plane, for the slope
@@ -96,12 +96,16 @@ float shadow_crease(float steepness)
     return CREASE * (0.5 + 0.5 * min(steepness, 4.0));
 }
 
-// One texel, given the receiver's depth as lists have it.
-vec3 shadow_texel(shadow_view view, uint face, ivec2 at, float depth, uint object)
+float shadow_opaque(shadow_view view, uint texel)
 {
-    uint texel = (face * view.resolution + uint(at.y)) * view.resolution + uint(at.x);
-    uint head = view.head_base + texel;
-    return shadow_list(view.kind, view.flags, head, view.event_base, depth, object);
+    return texelFetch(u_shadow_depth, int(view.depth_base + texel)).r;
+}
+
+// One texel, given the receiver's depth as lists have it.
+vec3 shadow_texel(shadow_view view, uint texel, float depth, uint object)
+{
+    return shadow_list(view.kind, view.flags, view.head_base + texel, view.event_base, depth,
+                       object);
 }
 
 #ifdef SHADOW_HAS_CUBES
@@ -164,10 +168,11 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
     vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, p.z) - crease_m.x : z;
-    if (z_opaque * shadow_opaque(view, face, at) > view.projection.z) // its depth is near / z
+    uint texel = shadow_texel_index(view, face, at);
+    if (z_opaque * shadow_opaque(view, texel) > view.projection.z) // its depth is near / z
         return vec3(0.0);
     z -= crease_m.y;
-    return shadow_texel(view, face, at, z * ray_length, object);
+    return shadow_texel(view, texel, z * ray_length, object);
 }
 #endif
 
@@ -186,11 +191,12 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
     z -= (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
     vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, r.p.z) - crease_m.x : z;
-    float nearest = shadow_opaque(view, 0u, at); // 1 at the near side, 0 where nothing is
+    uint texel = shadow_texel_index(view, 0u, at);
+    float nearest = shadow_opaque(view, texel); // 1 at the near side, 0 where nothing is
     if (nearest > 0.0 && z_opaque > (1.0 - nearest) * range)
         return vec3(0.0);
     z -= crease_m.y;
-    return shadow_texel(view, 0u, at, z, object);
+    return shadow_texel(view, texel, z, object);
 }
 #endif
 

@@ -286,7 +286,7 @@ static void set_state(const struct caster_paint_desc *desc)
 }
 
 static bool paint_face(struct caster_painter *painter, const struct caster_paint_desc *desc,
-                       uint32_t face, const struct gl_texture *depth, struct error *err)
+                       uint32_t face, struct error *err)
 {
     const struct shadow_map *map = desc->build->map;
     size_t count = 0;
@@ -296,8 +296,8 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
     if (!gl_framebuffer_init(
             &framebuffer,
             &(struct gl_framebuffer_desc){.label = "shadow.face",
-                                          .depth = depth,
-                                          .depth_layer = (int)(map->layers.first + face)},
+                                          .depth = &desc->store->target,
+                                          .depth_layer = (int)(desc->build->target_layer + face)},
             err))
         return false;
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name);
@@ -329,13 +329,9 @@ bool caster_painter_paint(struct caster_painter *painter, const struct caster_pa
                           struct error *err)
 {
     const struct shadow_map *map = desc->build->map;
-    const struct gl_texture *depth = NULL;
-    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
-        if (desc->store->atlases[i].resolution == map->resolution)
-            depth = &desc->store->atlases[i].depth;
-    assert(depth && depth->name);
+    assert(desc->store->target.width == map->resolution);
     for (uint32_t face = 0; face < map->frame.face_count; face++)
-        if (!paint_face(painter, desc, face, depth, err))
+        if (!paint_face(painter, desc, face, err))
             return false;
     return true;
 }

@@ -21,7 +21,7 @@ struct shadow_map {
     uint32_t flags;   /* SHADOW_FLAG_* */
     bool is_faithful; /* SHADOW_LINKED as published */
     int resolution;
-    struct shadow_range layers, heads, events, nodes;
+    struct shadow_range depths, heads, events, nodes;
     uint64_t event_count, longest_list, occupied_texels;
     uint64_t last_frame; /* number of the last frame that used it */
 };
@@ -43,8 +43,9 @@ struct shadow_casters { /* what one light meets */
 struct shadow_build { /* a map that must be built in this frame */
     struct shadow_map *map;
     struct shadow_casters casters;
-    uint32_t light; /* index of state->lights */
-    bool is_done;   /* linked: the pool was large enough */
+    uint32_t light;        /* index of state->lights */
+    uint32_t target_layer; /* first of its faces in store->target */
+    bool is_done;          /* linked: the pool was large enough */
 };
 
 struct shadow_scene { /* what the builders draw */

@@ -4,7 +4,6 @@
 
 #include <assert.h>
 #include <epoxy/gl.h>
-#include <stdio.h>
 
 struct stream_kind {
     const char *label;
@@ -13,6 +12,7 @@ struct stream_kind {
 };
 
 static const struct stream_kind stream_kinds[SHADOW_POOL_COUNT][SHADOW_STREAMS_MAX] = {
+    {{"shadow.depths", GL_R32F, 4}},
     {{"shadow.heads", GL_R32UI, 4}},
     {{"shadow.deep.events", GL_RGBA32F, 16}, {"shadow.deep.objects", GL_R32UI, 4}},
     {{"shadow.linked.nodes", GL_RGBA32UI, 16}},
@@ -42,19 +42,11 @@ static void finish_pool(struct shadow_pool *pool)
     shadow_ranges_finish(&pool->ranges);
 }
 
-static void finish_atlas(struct shadow_atlas *atlas)
-{
-    gl_texture_finish(&atlas->depth);
-    shadow_ranges_finish(&atlas->layers);
-    atlas->resolution = 0;
-}
-
 void shadow_store_clear(struct shadow_store *store)
 {
     for (int i = 0; i < SHADOW_POOL_COUNT; i++)
         finish_pool(&store->pools[i]);
-    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
-        finish_atlas(&store->atlases[i]);
+    gl_texture_finish(&store->target);
     store->has_objects = false;
 }
 
@@ -64,9 +56,7 @@ uint64_t shadow_store_size_bytes(const struct shadow_store *store)
     for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
         for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
             bytes += store->pools[kind].streams[i].size_bytes;
-    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
-        bytes += store->atlases[i].depth.size_bytes;
-    return bytes;
+    return bytes + store->target.size_bytes;
 }
 
 static bool fits(const struct shadow_store *store, uint64_t more_bytes)
@@ -84,18 +74,8 @@ static bool over_budget(const struct shadow_store *store, uint64_t more_bytes, c
         (unsigned long long)(used + more_bytes), what, (unsigned long long)store->budget_bytes);
 }
 
-/* Frees atlases without maps, then maps that the frame does not use. */
 static bool make_room(struct shadow_store *store)
 {
-    for (int i = 0; i < SHADOW_ATLASES_MAX; i++) {
-        struct shadow_atlas *atlas = &store->atlases[i];
-        bool is_unused =
-            atlas->layers.free_count == 1 && atlas->layers.free[0].count == atlas->layers.capacity;
-        if (atlas->depth.name && is_unused) {
-            finish_atlas(atlas);
-            return true;
-        }
-    }
     return store->make_room && store->make_room(store->context, 1);
 }
 
@@ -109,12 +89,10 @@ static bool drop_stale(struct shadow_store *store)
 /* Half again of what there is, where the budget allows it, so that growth by copies stays linear.
  */
 static uint64_t choose_capacity(const struct shadow_store *store, uint64_t capacity, uint64_t need,
-                                uint64_t most, uint64_t element_bytes_)
+                                uint64_t bytes)
 {
     uint64_t ample = capacity + capacity / 2;
-    bool is_ample =
-        ample > need && ample <= most && fits(store, (ample - capacity) * element_bytes_);
-    return is_ample ? ample : need;
+    return ample > need && fits(store, (ample - capacity) * bytes) ? ample : need;
 }
 
 /* Heads are written from the host where the device is our own cores. */
@@ -171,8 +149,8 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
             continue;
         uint64_t bytes = element_bytes(store, kind);
         uint64_t need = shadow_ranges_capacity_for(&pool->ranges, count);
-        uint64_t wanted = choose_capacity(store, pool->ranges.capacity, need < LEAST ? LEAST : need,
-                                          UINT64_MAX, bytes);
+        uint64_t wanted =
+            choose_capacity(store, pool->ranges.capacity, need < LEAST ? LEAST : need, bytes);
         uint64_t more_bytes = (wanted - pool->ranges.capacity) * bytes;
         if (fits(store, more_bytes)) {
             if (!grow_pool(store, kind, wanted, err))
@@ -189,85 +167,31 @@ bool shadow_store_give(struct shadow_store *store, enum shadow_pool_kind kind,
     return shadow_ranges_give(&store->pools[kind].ranges, range, err);
 }
 
-struct shadow_atlas *shadow_store_atlas(struct shadow_store *store, int resolution)
+bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uint64_t layers,
+                                 struct error *err)
 {
-    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
-        if (store->atlases[i].resolution == resolution)
-            return &store->atlases[i];
-    return NULL;
+    struct gl_texture *target = &store->target;
+    uint64_t bytes = 4ull * layers * (uint64_t)resolution * (uint64_t)resolution;
+    if (target->name && target->width == resolution && (uint64_t)target->layers >= layers)
+        return true;
+    gl_texture_finish(target);
+    while (!fits(store, bytes))
+        if (!make_room(store))
+            return over_budget(store, bytes, "shadow.target", err);
+    return gl_texture_init(target,
+                           &(struct gl_texture_desc){.label = "shadow.target",
+                                                     .format = GL_DEPTH_COMPONENT32F,
+                                                     .width = resolution,
+                                                     .height = resolution,
+                                                     .layers = (int)layers},
+                           err);
 }
 
-static struct shadow_atlas *find_or_open_atlas(struct shadow_store *store, int resolution)
+void shadow_store_trim_target(struct shadow_store *store)
 {
-    struct shadow_atlas *atlas = shadow_store_atlas(store, resolution);
-    while (!atlas) {
-        atlas = shadow_store_atlas(store, 0);
-        if (!atlas && !make_room(store))
-            return NULL;
-    }
-    atlas->resolution = resolution;
-    return atlas;
-}
-
-static bool grow_atlas(struct shadow_atlas *atlas, uint64_t layers, struct error *err)
-{
-    char label[48];
-    snprintf(label, sizeof label, "shadow.depth.%d", atlas->resolution);
-    struct gl_texture fresh = {0};
-    struct gl_texture_desc desc = {.label = label,
-                                   .format = GL_DEPTH_COMPONENT32F,
-                                   .width = atlas->resolution,
-                                   .height = atlas->resolution,
-                                   .layers = (int)layers};
-    if (!gl_texture_init(&fresh, &desc, err))
-        return false;
-    if (atlas->depth.name)
-        glCopyImageSubData(atlas->depth.name, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, fresh.name,
-                           GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, atlas->resolution, atlas->resolution,
-                           atlas->depth.layers);
-    gl_texture_finish(&atlas->depth);
-    atlas->depth = fresh;
-    return shadow_ranges_grow(&atlas->layers, layers, err);
-}
-
-bool shadow_store_take_layers(struct shadow_store *store, int resolution, uint64_t count,
-                              struct shadow_range *range, struct error *err)
-{
-    uint64_t layer_bytes = 4ull * (uint64_t)resolution * (uint64_t)resolution;
-    for (;;) {
-        struct shadow_atlas *atlas = find_or_open_atlas(store, resolution);
-        if (!atlas)
-            return error_set(err, ERROR_OVER_BUDGET,
-                             "shadow maps of more than %d resolutions in use", SHADOW_ATLASES_MAX);
-        if (shadow_ranges_take(&atlas->layers, count, range))
-            return true;
-        if (drop_stale(store))
-            continue;
-        uint64_t need = shadow_ranges_capacity_for(&atlas->layers, count);
-        uint64_t most = (uint64_t)store->limits->max_texture_layers;
-        uint64_t wanted = choose_capacity(store, atlas->layers.capacity, need, most, layer_bytes);
-        uint64_t more_bytes = (wanted - atlas->layers.capacity) * layer_bytes;
-        bool has_layers = need <= most;
-        if (has_layers && fits(store, more_bytes)) {
-            if (!grow_atlas(atlas, wanted, err))
-                return false;
-        } else if (!make_room(store)) {
-            if (!atlas->depth.name)
-                finish_atlas(atlas);
-            return has_layers
-                       ? over_budget(store, more_bytes, "shadow.depth", err)
-                       : error_set(err, ERROR_OVER_BUDGET,
-                                   "shadow maps need %llu layers, the device has %d",
-                                   (unsigned long long)need, store->limits->max_texture_layers);
-        }
-    }
-}
-
-bool shadow_store_give_layers(struct shadow_store *store, int resolution,
-                              struct shadow_range *range, struct error *err)
-{
-    struct shadow_atlas *atlas = shadow_store_atlas(store, resolution);
-    return !atlas || shadow_ranges_give(&atlas->layers, range, err);
+    const uint64_t kept_bytes = 32ull << 20; /* a cube of 1024 texels */
+    if (store->target.size_bytes > kept_bytes)
+        gl_texture_finish(&store->target);
 }
 
 bool shadow_store_keep_objects(struct shadow_store *store, struct error *err)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The memory of all shadow structures: pools of list heads, events and elements, and arrays of
- * depth layers, all under one budget. Maps take ranges and give them back; pools grow by
+/* The memory of all shadow structures: pools of opaque depths, list heads, events and elements, all
+ * under one budget. Maps take ranges and give them back; pools grow by
  * re-creation with copy. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_STORE_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_STORE_H
@@ -10,6 +10,7 @@
 #include "renderer/shadows/shadow_ranges.h"
 
 enum shadow_pool_kind {
+    SHADOW_POOL_DEPTHS, /* f32 per texel: nearest opaque caster, as a reversed depth; 0 for none */
     SHADOW_POOL_HEADS,  /* u32 per texel: list offsets, or heads of linked lists */
     SHADOW_POOL_EVENTS, /* depth and transmittance, and, where kept, the object of each event */
     SHADOW_POOL_NODES,  /* 16-byte elements of linked lists */
@@ -25,23 +26,14 @@ struct shadow_pool {
     struct gl_texture views[SHADOW_STREAMS_MAX]; /* the streams as texels, for reading */
 };
 
-struct shadow_atlas { /* opaque depth of all maps of one resolution, a layer per face */
-    int resolution;
-    struct shadow_ranges layers;
-    struct gl_texture depth;
-};
-
-enum { SHADOW_ATLASES_MAX = 8 };
-
 struct shadow_store {
     const struct gl_limits *limits;
     uint64_t budget_bytes;
     uint64_t transient_bytes; /* of builders, counted against the budget while they last */
     bool has_objects;         /* SHADOW_STREAM_OBJECT exists */
     struct shadow_pool pools[SHADOW_POOL_COUNT];
-    struct shadow_atlas atlases[SHADOW_ATLASES_MAX];
-    /* Frees the map that was used longest ago, at least so many frames; false when there is none.
-     */
+    struct gl_texture target; /* D32F layers that faces are drawn into, for the length of a build */
+    /* Frees the map used longest ago, at least so many frames; false when there is none. */
     bool (*make_room)(void *context, uint64_t frames);
     void *context;
 };
@@ -53,22 +45,19 @@ uint64_t shadow_store_size_bytes(const struct shadow_store *store);
 /* ERROR_OVER_BUDGET names the bytes needed and the budget. */
 MUST_CHECK bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind,
                                   uint64_t count, struct shadow_range *range, struct error *err);
-/* Layers of the atlas of this resolution. */
-MUST_CHECK bool shadow_store_take_layers(struct shadow_store *store, int resolution, uint64_t count,
-                                         struct shadow_range *range, struct error *err);
 MUST_CHECK bool shadow_store_give(struct shadow_store *store, enum shadow_pool_kind kind,
                                   struct shadow_range *range, struct error *err);
-MUST_CHECK bool shadow_store_give_layers(struct shadow_store *store, int resolution,
-                                         struct shadow_range *range, struct error *err);
+/* Makes store->target at least so many layers of this resolution; its contents are lost. */
+MUST_CHECK bool shadow_store_reserve_target(struct shadow_store *store, int resolution,
+                                            uint64_t layers, struct error *err);
+/* Frees a target that is too large to keep for the next edit. */
+void shadow_store_trim_target(struct shadow_store *store);
 /* From now on events have an object stream. */
 MUST_CHECK bool shadow_store_keep_objects(struct shadow_store *store, struct error *err);
 /* Makes sure that a builder's transient memory fits beside what is resident. */
 MUST_CHECK bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes,
                                              struct error *err);
 
-struct shadow_atlas *shadow_store_atlas(struct shadow_store *store, int resolution); /* NULL when
-                                                                                        there is
-                                                                                        none */
 const struct gl_texture *shadow_store_view(const struct shadow_store *store,
                                            enum shadow_pool_kind kind, int stream);
 

@@ -46,7 +46,7 @@ struct shadow_system {
 static bool give_map(struct shadow_system *shadows, struct shadow_map *map, struct error *err)
 {
     struct shadow_store *store = &shadows->store;
-    return shadow_store_give_layers(store, map->resolution, &map->layers, err) &&
+    return shadow_store_give(store, SHADOW_POOL_DEPTHS, &map->depths, err) &&
            shadow_store_give(store, SHADOW_POOL_HEADS, &map->heads, err) &&
            shadow_store_give(store, SHADOW_POOL_EVENTS, &map->events, err) &&
            shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err);
@@ -294,29 +294,78 @@ static void explain(const struct shadow_system *shadows, const struct scene_stat
                  adjective, list, lights > NAMED_LIGHTS ? " and others" : "");
 }
 
-static bool build_depth(struct shadow_system *shadows, const struct shadow_scene *scene,
+struct build_batch { /* builds whose faces share the target */
+    struct shadow_build *builds;
+    size_t count;
+};
+
+/* As many of the builds from first on as the target may hold at once; at least one. */
+static struct build_batch next_batch(const struct shadow_system *shadows, size_t first)
+{
+    const uint64_t most_bytes = 256ull << 20;
+    uint64_t face_bytes = 4ull * (uint64_t)shadows->resolution * (uint64_t)shadows->resolution;
+    uint64_t most = most_bytes / face_bytes;
+    if (most > (uint64_t)shadows->store.limits->max_texture_layers)
+        most = (uint64_t)shadows->store.limits->max_texture_layers;
+    struct build_batch batch = {&shadows->builds[first], 0};
+    for (uint64_t layers = 0; first + batch.count < shadows->build_count; batch.count++) {
+        struct shadow_build *build = &batch.builds[batch.count];
+        build->target_layer = (uint32_t)layers;
+        layers += build->map->frame.face_count;
+        if (layers > most && batch.count)
+            break;
+    }
+    return batch;
+}
+
+/* From the target into the pool, where a query finds it in a third of the time (llvmpipe). */
+static void copy_depths(const struct shadow_store *store, const struct shadow_build *build)
+{
+    const struct shadow_map *map = build->map;
+    const struct shadow_pool *pool = &store->pools[SHADOW_POOL_DEPTHS];
+    void *offset = (char *)NULL + 4 * map->depths.first;
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, pool->streams[0].name);
+    glGetTextureSubImage(store->target.name, 0, 0, 0, (GLint)build->target_layer, map->resolution,
+                         map->resolution, (GLsizei)map->frame.face_count, GL_DEPTH_COMPONENT,
+                         GL_FLOAT, (GLsizei)(4 * map->depths.count), offset);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+}
+
+static bool take_depths(struct shadow_system *shadows, const struct build_batch *batch,
                         struct error *err)
+{
+    uint64_t layers = 0;
+    for (size_t i = 0; i < batch->count; i++) {
+        struct shadow_map *map = batch->builds[i].map;
+        layers += map->frame.face_count;
+        if (!shadow_store_take(&shadows->store, SHADOW_POOL_DEPTHS, shadow_map_texels(map),
+                               &map->depths, err))
+            return false;
+    }
+    return shadow_store_reserve_target(&shadows->store, shadows->resolution, layers, err);
+}
+
+static bool build_depth(struct shadow_system *shadows, const struct build_batch *batch,
+                        const struct shadow_scene *scene, struct error *err)
 {
     char because[REPORT_TEXT_BYTES];
     explain(shadows, scene->state, false, because);
-    for (size_t i = 0; i < shadows->build_count; i++) {
-        struct shadow_map *map = shadows->builds[i].map;
-        if (!shadow_store_take_layers(&shadows->store, map->resolution, map->frame.face_count,
-                                      &map->layers, err))
-            return false;
-    }
+    if (!take_depths(shadows, batch, err))
+        return false;
     bool ok = true;
     gpu_scope_begin(shadows->timeline, &(struct gpu_scope_desc){.pass = "shadow.depth",
                                                                 .because = because,
                                                                 .technique = "map",
                                                                 .stage = REPORT_SHADOW});
-    for (size_t i = 0; ok && i < shadows->build_count; i++)
-        ok = caster_painter_paint(&shadows->painter,
-                                  &(struct caster_paint_desc){.pass = CASTER_DEPTH,
-                                                              .build = &shadows->builds[i],
-                                                              .scene = scene,
-                                                              .store = &shadows->store},
-                                  err);
+    for (size_t i = 0; ok && i < batch->count; i++) {
+        struct caster_paint_desc desc = {.pass = CASTER_DEPTH,
+                                         .build = &batch->builds[i],
+                                         .scene = scene,
+                                         .store = &shadows->store};
+        ok = caster_painter_paint(&shadows->painter, &desc, err);
+        if (ok)
+            copy_depths(&shadows->store, &batch->builds[i]);
+    }
     gpu_scope_end(shadows->timeline);
     return ok;
 }
@@ -327,14 +376,18 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
     struct shadow_scene scene = {desc->gpu, desc->state, desc->arena,
                                  (uint32_t)desc->quality->blend_filter};
     char because[REPORT_TEXT_BYTES];
-    if (!shadows->build_count)
-        return true;
     explain(shadows, desc->state, true, because);
-    return build_depth(shadows, &scene, err) &&
-           shadow_deep_build(&shadows->builder, shadows->builds, shadows->build_count, &scene,
-                             because, err) &&
-           shadow_linked_build(&shadows->builder, shadows->builds, shadows->build_count, &scene,
-                               because, err);
+    bool ok = true;
+    for (size_t first = 0; ok && first < shadows->build_count;) {
+        struct build_batch batch = next_batch(shadows, first);
+        ok =
+            build_depth(shadows, &batch, &scene, err) &&
+            shadow_deep_build(&shadows->builder, batch.builds, batch.count, &scene, because, err) &&
+            shadow_linked_build(&shadows->builder, batch.builds, batch.count, &scene, because, err);
+        first += batch.count;
+    }
+    shadow_store_trim_target(&shadows->store);
+    return ok;
 }
 
 static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
@@ -368,8 +421,9 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
     const struct shadow_frame *frame = &map->frame;
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
     *record = (struct shadow_record){
-        .kind_shape_flags = map->kind | frame->shape << 8 | map->flags << 16,
-        .resolution_layer = (uint32_t)shadows->resolution | (uint32_t)map->layers.first << 16,
+        .kind_shape_flags_resolution =
+            map->kind | frame->shape << 4 | map->flags << 8 | (uint32_t)shadows->resolution << 16,
+        .depth_base = (uint32_t)map->depths.first,
         .head_base = (uint32_t)map->heads.first,
         .event_base = (uint32_t)(map->kind == SHADOW_LINKED ? map->nodes.first : map->events.first),
         .projection = {{(float)frame->scale[0], (float)frame->scale[1],
@@ -463,13 +517,10 @@ static uint64_t pool_bytes(const struct shadow_store *store, enum shadow_pool_ki
 
 static void report_bytes(const struct shadow_store *store, struct frame_report *report)
 {
-    static const char *const names[] = {"shadow.heads", "shadow.deep.events",
+    static const char *const names[] = {"shadow.depth", "shadow.heads", "shadow.deep.events",
                                         "shadow.linked.nodes"};
-    uint64_t depth = 0;
-    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
-        depth += store->atlases[i].depth.size_bytes;
-    if (depth)
-        report_add_bytes(report, "shadow.depth", depth);
+    if (store->target.size_bytes)
+        report_add_bytes(report, "shadow.target", store->target.size_bytes);
     for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
         if (pool_bytes(store, (enum shadow_pool_kind)kind))
             report_add_bytes(report, names[kind], pool_bytes(store, (enum shadow_pool_kind)kind));
@@ -558,6 +609,7 @@ void shadow_system_bind(const struct shadow_system *shadows, const struct gl_pro
         int stream;
         uint32_t unit;
     } views[] = {
+        {SHADOW_POOL_DEPTHS, 0, UNIT_SHADOW_DEPTH},
         {SHADOW_POOL_HEADS, 0, UNIT_SHADOW_HEADS},
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, UNIT_SHADOW_EVENTS},
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, UNIT_SHADOW_ID},
@@ -568,9 +620,6 @@ void shadow_system_bind(const struct shadow_system *shadows, const struct gl_pro
     for (size_t i = 0; i < sizeof views / sizeof *views; i++)
         gl_texture_bind(shadow_store_view(&shadows->store, views[i].kind, views[i].stream),
                         views[i].unit);
-    for (int i = 0; i < SHADOW_ATLASES_MAX; i++)
-        if (shadows->store.atlases[i].resolution == shadows->resolution)
-            gl_texture_bind(&shadows->store.atlases[i].depth, UNIT_SHADOW_DEPTH);
     gl_texture_bind(&shadows->record_view, UNIT_SHADOW_RECORDS);
     gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
     gl_program_set_u(program, "u_shadow_taps", (uint32_t)shadows->taps);

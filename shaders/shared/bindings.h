@@ -30,7 +30,7 @@
 #define UNIT_GBUFFER_0 8
 #define UNIT_GBUFFER_1 9
 #define UNIT_GBUFFER_DEPTH 10
-#define UNIT_SHADOW_DEPTH 11   /* sampler2DArray D32F: nearest opaque caster */
+#define UNIT_SHADOW_DEPTH 11   /* samplerBuffer R32F: nearest opaque caster */
 #define UNIT_SHADOW_HEADS 12   /* usamplerBuffer */
 #define UNIT_SHADOW_EVENTS 13  /* samplerBuffer RGBA32F: depth, transmittance */
 #define UNIT_SHADOW_ID 15      /* usamplerBuffer */

@@ -81,13 +81,14 @@ struct shadow_record {           /* read as five texels of UNIT_SHADOW_RECORDS *
                                     along +z */
     vec4 projection;             /* perspective: x = y = 1/tan(half), z = near [m];
                                     orthographic: x, y = 1/half extents, z = depth range [m] */
-    uint kind_shape_flags; /* SHADOW_MAP ... | SHADOW_ONE_FACE ... << 8 | SHADOW_FLAG_* << 16 */
-    uint resolution_layer; /* texels per side of a face | first layer in the depth array << 16 */
-    uint head_base;        /* of a texel: head_base + (face * resolution + y) * resolution + x */
-    uint event_base;       /* first event in the pools */
+    uint kind_shape_flags_resolution; /* SHADOW_MAP ... | SHADOW_ONE_FACE ... << 4 |
+                                         SHADOW_FLAG_* << 8 | texels per side of a face << 16 */
+    uint depth_base; /* of a texel: depth_base + (face * resolution + y) * resolution + x */
+    uint head_base;  /* likewise */
+    uint event_base; /* first event in the pools */
 };
 LAYOUT(shadow_record, projection, 48)
-LAYOUT(shadow_record, kind_shape_flags, 64)
+LAYOUT(shadow_record, kind_shape_flags_resolution, 64)
 LAYOUT_SIZE(shadow_record, 80)
 
 #endif
