@@ -20,8 +20,14 @@ struct shadow_builder { /* what the list builders share */
 
 void shadow_builder_finish(struct shadow_builder *builder);
 
-/* Builds the lists of all builds of kind SHADOW_DEEP, whose depth layers stand. Takes their heads
- * and events from the store. `because` names the requirement for the report. */
+/* Draws the opaque casters of all builds, which have one resolution, into store->target and keeps
+ * what they leave in the pool of depths. `because` names the requirement for the report. */
+MUST_CHECK bool shadow_depth_build(struct shadow_builder *builder, struct shadow_build *builds,
+                                   size_t count, const struct shadow_scene *scene,
+                                   const char *because, struct error *err);
+
+/* Builds the lists of all builds of kind SHADOW_DEEP, whose faces stand in store->target. Takes
+ * their heads and events from the store. `because` names the requirement for the report. */
 MUST_CHECK bool shadow_deep_build(struct shadow_builder *builder, struct shadow_build *builds,
                                   size_t count, const struct shadow_scene *scene,
                                   const char *because, struct error *err);

@@ -318,72 +318,21 @@ static struct build_batch next_batch(const struct shadow_system *shadows, size_t
     return batch;
 }
 
-/* From the target into the pool, where a query finds it in a third of the time (llvmpipe). */
-static void copy_depths(const struct shadow_store *store, const struct shadow_build *build)
-{
-    const struct shadow_map *map = build->map;
-    const struct shadow_pool *pool = &store->pools[SHADOW_POOL_DEPTHS];
-    void *offset = (char *)NULL + 4 * map->depths.first;
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, pool->streams[0].name);
-    glGetTextureSubImage(store->target.name, 0, 0, 0, (GLint)build->target_layer, map->resolution,
-                         map->resolution, (GLsizei)map->frame.face_count, GL_DEPTH_COMPONENT,
-                         GL_FLOAT, (GLsizei)(4 * map->depths.count), offset);
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-}
-
-static bool take_depths(struct shadow_system *shadows, const struct build_batch *batch,
-                        struct error *err)
-{
-    uint64_t layers = 0;
-    for (size_t i = 0; i < batch->count; i++) {
-        struct shadow_map *map = batch->builds[i].map;
-        layers += map->frame.face_count;
-        if (!shadow_store_take(&shadows->store, SHADOW_POOL_DEPTHS, shadow_map_texels(map),
-                               &map->depths, err))
-            return false;
-    }
-    return shadow_store_reserve_target(&shadows->store, shadows->resolution, layers, err);
-}
-
-static bool build_depth(struct shadow_system *shadows, const struct build_batch *batch,
-                        const struct shadow_scene *scene, struct error *err)
-{
-    char because[REPORT_TEXT_BYTES];
-    explain(shadows, scene->state, false, because);
-    if (!take_depths(shadows, batch, err))
-        return false;
-    bool ok = true;
-    gpu_scope_begin(shadows->timeline, &(struct gpu_scope_desc){.pass = "shadow.depth",
-                                                                .because = because,
-                                                                .technique = "map",
-                                                                .stage = REPORT_SHADOW});
-    for (size_t i = 0; ok && i < batch->count; i++) {
-        struct caster_paint_desc desc = {.pass = CASTER_DEPTH,
-                                         .build = &batch->builds[i],
-                                         .scene = scene,
-                                         .store = &shadows->store};
-        ok = caster_painter_paint(&shadows->painter, &desc, err);
-        if (ok)
-            copy_depths(&shadows->store, &batch->builds[i]);
-    }
-    gpu_scope_end(shadows->timeline);
-    return ok;
-}
-
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
     struct shadow_scene scene = {desc->gpu, desc->state, desc->arena,
                                  (uint32_t)desc->quality->blend_filter};
-    char because[REPORT_TEXT_BYTES];
-    explain(shadows, desc->state, true, because);
+    char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
+    struct shadow_builder *builder = &shadows->builder;
+    explain(shadows, desc->state, false, opaque);
+    explain(shadows, desc->state, true, transparent);
     bool ok = true;
     for (size_t first = 0; ok && first < shadows->build_count;) {
         struct build_batch batch = next_batch(shadows, first);
-        ok =
-            build_depth(shadows, &batch, &scene, err) &&
-            shadow_deep_build(&shadows->builder, batch.builds, batch.count, &scene, because, err) &&
-            shadow_linked_build(&shadows->builder, batch.builds, batch.count, &scene, because, err);
+        ok = shadow_depth_build(builder, batch.builds, batch.count, &scene, opaque, err) &&
+             shadow_deep_build(builder, batch.builds, batch.count, &scene, transparent, err) &&
+             shadow_linked_build(builder, batch.builds, batch.count, &scene, transparent, err);
         first += batch.count;
     }
     shadow_store_trim_target(&shadows->store);
