@@ -9,11 +9,14 @@ static void copy_depths(const struct shadow_store *store, const struct shadow_bu
 {
     const struct shadow_map *map = build->map;
     const struct shadow_pool *pool = &store->pools[SHADOW_POOL_DEPTHS];
-    void *offset = (char *)NULL + 4 * map->depths.first;
+    int side = map->resolution;
+    uint64_t face_bytes = 4ull * (uint64_t)side * (uint64_t)side; /* at most 1 GiB: fits GLsizei */
     glBindBuffer(GL_PIXEL_PACK_BUFFER, pool->streams[0].name);
-    glGetTextureSubImage(store->target.name, 0, 0, 0, (GLint)build->target_layer, map->resolution,
-                         map->resolution, (GLsizei)map->frame.face_count, GL_DEPTH_COMPONENT,
-                         GL_FLOAT, (GLsizei)(4 * map->depths.count), offset);
+    for (uint32_t face = 0; face < map->frame.face_count; face++) {
+        void *offset = (char *)NULL + 4 * map->depths.first + face * face_bytes;
+        glGetTextureSubImage(store->target.name, 0, 0, 0, (GLint)(build->target_layer + face), side,
+                             side, 1, GL_DEPTH_COMPONENT, GL_FLOAT, (GLsizei)face_bytes, offset);
+    }
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
 
