@@ -3,10 +3,10 @@
 #include <assert.h>
 #include <epoxy/gl.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer_internal.h"
+#include "renderer/wall_clock.h"
 
 enum {
     WINDOW_SIDE_MAX = 4096,
@@ -14,13 +14,6 @@ enum {
     WINDOWS_MAX = 8192,
     SAMPLES_DEFAULT = 4,
 };
-
-static double wall_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
-}
 
 static bool check_view(const struct view *view, struct error *err)
 {

@@ -7,9 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "renderer/gl/compose.h"
+#include "renderer/wall_clock.h"
 
 struct cached_program {
     struct gl_program program;
@@ -160,13 +160,6 @@ static bool reserve_entry(struct program_cache *cache)
     cache->entries = grown;
     cache->capacity = capacity;
     return true;
-}
-
-static double wall_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
 }
 
 static const struct gl_program *build_program(struct program_cache *cache,

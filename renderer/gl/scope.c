@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Pass timing: GPU timestamps where they are honest, fenced wall clock elsewhere. */
 #include "renderer/gl/scope.h"
+#include "renderer/wall_clock.h"
 
 #include <assert.h>
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum {
     SCOPES_MAX = 1024
@@ -26,13 +26,6 @@ struct gpu_timeline {
     int count;
     bool is_open;
 };
-
-static double wall_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
-}
 
 struct gpu_timeline *gpu_timeline_create(const struct gl_context *context, struct error *err)
 {

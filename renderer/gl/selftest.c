@@ -5,9 +5,9 @@
 #include <epoxy/gl.h>
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "renderer/gl/object.h"
+#include "renderer/wall_clock.h"
 #include "shaders/shared/bindings.h"
 
 enum {
@@ -35,13 +35,6 @@ struct selftest {
     struct gl_framebuffer empty, masked, multisampled;
     struct gl_vertex_array vertex_array;
 };
-
-static double wall_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
-}
 
 static bool init_programs(struct selftest *test, struct program_cache *programs, struct error *err)
 {

@@ -6,10 +6,10 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "renderer/lights/clusters.h"
 #include "renderer/lights/linked_lists.h"
+#include "renderer/wall_clock.h"
 #include "shaders/shared/bindings.h"
 
 struct light_lists {
@@ -46,13 +46,6 @@ void light_lists_destroy(struct light_lists *lists)
     gl_buffer_finish(&lists->cluster_heads);
     gl_buffer_finish(&lists->cluster_items);
     free(lists);
-}
-
-static double wall_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
 }
 
 /* Buffer and its view, holding these bytes. */

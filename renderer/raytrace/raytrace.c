@@ -5,11 +5,11 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/scene/matrix.h"
+#include "renderer/wall_clock.h"
 
 enum { THREADS_MAX = 256 };
 
@@ -27,13 +27,6 @@ struct tracer { /* one thread's share */
     struct rt_lighting lighting;
     struct rt_hits hits;
 };
-
-static double wall_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
-}
 
 /* x, y: continuous pixel coordinates, y down. */
 static void camera_ray(const struct trace_job *job, double x, double y, struct rt_ray *ray)
