@@ -111,7 +111,7 @@ static bool await_result(struct decode_pool *pool, struct child *decoder, int64_
     case ANSWER_NONE: {
         char how[64];
         child_stop(decoder, 1000, how, sizeof how);
-        if (atomic_load(&pool->is_stopping)) /* a thread that ends takes the spare it started along */
+        if (atomic_load(&pool->is_stopping)) /* its thread took it along */
             return error_set(err, ERROR_OVERLOADED, "the server is stopping");
         atomic_fetch_add(&pool->crashes, 1);
         return error_set(err, ERROR_INVALID_SCENE,
