@@ -52,6 +52,8 @@ static const struct count_member count_members[] = {
     COUNT(light_list_entries),
     COUNT(shadow_maps_built),
     COUNT(shadow_maps_reused),
+    COUNT(programs_built),
+    COUNT(programs_reused),
 };
 enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
 

@@ -315,7 +315,12 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     struct scene_state state;
     if (!check_view(&checked, err) || !scene_state_init(&state, &scene->scene, &checked, err))
         return false;
+    struct program_cache_stats before, after;
+    program_cache_get_stats(renderer->programs, &before);
     bool ok = render_state(renderer, scene, &checked, &state, frame, err);
+    program_cache_get_stats(renderer->programs, &after);
+    frame->report.counts.programs_built = after.misses - before.misses;
+    frame->report.counts.programs_reused = after.hits - before.hits;
     gpu_timeline_collect(renderer->timeline, &frame->report);
     scene_state_finish(&state);
     frame->report.total_ms = wall_ms() - begin_ms;

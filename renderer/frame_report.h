@@ -51,6 +51,8 @@ struct frame_report {
         uint64_t longest_pixel_list;
         uint64_t light_list_entries;
         uint64_t shadow_maps_built, shadow_maps_reused;
+        uint64_t programs_built;  /* shader programs composed and compiled for this frame */
+        uint64_t programs_reused; /* uses of programs that earlier work had made */
     } counts;
     struct report_bytes bytes[REPORT_BYTES_MAX];
     int byte_count;

@@ -12,6 +12,7 @@
 #include <netdb.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "protocol/limits.h"
@@ -52,6 +53,8 @@ static const struct key keys[] = {
     {"drain-timeout-s", KEY_INT, AT(drain_timeout_s), 0, 86400,
      "how long a stop waits for renders in flight"},
     {"connections", KEY_INT, AT(connections), 8, 65536, "open connections, all clients together"},
+    {"dump-shaders", KEY_PATH, AT(dump_shaders), 0, 0,
+     "existing directory that gets the source of every shader composed; for debugging"},
     {"log-level", KEY_LEVEL, AT(log_level), 0, 0, "error, warning, info or debug"},
 };
 enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
@@ -367,6 +370,35 @@ static bool resolve_listen(struct config *config, struct error *err)
     return true;
 }
 
+/* path: of CONFIG_PATH_BYTES. */
+static bool make_absolute(char *path, const char *key, struct error *err)
+{
+    char here[CONFIG_PATH_BYTES / 2], relative[CONFIG_PATH_BYTES];
+    if (path[0] == '/')
+        return true;
+    memcpy(relative, path, sizeof relative);
+    if (!relative[0] || !getcwd(here, sizeof here) ||
+        snprintf(path, CONFIG_PATH_BYTES, "%s/%s", here, relative) >= CONFIG_PATH_BYTES)
+        return error_set(err, ERROR_INVALID_REQUEST, "%s: '%s' is not usable as a path", key,
+                         relative);
+    return true;
+}
+
+static bool check_dump_directory(struct config *config, struct error *err)
+{
+    struct stat status;
+    if (!make_absolute(config->dump_shaders, "dump-shaders", err))
+        return false;
+    if (stat(config->dump_shaders, &status) != 0)
+        return error_set(err, ERROR_INVALID_REQUEST, "dump-shaders: '%s': %s", config->dump_shaders,
+                         strerror(errno));
+    if (!S_ISDIR(status.st_mode) || access(config->dump_shaders, W_OK) != 0)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "dump-shaders: '%s' is not a directory that can be written to",
+                         config->dump_shaders);
+    return true;
+}
+
 bool config_load(struct config *config, int argc, char **argv, char **environment,
                  struct error *err)
 {
@@ -382,16 +414,9 @@ bool config_load(struct config *config, int argc, char **argv, char **environmen
     if ((file && !read_file(config, file, err)) || !read_environment(config, environment, err) ||
         !read_flags(config, argc, argv, &file, false, err))
         return false;
-    if (config->state_dir[0] != '/') {
-        char here[CONFIG_PATH_BYTES / 2], relative[CONFIG_PATH_BYTES];
-        memcpy(relative, config->state_dir, sizeof relative);
-        if (!relative[0] || !getcwd(here, sizeof here) ||
-            snprintf(config->state_dir, sizeof config->state_dir, "%s/%s", here, relative) >=
-                (int)sizeof config->state_dir)
-            return error_set(err, ERROR_INVALID_REQUEST, "state-dir: '%s' is not usable as a path",
-                             relative);
-    }
-    return resolve_listen(config, err);
+    return make_absolute(config->state_dir, "state-dir", err) &&
+           (!config->dump_shaders[0] || check_dump_directory(config, err)) &&
+           resolve_listen(config, err);
 }
 
 static void print_value(const struct config *config, const struct key *key, FILE *out)

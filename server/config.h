@@ -30,9 +30,10 @@ struct config {
     char state_dir[CONFIG_PATH_BYTES];
     uint64_t cache_bytes; /* of scenes mapped by the worker */
     uint64_t gpu_budget_bytes;
-    uint64_t max_upload_bytes;    /* of one upload, all files */
-    uint64_t decode_memory_bytes; /* of one decoder */
-    int device;                   /* 0 = choose; N = the N-th EGL device */
+    uint64_t max_upload_bytes;            /* of one upload, all files */
+    uint64_t decode_memory_bytes;         /* of one decoder */
+    int device;                           /* 0 = choose; N = the N-th EGL device */
+    char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     int render_timeout_s, decode_timeout_s, drain_timeout_s;
     int connections; /* at most, all clients together */
     enum log_level log_level;

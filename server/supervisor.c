@@ -214,9 +214,10 @@ static void bury_worker(struct supervisor *supervisor, const char *reason, bool 
 static bool send_settings(struct supervisor *supervisor, struct error *err)
 {
     const struct config *config = supervisor->desc.config;
-    json_t *settings = json_pack("{s:s,s:i,s:I,s:I}", "op", "configure", "device", config->device,
-                                 "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
-                                 "cache_bytes", (json_int_t)config->cache_bytes);
+    json_t *settings =
+        json_pack("{s:s,s:i,s:I,s:I,s:s}", "op", "configure", "device", config->device,
+                  "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes, "cache_bytes",
+                  (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders);
     bool is_sent = settings ? ipc_send(supervisor->worker.socket, settings, NULL, 0, err)
                             : error_set(err, ERROR_NO_MEMORY, "settings of the worker");
     json_decref(settings);

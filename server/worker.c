@@ -149,9 +149,11 @@ static int encode_threads(void)
 
 static bool start(struct worker *worker, const json_t *settings, struct error *err)
 {
+    const char *dump_dir = json_string_value(json_object_get(settings, "dump_shaders"));
     worker->renderer = renderer_create(
         &(struct renderer_desc){
             .device = (int)json_integer_value(json_object_get(settings, "device")),
+            .shader_dump_dir = dump_dir && *dump_dir ? dump_dir : NULL,
             .gpu_budget_bytes =
                 (uint64_t)json_integer_value(json_object_get(settings, "gpu_budget_bytes"))},
         err);

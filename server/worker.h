@@ -6,7 +6,7 @@
 
 /* Serves until the socket closes; returns the exit status. Messages, each with an "op":
  *
- * in   configure  {device, gpu_budget_bytes, cache_bytes}, first and once
+ * in   configure  {device, gpu_budget_bytes, cache_bytes, dump_shaders}, first and once
  *      render     {id, format, forget}, descriptors: the request as JSON (memfd), the scene's blob
  *      forget     {forget}: ids of scenes that were deleted, here and in render
  * out  hello      {device: {...}, depth}: ready; at most `depth` renders may be on their way at

@@ -89,6 +89,8 @@ class Config(unittest.TestCase):
             (("--config", "/nonexistent"), "/nonexistent"),
             (("--allow-remote=perhaps",), "allow-remote"),
             (("--state-dir", ""), "state-dir"),
+            (("--dump-shaders", "/nonexistent"), "/nonexistent"),
+            (("--dump-shaders", "/dev/null"), "/dev/null"),
             (("--allow-host", "x" * 600), "longer"),
         ]
         for flags, part in table:

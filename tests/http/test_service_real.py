@@ -143,6 +143,13 @@ class Real(support.unittest.TestCase):
         self.assertEqual(0, report["counts"]["shadow_maps_built"])
         self.assertGreater(report["counts"]["shadow_maps_reused"], 0)
 
+    def test_a_warm_scene_compiles_no_program(self):
+        self.render()
+        link = self.render(camera={"fit": "iso"}).header("Link")
+        counts = self.daemon.request("GET", link[1 : link.index(">")]).json()["counts"]
+        self.assertEqual(0, counts["programs_built"])
+        self.assertGreater(counts["programs_reused"], 0)
+
     def test_the_same_request_gives_the_same_bytes_and_tag(self):
         first, second = self.render(), self.render()
         self.assertEqual(first.body, second.body)
@@ -164,16 +171,23 @@ class Real(support.unittest.TestCase):
         self.render()
         self.assertNotEqual(pid, self.daemon.worker_pid())
 
-    def test_drivers_keep_their_shader_caches_in_the_state_directory(self):
+    def test_driver_caches_go_to_the_state_directory_and_sources_where_asked(self):
         with support.tempfile.TemporaryDirectory() as home:
             state = os.path.join(home, "state")
             names = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_STATE_HOME", "XDG_RUNTIME_DIR")
             environment = {name: home for name in names} | {"MESA_SHADER_CACHE_DIR": None}
-            with support.Daemon(program=REAL, state_dir=state, environment=environment) as daemon:
+            dump = os.path.join(home, "shaders")
+            os.mkdir(dump)
+            with support.Daemon(
+                "--dump-shaders", dump, program=REAL, state_dir=state, environment=environment
+            ) as daemon:
                 daemon.wait_ready()
                 self.assertEqual(200, daemon.render(daemon.push(lit_floor())).status)
                 self.assertEqual(0, daemon.stop())
-            self.assertEqual(["state"], os.listdir(home))
+            self.assertEqual(["shaders", "state"], sorted(os.listdir(home)))
+            sources = [open(os.path.join(dump, name)).read() for name in os.listdir(dump)]
+            self.assertTrue(any("shadow_transmittance(" in source for source in sources))
+            self.assertTrue(all("void main()" in source for source in sources))
             self.assertEqual(["cache", "lock", "scenes", "tmp"], sorted(os.listdir(state)))
 
 

@@ -194,7 +194,9 @@ static void reports_reach_the_stats_whole(void **state)
                           &report->counts.longest_pixel_list,
                           &report->counts.light_list_entries,
                           &report->counts.shadow_maps_built,
-                          &report->counts.shadow_maps_reused};
+                          &report->counts.shadow_maps_reused,
+                          &report->counts.programs_built,
+                          &report->counts.programs_reused};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
         *counts[i] = next++;
     report->counts.mean_list = 2.5;
@@ -230,7 +232,9 @@ static void reports_reach_the_stats_whole(void **state)
                           stats->counts.longest_pixel_list,
                           stats->counts.light_list_entries,
                           stats->counts.shadow_maps_built,
-                          stats->counts.shadow_maps_reused};
+                          stats->counts.shadow_maps_reused,
+                          stats->counts.programs_built,
+                          stats->counts.programs_reused};
     for (size_t i = 0; i < sizeof arrived / sizeof *arrived; i++)
         assert_int_equal(arrived[i], i + 1);
     assert_true(stats->counts.mean_list == 2.5);
