@@ -203,6 +203,11 @@ static void fill_report(const struct renderer *renderer, const struct resident_s
     if (state->has_default_lights)
         report_warn(report,
                     "neither the scene nor the request has a light: default lighting is used");
+    if (state->open_volume_count)
+        report_warn(report,
+                    "%zu attenuating volumes have no closed surface that faces outward: the "
+                    "thickness of their material is used",
+                    state->open_volume_count);
 }
 
 static int grid_side(int samples)

@@ -39,15 +39,6 @@ void draw_arena_destroy(struct draw_arena *arena)
     free(arena);
 }
 
-/* Extinction of the medium: attenuation_color is what remains after attenuation_distance
- * (KHR_materials_volume). */
-static float extinction(float color, float distance)
-{
-    const float blackest = 1e-30f; /* a zero channel: opaque within a thousandth of the distance,
-                                      yet finite */
-    return distance > 0 ? -logf(fmaxf(color, blackest)) / distance : 0;
-}
-
 static uint32_t material_flags(const struct state_material *material)
 {
     const struct scene_material *m = &material->base;
@@ -107,16 +98,22 @@ static void fill_material(const struct scene *scene, const struct state_material
         .flags = material_flags(material),
     };
     for (int k = 0; k < 3; k++)
-        r->attenuation.v[k] = extinction(m->attenuation_color[k], m->attenuation_distance);
+        r->attenuation.v[k] = (float)material->sigma[k];
     fill_textures(scene, m, r);
 }
 
 /* Thickness is a length of the model and grows with its node (KHR_materials_volume), by one factor
- * here. Items that this changes use copies of their material's record. */
+ * here; only closed items are media. Items that either changes use copies of their material's
+ * record. */
 static bool is_scaled(const struct scene_state *state, const struct state_item *item)
 {
     const struct scene_material *m = &state->materials[item->material].base;
     return m->transmission > 0 && m->thickness > 0 && fabsf(item->length_scale - 1) > 1e-6f;
+}
+
+static bool needs_copy(const struct scene_state *state, const struct state_item *item)
+{
+    return item->is_medium || is_scaled(state, item);
 }
 
 static void assign_materials(struct draw_arena *arena, const struct scene_state *state,
@@ -126,10 +123,12 @@ static void assign_materials(struct draw_arena *arena, const struct scene_state 
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
         arena->item_materials[i] = item->material;
-        if (!is_scaled(state, item))
+        if (!needs_copy(state, item))
             continue;
         records[next] = records[item->material];
         records[next].transmission_f0_thickness.v[2] *= item->length_scale;
+        if (item->is_medium)
+            records[next].flags |= MATERIAL_MEDIUM;
         arena->item_materials[i] = next++;
     }
 }
@@ -138,7 +137,7 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
 {
     size_t count = state->scene->material_count;
     for (size_t i = 0; i < state->item_count; i++)
-        count += is_scaled(state, &state->items[i]);
+        count += needs_copy(state, &state->items[i]);
     struct material_record *records = calloc(count, sizeof *records);
     free(arena->item_materials);
     arena->item_materials = calloc(state->item_count + 1, sizeof *arena->item_materials);

@@ -170,7 +170,11 @@ static bool list_warnings(struct importer *importer, struct error *err)
                       "without the texture coordinates that the material asks for; (0, 0) is used",
                       err) &&
            warn_count(importer, importer->far_texcoords, "texture", "textures",
-                      "left out: only TEXCOORD_0 and TEXCOORD_1 are read", err);
+                      "left out: only TEXCOORD_0 and TEXCOORD_1 are read", err) &&
+           warn_count(importer, importer->open_volumes, "primitive", "primitives",
+                      "with an attenuating volume but no closed surface that faces outward: the "
+                      "thickness of the material is used instead of the way through it",
+                      err);
 }
 
 static bool import_all(struct importer *importer, const struct scene_import_desc *desc,

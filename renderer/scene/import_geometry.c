@@ -4,7 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/scene/edge_table.h"
 #include "renderer/scene/importer.h"
+#include "renderer/scene/scene.h"
 #include "renderer/scene/topology.h"
 
 struct geometry_scratch {
@@ -443,6 +445,28 @@ static bool check_drawable(const struct importer *importer, const struct gltf_pr
     return true;
 }
 
+/* What KHR_materials_volume calls a closed mesh; told where the material would make use of it. */
+static bool find_closed(struct importer *importer, struct shape *shape, struct error *err)
+{
+    struct scene_primitive *p = &shape->out;
+    const float *positions = importer->writer.sections[SCENE_POSITIONS].records;
+    const uint32_t *indices = importer->writer.sections[SCENE_INDICES].records;
+    const struct scene_material *material = importer->writer.sections[SCENE_MATERIALS].records;
+    bool is_closed;
+    if (!edge_mesh_is_closed(
+            &(struct edge_mesh){.positions = positions + 3 * (size_t)p->first_vertex,
+                                .vertex_count = p->vertex_count,
+                                .indices = indices + p->first_index,
+                                .index_count = p->index_count},
+            &is_closed, err))
+        return false;
+    if (is_closed)
+        p->flags |= SCENE_PRIMITIVE_IS_CLOSED;
+    else if (scene_material_attenuates(&material[p->material]))
+        importer->open_volumes++;
+    return true;
+}
+
 static bool append_shape(struct importer *importer, struct shape *shape, struct error *err)
 {
     if (!open_attributes(importer, shape, err) || !choose_material(importer, shape, err) ||
@@ -456,7 +480,8 @@ static bool append_shape(struct importer *importer, struct shape *shape, struct 
         return true;
     shape->has_flat_normals = is_surface && !shape->attributes[GLTF_NORMAL].count;
     if (!choose_vertices(importer, shape, err) || !append_positions(importer, shape, err) ||
-        !append_normals(importer, shape, err) || !append_optionals(importer, shape, err))
+        !append_normals(importer, shape, err) || !append_optionals(importer, shape, err) ||
+        (is_surface && !find_closed(importer, shape, err)))
         return false;
     struct scene_primitive *record =
         blob_writer_append(&importer->writer, SCENE_PRIMITIVES, 1, err);

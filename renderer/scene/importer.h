@@ -26,7 +26,7 @@ struct importer {
     /* Counted while importing, told once at the end. */
     uint64_t degenerate_triangles, repaired_normals, clamped_colors, morphed_primitives,
         skinned_nodes;
-    uint64_t instanced_nodes, missing_texcoords, far_texcoords;
+    uint64_t instanced_nodes, missing_texcoords, far_texcoords, open_volumes;
 };
 
 /* Each returns false with err set, and fills the sections of its name. In the order of the calls in

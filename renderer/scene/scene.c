@@ -215,9 +215,10 @@ static bool is_primitive(const struct scene *scene, const struct scene_primitive
 {
     static const uint32_t corners[] = {
         [SCENE_POINTS] = 1, [SCENE_LINES] = 2, [SCENE_TRIANGLES] = 3};
-    enum { HAS_ALL = 31 };
+    enum { HAS_ALL = 63 };
     if (p->topology > SCENE_TRIANGLES || p->material >= scene->material_count ||
         p->flags > HAS_ALL ||
+        (p->topology != SCENE_TRIANGLES && (p->flags & SCENE_PRIMITIVE_IS_CLOSED)) ||
         (p->topology == SCENE_TRIANGLES && !(p->flags & SCENE_PRIMITIVE_HAS_NORMALS)))
         return false;
     if (((p->flags & SCENE_PRIMITIVE_HAS_TANGENTS) && !scene->tangents) ||
@@ -397,4 +398,11 @@ int32_t scene_find_material(const struct scene *scene, const char *name)
         if (strcmp(scene->strings + scene->materials[i].name, name) == 0)
             return (int32_t)i;
     return index_from_name(name, scene->material_count);
+}
+
+bool scene_material_attenuates(const struct scene_material *m)
+{
+    return m->transmission > 0 && m->thickness > 0 && m->attenuation_distance > 0 &&
+           (m->attenuation_color[0] < 1 || m->attenuation_color[1] < 1 ||
+            m->attenuation_color[2] < 1);
 }

@@ -54,4 +54,8 @@ MUST_CHECK bool scene_open(struct scene *scene, const void *blob, size_t size_by
 int32_t scene_find_node(const struct scene *scene, const char *name);
 int32_t scene_find_material(const struct scene *scene, const char *name);
 
+/* Whether light loses something on its way through the inside: transmission, a thickness, and an
+ * attenuation that is neither infinite nor white (KHR_materials_volume). */
+bool scene_material_attenuates(const struct scene_material *material);
+
 #endif

@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 1 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 2 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -91,6 +91,7 @@ enum scene_primitive_flags {
     SCENE_PRIMITIVE_HAS_COLORS = 8,
     SCENE_PRIMITIVE_HAS_NORMALS = 16, /* always set for triangles: flat normals are made where the
                                          file has none */
+    SCENE_PRIMITIVE_IS_CLOSED = 32, /* its triangles bound a volume: renderer/scene/edge_table.h */
 };
 
 struct scene_primitive {

@@ -94,6 +94,20 @@ static void override_factors(struct scene_material *m, const struct view_materia
     }
 }
 
+/* Extinction of the inside: attenuation_color is what remains after attenuation_distance, a length
+ * of the world (KHR_materials_volume). A channel of 0 counts as 1e-30: finite, yet black within a
+ * thousandth of any distance at which it matters. */
+static void compute_extinction(struct state_material *material)
+{
+    const struct scene_material *m = &material->base;
+    const double blackest = 1e-30;
+    for (int k = 0; k < 3; k++)
+        material->sigma[k] = m->attenuation_distance > 0
+                                 ? -log(fmax((double)m->attenuation_color[k], blackest)) /
+                                       (double)m->attenuation_distance
+                                 : 0;
+}
+
 static bool apply_material_overrides(struct scene_state *state, const struct view *view,
                                      struct error *err)
 {
@@ -111,6 +125,8 @@ static bool apply_material_overrides(struct scene_state *state, const struct vie
         if (o->has_cast_once)
             material->cast_once = o->cast_once;
     }
+    for (uint32_t i = 0; i < state->scene->material_count; i++)
+        compute_extinction(&state->materials[i]);
     return true;
 }
 
@@ -135,6 +151,7 @@ static uint64_t shadow_hash(const struct scene_state *state, const struct state_
     HASH_FIELD(hash, item->class_);
     if (item->class_ == STATE_OPAQUE)
         return hash;
+    HASH_FIELD(hash, item->is_medium);
     HASH_FIELD(hash, m->base_color);
     HASH_FIELD(hash, m->alpha_mode);
     HASH_FIELD(hash, m->alpha_cutoff);
@@ -191,6 +208,7 @@ static void fill_item(const struct scene_state *state, uint32_t node, uint32_t p
         .is_mirrored = determinant < 0,
         .length_scale = (float)cbrt(fabs(determinant)),
         .casts_shadow = p->topology == SCENE_TRIANGLES,
+        .is_medium = (p->flags & SCENE_PRIMITIVE_IS_CLOSED) && scene_material_attenuates(m),
     };
     /* blending with an alpha that is 1 everywhere lets nothing through */
     if (item->class_ == STATE_TRANSPARENT && m->transmission <= 0 && m->base_color[3] >= 1 &&
@@ -199,6 +217,12 @@ static void fill_item(const struct scene_state *state, uint32_t node, uint32_t p
         item->class_ = STATE_OPAQUE;
     compute_bounds(state, item);
     item->shadow_hash = shadow_hash(state, item);
+}
+
+static bool is_open_volume(const struct scene_state *state, const struct state_item *item)
+{
+    return item->casts_shadow && !item->is_medium &&
+           scene_material_attenuates(&state->materials[item->material].base);
 }
 
 static bool list_items(struct scene_state *state, struct error *err)
@@ -225,6 +249,8 @@ static bool list_items(struct scene_state *state, struct error *err)
                 continue;
             struct state_item *item = &state->items[state->item_count++];
             fill_item(state, i, primitive, item);
+            state->medium_count += item->is_medium;
+            state->open_volume_count += is_open_volume(state, item);
             for (int k = 0; k < 3; k++) {
                 state->bounds_min[k] = fmin(state->bounds_min[k], item->bounds_min[k]);
                 state->bounds_max[k] = fmax(state->bounds_max[k], item->bounds_max[k]);

@@ -19,6 +19,8 @@ struct state_item { /* one primitive of one visible node */
     bool is_mirrored;           /* negative determinant: front faces wind clockwise */
     float length_scale;         /* world over model lengths: cube root of the determinant's size */
     bool casts_shadow;          /* triangles only; points and lines cast none */
+    bool is_medium;             /* its inside attenuates with the material's sigma, its surface is a
+                                   filter without thickness (docs/shading.md, section 1) */
     double center[3], radius_m; /* world bounding sphere */
     double bounds_min[3], bounds_max[3];
     uint64_t shadow_hash; /* of all that decides its shadow: matrix, primitive, filter factors and
@@ -37,6 +39,7 @@ struct state_light {
 
 struct state_material {
     struct scene_material base; /* with overrides */
+    double sigma[3];            /* extinction of the inside [1/m], world lengths; finite, >= 0 */
     bool no_self_shadow, cast_once;
 };
 
@@ -47,6 +50,8 @@ struct scene_state {
     struct state_material *materials; /* per material */
     struct state_item *items;         /* node order, then primitive order */
     size_t item_count;
+    size_t medium_count;        /* items that are media */
+    size_t open_volume_count;   /* items that would be if their surface were closed */
     struct state_light *lights; /* scene lights in node order, then those of the view */
     size_t light_count;
     bool has_default_lights; /* neither scene nor view brought a light */

@@ -27,7 +27,8 @@ LAYOUT_SIZE(draw_record, 112)
 #define MATERIAL_PASS_EDGE 64u
 #define MATERIAL_NO_SELF_SHADOW 128u
 #define MATERIAL_CAST_ONCE 256u
-#define MATERIAL_VOLUME 512u /* thickness > 0 */
+#define MATERIAL_VOLUME 512u  /* thickness > 0 */
+#define MATERIAL_MEDIUM 1024u /* of a medium's item: attenuation acts along the way inside */
 
 struct material_record {
     vec4 base_color;
