@@ -17,6 +17,7 @@ enum limits {
     LIMIT_JSON_DEPTH = 32,                  /* nesting of a request body */
     LIMIT_JSON_CONTAINERS = 1 << 20, /* in a body: 786,440 hold every list above at its cap */
     LIMIT_JSON_VALUES = 6 << 20,     /* in a body: 4.6 Mi hold the same; some 32 bytes each */
+    LIMIT_AREA_SAMPLES = 4096,       /* per area light and point: errors below 1e-3 */
     LIMIT_OUTPUTS = 8,               /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,        /* frame reports kept for /v1/frames/{id} */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
@@ -25,6 +26,8 @@ enum limits {
 #define LIMIT_UPLOAD_BYTES (2ull << 30)     /* default of --max-upload-bytes: all files of one */
 #define LIMIT_SCENE_BLOB_BYTES (8ull << 30) /* decoded scene */
 #define LIMIT_COORDINATE 1e12               /* metres; beyond it even f64 loses the millimetre */
-#define LIMIT_INTENSITY 1e12                /* cd, lx or nt; keeps every product inside f32 */
+#define LIMIT_LIGHT_SIZE_MIN 1e-9           /* metres; a side or radius of an area light */
+#define LIMIT_LIGHT_SIZE_MAX 1e9
+#define LIMIT_INTENSITY 1e12 /* cd, lx or nt; keeps every product inside f32 */
 
 #endif

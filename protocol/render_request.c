@@ -16,7 +16,7 @@ const char *request_fit_name(int fit)
 
 const char *request_light_type_name(int type)
 {
-    NAME_OF(type, "directional", "point", "spot");
+    NAME_OF(type, "directional", "point", "spot", "rect", "disk");
 }
 
 const char *request_alpha_mode_name(int mode)

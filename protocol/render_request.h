@@ -19,7 +19,13 @@ enum request_camera_kind {
     REQUEST_CAMERA_FIT,
 };
 enum request_fit { REQUEST_FIT_FRONT, REQUEST_FIT_TOP, REQUEST_FIT_RIGHT, REQUEST_FIT_ISO };
-enum request_light_type { REQUEST_LIGHT_DIRECTIONAL, REQUEST_LIGHT_POINT, REQUEST_LIGHT_SPOT };
+enum request_light_type {
+    REQUEST_LIGHT_DIRECTIONAL,
+    REQUEST_LIGHT_POINT,
+    REQUEST_LIGHT_SPOT,
+    REQUEST_LIGHT_RECT,
+    REQUEST_LIGHT_DISK
+};
 enum request_alpha_mode { REQUEST_ALPHA_OPAQUE, REQUEST_ALPHA_MASK, REQUEST_ALPHA_BLEND };
 enum request_pass_through { REQUEST_PASS_CONSTANT, REQUEST_PASS_SLAB, REQUEST_PASS_EDGE };
 enum request_tone_mapping { REQUEST_TONE_NEUTRAL, REQUEST_TONE_NONE };
@@ -67,13 +73,17 @@ struct request_camera {
 
 struct request_light {
     enum request_light_type type;
-    double position[3];    /* world [m]; point and spot */
-    double direction[3];   /* of travel, not normalised; spot and directional */
+    double position[3];    /* world [m]; the centre of an area light; not of directional ones */
+    double direction[3];   /* of travel, not normalised; the side that an area light emits to */
     double color[3];       /* linear, [0, 1] */
-    double intensity;      /* cd, or lx for directional */
+    double intensity;      /* cd, lx for directional, nt for rect and disk */
     double range;          /* m; 0 = unbounded */
     double inner_cone_deg; /* half angles of a spot; [0, outer] */
     double outer_cone_deg; /* [0.001, 90]; default 45 */
+    double width, height;  /* of a rect [m]; height runs along up */
+    double up[3];          /* of a rect, across its direction; all zero = +Y, or -Z where it shines
+                              up or down */
+    double radius;         /* of a disk [m] */
     bool casts_no_shadow;
 };
 
@@ -118,8 +128,11 @@ struct request_quality {
     enum request_blend_filter blend_filter;
     int shadow_resolution; /* texels per side, [1, 16384]; default 1024 */
     int shadow_taps;       /* 1, 4, 9 or 16; default 4 */
-    int samples;   /* per pixel, 1 or 4, raytraced also 16 or 64; 0 = 4, or 1 where 4 cannot be */
-    bool faithful; /* linked techniques exactly as published */
+    int samples; /* per pixel, 1 or 4, raytraced also 16, 64 or 256; 0 = 4, or 1 where 4 cannot be
+                  */
+    bool reference; /* ray traced in double precision with every light; shadows AUTO or RAYTRACED */
+    int area_samples; /* per area light and point, [1, 4096]; 0 = 16, or 256 with reference */
+    bool faithful;    /* linked techniques exactly as published */
     double max_error; /* [1e-9, 1e6]; 0 = none asked for */
     double budget_ms; /* [0.001, 86400000]; 0 = none asked for */
 };

@@ -41,6 +41,13 @@ bool request_read_direction(const struct json_node *node, double *direction)
     return true;
 }
 
+bool request_are_independent(const double a[3], const double b[3])
+{
+    double across[3];
+    cross3(a, b, across);
+    return length3(across) >= INDEPENDENCE_MIN * length3(a) * length3(b);
+}
+
 bool request_read_matrix(const struct json_node *node, double *matrix)
 {
     if (!node->value)
@@ -77,7 +84,7 @@ static bool read_look_at(const struct json_node *node, struct request_camera *ca
         !request_read_direction(&up, camera->up))
         return false;
 
-    double forward[3], side[3];
+    double forward[3];
     for (int i = 0; i < 3; i++)
         forward[i] = camera->target[i] - camera->eye[i];
     double distance = length3(forward);
@@ -88,8 +95,7 @@ static bool read_look_at(const struct json_node *node, struct request_camera *ca
 
     if (!up.value)
         camera->up[1] = 1;
-    cross3(forward, camera->up, side);
-    if (length3(side) < INDEPENDENCE_MIN * distance * length3(camera->up))
+    if (!request_are_independent(forward, camera->up))
         return json_refuse(&up, ERROR_INVALID_REQUEST,
                            "parallel to the view direction; give an up across it (default +Y)");
     return true;

@@ -5,13 +5,35 @@
 #include "protocol/limits.h"
 #include "protocol/request_parts.h"
 
+#define TYPE(name) (1u << REQUEST_LIGHT_##name)
+#define AREAS (TYPE(RECT) | TYPE(DISK))
+
+/* Which types of light have a member, and which cannot be without it. */
+static const struct {
+    const char *name;
+    unsigned types, required;
+} members[] = {
+    {"position", TYPE(POINT) | TYPE(SPOT) | AREAS, TYPE(POINT) | TYPE(SPOT) | AREAS},
+    {"direction", TYPE(DIRECTIONAL) | TYPE(SPOT) | AREAS, TYPE(DIRECTIONAL) | TYPE(SPOT) | AREAS},
+    {"range", TYPE(POINT) | TYPE(SPOT), 0},
+    {"inner_cone_deg", TYPE(SPOT), 0},
+    {"outer_cone_deg", TYPE(SPOT), 0},
+    {"width", TYPE(RECT), TYPE(RECT)},
+    {"height", TYPE(RECT), TYPE(RECT)},
+    {"up", TYPE(RECT), 0},
+    {"radius", TYPE(DISK), TYPE(DISK)},
+};
+
 /* A member that this type of light does not have would be silently ignored: refuse it. */
-static bool refuse_members(const struct json_node *node, const char *const *names, const char *type)
+static bool check_members(const struct json_node *node, enum request_light_type type)
 {
-    for (; *names; names++) {
-        struct json_node member = json_member(node, *names);
-        if (member.value)
-            return json_refuse(&member, ERROR_INVALID_REQUEST, "but a %s light has none", type);
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
+        struct json_node member = json_member(node, members[i].name);
+        if (member.value && !(members[i].types & 1u << type))
+            return json_refuse(&member, ERROR_INVALID_REQUEST, "but a %s light has none",
+                               request_light_type_name((int)type));
+        if (members[i].required & 1u << type && !json_expect_present(&member))
+            return false;
     }
     return true;
 }
@@ -31,42 +53,44 @@ static bool read_cone(const struct json_node *node, struct request_light *light)
     return true;
 }
 
+/* The size of an area light, and how a rectangle is turned about its direction. */
+static bool read_area(const struct json_node *node, struct request_light *light)
+{
+    struct json_node width = json_member(node, "width"), height = json_member(node, "height");
+    struct json_node radius = json_member(node, "radius"), up = json_member(node, "up");
+    if (!json_read_number(&width, LIMIT_LIGHT_SIZE_MIN, LIMIT_LIGHT_SIZE_MAX, &light->width) ||
+        !json_read_number(&height, LIMIT_LIGHT_SIZE_MIN, LIMIT_LIGHT_SIZE_MAX, &light->height) ||
+        !json_read_number(&radius, LIMIT_LIGHT_SIZE_MIN, LIMIT_LIGHT_SIZE_MAX, &light->radius) ||
+        !request_read_direction(&up, light->up))
+        return false;
+    if (up.value && !request_are_independent(light->direction, light->up))
+        return json_refuse(&up, ERROR_INVALID_REQUEST,
+                           "parallel to the direction; give an up across it");
+    return true;
+}
+
 /* Where the light is and where it shines, as far as its type has that. */
 static bool read_placement(const struct json_node *node, struct request_light *light)
 {
-    static const char *const not_directional[] = {"position", "range", "inner_cone_deg",
-                                                  "outer_cone_deg", NULL};
-    static const char *const not_point[] = {"direction", "inner_cone_deg", "outer_cone_deg", NULL};
     struct json_node position = json_member(node, "position");
     struct json_node direction = json_member(node, "direction");
     struct json_node range = json_member(node, "range");
 
-    if (light->type == REQUEST_LIGHT_DIRECTIONAL) {
-        if (!refuse_members(node, not_directional, "directional"))
-            return false;
-    } else if (!json_expect_present(&position)) {
+    if (!check_members(node, light->type))
         return false;
-    }
-    if (light->type == REQUEST_LIGHT_POINT) {
-        if (!refuse_members(node, not_point, "point"))
-            return false;
-    } else if (!json_expect_present(&direction)) {
-        return false;
-    }
     if (light->type == REQUEST_LIGHT_SPOT && !read_cone(node, light))
         return false;
     return json_read_numbers(&position, 3, -LIMIT_COORDINATE, LIMIT_COORDINATE, light->position) &&
            request_read_direction(&direction, light->direction) &&
-           json_read_number(&range, 0, LIMIT_COORDINATE, &light->range);
+           json_read_number(&range, 0, LIMIT_COORDINATE, &light->range) && read_area(node, light);
 }
 
 static bool read_light(const struct json_node *node, struct request_light *light)
 {
     static const char *const known[] = {
-        "type",           "position",       "direction", "color",  "intensity",
-        "inner_cone_deg", "outer_cone_deg", "range",     "shadow", NULL};
-    static const char *const planned[] = {"rect", "disk", NULL};
-    const struct json_choice types = {.name = request_light_type_name, .planned = planned};
+        "type",  "position", "direction", "color",  "intensity", "inner_cone_deg", "outer_cone_deg",
+        "range", "shadow",   "width",     "height", "up",        "radius",         NULL};
+    const struct json_choice types = {.name = request_light_type_name};
 
     *light = (struct request_light){.color = {1, 1, 1}, .intensity = 1};
     if (!json_expect_object(node, known))

@@ -50,9 +50,9 @@ static bool read_techniques(const struct json_node *node, struct request_quality
 bool request_read_quality(const struct json_node *node, struct request_quality *quality)
 {
     static const char *const known[] = {
-        "shadows",           "transparency", "light_lists", "blend_filter",
-        "shadow_resolution", "shadow_taps",  "samples",     "faithful",
-        "max_error",         "budget_ms",    NULL};
+        "shadows",     "transparency", "light_lists", "blend_filter", "shadow_resolution",
+        "shadow_taps", "samples",      "faithful",    "reference",    "area_samples",
+        "max_error",   "budget_ms",    NULL};
     if (!node->value)
         return true;
     if (!json_expect_object(node, known) || !read_techniques(node, quality))
@@ -61,23 +61,31 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
     struct json_node taps = json_member(node, "shadow_taps");
     struct json_node samples = json_member(node, "samples");
     struct json_node faithful = json_member(node, "faithful");
+    struct json_node reference = json_member(node, "reference");
+    struct json_node area_samples = json_member(node, "area_samples");
     struct json_node max_error = json_member(node, "max_error");
     struct json_node budget_ms = json_member(node, "budget_ms");
     if (!json_read_int(&resolution, 1, LIMIT_SHADOW_RESOLUTION, &quality->shadow_resolution) ||
         !json_read_int(&taps, 1, 16, &quality->shadow_taps) ||
-        !json_read_int(&samples, 1, 64, &quality->samples) ||
+        !json_read_int(&samples, 1, 256, &quality->samples) ||
         !json_read_bool(&faithful, &quality->faithful) ||
+        !json_read_bool(&reference, &quality->reference) ||
+        !json_read_int(&area_samples, 1, LIMIT_AREA_SAMPLES, &quality->area_samples) ||
         !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||
         !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms))
         return false;
     int n = quality->shadow_taps;
     if (n != 1 && n != 4 && n != 9 && n != 16)
         return json_refuse(&taps, ERROR_INVALID_REQUEST, "must be 1, 4, 9 or 16");
-    bool is_traced = quality->shadows == REQUEST_SHADOWS_RAYTRACED;
-    if (quality->samples != 0 && quality->samples != 1 && quality->samples != 4 &&
-        !(is_traced && (quality->samples == 16 || quality->samples == 64)))
+    if (quality->reference && quality->shadows != REQUEST_SHADOWS_AUTO &&
+        quality->shadows != REQUEST_SHADOWS_RAYTRACED)
+        return json_refuse(&reference, ERROR_INVALID_REQUEST,
+                           "but the reference is ray traced: shadows must be auto or raytraced");
+    bool is_traced = quality->reference || quality->shadows == REQUEST_SHADOWS_RAYTRACED;
+    n = quality->samples;
+    if (n != 0 && n != 1 && n != 4 && !(is_traced && (n == 16 || n == 64 || n == 256)))
         return json_refuse(&samples, ERROR_INVALID_REQUEST,
-                           "must be 1 or 4, or with raytraced shadows also 16 or 64");
+                           "must be 1 or 4, or with raytraced shadows also 16, 64 or 256");
     return true;
 }
 

@@ -17,6 +17,9 @@ MUST_CHECK bool request_read_quality(const struct json_node *node, struct reques
 /* A direction: three finite numbers that are not all (nearly) zero. */
 MUST_CHECK bool request_read_direction(const struct json_node *node, double *direction);
 
+/* Whether two directions span a plane, as an up and a view must. */
+bool request_are_independent(const double a[3], const double b[3]);
+
 /* 16 numbers, column-major: affine and invertible. */
 MUST_CHECK bool request_read_matrix(const struct json_node *node, double *matrix);
 

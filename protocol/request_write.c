@@ -50,8 +50,16 @@ static json_t *write_light(const struct request_light *light)
         json_put_number(&writer, "inner_cone_deg", light->inner_cone_deg);
         json_put_number(&writer, "outer_cone_deg", light->outer_cone_deg);
     }
-    if (light->type != REQUEST_LIGHT_DIRECTIONAL)
+    if (light->type == REQUEST_LIGHT_POINT || light->type == REQUEST_LIGHT_SPOT)
         json_put_number(&writer, "range", light->range);
+    if (light->type == REQUEST_LIGHT_RECT) {
+        json_put_number(&writer, "width", light->width);
+        json_put_number(&writer, "height", light->height);
+        if (light->up[0] != 0 || light->up[1] != 0 || light->up[2] != 0)
+            json_put_numbers(&writer, "up", light->up, 3);
+    }
+    if (light->type == REQUEST_LIGHT_DISK)
+        json_put_number(&writer, "radius", light->radius);
     json_put_bool(&writer, "shadow", !light->casts_no_shadow);
     return json_writer_take(&writer);
 }
@@ -169,6 +177,8 @@ static json_t *write_quality(const struct request_quality *quality)
     json_put(&writer, "shadow_taps", integer_or_null(quality->shadow_taps));
     json_put(&writer, "samples", integer_or_null(quality->samples));
     json_put_bool(&writer, "faithful", quality->faithful);
+    json_put_bool(&writer, "reference", quality->reference);
+    json_put(&writer, "area_samples", integer_or_null(quality->area_samples));
     put_number_or_null(&writer, "max_error", quality->max_error);
     put_number_or_null(&writer, "budget_ms", quality->budget_ms);
     return json_writer_take(&writer);

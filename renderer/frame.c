@@ -4,8 +4,7 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
-#include "renderer/raytrace/raytrace.h"
-#include "renderer/renderer_internal.h"
+#include "renderer/frame_raytrace.h"
 #include "renderer/wall_clock.h"
 
 enum {
@@ -14,6 +13,24 @@ enum {
     WINDOWS_MAX = 8192,
     SAMPLES_DEFAULT = 4,
 };
+
+static bool check_quality(const struct view_quality *quality, struct error *err)
+{
+    int samples = quality->samples;
+    bool is_traced = quality->reference || quality->shadows == VIEW_SHADOWS_RAYTRACED;
+    if (quality->reference && quality->shadows != VIEW_SHADOWS_AUTO &&
+        quality->shadows != VIEW_SHADOWS_RAYTRACED)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "the reference is ray traced: shadows must be auto or raytraced");
+    if (samples != 0 && samples != 1 && samples != 4 &&
+        !(is_traced && (samples == 16 || samples == 64 || samples == 256)))
+        return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4",
+                         samples);
+    if (quality->area_samples < 0 || quality->area_samples > 4096)
+        return error_set(err, ERROR_INVALID_REQUEST, "%d area samples, choose 1 to 4096",
+                         quality->area_samples);
+    return true;
+}
 
 static bool check_view(const struct view *view, struct error *err)
 {
@@ -24,13 +41,7 @@ static bool check_view(const struct view *view, struct error *err)
     if (view->clip_plane_count > 8)
         return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is 8",
                          view->clip_plane_count);
-    int samples = view->quality.samples;
-    bool is_traced = view->quality.shadows == VIEW_SHADOWS_RAYTRACED;
-    if (samples != 0 && samples != 1 && samples != 4 &&
-        !(is_traced && (samples == 16 || samples == 64)))
-        return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4",
-                         samples);
-    return true;
+    return check_quality(&view->quality, err);
 }
 
 /* Antialiased lists need to know which samples survived the depth test. */
@@ -210,35 +221,6 @@ static void fill_report(const struct renderer *renderer, const struct resident_s
                     state->open_volume_count);
 }
 
-static int grid_side(int samples)
-{
-    return samples == 1 ? 1 : samples == 16 ? 4 : samples == 64 ? 8 : 2;
-}
-
-/* The color output without the GPU; see renderer/raytrace/raytrace.h. */
-static bool trace_color(const struct view *view, const struct scene_state *state,
-                        const struct camera *camera, struct frame *frame, struct error *err)
-{
-    struct raytrace_stats stats;
-    struct raytrace_desc desc = {
-        .view = view,
-        .state = state,
-        .camera = camera,
-        .samples_per_side = grid_side(view->quality.samples),
-    };
-    image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
-    if (!raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err))
-        return false;
-    const char *because = "quality.shadows is raytraced";
-    report_add_pass(&frame->report, "raytrace.build", because, "raytraced", stats.build_ms,
-                    REPORT_SHADOW);
-    report_add_pass(&frame->report, "raytrace.trace", because, "raytraced", stats.trace_ms,
-                    REPORT_SHADE);
-    frame->report.counts.lookups += stats.shadow_rays;
-    frame->report.error_is_exact = true;
-    return true;
-}
-
 /* The rasterised outputs of the view: its windows, after the shadows that its color needs. */
 static bool render_rasterised(struct renderer *renderer, struct resident_scene *scene,
                               const struct view *view, const struct scene_state *state,
@@ -247,6 +229,8 @@ static bool render_rasterised(struct renderer *renderer, struct resident_scene *
     if (!draw_arena_begin(renderer->arena, state, err))
         return false;
     bool wants_color = view->outputs & 1u << VIEW_OUTPUT_COLOR;
+    if (wants_color)
+        frame_warn_of_areas(state, &frame->report);
     if (wants_color && view->clip_plane_count)
         report_warn(&frame->report,
                     "clip planes cut the view; shadow maps still hold the whole scene");
@@ -293,9 +277,9 @@ static bool render_state(struct renderer *renderer, struct resident_scene *scene
     struct view rasterised = *view;
     if (!camera_resolve(&camera, view, state, err) || !create_outputs(view, frame, err))
         return false;
-    if (view->quality.shadows == VIEW_SHADOWS_RAYTRACED &&
-        view->outputs & 1u << VIEW_OUTPUT_COLOR) {
-        if (!trace_color(view, state, &camera, frame, err))
+    char because[REPORT_TEXT_BYTES];
+    if (frame_is_raytraced(view, state, because)) {
+        if (!frame_raytrace(view, state, &camera, because, frame, err))
             return false;
         rasterised.outputs &= ~(1u << VIEW_OUTPUT_COLOR);
     }

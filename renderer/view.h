@@ -33,13 +33,18 @@ struct view_camera {
 
 struct view_light {
     enum scene_light_type type;
-    double position[3], direction[3]; /* world; direction of travel, normalised by the renderer */
+    double position[3], direction[3]; /* world; direction of travel, normalised by the renderer; of
+                                         rect and disk the centre, and the side they emit to */
     float color[3];                   /* linear */
-    float intensity;                  /* cd, or lx for directional */
+    float intensity;                  /* cd, lx for directional, nt for rect and disk */
     float range;                      /* m; 0 = unbounded */
     float inner_cone_deg, outer_cone_deg; /* half angles, 0 <= inner <= outer <= 90; outer 0 means
                                              45 */
     bool casts_no_shadow;
+    double width_m, height_m; /* rect: sides, > 0; the height runs along up */
+    double up[3];    /* rect: across the direction; all zero means +Y, or -Z where it shines up
+                        or down */
+    double radius_m; /* disk: > 0 */
 };
 
 struct view_node_override {
@@ -84,7 +89,7 @@ enum view_shadows {
     VIEW_SHADOWS_MAP,
     VIEW_SHADOWS_DEEP,
     VIEW_SHADOWS_DEEP_LINKED,
-    VIEW_SHADOWS_RAYTRACED /* the whole color output on the CPU: the ground truth */
+    VIEW_SHADOWS_RAYTRACED /* the whole color output on the CPU, without maps */
 };
 enum view_transparency { VIEW_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_LISTS };
 enum view_light_lists {
@@ -103,9 +108,12 @@ struct view_quality {
     enum view_blend_filter blend_filter;
     int shadow_resolution; /* texels per side of one map face; 0 means 1024 */
     int shadow_taps;       /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels; 0 means 4 */
-    int samples;   /* per pixel, 1 or 4; 0 means 4 (1 where the device lacks post-depth coverage);
-                      raytraced: also 16 and 64, on a regular grid */
-    bool faithful; /* the linked techniques exactly as published, with their approximations */
+    int samples;    /* per pixel, 1 or 4; 0 means 4 (1 where the device lacks post-depth coverage);
+                       raytraced: also 16, 64 and 256, on a regular grid */
+    bool faithful;  /* the linked techniques exactly as published, with their approximations */
+    bool reference; /* the ground truth: ray traced in f64, every light, pixels on a regular grid;
+                       shadows AUTO or RAYTRACED only */
+    int area_samples; /* per area light and point, [1, 4096]; 0 means 16, with reference 256 */
 };
 
 enum view_output {

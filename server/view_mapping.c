@@ -19,6 +19,8 @@ SAME(REQUEST_FIT_ISO, VIEW_FIT_ISO);
 SAME(REQUEST_LIGHT_DIRECTIONAL, SCENE_LIGHT_DIRECTIONAL);
 SAME(REQUEST_LIGHT_POINT, SCENE_LIGHT_POINT);
 SAME(REQUEST_LIGHT_SPOT, SCENE_LIGHT_SPOT);
+SAME(REQUEST_LIGHT_RECT, SCENE_LIGHT_RECT);
+SAME(REQUEST_LIGHT_DISK, SCENE_LIGHT_DISK);
 SAME(REQUEST_ALPHA_OPAQUE, SCENE_OPAQUE);
 SAME(REQUEST_ALPHA_MASK, SCENE_MASK);
 SAME(REQUEST_ALPHA_BLEND, SCENE_BLEND);
@@ -88,7 +90,11 @@ static void map_light(const struct request_light *from, struct view_light *to)
         .inner_cone_deg = (float)from->inner_cone_deg,
         .outer_cone_deg = (float)from->outer_cone_deg,
         .casts_no_shadow = from->casts_no_shadow,
+        .width_m = from->width,
+        .height_m = from->height,
+        .radius_m = from->radius,
     };
+    memcpy(to->up, from->up, sizeof to->up);
     memcpy(to->position, from->position, sizeof to->position);
     memcpy(to->direction, from->direction, sizeof to->direction);
     to_floats(from->color, to->color, 3);
@@ -161,6 +167,8 @@ static void map_quality(const struct request_quality *from, struct view_quality 
         .shadow_taps = from->shadow_taps,
         .samples = from->samples,
         .faithful = from->faithful,
+        .reference = from->reference,
+        .area_samples = from->area_samples,
     };
 }
 

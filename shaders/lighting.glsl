@@ -49,8 +49,10 @@ vec3 light_arriving(light_record r, vec3 position, out vec3 l)
         float q = d2 / (range * range);
         gain *= clamp(1.0 - q * q, 0.0, 1.0);
     }
+    float cos_off_axis = dot(r.direction_cone.xyz, -l);
+    if (r.type == LIGHT_AREA)
+        gain *= max(cos_off_axis, 0.0); // Lambert 1760: I = L A cos
     if (r.type == LIGHT_SPOT) {
-        float cos_off_axis = dot(r.direction_cone.xyz, -l);
         float cone = clamp(cos_off_axis * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
         gain *= cone * cone;
     }

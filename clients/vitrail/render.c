@@ -283,8 +283,12 @@ static const struct option OPTIONS[] = {
      AT(request.shadows)},
     {OPTION_NUMBER, "shadow-resolution", 0, "N", "texels per side; default 1024",
      AT(request.shadow_resolution)},
-    {OPTION_NUMBER, "samples", 0, "N", "per pixel: 1 or 4; raytraced: also 16, 64",
+    {OPTION_NUMBER, "samples", 0, "N", "per pixel: 1 or 4; raytraced: also 16, 64, 256",
      AT(request.samples)},
+    {OPTION_FLAG, "reference", 0, NULL, "the ray-traced ground truth, in double precision",
+     AT(request.reference)},
+    {OPTION_NUMBER, "area-samples", 0, "N", "per area light and point: 1 to 4096; default 16",
+     AT(request.area_samples)},
     {OPTION_TEXT, "light-lists", 0, "NAME", "auto, clustered, linked", AT(request.light_lists)},
     {OPTION_TEXT, "transparency", 0, "NAME", "auto, lists", AT(request.transparency)},
     {OPTION_TEXT, "blend-filter", 0, "NAME", "tint, coverage, kim", AT(request.blend_filter)},
@@ -310,6 +314,7 @@ const struct command COMMAND_RENDER = {
         "          ortho=METRES makes any of them orthographic: \"ortho=3 fit:top\"\n"
         "Lights:   point:pos=0,3,0;color=1,0.8,0.6;intensity=100;range=0\n"
         "          spot:pos=0,4,0;dir=0,-1,0;inner=20;outer=35;intensity=800\n"
+        "          rect:pos=0,4,0;dir=0,-1,0;width=1;height=0.5;intensity=500\n"
         "          directional:dir=0,-1,-0.3;intensity=5;shadow=false\n"
         "The image appears whole or not at all.",
     .options = OPTIONS,

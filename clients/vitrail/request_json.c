@@ -84,7 +84,8 @@ static bool put_quality(json_t *root, const struct request_options *options,
 
     if (!options->shadows && !options->transparency && !options->light_lists &&
         !options->blend_filter && !options->shadow_resolution.is_given &&
-        !options->samples.is_given && !options->max_error.is_given && !options->budget_ms.is_given)
+        !options->samples.is_given && !options->reference && !options->area_samples.is_given &&
+        !options->max_error.is_given && !options->budget_ms.is_given)
         return true;
     quality = member_object(root, "quality");
     return put_text(quality, "shadows", options->shadows, failure) &&
@@ -93,6 +94,8 @@ static bool put_quality(json_t *root, const struct request_options *options,
            put_text(quality, "blend_filter", options->blend_filter, failure) &&
            put_number(quality, "shadow_resolution", &options->shadow_resolution, failure) &&
            put_number(quality, "samples", &options->samples, failure) &&
+           (!options->reference || put(quality, "reference", json_true(), failure)) &&
+           put_number(quality, "area_samples", &options->area_samples, failure) &&
            put_number(quality, "max_error", &options->max_error, failure) &&
            put_number(quality, "budget_ms", &options->budget_ms, failure);
 }

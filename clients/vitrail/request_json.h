@@ -15,9 +15,10 @@ struct request_options {
     const char *base_path; /* --request */
     const char *size, *camera, *background, *environment, *format;
     const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
-    struct option_number shadow_resolution, samples, max_error, budget_ms, exposure_ev;
+    struct option_number shadow_resolution, samples, area_samples, max_error, budget_ms,
+        exposure_ev;
     struct text_list lights, outputs, settings;
-    bool no_scene_lights;
+    bool no_scene_lights, reference;
 };
 
 /* New reference, without "scene". Base first, then the options over it (lights are added to those

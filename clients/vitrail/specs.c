@@ -173,36 +173,49 @@ json_t *camera_spec_parse(const char *text, struct failure *failure)
     return NULL;
 }
 
-enum { LIGHT_POINT = 1, LIGHT_SPOT = 2, LIGHT_DIRECTIONAL = 4 };
+enum {
+    LIGHT_POINT = 1,
+    LIGHT_SPOT = 2,
+    LIGHT_DIRECTIONAL = 4,
+    LIGHT_RECT = 8,
+    LIGHT_DISK = 16,
+    LIGHT_AREA = LIGHT_RECT | LIGHT_DISK,
+    LIGHT_ANY = LIGHT_POINT | LIGHT_SPOT | LIGHT_DIRECTIONAL | LIGHT_AREA,
+};
 
 static const struct spec_key LIGHT_KEYS[] = {
-    {"pos", "position", 3, LIGHT_POINT | LIGHT_SPOT},
-    {"dir", "direction", 3, LIGHT_SPOT | LIGHT_DIRECTIONAL},
-    {"color", "color", 3, LIGHT_POINT | LIGHT_SPOT | LIGHT_DIRECTIONAL},
-    {"intensity", "intensity", 1, LIGHT_POINT | LIGHT_SPOT | LIGHT_DIRECTIONAL},
+    {"pos", "position", 3, LIGHT_POINT | LIGHT_SPOT | LIGHT_AREA},
+    {"dir", "direction", 3, LIGHT_SPOT | LIGHT_DIRECTIONAL | LIGHT_AREA},
+    {"color", "color", 3, LIGHT_ANY},
+    {"intensity", "intensity", 1, LIGHT_ANY},
+    {"width", "width", 1, LIGHT_RECT},
+    {"height", "height", 1, LIGHT_RECT},
+    {"up", "up", 3, LIGHT_RECT},
+    {"radius", "radius", 1, LIGHT_DISK},
     {"range", "range", 1, LIGHT_POINT | LIGHT_SPOT},
     {"inner", "inner_cone_deg", 1, LIGHT_SPOT},
     {"outer", "outer_cone_deg", 1, LIGHT_SPOT},
-    {"shadow", "shadow", 0, LIGHT_POINT | LIGHT_SPOT | LIGHT_DIRECTIONAL},
+    {"shadow", "shadow", 0, LIGHT_ANY},
     {0},
 };
 
 json_t *light_spec_parse(const char *text, struct failure *failure)
 {
-    static const char *const KINDS[] = {"point", "spot", "directional"};
+    static const char *const KINDS[] = {"point", "spot", "directional", "rect", "disk"};
     size_t n = strcspn(text, ":");
     unsigned kind = 0;
     json_t *light = NULL;
     char *copy, *rest, *pair;
     bool is_ok = true;
 
-    for (unsigned i = 0; i < 3; i++)
+    for (unsigned i = 0; i < sizeof KINDS / sizeof *KINDS; i++)
         if (strlen(KINDS[i]) == n && !strncmp(text, KINDS[i], n)) {
             kind = 1u << i;
             light = json_pack("{s:s}", "type", KINDS[i]);
         }
     if (!kind) {
-        fail_spec(failure, "--light", text, "point:..., spot:... or directional:...");
+        fail_spec(failure, "--light", text,
+                  "point:..., spot:..., directional:..., rect:... or disk:...");
         return NULL;
     }
     copy = rest = strdup(text[n] ? text + n + 1 : "");

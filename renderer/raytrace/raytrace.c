@@ -98,6 +98,12 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double co
     color[3] = 1 - (1 - behind[3]) * (through[0] + through[1] + through[2]) / 3;
 }
 
+/* Different for neighbouring pixels and samples, the same in every run. */
+static uint32_t hash_sample(int x, int y, int s)
+{
+    return ((uint32_t)x * 73856093u ^ (uint32_t)y * 19349663u ^ (uint32_t)s * 83492791u) + 1;
+}
+
 static void trace_pixel(struct tracer *tracer, int x, int y)
 {
     struct trace_job *job = tracer->job;
@@ -107,6 +113,7 @@ static void trace_pixel(struct tracer *tracer, int x, int y)
         struct rt_ray ray;
         double color[4];
         int column = s % side, row = s / side;
+        tracer->lighting.seed = hash_sample(x, y, s);
         camera_ray(job, x + (column + 0.5) / side, y + (row + 0.5) / side, &ray);
         trace_ray(tracer, &ray, color);
         for (int k = 0; k < 4; k++)
@@ -215,6 +222,23 @@ bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
     return ok;
 }
 
+/* Mean over the light's area. */
+static void probe_light(struct rt_lighting *lighting, const struct state_light *light,
+                        const double point[3], double out[3])
+{
+    struct rt_light_sample sample = {
+        .count = rt_light_sample_count(light, &lighting->view->quality), .seed = lighting->seed};
+    out[0] = out[1] = out[2] = light->casts_shadow ? 0 : 1;
+    for (; light->casts_shadow && sample.index < sample.count; sample.index++) {
+        struct rt_arrival arrival;
+        double t[3];
+        rt_light_arrive(light, &sample, lighting->scene->origin, point, &arrival);
+        rt_transmittance(lighting, &arrival, point, NULL, t);
+        for (int k = 0; k < 3; k++)
+            out[k] += t[k] / sample.count;
+    }
+}
+
 bool raytrace_probe(const struct raytrace_probe_desc *desc, double (*out)[3], struct error *err)
 {
     struct rt_scene scene;
@@ -226,8 +250,8 @@ bool raytrace_probe(const struct raytrace_probe_desc *desc, double (*out)[3], st
         for (size_t p = 0; p < desc->point_count; p++) {
             double point[3];
             vec3_sub(desc->points[p], scene.origin, point);
-            rt_transmittance(&lighting, &desc->state->lights[i], point, NULL,
-                             out[i * desc->point_count + p]);
+            lighting.seed = (uint32_t)p;
+            probe_light(&lighting, &desc->state->lights[i], point, out[i * desc->point_count + p]);
         }
     }
     if (ok && lighting.has_overflowed)

@@ -31,8 +31,8 @@ struct raytrace_stats {
 MUST_CHECK bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
                                 struct raytrace_stats *stats, struct error *err);
 
-/* Transmittance per channel from each light to given points: the shadow term alone, in f64.
- * normals: geometric normal of the surface that each point lies on. out: [light][point][3]. */
+/* Transmittance per channel from each light to given points: the shadow term alone, in f64. Of an
+ * area light the mean over its area, by view's quality.area_samples. out: [light][point][3]. */
 struct raytrace_probe_desc {
     const struct view *view;         /* required */
     const struct scene_state *state; /* required */

@@ -3,6 +3,7 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
 
+#include "renderer/raytrace/rt_emitter.h"
 #include "renderer/raytrace/rt_surface.h"
 
 struct rt_lighting {
@@ -10,6 +11,7 @@ struct rt_lighting {
     const struct view *view;
     struct rt_hits shadow_hits; /* scratch of one thread; owned */
     uint64_t shadow_rays;
+    uint32_t seed;       /* of the sequences on area lights; set per camera ray */
     bool has_overflowed; /* more surfaces on a ray than RT_HITS_MAX */
 };
 
@@ -17,10 +19,10 @@ MUST_CHECK bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_s
                                  const struct view *view, struct error *err);
 void rt_lighting_finish(struct rt_lighting *lighting);
 
-/* Transmittance between a light and a point (relative to rt_scene.origin). `on`: the hit that the
- * point lies on, or NULL. Surfaces must be strictly nearer to the light than the point, by the
- * scene's relative epsilon. */
-void rt_transmittance(struct rt_lighting *lighting, const struct state_light *light,
+/* Transmittance between an arriving light and a point (relative to rt_scene.origin). `on`: the hit
+ * that the point lies on, or NULL. Surfaces must be strictly nearer to the light than the point, by
+ * the scene's relative epsilon. */
+void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arrival,
                       const double point[3], const struct rt_hit *on, double out[3]);
 
 /* Radiance towards `view` (unit, away from the surface), nt, before coverage. */

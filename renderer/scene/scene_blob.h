@@ -168,7 +168,13 @@ struct scene_image {
     uint32_t pad;
 };
 
-enum scene_light_type { SCENE_LIGHT_DIRECTIONAL, SCENE_LIGHT_POINT, SCENE_LIGHT_SPOT };
+enum scene_light_type {
+    SCENE_LIGHT_DIRECTIONAL,
+    SCENE_LIGHT_POINT,
+    SCENE_LIGHT_SPOT,
+    SCENE_LIGHT_RECT, /* requests only: files have no area lights */
+    SCENE_LIGHT_DISK,
+};
 
 struct scene_light { /* KHR_lights_punctual; emits along the node's -Z */
     uint32_t type;

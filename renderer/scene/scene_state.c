@@ -289,6 +289,29 @@ static void add_scene_light(struct scene_state *state, uint32_t node)
     add_light(state, &light);
 }
 
+/* The sides of an area light about its unit direction; docs/shading.md, section 4. */
+static void span_area(const struct view_light *source, struct state_light *light)
+{
+    bool is_rect = light->type == SCENE_LIGHT_RECT;
+    double up[3], side[3];
+    memcpy(up, source->up, sizeof up);
+    if (vec3_length(up) == 0)
+        up[1] = 1;
+    vec3_cross(light->direction, up, side);
+    if (vec3_length(side) < 1e-9 * vec3_length(up)) { /* shines along up */
+        up[0] = up[1] = 0, up[2] = -1;
+        vec3_cross(light->direction, up, side);
+    }
+    vec3_normalize(side);
+    vec3_cross(side, light->direction, up);
+    for (int k = 0; k < 3; k++) {
+        light->half_u[k] = side[k] * (is_rect ? 0.5 * source->width_m : source->radius_m);
+        light->half_v[k] = up[k] * (is_rect ? 0.5 * source->height_m : source->radius_m);
+    }
+    light->area_m2 =
+        is_rect ? source->width_m * source->height_m : M_PI * source->radius_m * source->radius_m;
+}
+
 static void add_view_light(struct scene_state *state, const struct view_light *source)
 {
     const float degree = 0.017453292519943295f;
@@ -307,6 +330,12 @@ static void add_view_light(struct scene_state *state, const struct view_light *s
         light.color[k] = source->color[k] * source->intensity;
     if (vec3_length(light.direction) == 0)
         light.direction[1] = -1; /* points need none; others default to straight down */
+    if (state_light_is_area(&light)) {
+        light.inner_cone_rad = 0;
+        light.outer_cone_rad = (float)M_PI_2;
+        vec3_normalize(light.direction);
+        span_area(source, &light);
+    }
     add_light(state, &light);
 }
 

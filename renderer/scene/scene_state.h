@@ -30,12 +30,20 @@ struct state_item { /* one primitive of one visible node */
 struct state_light {
     enum scene_light_type type;
     double position[3], direction[3]; /* world; unit */
-    float color[3];                   /* tint * intensity [cd or lx] */
+    float color[3];                   /* tint * intensity [cd, lx or nt] */
     float range;                      /* 0 = unbounded */
     float inner_cone_rad, outer_cone_rad;
     bool casts_shadow;
-    int32_t node; /* index of the scene's node, or -1 */
+    int32_t node;                /* index of the scene's node, or -1 */
+    double half_u[3], half_v[3]; /* rect: half its sides; disk: two radii; world, across direction
+                                  */
+    double area_m2;              /* rect and disk, else 0 */
 };
+
+static inline bool state_light_is_area(const struct state_light *light)
+{
+    return light->type == SCENE_LIGHT_RECT || light->type == SCENE_LIGHT_DISK;
+}
 
 struct state_material {
     struct scene_material base; /* with overrides */

@@ -27,12 +27,13 @@ static void fill_light(const struct state_light *light, uint32_t shadow, const d
     *r = (struct light_record){.shadow = shadow};
     for (int k = 0; k < 3; k++) {
         r->position_range.v[k] = (float)(light->position[k] - eye[k]);
-        r->color.v[k] = light->color[k];
+        r->color.v[k] = light->color[k] * (state_light_is_area(light) ? (float)light->area_m2 : 1);
         r->direction_cone.v[k] = (float)light->direction[k];
     }
     r->position_range.v[3] = light->range;
     r->type = light->type == SCENE_LIGHT_DIRECTIONAL ? LIGHT_DIRECTIONAL
               : light->type == SCENE_LIGHT_POINT     ? LIGHT_POINT
+              : state_light_is_area(light)           ? LIGHT_AREA
                                                      : LIGHT_SPOT;
     /* KHR_lights_punctual, "Inner and Outer Cone Angles" */
     float outer = cosf(light->outer_cone_rad), inner = cosf(light->inner_cone_rad);

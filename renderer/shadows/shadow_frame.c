@@ -59,7 +59,8 @@ static void init_perspective(struct shadow_frame *frame, const struct state_ligh
     frame->near_m = choose_near(frame->origin, state);
     frame->range_m = (double)light->range;
     memcpy(frame->cone, light->direction, sizeof frame->cone);
-    frame->cone_rad = light->type == SCENE_LIGHT_SPOT ? (double)light->outer_cone_rad : PI;
+    bool is_cone = light->type == SCENE_LIGHT_SPOT || state_light_is_area(light);
+    frame->cone_rad = is_cone ? (double)light->outer_cone_rad : PI;
     if (light->type == SCENE_LIGHT_SPOT && (double)light->outer_cone_rad <= WIDEST_FACE_RAD) {
         frame->shape = SHADOW_ONE_FACE;
         frame->face_count = 1;

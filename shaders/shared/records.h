@@ -51,11 +51,12 @@ LAYOUT_SIZE(material_record, 336)
 #define LIGHT_DIRECTIONAL 0u
 #define LIGHT_POINT 1u
 #define LIGHT_SPOT 2u
+#define LIGHT_AREA 3u /* seen from its centre: a Lambertian emitter without extent */
 #define NO_SHADOW 0xffffffffu
 
 struct light_record {
     vec4 position_range; /* xyz eye-relative world [m]; w range [m], 0 = unbounded */
-    vec4 color;          /* rgb: tint * intensity [cd or lx]; w unused */
+    vec4 color;          /* rgb: tint * intensity [cd or lx; area: nt m2]; w unused */
     vec4 direction_cone; /* xyz: direction of travel, unit, world axes; w spot scale: 1 / max(cos_in
                             - cos_out, 1e-4) */
     uint type;           /* LIGHT_* */

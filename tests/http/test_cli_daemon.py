@@ -144,6 +144,8 @@ class DaemonTest(CliTest):
                    "--light", "point:pos=0,3,2;color=1,0.8,0.6;intensity=100;range=9",
                    "--light", "spot:pos=0,4,0;dir=0,-1,0;inner=20;outer=35;intensity=800",
                    "--light", "directional:dir=0,-1,-0.3;intensity=5;shadow=false",
+                   "--light", "rect:pos=0,3,0;dir=0,-1,0;width=1;height=0.5;up=0,0,1;intensity=50",
+                   "--light", "disk:pos=0,3,0;dir=0,-1,0;radius=0.5;intensity=50",
                    "--stats", "a.json")
         self.assertTrue(json.loads(self.read("a.json"))["plan"])
 

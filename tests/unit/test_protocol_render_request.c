@@ -35,7 +35,10 @@ static const char full[] = BODY(
     "\"color\":[1,0.5,0.25],\"intensity\":800,\"inner_cone_deg\":20,\"outer_cone_deg\":35,"
     "\"range\":9,\"shadow\":false},"
     "{\"type\":\"directional\",\"direction\":[1,-2,3],\"intensity\":3},"
-    "{\"type\":\"point\",\"position\":[1,2,3]}],"
+    "{\"type\":\"point\",\"position\":[1,2,3]},"
+    "{\"type\":\"rect\",\"position\":[1,2,3],\"direction\":[0,0,1],\"width\":0.5,\"height\":0.25,"
+    "\"up\":[1,0,0]},"
+    "{\"type\":\"disk\",\"position\":[1,2,3],\"direction\":[0,0,1],\"radius\":0.75}],"
     "\"scene_lights\":false,"
     "\"overrides\":{\"nodes\":{\"Z\":{\"visible\":true},\"Curtain\":{\"visible\":false,"
     "\"matrix\":[2,0,0,0,0,3,0,0,0,0,-4,0,5,6,7,1]}},"
@@ -48,7 +51,8 @@ static const char full[] = BODY(
     "\"tone_mapping\":\"none\",\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6]},"
     "\"quality\":{\"shadows\":\"deep-linked\",\"transparency\":\"lists\","
     "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":2048,"
-    "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,\"max_error\":0.01,\"budget_ms\":250},"
+    "\"shadow_taps\":9,\"samples\":1,\"faithful\":true,"
+    "\"area_samples\":64,\"max_error\":0.01,\"budget_ms\":250},"
     "\"outputs\":[\"depth\",\"color\"],\"format\":\"exr\"");
 
 static void scene_alone_gives_the_documented_defaults(void **state)
@@ -120,7 +124,7 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_int_equal(r.camera.kind, REQUEST_CAMERA_LOOK_AT);
     assert_true(r.camera.eye[0] == 10000000.25 && r.camera.target[2] == -1e-3);
     assert_true(r.camera.up[2] == 2 && r.camera.fov_y_deg == 60 && r.camera.ortho_height == 12.5);
-    assert_int_equal(r.light_count, 3);
+    assert_int_equal(r.light_count, 5);
     assert_int_equal(r.lights[0].type, REQUEST_LIGHT_SPOT);
     assert_true(r.lights[0].color[1] == 0.5 && r.lights[0].intensity == 800);
     assert_true(r.lights[0].inner_cone_deg == 20 && r.lights[0].outer_cone_deg == 35);
@@ -128,6 +132,10 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_int_equal(r.lights[1].type, REQUEST_LIGHT_DIRECTIONAL);
     assert_true(r.lights[1].direction[1] == -2 && !r.lights[1].casts_no_shadow);
     assert_int_equal(r.lights[2].type, REQUEST_LIGHT_POINT);
+    assert_int_equal(r.lights[3].type, REQUEST_LIGHT_RECT);
+    assert_true(r.lights[3].width == 0.5 && r.lights[3].height == 0.25 && r.lights[3].up[0] == 1);
+    assert_int_equal(r.lights[4].type, REQUEST_LIGHT_DISK);
+    assert_true(r.lights[4].radius == 0.75);
     assert_true(r.lights[2].position[2] == 3 && r.lights[2].intensity == 1);
     assert_true(r.ignore_scene_lights);
     assert_int_equal(r.clip_plane_count, 2);
@@ -171,6 +179,7 @@ static void override_and_quality_members_arrive(void **state)
     assert_int_equal(q->shadow_resolution, 2048);
     assert_int_equal(q->shadow_taps, 9);
     assert_int_equal(q->samples, 1);
+    assert_true(!q->reference && q->area_samples == 64);
     assert_true(q->faithful && q->max_error == 0.01 && q->budget_ms == 250);
     render_request_finish(&r);
 }
@@ -400,7 +409,7 @@ static void name_tables_end_with_null(void **state)
         request_pass_through_name, request_tone_mapping_name, request_shadows_name,
         request_transparency_name, request_light_lists_name,  request_blend_filter_name,
         request_output_name,       request_format_name};
-    static const int counts[] = {4, 3, 3, 3, 2, 6, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5};
+    static const int counts[] = {4, 5, 3, 3, 2, 6, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         assert_null(tables[i](-1));
         assert_non_null(tables[i](counts[i] - 1));

@@ -193,6 +193,9 @@ static void singular_and_projective_matrices(void **state)
 #define LIGHT(members) BODY("\"lights\":[{" members "}]")
 #define SPOT "\"type\":\"spot\",\"position\":[0,4,0],\"direction\":[0,-1,0]"
 
+#define RECT "\"type\":\"rect\",\"position\":[0,4,0],\"direction\":[0,-1,0]"
+#define DISK "\"type\":\"disk\",\"position\":[0,4,0],\"direction\":[0,-1,0]"
+
 static void bad_lights(void **state)
 {
     (void)state;
@@ -201,8 +204,20 @@ static void bad_lights(void **state)
         {BODY("\"lights\":[null]"), INVALID, "/lights/0", "must be an object"},
         {LIGHT(""), INVALID, "/lights/0/type", "required"},
         {LIGHT("\"type\":\"sun\""), INVALID, "/lights/0/type", "directional, point, spot"},
-        {LIGHT("\"type\":\"rect\""), ERROR_UNSUPPORTED, "/lights/0/type", "point"},
-        {LIGHT("\"type\":\"disk\""), ERROR_UNSUPPORTED, "/lights/0/type", "point"},
+        {LIGHT("\"type\":\"rect\""), INVALID, "/lights/0/position", "required"},
+        {LIGHT(RECT ",\"width\":1"), INVALID, "/lights/0/height", "required"},
+        {LIGHT(RECT ",\"width\":0,\"height\":1"), INVALID, "/lights/0/width", "from 1e-09"},
+        {LIGHT(RECT ",\"width\":1,\"height\":1,\"up\":[0,-2,0]"), INVALID, "/lights/0/up",
+         "parallel"},
+        {LIGHT(RECT ",\"width\":1,\"height\":1,\"radius\":1"), INVALID, "/lights/0/radius",
+         "a rect light has none"},
+        {LIGHT(RECT ",\"width\":1,\"height\":1,\"range\":1"), INVALID, "/lights/0/range",
+         "a rect light has none"},
+        {LIGHT(DISK), INVALID, "/lights/0/radius", "required"},
+        {LIGHT(DISK ",\"radius\":1e10"), INVALID, "/lights/0/radius", "to 1e+09"},
+        {LIGHT(DISK ",\"radius\":1,\"up\":[1,0,0]"), INVALID, "/lights/0/up",
+         "a disk light has none"},
+        {LIGHT(SPOT ",\"width\":1"), INVALID, "/lights/0/width", "a spot light has none"},
         {LIGHT("\"type\":\"point\""), INVALID, "/lights/0/position", "required"},
         {LIGHT("\"type\":\"directional\""), INVALID, "/lights/0/direction", "required"},
         {LIGHT("\"type\":\"spot\",\"position\":[0,4,0]"), INVALID, "/lights/0/direction",
@@ -297,7 +312,13 @@ static void bad_quality(void **state)
         {Q("\"shadow_resolution\":16385"), INVALID, "/quality/shadow_resolution", "16385"},
         {Q("\"shadow_taps\":2"), INVALID, "/quality/shadow_taps", "1, 4, 9 or 16"},
         {Q("\"samples\":2"), INVALID, "/quality/samples", "1 or 4"},
-        {Q("\"samples\":0"), INVALID, "/quality/samples", "from 1 to 64"},
+        {Q("\"samples\":0"), INVALID, "/quality/samples", "from 1 to 256"},
+        {Q("\"samples\":256"), INVALID, "/quality/samples", "raytraced"},
+        {Q("\"reference\":1"), INVALID, "/quality/reference", "true or false"},
+        {Q("\"reference\":true,\"shadows\":\"deep\""), INVALID, "/quality/reference",
+         "auto or raytraced"},
+        {Q("\"area_samples\":0"), INVALID, "/quality/area_samples", "from 1 to 4096"},
+        {Q("\"area_samples\":4097"), INVALID, "/quality/area_samples", "from 1 to 4096"},
         {Q("\"faithful\":1"), INVALID, "/quality/faithful", "true or false"},
         {Q("\"max_error\":0"), INVALID, "/quality/max_error", "1e-09"},
         {Q("\"max_error\":-1"), INVALID, "/quality/max_error", "-1"},

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/* The color output without the GPU. */
+#include "renderer/frame_raytrace.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static size_t count_areas(const struct scene_state *state)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < state->light_count; i++)
+        count += state_light_is_area(&state->lights[i]);
+    return count;
+}
+
+bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
+                        char because[REPORT_TEXT_BYTES])
+{
+    const struct view_quality *quality = &view->quality;
+    size_t areas = count_areas(state);
+    because[0] = 0;
+    if (!(view->outputs & 1u << VIEW_OUTPUT_COLOR))
+        return false;
+    if (quality->reference)
+        snprintf(because, REPORT_TEXT_BYTES, "quality.reference asks for the ground truth");
+    else if (quality->shadows == VIEW_SHADOWS_RAYTRACED)
+        snprintf(because, REPORT_TEXT_BYTES, "quality.shadows is raytraced");
+    else if (quality->shadows == VIEW_SHADOWS_AUTO && areas)
+        snprintf(because, REPORT_TEXT_BYTES, "%zu area light%s: soft shadows are ray traced", areas,
+                 areas == 1 ? "" : "s");
+    return because[0];
+}
+
+static int grid_side(int samples)
+{
+    return samples == 0 ? 2 : (int)lround(sqrt(samples));
+}
+
+bool frame_raytrace(const struct view *view, const struct scene_state *state,
+                    const struct camera *camera, const char *because, struct frame *frame,
+                    struct error *err)
+{
+    struct raytrace_stats stats;
+    struct raytrace_desc desc = {
+        .view = view,
+        .state = state,
+        .camera = camera,
+        .samples_per_side = grid_side(view->quality.samples),
+    };
+    image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
+    if (!raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err))
+        return false;
+    report_add_pass(&frame->report, "raytrace.build", because, "raytraced", stats.build_ms,
+                    REPORT_SHADOW);
+    report_add_pass(&frame->report, "raytrace.trace", because, "raytraced", stats.trace_ms,
+                    REPORT_SHADE);
+    frame->report.counts.lookups += stats.shadow_rays;
+    frame->report.error_is_exact = count_areas(state) == 0;
+    return true;
+}
+
+void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report)
+{
+    size_t areas = count_areas(state);
+    if (areas)
+        report_warn(report,
+                    "%zu area light%s drawn from the centre, with hard shadows; shadows raytraced "
+                    "or auto draws all of it",
+                    areas, areas == 1 ? " is" : "s are");
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT */
+/* Frames whose color is ray traced: which ones are, and how they are made. Thread: GL. */
+#ifndef VITRAIL_RENDERER_FRAME_RAYTRACE_H
+#define VITRAIL_RENDERER_FRAME_RAYTRACE_H
+
+#include "renderer/raytrace/raytrace.h"
+#include "renderer/renderer_internal.h"
+
+/* Whether the color output is ray traced; because: the requirement that asks for it. */
+bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
+                        char because[REPORT_TEXT_BYTES]);
+
+/* Fills the frame's color output and its report. */
+MUST_CHECK bool frame_raytrace(const struct view *view, const struct scene_state *state,
+                               const struct camera *camera, const char *because,
+                               struct frame *frame, struct error *err);
+
+/* Warns of area lights that a rasterised frame shows as if they had no extent. */
+void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/* What arrives from a light at a point when nothing is between: docs/shading.md, section 4. Area
+ * lights arrive as a number of points on them, chosen by a stratified sequence. Thread: any. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_EMITTER_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_EMITTER_H
+
+#include "renderer/scene/scene_state.h"
+
+/* One of the points that stand for a light; point-like lights have only one. */
+struct rt_light_sample {
+    uint32_t index, count; /* index < count */
+    uint32_t seed;         /* turns the sequence; equal seeds give equal points */
+};
+
+struct rt_arrival {
+    double direction[3]; /* unit, from the point to the light */
+    double distance_m;   /* INFINITY for directional lights */
+    double gain;         /* irradiance on a facing plane, over light->color; 0: nothing arrives */
+};
+
+/* Points to take of a light: 1, or for area lights quality.area_samples or its default. */
+uint32_t rt_light_sample_count(const struct state_light *light, const struct view_quality *quality);
+
+/* The sample-th point of an area light (world; its centre for others): the first two dimensions of
+ * Sobol's sequence (Sobol 1967), every power of two of whose points has one in each elementary
+ * interval, scrambled by random digits (Kollig and Keller 2002, "Efficient Multidimensional
+ * Sampling"), and mapped to the disk by Shirley and Chiu 1997, "A Low Distortion Map Between Disk
+ * and Square". */
+void rt_light_sample_point(const struct state_light *light, const struct rt_light_sample *sample,
+                           double point[3]);
+
+/* origin: world position that `point` is relative to. */
+void rt_light_arrive(const struct state_light *light, const struct rt_light_sample *sample,
+                     const double origin[3], const double point[3], struct rt_arrival *arrival);
+
+#endif

@@ -1,0 +1,347 @@
+/* SPDX-License-Identifier: MIT */
+/* Area lights of the ray tracer against closed forms: penumbrae (A7, A8) and irradiance (A12). */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "renderer/plan/camera.h"
+#include "renderer/raytrace/raytrace.h"
+#include "renderer/raytrace/rt_emitter.h"
+#include "renderer/scene/matrix.h"
+#include "tests/support/closed_form_internal.h"
+#include "tests/support/import_support.h"
+#include "tests/support/render_support.h"
+
+enum { SAMPLES = 4096, POINTS = 201, DISC_CORNERS = 2048 };
+
+static const double light_height_m = 3, blocker_height_m = 1;
+
+static void import_blocker(struct closed_form_scene *scene, struct glb_builder *builder,
+                           struct imported_scene *imported)
+{
+    struct error err = {0};
+    closed_form_end(scene, builder);
+    struct scene_file file = {.name = "", .bytes = scene->glb, .size_bytes = scene->size_bytes};
+    if (!imported_scene_init(imported, &file, 1, &err))
+        fail_msg("%s", err.message);
+}
+
+static struct view view_under(const struct view_light *light)
+{
+    return (struct view){.width_px = 64,
+                         .height_px = 64,
+                         .lights = light,
+                         .light_count = 1,
+                         .quality = {.reference = true, .area_samples = SAMPLES}};
+}
+
+/* Visible share of the light at floor points (x, 0, z0). */
+static void probe_line(const struct imported_scene *imported, const struct view_light *light,
+                       double x0, double x1, double (*t)[3])
+{
+    static double points[POINTS][3];
+    struct view view = view_under(light);
+    struct scene_state state;
+    struct error err = {0};
+    for (int i = 0; i < POINTS; i++)
+        points[i][0] = x0 + (x1 - x0) * i / (POINTS - 1);
+    assert_true(scene_state_init(&state, &imported->scene, &view, &err));
+    struct raytrace_probe_desc desc = {.view = &view,
+                                       .state = &state,
+                                       .points = (const double(*)[3])points,
+                                       .point_count = POINTS};
+    if (!raytrace_probe(&desc, t, &err))
+        fail_msg("%s", err.message);
+    scene_state_finish(&state);
+}
+
+/* A7: a half-plane y = 1, x < 0 under a rectangle whose sides run along its edge. The penumbra is
+ * linear, and light width * distance blocker to receiver / distance light to blocker wide. Of the
+ * 4096 points each 1/4096 of the width holds one, so a share is right to one point. */
+static void penumbra_of_a_half_plane_is_linear(void **unused)
+{
+    (void)unused;
+    static const double widths[] = {0.05, 0.4, 2};
+    static double t[POINTS][3];
+    struct closed_form_scene scene;
+    struct imported_scene imported = {0};
+    struct glb_builder *builder = closed_form_begin(&scene, "Half-plane", 0);
+    closed_form_quad(builder, "Blocker", closed_form_receiver(&scene, builder),
+                     (double[]){-4, blocker_height_m, -4}, (double[]){4, 0, 0},
+                     (double[]){0, 0, 8});
+    import_blocker(&scene, builder, &imported);
+    for (int w = 0; w < 3; w++) {
+        struct view_light light = {.type = SCENE_LIGHT_RECT,
+                                   .position = {0, light_height_m, 0},
+                                   .direction = {0, -1, 0},
+                                   .color = {1, 1, 1},
+                                   .intensity = 1,
+                                   .width_m = widths[w],
+                                   .height_m = 1};
+        double distance = light_height_m - blocker_height_m;
+        double penumbra = widths[w] * blocker_height_m / distance;
+        probe_line(&imported, &light, -penumbra, penumbra, t);
+        for (int i = 0; i < POINTS; i++) {
+            double x = -penumbra + 2 * penumbra * i / (POINTS - 1);
+            double expected = fmin(fmax(x / penumbra + 0.5, 0), 1);
+            if (!(fabs(t[i][0] - expected) <= 1.01 / SAMPLES))
+                fail_msg("width %g, x = %g: %g, closed form %g", widths[w], x, t[i][0], expected);
+        }
+    }
+    imported_scene_finish(&imported);
+    closed_form_scene_finish(&scene);
+}
+
+static void add_disc(struct glb_builder *builder, int material, double radius)
+{
+    static float positions[DISC_CORNERS + 1][3];
+    static uint32_t indices[DISC_CORNERS][3];
+    positions[DISC_CORNERS][1] = (float)blocker_height_m;
+    for (uint32_t i = 0; i < DISC_CORNERS; i++) {
+        double angle = 2 * M_PI * i / DISC_CORNERS;
+        positions[i][0] = (float)(radius * cos(angle));
+        positions[i][1] = (float)blocker_height_m;
+        positions[i][2] = (float)(radius * sin(angle));
+        indices[i][0] = DISC_CORNERS;
+        indices[i][1] = i;
+        indices[i][2] = (i + 1) % DISC_CORNERS;
+    }
+    struct glb_primitive_desc primitive = {.material = material,
+                                           .vertex_count = DISC_CORNERS + 1,
+                                           .positions = &positions[0][0],
+                                           .indices = &indices[0][0],
+                                           .index_count = 3 * DISC_CORNERS};
+    int mesh = glb_builder_add_mesh(builder, "Disc", &primitive, 1);
+    glb_builder_add_node(builder, &(struct glb_node_desc){.name = "Disc", .mesh = mesh});
+}
+
+/* Area common to two circles, d apart. */
+static double overlap(double r, double s, double d)
+{
+    if (d >= r + s)
+        return 0;
+    if (d <= fabs(r - s))
+        return M_PI * fmin(r, s) * fmin(r, s);
+    double a = acos((d * d + r * r - s * s) / (2 * d * r));
+    double b = acos((d * d + s * s - r * r) / (2 * d * s));
+    return r * r * (a - sin(2 * a) / 2) + s * s * (b - sin(2 * b) / 2);
+}
+
+/* A8. A boundary curve through N points of the sequence leaves an error of order N^(-3/4): 2e-3 of
+ * 4096, and three times that for the worst of the points compared. */
+static void shadow_of_a_disc_is_the_overlap_of_circles(void **unused)
+{
+    (void)unused;
+    static const double radii[][2] = {{0.5, 0.1}, {0.5, 0.3}, {0.2, 0.6}}; /* light, blocker */
+    static double t[POINTS][3];
+    for (int c = 0; c < 3; c++) {
+        struct closed_form_scene scene;
+        struct imported_scene imported = {0};
+        struct glb_builder *builder = closed_form_begin(&scene, "Disc", 0);
+        add_disc(builder, closed_form_receiver(&scene, builder), radii[c][1]);
+        import_blocker(&scene, builder, &imported);
+        struct view_light light = {.type = SCENE_LIGHT_DISK,
+                                   .position = {0, light_height_m, 0},
+                                   .direction = {0, -1, 0},
+                                   .color = {1, 1, 1},
+                                   .intensity = 1,
+                                   .radius_m = radii[c][0]};
+        double scale = light_height_m / blocker_height_m; /* blocker to the light's plane */
+        double reach = (radii[c][0] + scale * radii[c][1]) / (scale - 1) * 1.1;
+        double worst = 0;
+        probe_line(&imported, &light, 0, reach, t);
+        for (int i = 0; i < POINTS; i++) {
+            double x = reach * i / (POINTS - 1);
+            double covered = overlap(radii[c][0], scale * radii[c][1], x * (scale - 1));
+            double expected = 1 - covered / (M_PI * radii[c][0] * radii[c][0]);
+            worst = fmax(worst, fabs(t[i][0] - expected));
+        }
+        printf("light %g, blocker %g: worst %.2g\n", radii[c][0], radii[c][1], worst);
+        assert_true(worst < 6e-3);
+        imported_scene_finish(&imported);
+        closed_form_scene_finish(&scene);
+    }
+}
+
+static struct state_light state_light_of(const struct imported_scene *imported,
+                                         const struct view_light *light)
+{
+    struct view view = view_under(light);
+    struct scene_state state;
+    struct error err = {0};
+    assert_true(scene_state_init(&state, &imported->scene, &view, &err));
+    struct state_light copy = state.lights[0];
+    scene_state_finish(&state);
+    return copy;
+}
+
+static double irradiance(const struct state_light *light, const double point[3],
+                         const double normal[3])
+{
+    static const double origin[3] = {0};
+    struct rt_light_sample sample = {.count = SAMPLES, .seed = 11};
+    double sum = 0;
+    for (; sample.index < SAMPLES; sample.index++) {
+        struct rt_arrival arrival;
+        rt_light_arrive(light, &sample, origin, point, &arrival);
+        sum += arrival.gain * fmax(vec3_dot(arrival.direction, normal), 0);
+    }
+    return sum * (double)light->color[0];
+}
+
+/* Lambert 1760: L / 2 * sum over edges of the angle they span times the cosine of their plane. */
+static double polygon_irradiance(const double (*corners)[3], int count, const double point[3],
+                                 const double normal[3])
+{
+    double sum = 0;
+    for (int i = 0; i < count; i++) {
+        double a[3], b[3], across[3];
+        vec3_sub(corners[i], point, a);
+        vec3_sub(corners[(i + 1) % count], point, b);
+        vec3_normalize(a);
+        vec3_normalize(b);
+        vec3_cross(a, b, across);
+        vec3_normalize(across);
+        sum += acos(fmin(fmax(vec3_dot(a, b), -1), 1)) * vec3_dot(across, normal);
+    }
+    return fabs(sum) / 2;
+}
+
+/* A12 of area lights. A smooth integrand over a scrambled net of N points errs by less than 1/N of
+ * its range, which at these distances is about the integral itself. */
+static void irradiance_equals_lamberts_formula(void **unused)
+{
+    (void)unused;
+    struct closed_form_scene scene;
+    struct imported_scene imported = {0};
+    struct glb_builder *builder = closed_form_begin(&scene, "Empty", 0);
+    closed_form_floor(&scene, builder, 1);
+    import_blocker(&scene, builder, &imported);
+    static const double up[3] = {0, 1, 0};
+    struct view_light rect = {.type = SCENE_LIGHT_RECT,
+                              .position = {0.3, 2, -0.4},
+                              .direction = {0.3, -1, 0.2},
+                              .up = {0.1, 0.2, 1},
+                              .color = {1, 1, 1},
+                              .intensity = 5,
+                              .width_m = 1.4,
+                              .height_m = 0.6};
+    struct state_light light = state_light_of(&imported, &rect);
+    for (int i = 0; i < 50; i++) {
+        double point[3] = {0.05 * (i - 25), 0, 0.03 * i - 0.5}, corners[4][3];
+        for (int c = 0; c < 4; c++)
+            for (int k = 0; k < 3; k++)
+                corners[c][k] = light.position[k] + light.half_u[k] * (c == 0 || c == 3 ? -1 : 1) +
+                                light.half_v[k] * (c < 2 ? -1 : 1);
+        double expected = 5 * polygon_irradiance((const double(*)[3])corners, 4, point, up);
+        double sampled = irradiance(&light, point, up);
+        if (!(fabs(sampled / expected - 1) < 1.0 / SAMPLES))
+            fail_msg("x = %g: %.9g lx, Lambert %.9g lx", point[0], sampled, expected);
+    }
+    struct view_light disk = {.type = SCENE_LIGHT_DISK,
+                              .position = {0, 2, 0},
+                              .direction = {0, -3, 0},
+                              .color = {1, 1, 1},
+                              .intensity = 7,
+                              .radius_m = 0.8};
+    light = state_light_of(&imported, &disk);
+    for (int i = 0; i < 20; i++) { /* on the axis: pi L R^2 / (R^2 + d^2) */
+        double point[3] = {0, -0.4 * i, 0}, d = 2 + 0.4 * i;
+        double expected = M_PI * 7 * 0.64 / (0.64 + d * d);
+        assert_true(fabs(irradiance(&light, point, up) / expected - 1) < 1.0 / SAMPLES);
+    }
+    double behind[3] = {0, 2.5, 0}, down[3] = {0, -1, 0};
+    assert_true(irradiance(&light, behind, down) == 0);
+    imported_scene_finish(&imported);
+    closed_form_scene_finish(&scene);
+}
+
+static struct frame shoot(struct renderer *renderer, const char *key, const struct view *view)
+{
+    struct frame frame;
+    struct error err = {0};
+    if (!renderer_render(renderer, key, view, &frame, &err))
+        fail_msg("%s", err.message);
+    return frame;
+}
+
+static bool has_text(const struct frame_report *report, const char *text)
+{
+    for (int i = 0; i < report->warning_count; i++)
+        if (strstr(report->warnings[i], text))
+            return true;
+    for (int i = 0; i < report->pass_count; i++)
+        if (strstr(report->passes[i].because, text))
+            return true;
+    return false;
+}
+
+/* A floor under a half-plane and a small disk: traced by auto. A map draws the same light from its
+ * centre, which ten radii away differs by a quarter of a hundredth, and says so. */
+static void auto_traces_area_lights_and_maps_draw_their_centre(void **unused)
+{
+    (void)unused;
+    struct renderer *renderer = render_rig_create();
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct error err = {0};
+    struct glb_builder *builder = closed_form_begin(&scene, "Floor", 0);
+    closed_form_floor(&scene, builder, 4);
+    closed_form_quad(builder, "Blocker", closed_form_receiver(&scene, builder),
+                     (double[]){-4, 0.5, -4}, (double[]){4, 0, 0}, (double[]){0, 0, 8});
+    closed_form_end(&scene, builder);
+    assert_true(rig_scene_from_glb(&rig, renderer, "floor", scene.glb, scene.size_bytes, &err));
+    struct view_light light = {.type = SCENE_LIGHT_DISK,
+                               .position = {0, 2, 0},
+                               .direction = {0, -1, 0},
+                               .color = {1, 1, 1},
+                               .intensity = 20,
+                               .radius_m = 0.2};
+    struct view view = view_under(&light);
+    view.quality = (struct view_quality){.samples = 1, .area_samples = 64};
+    view.camera =
+        (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 0.45, 0.001}, .fov_y_deg = 90};
+    struct frame traced = shoot(renderer, rig.key, &view);
+    assert_true(has_text(&traced.report, "1 area light: soft shadows are ray traced"));
+    assert_false(traced.report.error_is_exact);
+    view.quality.shadows = VIEW_SHADOWS_MAP;
+    struct frame mapped = shoot(renderer, rig.key, &view);
+    assert_true(has_text(&mapped.report, "drawn from the centre"));
+    save_picture(&traced.outputs[VIEW_OUTPUT_COLOR], "area_raytraced");
+    save_picture(&mapped.outputs[VIEW_OUTPUT_COLOR], "area_map");
+    int shadowed = 0, penumbra = 0;
+    for (int y = 0; y < 64; y++) {
+        for (int x = 0; x < 64; x++) {
+            double soft = (double)image_pixel_f32(&traced.outputs[VIEW_OUTPUT_COLOR], x, y)[0];
+            double hard = (double)image_pixel_f32(&mapped.outputs[VIEW_OUTPUT_COLOR], x, y)[0];
+            shadowed += hard == 0;
+            if (fabs(soft - hard) > 0.02 * soft)
+                penumbra++;
+        }
+    }
+    printf("%d pixels in shadow, %d of another value\n", shadowed, penumbra);
+    /* 0.4 m * 0.5 m / 1.5 m wide in a picture of 0.9 m: 9.5 columns, less those that differ little
+     */
+    assert_in_range(penumbra, 64 * 7, 64 * 12);
+    assert_in_range(shadowed, 64 * 31, 64 * 33);
+    frame_finish(&traced);
+    frame_finish(&mapped);
+    rig_scene_finish(&rig, renderer);
+    closed_form_scene_finish(&scene);
+    renderer_destroy(renderer);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(penumbra_of_a_half_plane_is_linear),
+        cmocka_unit_test(shadow_of_a_disc_is_the_overlap_of_circles),
+        cmocka_unit_test(irradiance_equals_lamberts_formula),
+        cmocka_unit_test(auto_traces_area_lights_and_maps_draw_their_centre),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
