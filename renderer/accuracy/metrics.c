@@ -8,9 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/accuracy/percentile.h"
 #include "renderer/accuracy/sum.h"
-
-enum { HALF_CODES = 1 << 16 };
 
 /* ---- what can be compared ---- */
 
@@ -40,8 +39,8 @@ bool image_pair_check(const struct image *image, const struct image *reference, 
 
 struct channel_sums {
     struct sum square, absolute, image, reference;
-    uint64_t codes[HALF_CODES]; /* of |d| by one half of its f32 bits */
-    uint32_t upper;             /* the upper half of the percentile's bits, once known */
+    uint64_t codes[PERCENTILE_CODES]; /* of |d| by one half of its f32 bits */
+    uint32_t upper;                   /* the upper half of the percentile's bits, once known */
 };
 
 struct measurement {
@@ -55,14 +54,6 @@ static float value_at(const struct image *image, int x, int y, int channel)
 {
     size_t pixel = (size_t)y * (size_t)image->width_px + (size_t)x;
     return ((const float *)image->pixels)[pixel * (size_t)image->channels + (size_t)channel];
-}
-
-static uint32_t float_bits(double value)
-{
-    float rounded = (float)value; /* beyond FLT_MAX this is infinity, whose bits still sort */
-    uint32_t bits;
-    memcpy(&bits, &rounded, sizeof bits);
-    return bits;
 }
 
 static bool values_are_same(float a, float b)
@@ -96,7 +87,7 @@ static void measure_row(struct measurement *m, int y, int channel)
         absolute += d;
         total_image += (double)a;
         total_reference += (double)b;
-        sums->codes[float_bits(d) >> 16]++;
+        sums->codes[percentile_bits(d) >> 16]++;
         values->compared++;
         values->differing += d > 0;
         if (d > values->max) {
@@ -111,21 +102,6 @@ static void measure_row(struct measurement *m, int y, int channel)
     sum_add(&sums->reference, total_reference);
 }
 
-/* Rank counted from 1 of the percentile among `count` values, by nearest rank. */
-static uint64_t percentile_rank(uint64_t count)
-{
-    return count - count / 1000;
-}
-
-/* The code whose values hold the rank-th smallest; *rank becomes its rank among those. */
-static uint32_t code_of_rank(const uint64_t *codes, uint64_t *rank)
-{
-    uint32_t code = 0;
-    while (code + 1 < HALF_CODES && codes[code] < *rank)
-        *rank -= codes[code++];
-    return code;
-}
-
 static void count_lower_halves(struct measurement *m, int target, int channel)
 {
     const struct image *image = m->desc->image, *reference = m->desc->reference;
@@ -135,7 +111,7 @@ static void count_lower_halves(struct measurement *m, int target, int channel)
             float a = value_at(image, x, y, channel), b = value_at(reference, x, y, channel);
             if (!isfinite(a) || !isfinite(b))
                 continue;
-            uint32_t bits = float_bits(fabs((double)a - (double)b));
+            uint32_t bits = percentile_bits(fabs((double)a - (double)b));
             if (bits >> 16 == sums->upper)
                 sums->codes[bits & 0xffff]++;
         }
@@ -146,18 +122,16 @@ static void count_lower_halves(struct measurement *m, int target, int channel)
 static double find_percentile(struct measurement *m, int target, uint32_t channels, uint64_t count)
 {
     struct channel_sums *sums = &m->sums[target];
-    uint64_t rank = percentile_rank(count);
+    uint64_t rank = percentile_rank(count, 1000);
     if (!rank)
         return 0;
-    sums->upper = code_of_rank(sums->codes, &rank);
+    sums->upper = percentile_code(sums->codes, &rank);
     memset(sums->codes, 0, sizeof sums->codes);
     for (int c = 0; c < m->desc->image->channels; c++)
         if (channels & 1u << c)
             count_lower_halves(m, target, c);
-    uint32_t bits = sums->upper << 16 | code_of_rank(sums->codes, &rank);
-    float percentile;
-    memcpy(&percentile, &bits, sizeof percentile);
-    return (double)percentile;
+    uint32_t bits = sums->upper << 16 | percentile_code(sums->codes, &rank);
+    return percentile_from_bits(bits);
 }
 
 static void finish_values(struct metric_values *values, const struct channel_sums *sums)
@@ -191,7 +165,7 @@ static void add_channel_to_overall(struct measurement *m, int channel)
     sum_add(&to->absolute, sum_value(&from->absolute));
     sum_add(&to->image, sum_value(&from->image));
     sum_add(&to->reference, sum_value(&from->reference));
-    for (int i = 0; i < HALF_CODES; i++)
+    for (int i = 0; i < PERCENTILE_CODES; i++)
         to->codes[i] += from->codes[i];
 }
 

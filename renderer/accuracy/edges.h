@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT */
+/* Where shadows end: distance between the iso-contours of two images or probe grids, and the width
+ * of a penumbra along a line. Geometry alone: what shading does on either side does not matter.
+ * Thread: any. */
+#ifndef VITRAIL_RENDERER_ACCURACY_EDGES_H
+#define VITRAIL_RENDERER_ACCURACY_EDGES_H
+
+#include "renderer/accuracy/metrics.h"
+
+struct edge_distance_desc {
+    const struct image *image, *reference; /* required; F32, of one size and channel count */
+    int channel;
+    double level; /* of the contour; 0 means 0.5, as for transmittance */
+};
+
+/* Contours by marching squares between pixel centres, positions by linear interpolation, so a
+ * straight edge is found to a small fraction of a pixel. Distances in pixels. */
+struct edge_distance {
+    double hausdorff_px; /* largest distance from a point of either contour to the other one;
+                            INFINITY when only one image has a contour, 0 when neither has */
+    double mean_px;      /* the same, averaged over the length of both contours */
+    double length_image_px, length_reference_px;
+    int max_x, max_y;     /* pixel of the largest distance */
+    uint64_t blind_cells; /* squares of four pixels with a value that is not finite, in either
+                             image: no contour is drawn there in both */
+};
+
+/* Errors as image_pair_check, and ERROR_INVALID_REQUEST for the channel or a level that is not
+ * finite. An image of one row or column has no contour. Cost: the length of the contours times how
+ * far they are apart. */
+MUST_CHECK bool edge_distance_measure(const struct edge_distance_desc *desc,
+                                      struct edge_distance *distance, struct error *err);
+
+struct penumbra_desc {
+    const double *profile; /* required; samples at equal distances across one edge */
+    size_t count;          /* from 2 */
+    double dark, lit;      /* both 0: smallest and largest sample */
+    double low, high;      /* shares of the way from dark to lit; both 0: 0.1 and 0.9 */
+};
+
+/* Distance in samples between the outermost places where the profile, interpolated linearly,
+ * crosses the two levels: noise rather widens a penumbra than narrows it. Falling profiles are read
+ * backwards. ERROR_INVALID_REQUEST when it does not reach both levels, is not finite, or the levels
+ * are not 0 < low < high <= 1. */
+MUST_CHECK bool penumbra_width(const struct penumbra_desc *desc, double *width_samples,
+                               struct error *err);
+
+#endif
