@@ -42,8 +42,8 @@ vec3 light_arriving(light_record r, vec3 position, out vec3 l)
     }
     vec3 to_light = r.position_range.xyz - position;
     float d2 = dot(to_light, to_light);
-    l = to_light * inversesqrt(max(d2, 1e-30));
-    float gain = 1.0 / max(d2, 1e-12);
+    l = to_light * inversesqrt(max(d2, 1e-37));
+    float gain = 1.0 / max(d2, 1e-24);
     float range = r.position_range.w;
     if (range > 0.0) {
         float q = d2 / (range * range);

@@ -80,7 +80,7 @@ void rt_light_sample_point(const struct state_light *light, const struct rt_ligh
 /* KHR_lights_punctual, range and "Inner and Outer Cone Angles". */
 static double point_gain(const struct state_light *light, double distance, const double l[3])
 {
-    double gain = 1 / fmax(distance * distance, 1e-12);
+    double gain = 1 / fmax(distance * distance, 1e-24);
     if (light->range > 0) {
         double q = distance / (double)light->range;
         gain *= fmax(0, 1 - q * q * q * q);

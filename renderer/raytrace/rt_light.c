@@ -34,7 +34,7 @@ void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arr
     memcpy(ray.direction, arrival->direction, sizeof ray.direction);
     double distance = arrival->distance_m, diagonal[3];
     vec3_sub(scene->state->bounds_max, scene->state->bounds_min, diagonal);
-    ray.t_max = isfinite(distance) ? distance : 4 * vec3_length(diagonal) + 1;
+    ray.t_max = isfinite(distance) ? distance : 4 * vec3_length(diagonal);
     ray.t_min = scene->epsilon * ray.t_max;
     rt_scene_collect(scene, &ray, &lighting->shadow_hits);
     lighting->shadow_rays++;

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "renderer/accuracy/metrics.h"
 #include "tests/support/accuracy_log.h"
 
 void extreme_expect(const struct extreme_row *row, double error)
@@ -31,21 +32,15 @@ void extreme_expect(const struct extreme_row *row, double error)
 
 double extreme_rmse(const struct image *a, const struct image *b)
 {
-    assert_int_equal(a->component, IMAGE_F32);
-    assert_int_equal(image_size_bytes(a), image_size_bytes(b));
-    const float *p = a->pixels, *q = b->pixels;
-    size_t pixels = (size_t)a->width_px * (size_t)a->height_px, channels = (size_t)a->channels;
-    double apart = 0, bright = 0;
-    for (size_t i = 0; i < pixels; i++) {
-        for (size_t c = 0; c < 3; c++) {
-            double x = (double)p[i * channels + c], y = (double)q[i * channels + c];
-            apart += (x - y) * (x - y);
-            bright += y * y;
-        }
-    }
-    assert_true(bright > 0); /* a black picture proves nothing */
-    double rmse = sqrt(apart / bright);
-    return isfinite(rmse) ? rmse : INFINITY;
+    struct image_metrics metrics;
+    struct error err = {0};
+    struct image_metrics_desc desc = {.image = a, .reference = b, .channels = 7};
+    if (!image_metrics_measure(&desc, &metrics, &err))
+        fail_msg("%s", err.message);
+    assert_true(metrics.overall.mean_reference > 0); /* a black picture proves nothing */
+    if (metrics.nonfinite_image || metrics.nonfinite_reference)
+        return INFINITY;
+    return metrics.overall.rmse / metrics.overall.mean_reference;
 }
 
 bool extreme_is_full(void)

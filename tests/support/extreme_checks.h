@@ -14,9 +14,8 @@ struct extreme_row { /* one row of the table in docs/accuracy.md, "Extremes" */
 /* Logs the error, says it on stdout, and fails the test when it is not within the tolerance. */
 void extreme_expect(const struct extreme_row *row, double error);
 
-/* Root of the mean squared difference over channels 0 to 2 of two F32 images of one size, divided
- * by the same mean of b: relative to how bright the picture is. INFINITY where a value of a is not
- * finite. */
+/* RMSE over channels 0 to 2 of two F32 images of one size, divided by the mean of b: relative to
+ * how bright the picture is. INFINITY where a value is not finite. */
 double extreme_rmse(const struct image *a, const struct image *b);
 
 /* Whether a slow full version was asked for: the environment variable VITRAIL_EXTREMES is "full".

@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT */
+/* Where a scene stands, how large it is and which way it looks does not show in its picture. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "tests/support/extreme_checks.h"
+#include "tests/support/extreme_scene.h"
+#include "tests/support/image_checks.h"
+
+static struct image picture_of(struct renderer *renderer, const struct extreme_desc *desc,
+                               enum view_shadows shadows, const char *name)
+{
+    struct extreme_scene scene;
+    extreme_scene_open(&scene, renderer, "place", desc);
+    scene.view.quality.shadows = shadows;
+    struct image picture = shoot_color(renderer, &scene.rig, &scene.view);
+    assert_image_is_sound(&picture, 1e6);
+    if (name)
+        save_picture(&picture, name);
+    extreme_scene_finish(&scene, renderer);
+    return picture;
+}
+
+static const struct technique {
+    const char *name;
+    enum view_shadows shadows;
+} techniques[] = {
+    {"deep", VIEW_SHADOWS_DEEP},
+    {"deep-linked", VIEW_SHADOWS_DEEP_LINKED},
+    {"raytraced", VIEW_SHADOWS_RAYTRACED},
+};
+enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
+
+static void ten_million_metres_away_the_picture_is_the_same(void **state)
+{
+    for (int t = 0; t < TECHNIQUES; t++) {
+        for (int is_near = 0; is_near < 2; is_near++) {
+            char name[64];
+            struct extreme_desc here = {.has_detail = is_near};
+            struct extreme_desc there = {.has_detail = is_near, .place = {1e7, -1e7, 1e7}};
+            snprintf(name, sizeof name, "extreme_%s_%d", techniques[t].name, is_near);
+            struct image a = picture_of(*state, &here, techniques[t].shadows, name);
+            struct image b = picture_of(*state, &there, techniques[t].shadows, NULL);
+            extreme_expect(&(struct extreme_row){is_near ? "1 mm teeth at 1e7 m, seen from 0.1 m"
+                                                         : "a room at 1e7 m",
+                                                 techniques[t].name, "RMSE, relative", 1e-4},
+                           extreme_rmse(&b, &a));
+            image_finish(&a);
+            image_finish(&b);
+        }
+    }
+}
+
+/* Powers of two round as 1 does: whatever is left is an absolute length somewhere, and there is
+ * none. */
+static void powers_of_two_from_1e_minus_6_to_1e6_give_the_same_picture(void **state)
+{
+    for (int t = 0; t < TECHNIQUES; t++) {
+        double worst = 0;
+        struct extreme_desc desc = {0};
+        struct image one = picture_of(*state, &desc, techniques[t].shadows, NULL);
+        for (int step = -6; step <= 6; step++) {
+            desc.scale = exp2(round(step * log2(10)));
+            struct image other = picture_of(*state, &desc, techniques[t].shadows, NULL);
+            double rmse = extreme_rmse(&other, &one);
+            print_message("%s, %g m: %.3g\n", techniques[t].name, desc.scale, rmse);
+            worst = fmax(worst, rmse);
+            image_finish(&other);
+        }
+        image_finish(&one);
+        extreme_expect(&(struct extreme_row){"13 scales of 2^-20 to 2^20", techniques[t].name,
+                                             "RMSE, relative", 1e-5},
+                       worst);
+    }
+}
+
+/* Share of pixels whose largest channel is off by more than 1e-3 of its value. */
+static double share_differing(const struct image *a, const struct image *b)
+{
+    int differing = 0;
+    for (int y = 0; y < a->height_px; y++) {
+        for (int x = 0; x < a->width_px; x++) {
+            const float *p = image_pixel_f32(a, x, y), *q = image_pixel_f32(b, x, y);
+            bool differs = false;
+            for (int k = 0; k < 3; k++)
+                differs |= !(fabsf(p[k] - q[k]) <= 1e-3f * fmaxf(p[k], 1e-3f));
+            differing += differs;
+        }
+    }
+    return (double)differing / (a->width_px * a->height_px);
+}
+
+/* Powers of ten round every vertex anew. Rasterisers snap vertices to 1/256 of a pixel or texel, so
+ * that some edge moves by as much, and a few pixels beside edges change; rays have no grid. */
+static void powers_of_ten_move_edges_by_their_snapping_only(void **state)
+{
+    for (int t = 0; t < TECHNIQUES; t++) {
+        bool is_raster = techniques[t].shadows != VIEW_SHADOWS_RAYTRACED;
+        double worst = 0, share = 0;
+        struct extreme_desc desc = {0};
+        struct image one = picture_of(*state, &desc, techniques[t].shadows, NULL);
+        for (int exponent = -6; exponent <= 6; exponent++) {
+            desc.scale = pow(10, exponent);
+            struct image other = picture_of(*state, &desc, techniques[t].shadows, NULL);
+            worst = fmax(worst, extreme_rmse(&other, &one));
+            share = fmax(share, share_differing(&other, &one));
+            image_finish(&other);
+        }
+        image_finish(&one);
+        extreme_expect(&(struct extreme_row){"13 scales of 1e-6 to 1e6", techniques[t].name,
+                                             "RMSE, relative", is_raster ? 5e-3 : 1e-5},
+                       worst);
+        extreme_expect(&(struct extreme_row){"13 scales of 1e-6 to 1e6", techniques[t].name,
+                                             "share of pixels off by 1e-3", is_raster ? 0.01 : 0},
+                       share);
+    }
+}
+
+static int setup(void **state)
+{
+    *state = render_rig_create();
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    renderer_destroy(*state);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ten_million_metres_away_the_picture_is_the_same),
+        cmocka_unit_test(powers_of_two_from_1e_minus_6_to_1e6_give_the_same_picture),
+        cmocka_unit_test(powers_of_ten_move_edges_by_their_snapping_only),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
