@@ -5,13 +5,13 @@
 #include <stdlib.h>
 
 #include "renderer/frame_raytrace.h"
+#include "renderer/plan/plan.h"
 #include "renderer/wall_clock.h"
 
 enum {
     WINDOW_SIDE_MAX = 4096,
     WINDOW_PIXELS_MAX = 1 << 21, /* 300 MB of 4x multisampled targets */
     WINDOWS_MAX = 8192,
-    SAMPLES_DEFAULT = 4,
 };
 
 static bool check_quality(const struct view_quality *quality, struct error *err)
@@ -44,21 +44,12 @@ static bool check_view(const struct view *view, struct error *err)
     return check_quality(&view->quality, err);
 }
 
-/* Antialiased lists need to know which samples survived the depth test. */
 static int choose_samples(const struct renderer *renderer, const struct view *view,
                           struct frame_report *report)
 {
-    const struct gl_limits *limits = gl_context_limits(renderer->context);
-    int samples = view->quality.samples ? view->quality.samples : SAMPLES_DEFAULT;
-    bool wants_color = view->outputs & 1u << VIEW_OUTPUT_COLOR;
-    if (!wants_color)
-        return 1;
-    bool can = limits->has_post_depth_coverage && limits->max_samples >= 4 &&
-               limits->max_integer_samples >= 4;
-    if (samples == 4 && !can) {
+    int samples = plan_samples(view, gl_context_limits(renderer->context));
+    if (samples == 1 && view->quality.samples == 4 && view->outputs & 1u << VIEW_OUTPUT_COLOR)
         report_warn(report, "the device cannot antialias transparent lists: 1 sample per pixel");
-        return 1;
-    }
     return samples;
 }
 
@@ -290,19 +281,51 @@ static bool render_state(struct renderer *renderer, struct resident_scene *scene
     return true;
 }
 
+/* The scene under its key and the view with its defaults; err names what is wrong. */
+static struct resident_scene *open_view(struct renderer *renderer, const char *scene_key,
+                                        const struct view *view, struct view *checked,
+                                        struct scene_state *state, struct error *err)
+{
+    struct resident_scene *scene = scene_cache_find(&renderer->scenes, scene_key);
+    if (!scene) {
+        error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
+        return NULL;
+    }
+    *checked = *view;
+    if (!checked->outputs)
+        checked->outputs = 1u << VIEW_OUTPUT_COLOR;
+    return check_view(checked, err) && scene_state_init(state, &scene->scene, checked, err) ? scene
+                                                                                            : NULL;
+}
+
+bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      struct plan *plan, struct error *err)
+{
+    struct view checked;
+    struct scene_state state;
+    struct camera camera;
+    if (!open_view(renderer, scene_key, view, &checked, &state, err))
+        return false;
+    bool ok = camera_resolve(&camera, &checked, &state, err) &&
+              plan_make(plan,
+                        &(struct plan_desc){.view = &checked,
+                                            .state = &state,
+                                            .camera = &camera,
+                                            .limits = gl_context_limits(renderer->context)},
+                        err);
+    scene_state_finish(&state);
+    return ok;
+}
+
 bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
                      struct frame *frame, struct error *err)
 {
     double begin_ms = wall_ms();
     *frame = (struct frame){0};
-    struct resident_scene *scene = scene_cache_find(&renderer->scenes, scene_key);
-    if (!scene)
-        return error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
-    struct view checked = *view;
-    if (!checked.outputs)
-        checked.outputs = 1u << VIEW_OUTPUT_COLOR;
+    struct view checked;
     struct scene_state state;
-    if (!check_view(&checked, err) || !scene_state_init(&state, &scene->scene, &checked, err))
+    struct resident_scene *scene = open_view(renderer, scene_key, view, &checked, &state, err);
+    if (!scene)
         return false;
     struct program_cache_stats before, after;
     program_cache_get_stats(renderer->programs, &before);

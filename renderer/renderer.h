@@ -8,6 +8,7 @@
 #include "protocol/error.h"
 #include "renderer/frame_report.h"
 #include "renderer/image/image.h"
+#include "renderer/plan/plan.h"
 #include "renderer/scene/scene.h"
 #include "renderer/view.h"
 
@@ -67,5 +68,10 @@ void frame_finish(struct frame *frame);
  * code is ERROR_NO_DEVICE (context lost: destroy and create anew). */
 MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, struct error *err);
+
+/* What such a frame requires and the passes that follow, without drawing anything. The plan is that
+ * of a frame that finds nothing kept from before. */
+MUST_CHECK bool renderer_explain(struct renderer *renderer, const char *scene_key,
+                                 const struct view *view, struct plan *plan, struct error *err);
 
 #endif

@@ -52,6 +52,17 @@ bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_
     return true;
 }
 
+bool shadow_casters_kind(const struct shadow_casters *casters, const struct view_quality *quality,
+                         uint32_t *kind)
+{
+    bool is_linked = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
+    bool has_filters = casters->transparent_count > 0 && quality->shadows != VIEW_SHADOWS_MAP;
+    *kind = has_filters ? (is_linked ? SHADOW_LINKED : SHADOW_DEEP) : SHADOW_MAP;
+    if (is_linked && quality->faithful && casters->count > 0)
+        *kind = SHADOW_LINKED; /* as published: opaque casters are elements too */
+    return has_filters || casters->opaque_count > 0;
+}
+
 void shadow_casters_finish(struct shadow_casters *casters)
 {
     free(casters->items);

@@ -13,6 +13,11 @@ MUST_CHECK bool shadow_casters_collect(struct shadow_casters *casters,
                                        const struct scene_state *state, struct error *err);
 void shadow_casters_finish(struct shadow_casters *casters);
 
+/* SHADOW_MAP, SHADOW_DEEP or SHADOW_LINKED for a light with these casters. False: it needs no
+ * structure. */
+bool shadow_casters_kind(const struct shadow_casters *casters, const struct view_quality *quality,
+                         uint32_t *kind);
+
 enum caster_pass {
     CASTER_DEPTH,         /* opaque casters into the depth layer */
     CASTER_COUNT,         /* events of transparent casters, counted ... */

@@ -170,18 +170,6 @@ static bool reserve_lights(struct shadow_system *shadows, size_t count, struct e
     return true;
 }
 
-/* False: the light needs no structure. */
-static bool choose_kind(const struct view_quality *quality, const struct shadow_casters *casters,
-                        uint32_t *kind)
-{
-    bool is_linked = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
-    bool has_filters = casters->transparent_count > 0 && quality->shadows != VIEW_SHADOWS_MAP;
-    *kind = has_filters ? (is_linked ? SHADOW_LINKED : SHADOW_DEEP) : SHADOW_MAP;
-    if (is_linked && quality->faithful && casters->count > 0)
-        *kind = SHADOW_LINKED; /* as published: opaque casters are elements too */
-    return has_filters || casters->opaque_count > 0;
-}
-
 static struct shadow_map *find_map(const struct shadow_system *shadows, struct shadow_key key)
 {
     for (size_t i = 0; i < shadows->map_count; i++)
@@ -237,7 +225,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
         return true;
     if (!shadow_casters_collect(&casters, &map.frame, state, err)) {
         ok = false;
-    } else if (choose_kind(desc->quality, &casters, &map.kind)) {
+    } else if (shadow_casters_kind(&casters, desc->quality, &map.kind)) {
         map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
         if (map.kind == SHADOW_DEEP && casters.has_exclusions)
             map.flags |= SHADOW_FLAG_RAW;

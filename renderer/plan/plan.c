@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: MIT */
+/* Requirements of a frame, from its scene, view and quality, and the passes in their order. */
+#include "renderer/plan/plan.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "renderer/frame_raytrace.h"
+#include "renderer/shading/geometry.h"
+#include "renderer/shadows/shadow_casters.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+enum { SAMPLES_DEFAULT = 4, RESOLUTION_DEFAULT = 1024 };
+
+const char *plan_need_name(int need)
+{
+    static const char *const names[PLAN_NEED_COUNT] = {
+        "color",        "auxiliary", "traced",         "surfaces",         "layers",
+        "antialiasing", "lights",    "opaque-shadows", "filtered-shadows",
+    };
+    return need >= 0 && need < PLAN_NEED_COUNT ? names[need] : NULL;
+}
+
+int plan_samples(const struct view *view, const struct gl_limits *limits)
+{
+    int samples = view->quality.samples ? view->quality.samples : SAMPLES_DEFAULT;
+    bool can = limits->has_post_depth_coverage && limits->max_samples >= 4 &&
+               limits->max_integer_samples >= 4;
+    return view->outputs & 1u << VIEW_OUTPUT_COLOR && can ? samples : 1;
+}
+
+__attribute__((format(printf, 4, 5))) static void set_need(struct plan *plan, enum plan_need need,
+                                                           bool is_met, const char *format, ...)
+{
+    struct plan_requirement *r = &plan->requirements[need];
+    va_list arguments;
+    r->need = need;
+    r->is_met = is_met;
+    va_start(arguments, format);
+    vsnprintf(r->because, sizeof r->because, format, arguments);
+    va_end(arguments);
+}
+
+static bool needs(const struct plan *plan, enum plan_need need)
+{
+    return plan->requirements[need].is_met;
+}
+
+/* What follows a count is left out where the count is 0: only drawing can tell. */
+static bool follows_count(const char *pass)
+{
+    static const char *const names[] = {"shadow.deep.scatter", "shadow.deep.sort",
+                                        "transparency.scatter", "transparency.sort",
+                                        "shade.transparent"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (!strcmp(names[i], pass))
+            return true;
+    return false;
+}
+
+static void add_pass(struct plan *plan, enum plan_need need, const char *pass,
+                     const char *technique, uint64_t bytes)
+{
+    if (!needs(plan, need))
+        return;
+    assert(plan->pass_count < PLAN_PASSES_MAX);
+    struct plan_pass *line = &plan->passes[plan->pass_count++];
+    *line = (struct plan_pass){.need = need, .bytes = bytes, .is_conditional = follows_count(pass)};
+    snprintf(line->pass, sizeof line->pass, "%s", pass);
+    snprintf(line->technique, sizeof line->technique, "%s", technique);
+}
+
+/* ---- requirements ---- */
+
+static void require_outputs(struct plan *plan, const struct plan_desc *desc)
+{
+    uint32_t color = 1u << VIEW_OUTPUT_COLOR, outputs = desc->view->outputs;
+    int auxiliary = __builtin_popcount(outputs & ~color);
+    char because[REPORT_TEXT_BYTES];
+    bool is_traced = frame_is_raytraced(desc->view, desc->state, because);
+    set_need(plan, PLAN_NEED_COLOR, outputs & color && !is_traced, "%s",
+             is_traced         ? "the color output is ray traced"
+             : outputs & color ? "the color output was asked for"
+                               : "no color output was asked for");
+    set_need(plan, PLAN_NEED_TRACED, is_traced, "%s",
+             is_traced ? because : "the rasteriser can draw every light that there is");
+    set_need(plan, PLAN_NEED_AUXILIARY, auxiliary > 0, "%d auxiliary output%s asked for", auxiliary,
+             auxiliary == 1 ? " was" : "s were");
+}
+
+static bool require_geometry(struct plan *plan, const struct plan_desc *desc, struct error *err)
+{
+    struct geometry_items items = {0};
+    struct window_frame frame = {.state = desc->state, .camera = desc->camera};
+    bool is_drawn = needs(plan, PLAN_NEED_COLOR) || needs(plan, PLAN_NEED_AUXILIARY);
+    if (is_drawn && !geometry_cull(&frame, &items, err))
+        return false;
+    plan->opaque_items = items.opaque_count;
+    plan->transparent_items = items.transparent_count;
+    geometry_items_finish(&items);
+    set_need(plan, PLAN_NEED_SURFACES, is_drawn, "%zu of %zu drawables are opaque and in view",
+             plan->opaque_items, desc->state->item_count);
+    set_need(plan, PLAN_NEED_LAYERS, plan->transparent_items > 0,
+             "%zu of %zu drawables are transparent and in view", plan->transparent_items,
+             desc->state->item_count);
+    plan->samples = plan_samples(desc->view, desc->limits);
+    bool has_choice = needs(plan, PLAN_NEED_COLOR);
+    set_need(plan, PLAN_NEED_ANTIALIASING, has_choice && plan->samples > 1, "%d sample%s per pixel",
+             plan->samples, plan->samples == 1 ? "" : "s");
+    return true;
+}
+
+/* What the lights of one kind of shadow are, for a sentence. */
+struct shadow_census {
+    size_t lights, casters;
+};
+
+static bool count_light(struct plan *plan, const struct plan_desc *desc,
+                        const struct state_light *light, struct shadow_census census[2],
+                        struct error *err)
+{
+    const struct view_quality *quality = &desc->view->quality;
+    int resolution =
+        quality->shadow_resolution > 0 ? quality->shadow_resolution : RESOLUTION_DEFAULT;
+    struct shadow_frame frame;
+    struct shadow_casters casters = {0};
+    uint32_t kind = SHADOW_MAP;
+    if (resolution > desc->limits->max_texture_size)
+        resolution = desc->limits->max_texture_size;
+    if (!light->casts_shadow || quality->shadows == VIEW_SHADOWS_NONE ||
+        !shadow_frame_init(&frame, light, desc->state, resolution)) {
+        plan->unshadowed_lights++;
+        return true;
+    }
+    bool ok = shadow_casters_collect(&casters, &frame, desc->state, err);
+    if (ok && !shadow_casters_kind(&casters, quality, &kind)) {
+        plan->unshadowed_lights++;
+    } else if (ok) {
+        size_t *counts[] = {&plan->map_lights, &plan->deep_lights, &plan->linked_lights};
+        ++*counts[kind];
+        plan->shadow_texels +=
+            (uint64_t)frame.face_count * (uint64_t)resolution * (uint64_t)resolution;
+        census[0].lights += casters.opaque_count > 0;
+        census[0].casters += casters.opaque_count;
+        census[1].lights += kind != SHADOW_MAP;
+        census[1].casters += kind != SHADOW_MAP ? casters.transparent_count : 0;
+    }
+    shadow_casters_finish(&casters);
+    return ok;
+}
+
+static bool require_lights(struct plan *plan, const struct plan_desc *desc, struct error *err)
+{
+    struct shadow_census census[2] = {{0}};
+    bool is_lit = needs(plan, PLAN_NEED_COLOR);
+    size_t lights = desc->state->light_count;
+    for (size_t i = 0; is_lit && i < lights; i++)
+        if (!count_light(plan, desc, &desc->state->lights[i], census, err))
+            return false;
+    set_need(plan, PLAN_NEED_LIGHTS, is_lit && lights > 0, "%zu light%s", lights,
+             lights == 1 ? " shines" : "s shine");
+    set_need(plan, PLAN_NEED_OPAQUE_SHADOWS,
+             census[0].lights > 0 || plan->deep_lights + plan->linked_lights > 0,
+             "%zu of %zu lights have opaque casters in reach, %zu in all", census[0].lights, lights,
+             census[0].casters);
+    set_need(plan, PLAN_NEED_FILTERED_SHADOWS, census[1].lights > 0,
+             "%zu of %zu lights have transparent casters in reach, %zu in all", census[1].lights,
+             lights, census[1].casters);
+    return true;
+}
+
+/* ---- passes ---- */
+
+static void plan_shadows(struct plan *plan, const struct plan_desc *desc)
+{
+    static const char *const deep[] = {"shadow.deep.count", "shadow.deep.scan",
+                                       "shadow.deep.scatter", "shadow.deep.sort"};
+    static const char *const linked[] = {"shadow.linked", "shadow.linked.walk"};
+    bool is_faithful = desc->view->quality.faithful;
+    if (!plan->linked_lights || !is_faithful)
+        add_pass(plan, PLAN_NEED_OPAQUE_SHADOWS, "shadow.depth", "map", plan->shadow_texels * 4);
+    for (int i = 0; i < 4 && plan->deep_lights; i++)
+        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, deep[i], "deep", 0);
+    for (int i = 0; i < 2 && plan->linked_lights; i++)
+        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, linked[i], "deep-linked", 0);
+}
+
+static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
+{
+    uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
+    uint64_t samples = (uint64_t)plan->samples;
+    return pixels * (samples * (16 + 16 + 4) + (samples > 1 ? samples * 4 : 0) + 16);
+}
+
+static void plan_passes(struct plan *plan, const struct plan_desc *desc)
+{
+    bool is_linked = desc->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED;
+    add_pass(plan, PLAN_NEED_TRACED, "raytrace.build", "raytraced", 0);
+    add_pass(plan, PLAN_NEED_TRACED, "raytrace.trace", "raytraced", 0);
+    plan_shadows(plan, desc);
+    add_pass(plan, PLAN_NEED_SURFACES, "gbuffer", "", targets_bytes(plan, desc->view));
+    add_pass(plan, PLAN_NEED_LAYERS, "transparency.count", "lists", 0);
+    add_pass(plan, PLAN_NEED_LAYERS, "transparency.scatter", "lists", 0);
+    add_pass(plan, PLAN_NEED_LAYERS, "transparency.sort", "lists", 0);
+    add_pass(plan, PLAN_NEED_LIGHTS, "light_list", is_linked ? "linked" : "clustered", 0);
+    if (needs(plan, PLAN_NEED_COLOR))
+        add_pass(plan, PLAN_NEED_LAYERS, "shade.transparent", "lists", 0);
+    add_pass(plan, PLAN_NEED_COLOR, "shade.opaque", plan->samples > 1 ? "msaa4" : "", 0);
+    add_pass(plan, PLAN_NEED_COLOR, "readback", "", 0);
+    add_pass(plan, PLAN_NEED_AUXILIARY, "aov", "", 0);
+}
+
+bool plan_make(struct plan *plan, const struct plan_desc *desc, struct error *err)
+{
+    *plan = (struct plan){0};
+    require_outputs(plan, desc);
+    if (!require_geometry(plan, desc, err) || !require_lights(plan, desc, err))
+        return false;
+    plan_passes(plan, desc);
+    return true;
+}

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/* What a frame requires and the passes that follow, known before anything is drawn: the renderer
+ * models nothing else. Requirements decide passes and shader variants as in Lexolights (Peciva
+ * 2012, 3.2). CPU only. Thread: any. */
+#ifndef VITRAIL_RENDERER_PLAN_PLAN_H
+#define VITRAIL_RENDERER_PLAN_PLAN_H
+
+#include "renderer/frame_report.h"
+#include "renderer/gl/context.h"
+#include "renderer/plan/camera.h"
+
+enum plan_need {
+    PLAN_NEED_COLOR,            /* lit colour was asked for */
+    PLAN_NEED_AUXILIARY,        /* depth, normal, ids */
+    PLAN_NEED_TRACED,           /* colour comes from the ray tracer */
+    PLAN_NEED_SURFACES,         /* opaque or masked items are in view */
+    PLAN_NEED_LAYERS,           /* transparent items are in view */
+    PLAN_NEED_ANTIALIASING,     /* more than one sample per pixel */
+    PLAN_NEED_LIGHTS,           /* something shines */
+    PLAN_NEED_OPAQUE_SHADOWS,   /* some light has opaque casters in reach */
+    PLAN_NEED_FILTERED_SHADOWS, /* some light has transparent casters in reach */
+    PLAN_NEED_COUNT
+};
+
+struct plan_requirement {
+    enum plan_need need;
+    bool is_met;                     /* false: what it would call for is left out */
+    char because[REPORT_TEXT_BYTES]; /* why, or why not */
+};
+
+struct plan_pass {
+    char pass[REPORT_NAME_BYTES]; /* as the frame report will call it */
+    char technique[REPORT_NAME_BYTES];
+    enum plan_need need; /* the requirement that calls for it */
+    bool is_conditional; /* left out where the pass that counts finds nothing */
+    uint64_t bytes;      /* memory that it takes, as far as it is known before; else 0 */
+};
+
+enum { PLAN_PASSES_MAX = 32 };
+
+struct plan {
+    struct plan_requirement requirements[PLAN_NEED_COUNT]; /* by enum plan_need */
+    struct plan_pass passes[PLAN_PASSES_MAX];              /* in the order of execution */
+    int pass_count;
+    int samples;                                   /* per pixel, of the rasterised colour */
+    size_t opaque_items, transparent_items;        /* in view */
+    size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
+    size_t unshadowed_lights;                      /* shine without a structure */
+    uint64_t shadow_texels;
+};
+
+struct plan_desc {
+    const struct view *view;         /* required; outputs not 0 */
+    const struct scene_state *state; /* required */
+    const struct camera *camera;     /* required */
+    const struct gl_limits *limits;  /* required */
+};
+
+/* A plan for a frame that finds nothing kept from before. What one with kept structures leaves out
+ * of it is in its report's `reused`. */
+MUST_CHECK bool plan_make(struct plan *plan, const struct plan_desc *desc, struct error *err);
+
+const char *plan_need_name(int need); /* "color", "layers", ...; NULL past the last */
+
+/* Samples per pixel of the rasterised colour: antialiased lists need a device that says which
+ * samples survived the depth test, and auxiliary outputs take one. */
+int plan_samples(const struct view *view, const struct gl_limits *limits);
+
+#endif

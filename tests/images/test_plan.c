@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: MIT */
+/* The plan tells what a frame will do: its passes are those that a cold frame then reports. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "clients/glb/demo_scene.h"
+#include "tests/support/closed_form_scenes.h"
+#include "tests/support/image_checks.h"
+
+enum { SIDE = 48 };
+
+struct scene_case {
+    struct rig_scene rig;
+    struct closed_form_scene closed_form;
+    void *demo;
+};
+
+static void open_demo(struct scene_case *scene, struct renderer *renderer)
+{
+    size_t size_bytes = 0;
+    struct error err = {0};
+    const struct demo_scene_desc desc = {.texture_size_px = 64};
+    if (!demo_scene_build(&desc, &scene->demo, &size_bytes, &err))
+        fail_msg("%s", err.message);
+    rig_scene_open(&scene->rig, renderer, "demo", scene->demo, size_bytes);
+}
+
+static void open_panes(struct scene_case *scene, struct renderer *renderer, int count)
+{
+    static const double colors[2][4] = {{0.8, 0.5, 0.25, 1}, {0.5, 1, 0.5, 1}};
+    panes_scene_build(&(struct panes_scene_desc){.pane_count = count, .colors = colors},
+                      &scene->closed_form);
+    rig_scene_open(&scene->rig, renderer, "panes", scene->closed_form.glb,
+                   scene->closed_form.size_bytes);
+}
+
+static void close_scene(struct scene_case *scene, struct renderer *renderer)
+{
+    rig_scene_finish(&scene->rig, renderer);
+    closed_form_scene_finish(&scene->closed_form);
+    free(scene->demo);
+}
+
+static bool plan_has(const struct plan *plan, const struct report_pass *line)
+{
+    for (int i = 0; i < plan->pass_count; i++)
+        if (!strcmp(plan->passes[i].pass, line->pass) &&
+            !strcmp(plan->passes[i].technique, line->technique))
+            return true;
+    return false;
+}
+
+/* Renders the view cold and holds the plan against the report, both ways. sees_all: every kind of
+ * surface in reach is hit. */
+static struct plan check_plan(struct renderer *renderer, struct scene_case *scene,
+                              const struct view *view, bool sees_all)
+{
+    struct plan plan;
+    struct frame frame;
+    struct error err = {0};
+    if (!renderer_explain(renderer, scene->rig.key, view, &plan, &err))
+        fail_msg("%s", err.message);
+    shoot(renderer, &scene->rig, view, &frame);
+    const struct frame_report *report = &frame.report;
+    for (int i = 0; i < report->pass_count; i++)
+        if (!plan_has(&plan, &report->passes[i]))
+            fail_msg("the frame ran %s (%s), which the plan lacks", report->passes[i].pass,
+                     report->passes[i].technique);
+    for (int i = 0; i < plan.pass_count; i++) {
+        assert_true(plan.requirements[plan.passes[i].need].is_met);
+        bool may_be_absent = plan.passes[i].is_conditional && !sees_all;
+        if (!may_be_absent &&
+            !report_has_pass(report, plan.passes[i].pass, plan.passes[i].technique))
+            fail_msg("the plan has %s (%s), which did not run", plan.passes[i].pass,
+                     plan.passes[i].technique);
+    }
+    assert_int_equal(report->counts.shadowed_lights,
+                     plan.map_lights + plan.deep_lights + plan.linked_lights);
+    for (int i = 0; i < PLAN_NEED_COUNT; i++) {
+        assert_int_equal(plan.requirements[i].need, i);
+        assert_true(plan.requirements[i].because[0]);
+    }
+    frame_finish(&frame);
+    return plan;
+}
+
+static struct view small_view(void)
+{
+    return (struct view){.width_px = SIDE, .height_px = SIDE, .quality = {.shadow_resolution = 64}};
+}
+
+static void a_cold_frame_runs_what_its_plan_lists(void **state)
+{
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_AUTO, VIEW_SHADOWS_NONE,
+                                                   VIEW_SHADOWS_MAP, VIEW_SHADOWS_DEEP,
+                                                   VIEW_SHADOWS_DEEP_LINKED};
+    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+        for (int samples = 1; samples <= 4; samples += 3) {
+            struct scene_case scene = {0};
+            open_demo(&scene, *state);
+            struct view view = small_view();
+            view.quality.shadows = techniques[i];
+            view.quality.samples = samples;
+            view.quality.light_lists =
+                samples == 1 ? VIEW_LIGHT_LISTS_LINKED : VIEW_LIGHT_LISTS_CLUSTERED;
+            check_plan(*state, &scene, &view, true);
+            close_scene(&scene, *state); /* forgets its shadows: the next frame is cold again */
+        }
+    }
+}
+
+static void nothing_is_planned_that_the_scene_does_not_require(void **state)
+{
+    struct scene_case scene = {0};
+    struct view view = small_view();
+    open_panes(&scene, *state, 0);
+    struct plan plan = check_plan(*state, &scene, &view, false);
+    assert_false(plan.requirements[PLAN_NEED_LAYERS].is_met);
+    assert_false(plan.requirements[PLAN_NEED_FILTERED_SHADOWS].is_met);
+    close_scene(&scene, *state);
+    open_panes(&scene, *state, 2);
+    plan = check_plan(*state, &scene, &view, false);
+    assert_true(plan.requirements[PLAN_NEED_LAYERS].is_met);
+    assert_true(plan.requirements[PLAN_NEED_FILTERED_SHADOWS].is_met);
+    assert_int_equal(plan.deep_lights, 1);
+    view.outputs = 1u << VIEW_OUTPUT_DEPTH | 1u << VIEW_OUTPUT_NODE;
+    plan = check_plan(*state, &scene, &view, false);
+    assert_false(plan.requirements[PLAN_NEED_COLOR].is_met);
+    assert_false(plan.requirements[PLAN_NEED_LIGHTS].is_met);
+    assert_int_equal(plan.deep_lights, 0);
+    close_scene(&scene, *state);
+}
+
+static void a_traced_frame_plans_no_shadow_map(void **state)
+{
+    struct scene_case scene = {0};
+    struct view view = small_view();
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.samples = 1;
+    open_panes(&scene, *state, 2);
+    struct plan plan = check_plan(*state, &scene, &view, false);
+    assert_true(plan.requirements[PLAN_NEED_TRACED].is_met);
+    assert_int_equal(plan.shadow_texels, 0);
+    close_scene(&scene, *state);
+}
+
+static void the_known_memory_is_what_the_frame_takes(void **state)
+{
+    struct scene_case scene = {0};
+    struct frame frame;
+    struct error err = {0};
+    struct plan plan;
+    struct view view = small_view();
+    open_panes(&scene, *state, 2);
+    assert_true(renderer_explain(*state, scene.rig.key, &view, &plan, &err));
+    shoot(*state, &scene.rig, &view, &frame);
+    uint64_t planned = 0, taken = 0;
+    for (int i = 0; i < plan.pass_count; i++)
+        if (!strcmp(plan.passes[i].pass, "gbuffer"))
+            planned = plan.passes[i].bytes;
+    for (int i = 0; i < frame.report.byte_count; i++)
+        if (!strcmp(frame.report.bytes[i].structure, "targets"))
+            taken = frame.report.bytes[i].bytes;
+    assert_int_equal(planned, taken);
+    frame_finish(&frame);
+    close_scene(&scene, *state);
+}
+
+static void an_unknown_node_is_named_without_drawing(void **state)
+{
+    struct scene_case scene = {0};
+    struct error err = {0};
+    struct plan plan;
+    struct view view = small_view();
+    view.camera = (struct view_camera){.kind = VIEW_CAMERA_NODE, .node = "Nobody"};
+    open_panes(&scene, *state, 1);
+    assert_false(renderer_explain(*state, scene.rig.key, &view, &plan, &err));
+    assert_non_null(strstr(err.message, "Nobody"));
+    close_scene(&scene, *state);
+}
+
+static int setup(void **state)
+{
+    *state = render_rig_create();
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    renderer_destroy(*state);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_cold_frame_runs_what_its_plan_lists),
+        cmocka_unit_test(nothing_is_planned_that_the_scene_does_not_require),
+        cmocka_unit_test(a_traced_frame_plans_no_shadow_map),
+        cmocka_unit_test(the_known_memory_is_what_the_frame_takes),
+        cmocka_unit_test(an_unknown_node_is_named_without_drawing),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
