@@ -1,17 +1,23 @@
 # SPDX-License-Identifier: MIT
-# Writes a C table {path, bytes} of text files. Bytes as hex, because a C string literal is limited to 64 KiB.
-set(BODY "/* Generated from shaders/; do not edit. */\n#include \"shaders/shader_table.h\"\n")
+# Writes a C table TABLE of ROW {path, bytes, size} of FILES, as HEADER declares it; with DIGEST, a row
+# ends with the SHA-256 in hexadecimal. Bytes as hex, because a C string literal is limited to 64 KiB.
+set(BODY "/* Generated; do not edit. */\n#include \"${HEADER}\"\n")
 set(ROWS "")
 set(INDEX 0)
 foreach(FILE ${FILES})
   file(RELATIVE_PATH NAME ${ROOT} ${FILE})
   file(READ ${FILE} HEX HEX)
   string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," BYTES "${HEX}")
+  set(MORE "")
+  if(DIGEST)
+    file(SHA256 ${FILE} SUM)
+    set(MORE ", \"${SUM}\"")
+  endif()
   string(APPEND BODY "static const unsigned char file_${INDEX}[] = {${BYTES}0};\n")
-  string(APPEND ROWS "    {\"${NAME}\", (const char *)file_${INDEX}, sizeof file_${INDEX} - 1},\n")
+  string(APPEND ROWS "    {\"${NAME}\", (const char *)file_${INDEX}, sizeof file_${INDEX} - 1${MORE}},\n")
   math(EXPR INDEX "${INDEX} + 1")
 endforeach()
-string(APPEND BODY "const struct shader_file shader_table[] = {\n${ROWS}    {0, 0, 0},\n};\n")
+string(APPEND BODY "const struct ${ROW} ${TABLE}[] = {\n${ROWS}    {0},\n};\n")
 file(WRITE ${OUTPUT}.tmp "${BODY}")
 file(COPY_FILE ${OUTPUT}.tmp ${OUTPUT} ONLY_IF_DIFFERENT)
 file(TOUCH_NOCREATE ${OUTPUT})

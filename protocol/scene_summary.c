@@ -10,8 +10,8 @@
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 
-/* Seven full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f. */
-enum { SUMMARY_JSON_BYTES_MAX = 192 << 20 };
+/* Eleven full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f, and numbers. */
+enum { SUMMARY_JSON_BYTES_MAX = 320 << 20 };
 
 static const char *light_type_name(int type)
 {
@@ -108,6 +108,7 @@ void scene_summary_finish(struct scene_summary *summary)
         free(summary->cameras[i].name);
     free(summary->lights);
     free(summary->cameras);
+    scene_outline_finish(&summary->outline);
     *summary = (struct scene_summary){0};
 }
 
@@ -213,6 +214,7 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
     json_put(&writer, "extensions", write_extensions(summary));
     json_put(&writer, "warnings", write_names(&summary->warnings));
     json_put(&writer, "created", write_time(summary->created_unix_s));
+    json_put(&writer, "outline", scene_outline_to_json(&summary->outline));
     return json_writer_take(&writer);
 }
 
@@ -325,6 +327,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     struct json_node lights = json_member(root, "lights"), cameras = json_member(root, "cameras");
     struct json_node warnings = json_member(root, "warnings");
     struct json_node created = json_member(root, "created");
+    struct json_node outline = json_member(root, "outline");
     const char *name_text = NULL;
     if (name.value && !read_string(&name, &name_text))
         return false;
@@ -336,7 +339,8 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
            read_items(&lights, scene_summary_add_light, summary) &&
            read_items(&cameras, scene_summary_add_camera, summary) && read_parts(root, summary) &&
            read_names(&warnings, &summary->warnings) &&
-           read_created(&created, &summary->created_unix_s);
+           read_created(&created, &summary->created_unix_s) &&
+           scene_outline_read(&outline, &summary->outline);
 }
 
 bool scene_summary_from_json(json_t *json, struct scene_summary *summary, struct error *err)

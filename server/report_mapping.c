@@ -7,6 +7,7 @@
 
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
+#include "server/outline_mapping.h"
 #include "server/view_mapping.h"
 
 static_assert((int)FRAME_STATS_PASSES_MAX >= (int)REPORT_PASSES_MAX, "passes do not fit");
@@ -190,7 +191,8 @@ bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *s
     memcpy(summary->bounds_min, header->bounds_min, sizeof summary->bounds_min);
     memcpy(summary->bounds_max, header->bounds_max, sizeof summary->bounds_max);
     summary->decoded_bytes = header->size_bytes;
-    if (add_names(scene, summary, err) && add_items(scene, summary, err))
+    if (add_names(scene, summary, err) && add_items(scene, summary, err) &&
+        scene_outline_from_scene(scene, &summary->outline, err))
         return true;
     scene_summary_finish(summary);
     return false;

@@ -26,7 +26,7 @@ struct route {
 };
 
 /* Tables of the route files, each ended by a zeroed entry. */
-extern const struct route routes_scenes[], routes_renders[], routes_service[];
+extern const struct route routes_scenes[], routes_renders[], routes_service[], routes_page[];
 
 struct http_service router_service(struct service *service);
 

@@ -22,11 +22,28 @@ static void scene_post_destroy(void *data)
     free(post);
 }
 
+/* The stored summary, without the outline, or the outline alone. */
+static json_t *get_summary(struct service *service, const char *id, bool is_outline,
+                           struct error *problem)
+{
+    json_t *summary = scene_store_get_summary(service->store, id, problem);
+    json_t *outline = summary ? json_incref(json_object_get(summary, "outline")) : NULL;
+    if (summary && !is_outline) {
+        json_object_del(summary, "outline");
+        json_decref(outline);
+        return summary;
+    }
+    json_decref(summary);
+    if (summary && !outline)
+        error_set(problem, ERROR_NOT_FOUND, "scene %.64s was stored without an outline", id);
+    return outline;
+}
+
 static void reply_stored(struct service *service, struct http_exchange *exchange, const char *id,
                          bool is_new)
 {
     struct error problem = {0};
-    json_t *summary = scene_store_get_summary(service->store, id, &problem);
+    json_t *summary = get_summary(service, id, false, &problem);
     if (!summary) {
         http_reply_error(exchange, &problem);
         return;
@@ -112,10 +129,11 @@ static void run_list(struct service *service, struct http_exchange *exchange, co
     reply_json(exchange, 200, scenes ? json_pack("{s:o}", "scenes", scenes) : NULL);
 }
 
-static void run_get(struct service *service, struct http_exchange *exchange, const char *id)
+static void reply_summary(struct service *service, struct http_exchange *exchange, const char *id,
+                          bool is_outline)
 {
     struct error problem = {0};
-    json_t *summary = scene_store_get_summary(service->store, id, &problem);
+    json_t *summary = get_summary(service, id, is_outline, &problem);
     if (!summary) {
         http_reply_error(exchange, &problem);
         return;
@@ -127,6 +145,16 @@ static void run_get(struct service *service, struct http_exchange *exchange, con
         json_decref(summary);
     else
         reply_json(exchange, 200, summary);
+}
+
+static void run_get(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    reply_summary(service, exchange, id, false);
+}
+
+static void run_outline(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    reply_summary(service, exchange, id, true);
 }
 
 static void run_delete(struct service *service, struct http_exchange *exchange, const char *id)
@@ -143,5 +171,6 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
 const struct route routes_scenes[] = {
     {"/v1/scenes", {{HTTP_GET, NULL, run_list}, {HTTP_POST, open_post, run_post}}},
     {"/v1/scenes/{id}", {{HTTP_GET, NULL, run_get}, {HTTP_DELETE, NULL, run_delete}}},
+    {"/v1/scenes/{id}/outline", {{HTTP_GET, NULL, run_outline}}},
     {0},
 };

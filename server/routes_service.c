@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the service says about itself: health, metrics, totals, capabilities, its API and a first
- * page. */
+/* What the service says about itself: health, metrics, totals, capabilities and its API. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -198,79 +197,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
     free(text);
 }
 
-/* ---- the first page ---- */
-
-static void write_escaped(FILE *out, const char *text)
-{
-    for (; text && *text; text++) {
-        const char *entity = *text == '<'   ? "&lt;"
-                             : *text == '&' ? "&amp;"
-                             : *text == '"' ? "&quot;"
-                                            : NULL;
-        if (entity)
-            fputs(entity, out);
-        else
-            fputc(*text, out);
-    }
-}
-
-static void write_scenes(FILE *out, const json_t *scenes)
-{
-    size_t i;
-    const json_t *scene;
-    fprintf(out, "<h2>Scenes</h2>\n<ul>\n");
-    json_array_foreach(scenes, i, scene)
-    {
-        const char *id = json_string_value(json_object_get(scene, "id"));
-        const char *name = json_string_value(json_object_get(scene, "name"));
-        fprintf(out, "<li><a href=\"/v1/scenes/%s\"><code>%.12s</code></a> ", id, id);
-        write_escaped(out, name);
-        fprintf(out, " (%lld triangles)</li>\n",
-                (long long)json_integer_value(json_object_get(scene, "triangles")));
-    }
-    fprintf(out, "</ul>\n%s", json_array_size(scenes) ? "" : "<p>None yet.</p>\n");
-}
-
-static void run_page(struct service *service, struct http_exchange *exchange, const char *id)
-{
-    (void)id;
-    char *text = NULL;
-    size_t size_bytes;
-    FILE *out = open_memstream(&text, &size_bytes);
-    json_t *scenes = scene_store_list(service->store);
-    bool is_good = out && scenes;
-    if (is_good) {
-        fputs("<!doctype html>\n<html lang=\"en\"><head><meta "
-              "charset=\"utf-8\"><title>Vitrail</title>\n"
-              "<style>body{font:16px/1.5 sans-serif;max-width:48em;margin:2em auto;padding:0 "
-              "1em}</style></head>\n"
-              "<body><h1>Vitrail</h1>\n<p>A network render server for light through transparent "
-              "things, version " VITRAIL_VERSION
-              ".</p>\n<p>Post a scene to <code>/v1/scenes</code>, then a view of it to "
-              "<code>/v1/renders</code>.</p>\n<ul><li><a href=\"/openapi.json\">The API (OpenAPI "
-              "3.1)</a>; its manual "
-              "is docs/api.md of the source</li>\n<li><a href=\"/v1/capabilities\">What this "
-              "server can do</a></li>\n"
-              "<li><a href=\"/v1/stats\">Totals</a>, <a href=\"/metrics\">metrics</a>, <a "
-              "href=\"/readyz\">readiness"
-              "</a></li></ul>\n",
-              out);
-        write_scenes(out, scenes);
-        fputs("</body></html>\n", out);
-    }
-    is_good = out && fclose(out) == 0 && is_good;
-    http_reply_header(exchange, "Content-Security-Policy",
-                      "default-src 'none'; style-src 'unsafe-inline'");
-    if (is_good)
-        http_reply_bytes(exchange, 200, "text/html; charset=utf-8", text, size_bytes);
-    else
-        http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "page", ""});
-    json_decref(scenes);
-    free(text);
-}
-
 const struct route routes_service[] = {
-    {"/", {{HTTP_GET, NULL, run_page}}},
     {"/healthz", {{HTTP_GET, NULL, run_alive}}},
     {"/livez", {{HTTP_GET, NULL, run_alive}}},
     {"/readyz", {{HTTP_GET, NULL, run_ready}}},

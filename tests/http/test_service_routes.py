@@ -143,15 +143,6 @@ class Routes(support.ServiceTest):
         self.assertEqual(2 << 30, capabilities["limits"]["upload_bytes"])
         self.assertIn("KHR_lights_punctual", capabilities["extensions"])
 
-    def test_the_page_names_scenes_and_escapes_them(self):
-        content = triangle("page")
-        name = 'a<b>"&.glb'.replace('"', "")
-        self.daemon.post_scene(*support.multipart({name: content}))
-        page = self.daemon.request("GET", "/").body.decode()
-        self.assertIn("a&lt;b>&amp;.glb", page)
-        self.assertIn("/openapi.json", page)
-        self.assertIn("Vitrail", page)
-
     def test_the_cache_lets_go_of_what_does_not_fit(self):
         with support.Daemon("--cache-bytes", "1M") as daemon:
             daemon.wait_ready()

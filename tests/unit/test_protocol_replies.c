@@ -311,6 +311,23 @@ static void fill_summary(struct scene_summary *summary)
     assert_true(name_list_add(&summary->warnings, "sheen is ignored", &err));
     assert_true(scene_summary_add_light(summary, "Sun", "directional", &err));
     assert_true(scene_summary_add_camera(summary, "Cam", "orthographic", &err));
+    struct outline_node *node = scene_outline_add_node(&summary->outline, "Pane", &err);
+    assert_non_null(node);
+    node->parent = -1;
+    node->material_count = 2;
+    node->materials[1] = 1;
+    node->has_bounds = true;
+    node->bounds[5] = 0.1;
+    struct outline_material *glass = scene_outline_add_material(&summary->outline, "Glass", &err);
+    assert_non_null(glass);
+    glass->base_color[0] = 0.3;
+    glass->alpha_mode = 2;
+    struct outline_light *sun = scene_outline_add_light(&summary->outline, "Sun", &err);
+    assert_non_null(sun);
+    sun->intensity = 3.5;
+    struct outline_camera *camera = scene_outline_add_camera(&summary->outline, "Cam", &err);
+    assert_non_null(camera);
+    camera->ortho_height = 2;
 }
 
 static void summaries_read_back_as_they_were(void **state)

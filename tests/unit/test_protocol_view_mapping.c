@@ -280,6 +280,31 @@ static void promises_nobody_makes_are_warned_of(void **state)
 static const char strings[] = "\0Glass\0Lamp\0Camera\0KHR_lights_punctual\0odd file\0default";
 enum { GLASS = 1, LAMP = 7, CAMERA = 12, EXTENSION = 19, WARNING = 39, DEFAULT = 48 };
 
+/* Of the scene below: a quarter turn about Y, twice as large, moved. */
+static void assert_outline(const struct scene_outline *outline)
+{
+    assert_int_equal(outline->node_count, 3);
+    const struct outline_node *mesh = &outline->nodes[1];
+    assert_int_equal(outline->nodes[0].parent, -1);
+    assert_int_equal(outline->nodes[2].parent, 1);
+    assert_int_equal(mesh->material_count, 1); /* the default material has no name */
+    assert_int_equal(mesh->materials[0], 0);
+    assert_true(mesh->has_bounds && !outline->nodes[0].has_bounds);
+    const double bounds[] = {4, 16, 28, 18, 24, 32};
+    assert_memory_equal(mesh->bounds, bounds, sizeof bounds);
+    assert_int_equal(outline->material_count, 1);
+    assert_string_equal(outline->materials[0].name, "Glass");
+    assert_true(outline->materials[0].base_color[2] == 0.25);
+    assert_int_equal(outline->materials[0].alpha_mode, SCENE_BLEND);
+    assert_int_equal(outline->light_count, 2);
+    assert_int_equal(outline->lights[1].node, 2);
+    assert_float_equal(outline->lights[1].outer_cone_deg, 28.6479, 1e-4);
+    assert_int_equal(outline->camera_count, 1);
+    assert_true(outline->cameras[0].ortho_height == 6 && outline->cameras[0].fov_y_deg == 0);
+    const double matrix[] = {0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 10, 20, 30, 1};
+    assert_memory_equal(outline->cameras[0].matrix, matrix, sizeof matrix);
+}
+
 static void scenes_reach_their_summary(void **state)
 {
     (void)state;
@@ -289,21 +314,34 @@ static void scenes_reach_their_summary(void **state)
                                   .triangle_count = 24,
                                   .animation_count = 2};
     const struct scene_node nodes[] = {
-        {.name = LAMP, .mesh = -1, .camera = -1, .light = 0},
-        {.name = CAMERA, .mesh = 0, .camera = 0, .light = -1},
-        {.name = LAMP, .mesh = -1, .camera = -1, .light = 0},
+        {.name = LAMP, .parent = -1, .mesh = -1, .camera = -1, .light = 0},
+        {.name = CAMERA,
+         .mesh = 0,
+         .camera = 0,
+         .light = -1,
+         .world_matrix = {0, 0, -2, 0, 0, 2, 0, 0, 2, 0, 0, 0, 10, 20, 30, 1}},
+        {.name = LAMP, .parent = 1, .mesh = -1, .camera = -1, .light = 0},
     };
-    const struct scene_material materials[] = {{.name = GLASS}, {.name = DEFAULT}};
-    const struct scene_light lights[] = {{.type = SCENE_LIGHT_SPOT, .name = LAMP}};
-    const struct scene_camera cameras[] = {{.is_orthographic = 1}};
+    const struct scene_material materials[] = {
+        {.name = GLASS, .base_color = {1, 0.5, 0.25, 1}, .alpha_mode = SCENE_BLEND},
+        {.name = DEFAULT}};
+    const struct scene_mesh meshes[] = {{.primitive_count = 2}};
+    const struct scene_primitive primitives[] = {
+        {.material = 0, .bounds_min = {-1, -2, -3}, .bounds_max = {1, 2, 3}},
+        {.material = 1, .bounds_min = {0, 0, 0}, .bounds_max = {1, 2, 4}}};
+    const struct scene_light lights[] = {
+        {.type = SCENE_LIGHT_SPOT, .name = LAMP, .outer_cone_rad = 0.5F}};
+    const struct scene_camera cameras[] = {{.is_orthographic = 1, .y_mag = 3}};
     const uint32_t extensions[] = {EXTENSION}, warnings[] = {WARNING};
     const struct scene scene = {
         .header = &header,
         .strings = strings,
         .nodes = nodes,
         .node_count = 3,
-        .mesh_count = 5,
-        .primitive_count = 6,
+        .meshes = meshes,
+        .mesh_count = 1,
+        .primitives = primitives,
+        .primitive_count = 2,
         .materials = materials,
         .material_count = 2,
         .texture_count = 7,
@@ -324,8 +362,8 @@ static void scenes_reach_their_summary(void **state)
     assert_int_equal(summary.triangles, 24);
     assert_int_equal(summary.vertices, 36);
     assert_int_equal(summary.nodes, 3);
-    assert_int_equal(summary.meshes, 5);
-    assert_int_equal(summary.primitives, 6);
+    assert_int_equal(summary.meshes, 1);
+    assert_int_equal(summary.primitives, 2);
     assert_int_equal(summary.textures, 7);
     assert_int_equal(summary.images, 8);
     assert_int_equal(summary.animations, 2);
@@ -342,6 +380,7 @@ static void scenes_reach_their_summary(void **state)
     assert_int_equal(summary.camera_count, 1);
     assert_string_equal(summary.cameras[0].name, "Camera");
     assert_string_equal(summary.cameras[0].type, "orthographic");
+    assert_outline(&summary.outline);
     assert_int_equal(summary.node_names.count, 3);
     assert_string_equal(summary.extensions_used.names[0], "KHR_lights_punctual");
     assert_int_equal(summary.extensions_ignored.count, 0);

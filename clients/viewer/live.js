@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: MIT
+// Keeps one picture in step with one description of it, by the best line there is: a WebSocket, else
+// a multipart stream with patches beside it, else still images. Every line drops what is overtaken.
+import { mergePatch } from "./model.js";
+import { VitrailError } from "./vitrail.js";
+
+const REST_MS = 180; // without a change for so long, the exact picture is due
+const RETRY_MS = [500, 1000, 2000, 5000, 10000];
+const SOCKET_TRIES = 2; // that never opened, before another kind of line is taken
+
+/** What all lines have in common. Events: "frame", "problem", "lost"; details below. */
+class Line extends EventTarget {
+  constructor(client) {
+    super();
+    this.client = client;
+    this.isClosed = false;
+  }
+
+  tell(type, detail) {
+    if (this.isClosed) return;
+    const event = new Event(type);
+    event.detail = detail;
+    this.dispatchEvent(event);
+  }
+
+  close() {
+    this.isClosed = true;
+  }
+}
+
+/** Frames and edits over one WebSocket. */
+class SocketLine extends Line {
+  static label = "live";
+  hasOpened = false;
+
+  async open(wanted) {
+    this.sent = wanted;
+    this.view = await this.client.createView(wanted);
+    if (this.isClosed) return this.#forget();
+    this.socket = this.view.socket();
+    this.socket.addEventListener("open", () => {
+      this.hasOpened = true;
+      this.tell("open");
+      this.update(this.wanted ?? wanted);
+    });
+    this.socket.addEventListener("frame", (event) => this.#take(event.detail));
+    this.socket.addEventListener("problem", (event) => this.tell("problem", event.detail));
+    this.socket.addEventListener("close", (event) => this.tell("lost", event.detail));
+  }
+
+  async #take({ header, blob }) {
+    const bitmap = await createImageBitmap(blob).catch(() => null);
+    this.socket.ack();
+    if (!bitmap) return;
+    this.tell("frame", { bitmap, isExact: header.exact, width: header.width, height: header.height,
+      scale: header.scale, frame: header.frame, timings: header.timings_ms, bytes: header.bytes,
+      revision: header.revision });
+  }
+
+  update(wanted) {
+    this.wanted = wanted;
+    if (!this.socket?.isOpen || !this.hasOpened) return;
+    const { camera: before, ...sentRest } = this.sent;
+    const { camera, ...rest } = wanted;
+    const patch = mergePatch(sentRest, rest);
+    if (patch) this.socket.patch(patch, 1);
+    if (mergePatch(before, camera)) this.socket.camera(camera);
+    this.sent = wanted;
+  }
+
+  close() {
+    super.close();
+    this.socket?.close();
+    this.#forget();
+  }
+
+  #forget() {
+    this.view?.delete().catch(() => {}); // it would expire by itself
+  }
+}
+
+/** Frames as a multipart stream in an <img>, edits as patches, one at a time. */
+class StreamLine extends Line {
+  static label = "stream";
+
+  async open(wanted) {
+    this.sent = wanted;
+    this.wanted = wanted;
+    this.view = await this.client.createView(wanted);
+    if (this.isClosed) return;
+    this.image = new Image();
+    this.image.src = this.view.streamUrl;
+    this.image.onerror = () => this.tell("lost", {});
+    this.events = this.view.events();
+    this.events.addEventListener("frame", (event) => this.#take(JSON.parse(event.data)));
+    this.events.addEventListener("problem", (event) =>
+      this.tell("problem", new VitrailError(JSON.parse(event.data))));
+    this.events.addEventListener("gone", () => this.tell("lost", {}));
+    this.tell("open");
+  }
+
+  /** The event may come before the browser has decoded its frame: look twice. */
+  #take({ stats, exact, scale, bytes, revision }) {
+    for (const delay of [60, 400])
+      setTimeout(async () => {
+        const bitmap = await createImageBitmap(this.image).catch(() => null);
+        if (bitmap)
+          this.tell("frame", { bitmap, isExact: exact, width: bitmap.width, height: bitmap.height,
+            scale, frame: stats.id, timings: stats.timings_ms, bytes, revision });
+      }, delay);
+  }
+
+  async update(wanted) {
+    this.wanted = wanted;
+    if (this.isBusy || !this.view) return;
+    this.isBusy = true;
+    try {
+      while (!this.isClosed) {
+        const next = this.wanted;
+        const patch = mergePatch(this.sent, next);
+        if (!patch) break;
+        if (patch.camera) patch.camera = { ortho_height: null, ...next.camera };
+        this.sent = next;
+        await this.view.patch(patch);
+      }
+    } catch (problem) {
+      this.tell("problem", problem);
+    }
+    this.isBusy = false;
+  }
+
+  close() {
+    super.close();
+    this.events?.close();
+    if (this.image) this.image.src = "";
+    this.view?.delete().catch(() => {});
+  }
+}
+
+/** One render after the other: small and quick while things move, exact at rest. */
+class StillLine extends Line {
+  static label = "stills";
+  scale = 0.5;
+
+  async open(wanted) {
+    this.tell("open");
+    this.update(wanted);
+  }
+
+  update(wanted) {
+    this.wanted = wanted;
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.#render(true), REST_MS);
+    this.#render(false);
+  }
+
+  async #render(isExact) {
+    if (this.isBusy || this.isClosed) {
+      this.isOverdue = true;
+      return;
+    }
+    this.isBusy = true;
+    this.isOverdue = false;
+    const { stream: { budget_ms: budget }, ...wanted } = this.wanted;
+    const request = isExact ? wanted : this.#quick(wanted);
+    const started = performance.now();
+    try {
+      const accept = isExact ? "image/png" : "image/jpeg";
+      const { blob, frame, timings } = await this.client.render(request, { accept });
+      const bitmap = await createImageBitmap(blob);
+      const took = performance.now() - started;
+      if (!isExact)
+        this.scale = Math.min(1, Math.max(0.2, this.scale * Math.sqrt(budget / took)));
+      this.tell("frame", { bitmap, isExact, width: request.width, height: request.height, frame,
+        scale: request.width / wanted.width, timings, bytes: blob.size, revision: null });
+    } catch (problem) {
+      this.tell(problem.status === 0 ? "lost" : "problem", problem);
+    }
+    this.isBusy = false;
+    if (this.isOverdue) this.update(this.wanted);
+  }
+
+  #quick(wanted) {
+    const side = (pixels) => Math.max(16, Math.round(pixels * this.scale));
+    return { ...wanted, width: side(wanted.width), height: side(wanted.height),
+      quality: { ...wanted.quality, samples: 1, shadow_taps: 1 } };
+  }
+
+  close() {
+    super.close();
+    clearTimeout(this.timer);
+  }
+}
+
+const LINES = [SocketLine, StreamLine, StillLine];
+
+/**
+ * The picture of what is wanted. Events: "frame" {bitmap, isExact, width, height, scale, frame,
+ * timings, bytes}, "problem" VitrailError, "state" {state: "on" | "off" | "wait", label}.
+ */
+export class Live extends EventTarget {
+  #line = null;
+  #kind;
+  #tries = 0;
+  #failures = 0;
+  #timer;
+  #wanted = null;
+
+  /** @param {number} [kind] the first line to try: 0 socket, 1 stream, 2 stills */
+  constructor(client, kind = 0) {
+    super();
+    this.client = client;
+    this.#kind = kind;
+  }
+
+  #tell(type, detail) {
+    const event = new Event(type);
+    event.detail = detail;
+    this.dispatchEvent(event);
+  }
+
+  get view() {
+    return this.#line?.view ?? null;
+  }
+
+  /** Shows this from now on: all members of a view. Another scene takes another view. */
+  show(wanted) {
+    const isOther = wanted.scene !== this.#wanted?.scene;
+    this.#wanted = wanted;
+    if (isOther) this.#open();
+    else this.#line?.update(wanted);
+  }
+
+  stop() {
+    clearTimeout(this.#timer);
+    this.#line?.close();
+    this.#line = null;
+    this.#wanted = null;
+  }
+
+  #open() {
+    clearTimeout(this.#timer);
+    this.#line?.close();
+    const line = new LINES[this.#kind](this.client);
+    this.#line = line;
+    this.#tell("state", { state: "wait", label: "connecting" });
+    line.addEventListener("open", () => {
+      this.#tries = 0;
+      this.#failures = 0;
+      this.#tell("state", { state: "on", label: LINES[this.#kind].label });
+    });
+    line.addEventListener("frame", (event) => this.#tell("frame", event.detail));
+    line.addEventListener("problem", (event) => this.#tell("problem", event.detail));
+    line.addEventListener("lost", () => this.#lost(line));
+    line.open(this.#wanted).catch((problem) => this.#refused(line, problem));
+  }
+
+  /** No view: say why; try again where that can help. */
+  #refused(line, problem) {
+    if (line.isClosed) return;
+    if (problem.status === 0 || problem.status === 503) this.#lost(line);
+    else {
+      this.#tell("state", { state: "off", label: "refused" });
+      this.#tell("problem", problem);
+    }
+  }
+
+  #lost(line) {
+    const hasOpened = line.hasOpened ?? true;
+    line.close();
+    if (!hasOpened && ++this.#tries >= SOCKET_TRIES && this.#kind + 1 < LINES.length) {
+      this.#kind++;
+      this.#tries = 0;
+    }
+    const delay = RETRY_MS[Math.min(this.#failures++, RETRY_MS.length - 1)];
+    this.#tell("state", { state: "off", label: "reconnecting" });
+    this.#timer = setTimeout(() => this.#wanted && this.#open(), delay);
+  }
+}

@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: MIT
+// Puts the viewer together: model, picture, panels, toolbar, and the line to the server.
+import { announce, append, button, byId, el, icon, replace } from "./dom.js";
+import { STANDARD_VIEWS } from "./camera.js";
+import { Dock } from "./docks.js";
+import { Live } from "./live.js";
+import { clearProblems, notice, showProblem } from "./messages.js";
+import { Model, linkFromState, stateFromLink } from "./model.js";
+import { Navigator } from "./navigate.js";
+import { Overlay } from "./overlay.js";
+import { LightsPanel } from "./panel_lights.js";
+import { PropertiesPanel } from "./panel_properties.js";
+import { RenderPanel, otherTechnique } from "./panel_render.js";
+import { ScenesPanel } from "./panel_scenes.js";
+import { SectionPanel } from "./panel_section.js";
+import { TreePanel } from "./panel_tree.js";
+import { openHelp, openSave, shareLink } from "./save.js";
+import { Stage } from "./stage.js";
+import { Vitrail } from "./vitrail.js";
+
+const STREAM = { budget_ms: 120, rest_ms: 200 };
+const LINES = ["socket", "stream", "stills"];
+
+class Viewer {
+  client = new Vitrail();
+  model = new Model();
+  stage = new Stage();
+  comparing = ""; // the technique of the second picture
+  isPending = false;
+
+  constructor() {
+    const asked = LINES.indexOf(new URLSearchParams(location.search).get("line"));
+    this.firstLine = asked < 0 ? LINES.indexOf("stills") : asked;
+    this.live = this.#newLive(this.stage.canvas, true);
+    this.overlay = new Overlay(this.client);
+    this.#makePanels();
+    this.#makeToolbar();
+    this.navigator = new Navigator(this.model, this.stage, {
+      pick: (share) => this.pick(share), aim: (share) => this.pick(share, true) });
+    this.#listen();
+  }
+
+  #newLive(canvas, isFirst) {
+    const live = new Live(this.client, this.firstLine);
+    live.addEventListener("frame", ({ detail }) => this.#frame(detail, canvas, isFirst));
+    live.addEventListener("problem", ({ detail }) => this.#refused(detail, isFirst));
+    if (isFirst) live.addEventListener("state", ({ detail }) => this.#linkState(detail));
+    return live;
+  }
+
+  #makePanels() {
+    const left = new Dock("left");
+    const right = new Dock("right");
+    this.docks = { left, right };
+    this.scenes = new ScenesPanel(left.add("scenes", "Scenes", "scenes"), this.client, this.model,
+      (id) => this.open(id));
+    this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model);
+    const fitNode = (index) => this.fit(this.model.boundsOf(index));
+    this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
+      this.model, { fitNode });
+    this.lights = new LightsPanel(right.add("lights", "Lights", "light"), this.model);
+    this.section = new SectionPanel(right.add("section", "Section", "section"), this.model);
+    this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
+      compare: (name) => this.compare(name), rescale: (scale) => this.rescale(scale),
+      scale: () => this.stage.scale });
+    left.show("scenes");
+    right.show("properties");
+  }
+
+  #makeToolbar() {
+    const views = el("select", { "aria-label": "Standard views", title: "Standard views",
+      onchange: () => {
+        this.standBy(views.value);
+        views.value = "";
+      } });
+    this.views = views;
+    const tool = (name, label, iconName, action) => {
+      this.tools[name] = button({ label, icon: iconName, class: "tool", onclick: action });
+      return this.tools[name];
+    };
+    this.tools = {};
+    append(byId("toolbar"), [
+      el("span", { class: "tool-group" },
+        tool("undo", "Undo", "undo", () => this.step("undo")),
+        tool("redo", "Redo", "redo", () => this.step("redo"))),
+      el("span", { class: "tool-group" },
+        tool("fit", "Fit (F)", "fit", () => this.fit()),
+        el("span", { class: "tool-select" }, icon("cube"), views),
+        tool("ortho", "Orthographic (O)", "ortho", () => this.toggleOrtho())),
+      el("span", { class: "tool-group" },
+        tool("compare", "Compare two techniques (C)", "compare", () => this.toggleCompare()),
+        tool("stats", "Statistics (I)", "stats", () => this.toggleStats())),
+      el("span", { class: "tool-group" },
+        tool("save", "Save the picture", "save", () => this.save()),
+        tool("share", "Copy a link to this view", "share", () => this.share()),
+        tool("theme", "Light, dark, or as the system", "theme", () => this.nextTheme()),
+        tool("help", "Keys and gestures (?)", "help", () => openHelp(this.capabilities))),
+    ]);
+    this.#updateTools();
+  }
+
+  #listen() {
+    this.model.addEventListener("scene", () => this.#sceneChanged());
+    for (const type of ["edit", "camera"])
+      this.model.addEventListener(type, () => this.#changed());
+    this.model.addEventListener("select", () => this.#mark());
+    this.stage.addEventListener("resize", () => this.#changed());
+    addEventListener("hashchange", () => this.openLink());
+    addEventListener("keydown", (event) => this.#globalKey(event));
+    addEventListener("pagehide", () => {
+      this.live.stop();
+      this.second?.stop();
+    });
+    addEventListener("pageshow", (event) => event.persisted && this.#changed());
+    this.stage.surface.addEventListener("keydown", (event) => this.#key(event));
+    byId("help").addEventListener("close", () => this.stage.surface.focus());
+  }
+
+  // ---- scenes ----
+
+  async start() {
+    this.setTheme(localStorage.getItem("vitrail-theme") ?? "auto");
+    this.#sceneChanged();
+    this.client.capabilities().then((capabilities) => {
+      this.capabilities = capabilities;
+      this.render.setCapabilities(capabilities);
+    }).catch((problem) => showProblem(problem, "The server does not answer"));
+    await this.scenes.refresh();
+    if (!(await this.openLink()) && this.scenes.scenes.length) await this.open(this.scenes.scenes[0].id);
+  }
+
+  /** The scene and view that the address names; false when it names none. */
+  async openLink() {
+    const link = stateFromLink(location.hash);
+    if (!link || location.hash === this.ownHash) return false;
+    return this.open(link.scene, link.state);
+  }
+
+  async open(id, state) {
+    clearProblems();
+    if (!id) {
+      this.live.stop();
+      this.stage.clear();
+      this.model.open(null);
+      history.replaceState(null, "", location.pathname + location.search);
+      return false;
+    }
+    try {
+      const [summary, outline] = await Promise.all([this.client.scene(id), this.client.outline(id)]);
+      this.model.open(summary, outline, state);
+      return true;
+    } catch (problem) {
+      showProblem(problem, "The scene cannot be opened");
+      return false;
+    }
+  }
+
+  #sceneChanged() {
+    const { scene } = this.model;
+    const name = scene ? scene.name ?? `Scene ${scene.id.slice(0, 8)}` : "";
+    byId("scene-name").textContent = name;
+    document.title = name ? `${name} – Vitrail` : "Vitrail";
+    byId("welcome").hidden = Boolean(scene);
+    byId("busy").hidden = !scene;
+    if (!scene)
+      replace(byId("welcome"), icon("scenes", 40), el("h2", {}, "Light through transparent things"),
+        el("p", {}, "Drop a .glb here, or a .gltf with its files. It stays on the server, which draws it."),
+        button({ text: "Choose files", icon: "upload", class: "primary",
+          onclick: () => this.scenes.input.click() }));
+    const cameras = scene?.outline.cameras ?? [];
+    replace(this.views, el("option", { value: "" }, "View"),
+      Object.keys(STANDARD_VIEWS).map((view) =>
+        el("option", { value: view }, view[0].toUpperCase() + view.slice(1))),
+      cameras.map(({ name: camera }, index) =>
+        el("option", { value: `camera-${index}` }, camera || `Camera ${index + 1}`)));
+    if (this.comparing) this.compare("");
+    this.#changed();
+  }
+
+  // ---- the picture ----
+
+  /** All members of the view that should show. */
+  get wanted() {
+    const { scene, view, camera } = this.model;
+    const isClear = view.background[3] < 1;
+    const stream = { ...STREAM, format: isClear ? "webp" : "jpeg" }; // JPEG has no transparency
+    return JSON.parse(JSON.stringify({ scene: scene.id, ...this.stage.size, ...view, stream,
+      camera: camera.toRequest() }));
+  }
+
+  /** Many changes before the next frame of the screen are one. */
+  #changed() {
+    this.#updateTools();
+    if (!this.model.scene || this.isPending) return;
+    this.isPending = true;
+    requestAnimationFrame(() => {
+      this.isPending = false;
+      if (!this.model.scene) return;
+      const { wanted } = this;
+      this.live.show(wanted);
+      this.second?.show({ ...wanted, quality: { ...wanted.quality, shadows: this.comparing } });
+      this.#mark();
+    });
+    clearTimeout(this.linkTimer);
+    this.linkTimer = setTimeout(() => this.#keepLink(), 400);
+  }
+
+  #frame(frame, canvas, isFirst) {
+    this.stage.draw(frame.bitmap, canvas);
+    canvas.dataset.exact = String(frame.isExact);
+    byId("busy").hidden = true;
+    if (!isFirst) return;
+    this.overlay.add(frame);
+    const total = frame.timings?.total;
+    byId("status-frame").textContent = [`${frame.width} × ${frame.height}`,
+      frame.isExact ? "exact" : "moving", total !== undefined && `${total.toFixed(0)} ms`]
+      .filter(Boolean).join(" · ");
+    const name = byId("scene-name").textContent;
+    canvas.setAttribute("aria-label", `${name}, ${frame.isExact ? "final picture" : "moving"}`);
+    if (frame.isExact) announce("Picture complete");
+  }
+
+  #refused(problem, isFirst) {
+    byId("busy").hidden = true;
+    showProblem(problem, isFirst ? "The server refuses this view" : `No picture with ${this.comparing}`);
+    if (!isFirst) this.compare("");
+    else if (problem.status === 0 || problem.pointer) this.model.refuse();
+  }
+
+  #linkState({ state, label }) {
+    const link = byId("status-link");
+    link.dataset.state = state;
+    link.textContent = label;
+  }
+
+  #mark() {
+    this.stage.markAt(this.model.selection?.position ?? null, this.model.camera);
+  }
+
+  rescale(scale) {
+    this.stage.scale = scale;
+    this.#changed();
+  }
+
+  // ---- commands ----
+
+  async pick(share, isAim = false) {
+    const view = this.live.view;
+    if (!this.model.scene || !view) return;
+    const { width, height } = this.stage.size;
+    try {
+      const hit = await view.pick(share.x * width, share.y * height);
+      if (isAim && hit) {
+        this.model.camera.target = hit.position;
+        this.model.cameraMoved();
+      }
+      this.model.select(hit && { node: hit.node.index, material: hit.material?.index ?? null,
+        position: hit.position, normal: hit.normal, depth: hit.depth });
+      if (hit) this.docks.right.show("properties");
+      announce(hit ? `Selected ${hit.node.name}` : "Nothing there");
+    } catch (problem) {
+      showProblem(problem, "Nothing could be picked");
+    }
+  }
+
+  fit(bounds) {
+    if (!this.model.scene) return;
+    const selected = this.model.selection?.node;
+    const own = selected !== null && selected !== undefined ? this.model.boundsOf(selected) : null;
+    this.model.camera.fit(bounds ?? own ?? this.model.bounds, this.stage.aspect);
+    this.model.cameraMoved();
+  }
+
+  standBy(name) {
+    if (!this.model.scene || !name) return;
+    const camera = /^camera-(\d+)$/.exec(name);
+    if (camera) this.model.camera.standAt(this.model.scene.outline.cameras[camera[1]], this.model.center);
+    else {
+      this.model.camera.turnTo(STANDARD_VIEWS[name]);
+      this.model.camera.fit(this.model.bounds, this.stage.aspect);
+    }
+    this.model.cameraMoved();
+    announce(`View: ${name}`);
+  }
+
+  toggleOrtho() {
+    this.model.camera.isOrthographic = !this.model.camera.isOrthographic;
+    this.model.cameraMoved();
+    announce(this.model.camera.isOrthographic ? "Orthographic" : "Perspective");
+  }
+
+  toggleCompare() {
+    const names = this.render.techniques("shadows").map(({ name }) => name);
+    const current = this.model.view.quality.shadows ?? "auto";
+    this.compare(this.comparing ? "" : otherTechnique(current, names));
+    this.render.setComparing(this.comparing);
+  }
+
+  /** Shows another shadow technique beside the one in use; "" ends it. */
+  compare(technique) {
+    this.comparing = this.model.scene ? technique : "";
+    this.second?.stop();
+    this.second = this.comparing ? this.#newLive(this.stage.second, false) : null;
+    this.stage.compare(this.comparing && [this.model.view.quality.shadows ?? "auto", this.comparing]);
+    if (!this.comparing && this.render.comparing) this.render.setComparing("");
+    this.#changed();
+  }
+
+  toggleStats() {
+    this.overlay.toggle();
+    this.#updateTools();
+  }
+
+  step(which) {
+    const label = this.model[which]();
+    if (label) notice(`${which === "undo" ? "Undone" : "Done again"}: ${label}`);
+  }
+
+  save() {
+    if (!this.model.scene) return;
+    const name = (this.model.scene.name ?? "vitrail").replace(/\.[^.]*$/, "").replace(/[^\w-]+/g, "_");
+    openSave(this.client, this.wanted, name);
+  }
+
+  share() {
+    if (!this.model.scene) return;
+    this.#keepLink();
+    shareLink(location.href);
+  }
+
+  /** The address always names what shows, so that reloading and bookmarks keep it. */
+  #keepLink() {
+    if (!this.model.scene) return;
+    this.ownHash = linkFromState(this.model.scene.id, this.model.toState());
+    history.replaceState(null, "", location.pathname + location.search + this.ownHash);
+  }
+
+  nextTheme() {
+    const order = ["auto", "light", "dark"];
+    const theme = order[(order.indexOf(document.documentElement.dataset.theme) + 1) % order.length];
+    this.setTheme(theme);
+    notice(`Colours: ${theme === "auto" ? "as the system" : theme}`);
+  }
+
+  setTheme(theme) {
+    document.documentElement.dataset.theme = theme;
+    localStorage.setItem("vitrail-theme", theme);
+  }
+
+  #updateTools() {
+    const hasScene = Boolean(this.model.scene);
+    for (const name of ["fit", "ortho", "compare", "save", "share"]) this.tools[name].disabled = !hasScene;
+    this.views.disabled = !hasScene;
+    this.tools.undo.disabled = !this.model.canUndo;
+    this.tools.redo.disabled = !this.model.canRedo;
+    const pressed = { ortho: this.model.camera.isOrthographic, compare: Boolean(this.comparing),
+      stats: this.overlay.isShown };
+    for (const [name, isOn] of Object.entries(pressed))
+      this.tools[name].setAttribute("aria-pressed", String(isOn));
+  }
+
+  // ---- keys ----
+
+  #globalKey(event) {
+    if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
+    if (event.target.matches?.("input:not([type=range], [type=checkbox], [type=color])")) return;
+    event.preventDefault();
+    this.step(event.shiftKey ? "redo" : "undo");
+  }
+
+  #key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const selected = this.model.selection?.node;
+    const actions = {
+      f: () => this.fit(), o: () => this.toggleOrtho(), c: () => this.toggleCompare(),
+      i: () => this.toggleStats(), "?": () => openHelp(this.capabilities),
+      1: () => this.standBy("front"), 2: () => this.standBy("right"), 3: () => this.standBy("top"),
+      4: () => this.standBy("iso"), Escape: () => this.model.select(null),
+      h: () => selected !== null && selected !== undefined
+        && this.model.setVisible(selected, !this.model.isVisible(selected)),
+    };
+    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action || (!this.model.scene && event.key !== "?")) return;
+    event.preventDefault();
+    action();
+  }
+}
+
+new Viewer().start();

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// The lights: those of the scene, taken over at the first edit, and new ones.
+import { button, el, icon, number } from "./dom.js";
+import { checkField, colorField, empty, group, numberField, slider, vectorField } from "./fields.js";
+import { refill } from "./docks.js";
+
+const TYPES = [["point", "point"], ["spot", "spot"], ["directional", "sun"]];
+const UNITS = { point: "cd", spot: "cd", directional: "lx" };
+
+export class LightsPanel {
+  #open = 0; // index of the light whose fields show; -1: none
+  #controls = [];
+
+  constructor(panel, model) {
+    Object.assign(this, { panel, model });
+    model.addEventListener("scene", () => {
+      this.#open = 0;
+      this.fill();
+    });
+    model.addEventListener("edit", () => this.#update());
+    this.fill();
+  }
+
+  /** Changes when other controls than now are needed. */
+  #shape() {
+    const { scene, view } = this.model;
+    return JSON.stringify([scene?.id, view.scene_lights, view.environment === null, this.#open,
+      scene ? this.model.lights.map(({ type }) => type) : []]);
+  }
+
+  #update() {
+    if (this.#shape() !== this.shape) this.fill();
+    else for (const update of this.#controls) update();
+  }
+
+  #nameOf(index) {
+    const own = this.model.scene.outline.lights;
+    const { type } = this.model.lights[index];
+    const name = own[index]?.type === type ? own[index].name : "";
+    return name || `${type[0].toUpperCase()}${type.slice(1)} light ${index + 1}`;
+  }
+
+  #control(make, index, member, otherwise, more) {
+    const read = () => this.model.lights[index]?.[member] ?? otherwise;
+    const made = make({ ...more, value: read(),
+      onchange: (value) => this.model.editLight(index, { [member]: value }) });
+    this.#controls.push(() => made.set(read()));
+    return made.row;
+  }
+
+  #fields(index, light) {
+    const control = (make, member, otherwise, more) => this.#control(make, index, member, otherwise, more);
+    const most = Math.max(10, 4 * light.intensity);
+    return el("div", { class: "light-fields" },
+      control(colorField, "color", [1, 1, 1], { label: "Colour" }),
+      control(slider, "intensity", 1, { label: "Intensity", unit: UNITS[light.type], least: 0, most,
+        limit: 1e12, curve: 2 }),
+      light.position && control(vectorField, "position", [0, 0, 0], { label: "Position", unit: "m" }),
+      light.direction && control(vectorField, "direction", [0, -1, 0], { label: "Direction" }),
+      light.type === "spot" && this.#cones(index),
+      light.type !== "directional" && control(numberField, "range", 0,
+        { label: "Range", unit: "m, 0 = unbounded", least: 0, most: 1e12 }),
+      control(checkField, "shadow", true, { label: "Casts shadows" }),
+      button({ text: "Remove", icon: "remove", onclick: () => this.model.removeLight(index) }));
+  }
+
+  /** The inner cone is never wider than the outer. */
+  #cones(index) {
+    const read = () => ({ inner_cone_deg: 0, outer_cone_deg: 45, ...this.model.lights[index] });
+    const inner = slider({ label: "Inner cone", unit: "°", least: 0, most: 90,
+      value: read().inner_cone_deg, onchange: (value) => this.model.editLight(index,
+        { inner_cone_deg: value, outer_cone_deg: Math.max(value, read().outer_cone_deg, 0.001) }) });
+    const outer = slider({ label: "Outer cone", unit: "°", least: 0.1, most: 90,
+      value: read().outer_cone_deg, onchange: (value) => this.model.editLight(index,
+        { outer_cone_deg: value, inner_cone_deg: Math.min(value, read().inner_cone_deg) }) });
+    this.#controls.push(() => {
+      if (this.model.lights[index]?.type !== "spot") return;
+      inner.set(read().inner_cone_deg);
+      outer.set(read().outer_cone_deg);
+    });
+    return [inner.row, outer.row];
+  }
+
+  #item(light, index) {
+    const isOpen = index === this.#open;
+    const swatch = el("span", { class: "swatch", "aria-hidden": "true" });
+    const paint = () => {
+      const [r, g, b] = this.model.lights[index]?.color ?? [1, 1, 1];
+      swatch.style.backgroundColor = `color(srgb-linear ${r} ${g} ${b})`;
+    };
+    const power = el("span", { class: "fine" });
+    const say = () => {
+      const { intensity = 1 } = this.model.lights[index] ?? {};
+      power.textContent = `${number(intensity, 3)} ${UNITS[light.type]}`;
+    };
+    paint();
+    say();
+    this.#controls.push(paint, say);
+    const iconName = TYPES.find(([type]) => type === light.type)[1];
+    return el("li", { class: "light", "data-open": isOpen ? "" : undefined },
+      el("button", { type: "button", class: "light-head", "aria-expanded": String(isOpen),
+        "data-key": `light-${index}`, onclick: () => {
+          this.#open = isOpen ? -1 : index;
+          this.fill();
+        } }, icon(iconName), el("span", { class: "grow" }, this.#nameOf(index)), power, swatch),
+      isOpen && this.#fields(index, light));
+  }
+
+  #environment() {
+    const { environment } = this.model.view;
+    const turn = checkField({ label: "Light from everywhere", value: environment !== null,
+      onchange: (isOn) => this.model.edit("Environment", (view) => {
+        view.environment = isOn ? { sky: [0.3, 0.35, 0.4], ground: [0.1, 0.1, 0.1] } : null;
+      }) });
+    if (!environment) return group("Environment", turn.row);
+    const half = (label, member) => {
+      const read = () => this.model.view.environment?.[member] ?? [0, 0, 0];
+      const field = colorField({ label, value: read(), onchange: (rgb) =>
+        this.model.edit(`Environment ${member}`, (view) => {
+          view.environment = { ...view.environment, [member]: rgb };
+        }) });
+      this.#controls.push(() => field.set(read()));
+      return field.row;
+    };
+    return group("Environment", turn.row, half("Sky", "sky"), half("Ground", "ground"));
+  }
+
+  fill() {
+    this.shape = this.#shape();
+    this.#controls = [];
+    if (!this.model.scene) {
+      refill(this.panel, empty("light", "Open a scene to see its lights."));
+      return;
+    }
+    const { view, lights } = this.model;
+    const isOwn = !view.scene_lights || view.lights.length > 0;
+    refill(this.panel,
+      el("div", { class: "row", role: "group", "aria-label": "Add a light" }, TYPES.map(([type, name]) =>
+        button({ text: type[0].toUpperCase() + type.slice(1), icon: name,
+          "aria-label": `Add a ${type} light`, onclick: () => {
+            this.#open = lights.length;
+            this.model.addLight(type);
+          } }))),
+      lights.length === 0 && el("p", { class: "fine" }, view.scene_lights
+        ? "This scene has no lights: a default lighting is used." : "All lights are removed."),
+      el("ul", { class: "lights" }, lights.map((light, index) => this.#item(light, index))),
+      isOwn && button({ text: "Lights as in the file", icon: "reset",
+        onclick: () => this.model.resetLights() }),
+      this.#environment());
+  }
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// The picture as a file, at any size, and a link to the view.
+import { button, byId, el, replace } from "./dom.js";
+import { numberField, selectField } from "./fields.js";
+import { notice, showProblem } from "./messages.js";
+
+const TYPES = { png: "image/png", jpeg: "image/jpeg", webp: "image/webp", exr: "image/x-exr" };
+const SIDE_MAX = 16384;
+
+function download(blob, name) {
+  const url = URL.createObjectURL(blob);
+  el("a", { href: url, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 10000);
+}
+
+/** Opens the dialogue; wanted is the request of the picture that shows. */
+export function openSave(client, wanted, name) {
+  const dialog = byId("help");
+  const chosen = { format: "png", width: wanted.width, height: wanted.height, aov: "color" };
+  const save = async () => {
+    const { stream: _, ...request } = wanted;
+    const output = { width: Math.round(chosen.width), height: Math.round(chosen.height),
+      format: chosen.format, output: chosen.aov };
+    go.disabled = true;
+    go.querySelector("span").textContent = "Rendering …";
+    try {
+      const { blob } = await client.render({ ...request, ...output }, { accept: TYPES[chosen.format] });
+      download(blob, `${name}${chosen.aov === "color" ? "" : `-${chosen.aov}`}.${chosen.format}`);
+      notice("The picture is saved");
+      dialog.close();
+    } catch (problem) {
+      showProblem(problem, "The picture was not saved");
+      dialog.close();
+    }
+  };
+  const go = button({ text: "Save", icon: "save", class: "primary", onclick: save });
+  const size = (member, label) => numberField({ label, unit: "px", least: 1, most: SIDE_MAX,
+    value: chosen[member], onchange: (value) => (chosen[member] = value) }).row;
+  replace(dialog, el("h2", { id: "help-title" }, "Save the picture"),
+    selectField({ label: "Format", value: "png", options: [["png", "PNG"], ["exr", "EXR, linear"],
+      ["webp", "WebP"], ["jpeg", "JPEG"]], onchange: (value) => (chosen.format = value) }).row,
+    selectField({ label: "Content", value: "color", options: [["color", "Colour"], ["depth", "Depth"],
+      ["normal", "Normal"], ["albedo", "Base colour"]], onchange: (value) => (chosen.aov = value) }).row,
+    size("width", "Width"), size("height", "Height"),
+    el("div", { class: "row row-end" },
+      button({ text: "Cancel", onclick: () => dialog.close() }), go));
+  dialog.showModal();
+}
+
+/** Puts the address of the view where it can be passed on. */
+export async function shareLink(url) {
+  try {
+    await navigator.clipboard.writeText(url);
+    notice("The link is copied");
+  } catch {
+    const dialog = byId("help"); // no clipboard without a secure origin
+    replace(dialog, el("h2", { id: "help-title" }, "Link to this view"),
+      el("input", { type: "text", readOnly: true, value: url, "aria-label": "Link",
+        onfocus: (event) => event.target.select() }),
+      el("div", { class: "row row-end" }, button({ text: "Close", onclick: () => dialog.close() })));
+    dialog.showModal();
+  }
+}
+
+const KEYS = [
+  ["Drag", "orbit"], ["Right or middle drag, Shift drag", "pan"], ["Wheel, pinch, Ctrl drag", "zoom"],
+  ["Click", "select what is there"], ["Double click", "orbit around that point"],
+  ["Arrow keys", "orbit; with Shift pan"], ["+  −", "zoom"], ["W A S D  Q E", "fly"],
+  ["F", "fit the selection, or all"], ["1  2  3  4", "front, right, top, isometric"],
+  ["O", "orthographic or perspective"], ["H", "hide what is selected"], ["C", "compare"],
+  ["I", "statistics"], ["Enter", "select what is in the middle"], ["Esc", "clear the selection"],
+  ["Ctrl Z, Ctrl Shift Z", "undo, redo"],
+];
+
+export function openHelp(capabilities) {
+  const dialog = byId("help");
+  replace(dialog, el("h2", { id: "help-title" }, "Keys and gestures"),
+    el("p", { class: "fine" }, "Keys work while the picture has the focus."),
+    el("table", { class: "keys" }, el("tbody", {}, KEYS.map(([key, does]) =>
+      el("tr", {}, el("th", { scope: "row" }, key), el("td", {}, does))))),
+    capabilities && el("p", { class: "fine" },
+      `Vitrail ${capabilities.version} on ${capabilities.device?.renderer ?? "no device"}`),
+    el("div", { class: "row row-end" },
+      button({ text: "Close", class: "primary", onclick: () => dialog.close() })));
+  dialog.showModal();
+}

@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: MIT
+/**
+ * The Vitrail client for JavaScript: scenes, renders, views, stats. For browsers and for Node 18 and
+ * newer; no dependencies. Its manual, with examples, is docs/javascript.md.
+ */
+
+/** A reply that says no: the members of its problem (RFC 9457). */
+export class VitrailError extends Error {
+  /** @param {object} problem members as in docs/api.md; what is missing is filled in */
+  constructor(problem) {
+    super(problem.detail || problem.title || `status ${problem.status}`);
+    this.name = "VitrailError";
+    this.status = problem.status ?? 0; // 0: there was no reply
+    this.code = problem.code ?? "no_reply";
+    this.title = problem.title ?? "";
+    this.detail = problem.detail ?? "";
+    this.pointer = problem.pointer ?? null;
+    this.requestId = problem.request_id ?? null;
+    this.revision = problem.revision ?? null;
+  }
+}
+
+/** "queue;dur=0.1, total;dur=9" as {queue: 0.1, total: 9}. */
+export function parseServerTiming(header) {
+  const found = {};
+  for (const part of (header ?? "").split(",")) {
+    const [name, ...parameters] = part.trim().split(";");
+    const duration = parameters.find((parameter) => parameter.trim().startsWith("dur="));
+    if (name && duration) found[name] = Number(duration.trim().slice(4));
+  }
+  return found;
+}
+
+async function errorOf(response) {
+  const text = await response.text().catch(() => "");
+  let problem = {};
+  try {
+    problem = JSON.parse(text);
+  } catch {
+    problem = { detail: `the server answered ${response.status} ${response.statusText}` };
+  }
+  return new VitrailError({ ...problem, status: response.status });
+}
+
+function queryOf(members) {
+  const query = new URLSearchParams();
+  for (const [name, value] of Object.entries(members))
+    if (value !== undefined && value !== null) query.set(name, String(value));
+  const text = query.toString();
+  return text ? `?${text}` : "";
+}
+
+/** The image of a reply with what its headers say of it. */
+async function imageOf(response) {
+  return {
+    blob: response.status === 304 ? null : await response.blob(), // null: not changed
+    etag: response.headers.get("ETag"),
+    revision: Number(response.headers.get("X-View-Revision")) || null,
+    frame: /\/v1\/frames\/([^>]+)>/.exec(response.headers.get("Link") ?? "")?.[1] ?? null,
+    timings: parseServerTiming(response.headers.get("Server-Timing")),
+  };
+}
+
+/** One server. All methods throw VitrailError when the server says no or is not there. */
+export class Vitrail {
+  /** @param {string} [url] of the server; "" is the one this page came from */
+  constructor(url = "") {
+    this.url = url.replace(/\/+$/, "");
+  }
+
+  /** A request as fetch does it, with failures as VitrailError. */
+  async request(path, { method = "GET", headers = {}, body, signal } = {}) {
+    let response;
+    try {
+      response = await fetch(this.url + path, { method, headers, body, signal });
+    } catch (failure) {
+      if (failure.name === "AbortError") throw failure;
+      throw new VitrailError({ detail: "the server cannot be reached" });
+    }
+    if (!response.ok && response.status !== 304) throw await errorOf(response);
+    return response;
+  }
+
+  async json(path, options) {
+    return (await this.request(path, options)).json();
+  }
+
+  async send(method, path, members, { type = "application/json", headers = {}, signal } = {}) {
+    const body = JSON.stringify(members);
+    return this.request(path, { method, body, headers: { "Content-Type": type, ...headers }, signal });
+  }
+
+  // ---- what there is ----
+
+  capabilities() {
+    return this.json("/v1/capabilities");
+  }
+
+  stats() {
+    return this.json("/v1/stats");
+  }
+
+  /** True when a render would be served now. */
+  async isReady() {
+    return (await fetch(`${this.url}/readyz`).catch(() => null))?.ok ?? false;
+  }
+
+  /** The report of a frame: passes, counts, bytes, warnings. */
+  frame(id) {
+    return this.json(`/v1/frames/${encodeURIComponent(id)}`);
+  }
+
+  // ---- scenes ----
+
+  /** The scenes, oldest first. */
+  async scenes() {
+    return (await this.json("/v1/scenes")).scenes;
+  }
+
+  /** What a scene holds. */
+  scene(id) {
+    return this.json(`/v1/scenes/${id}`);
+  }
+
+  /** Nodes, materials, lights and cameras of a scene, with their values. */
+  outline(id) {
+    return this.json(`/v1/scenes/${id}/outline`);
+  }
+
+  async deleteScene(id) {
+    await this.request(`/v1/scenes/${id}`, { method: "DELETE" });
+  }
+
+  /**
+   * Brings a scene: one GLB, or files of which one is the .gltf or .glb. Answers its summary;
+   * posting the same content again is harmless.
+   * @param {Blob|{name: string, blob: Blob}[]} content files are named as the .gltf refers to them
+   * @param {{onProgress?: (share: number) => void, signal?: AbortSignal}} [options]
+   */
+  async postScene(content, { onProgress, signal } = {}) {
+    let body = content;
+    const headers = {};
+    if (content instanceof Blob) headers["Content-Type"] = "model/gltf-binary";
+    else {
+      body = new FormData(); // its boundary is the runtime's to write
+      for (const { name, blob } of content) body.append(name, blob, name);
+    }
+    if (!onProgress || typeof XMLHttpRequest === "undefined")
+      return this.json("/v1/scenes", { method: "POST", headers, body, signal });
+    return this.#postWithProgress("/v1/scenes", headers, body, onProgress, signal);
+  }
+
+  #postWithProgress(path, headers, body, onProgress, signal) {
+    return new Promise((resolve, reject) => {
+      const request = new XMLHttpRequest();
+      request.open("POST", this.url + path);
+      for (const [name, value] of Object.entries(headers)) request.setRequestHeader(name, value);
+      request.upload.onprogress = (event) => onProgress(event.loaded / Math.max(1, event.total));
+      request.onerror = () => reject(new VitrailError({ detail: "the upload was broken off" }));
+      request.onabort = () => reject(new DOMException("the upload was cancelled", "AbortError"));
+      request.onload = () => {
+        let reply = {};
+        try {
+          reply = JSON.parse(request.responseText);
+        } catch {
+          reply = { detail: `the server answered ${request.status}` };
+        }
+        if (request.status < 300) resolve(reply);
+        else reject(new VitrailError({ ...reply, status: request.status }));
+      };
+      signal?.addEventListener("abort", () => request.abort(), { once: true });
+      request.send(body);
+    });
+  }
+
+  // ---- images ----
+
+  /**
+   * Renders one image.
+   * @param {object} request as in docs/requests.md
+   * @param {{accept?: string, etag?: string, signal?: AbortSignal}} [options] etag: as the last
+   *   image had it; when nothing changed, the answer's blob is null
+   */
+  async render(request, { accept = "image/png", etag, signal } = {}) {
+    const headers = { Accept: accept, ...(etag ? { "If-None-Match": etag } : {}) };
+    return imageOf(await this.send("POST", "/v1/renders", request, { headers, signal }));
+  }
+
+  // ---- views ----
+
+  async views() {
+    return (await this.json("/v1/views")).views;
+  }
+
+  /** Makes a view; its members are those of docs/views.md. */
+  async createView(members) {
+    const response = await this.send("POST", "/v1/views", members);
+    return new View(this, await response.json());
+  }
+
+  /** A view that exists already. */
+  async view(id) {
+    const { view, ...summary } = await this.json(`/v1/views/${encodeURIComponent(id)}`);
+    return new View(this, summary);
+  }
+}
+
+/** Mutable state over a scene, on the server. */
+export class View {
+  /** @param {Vitrail} client @param {object} summary as POST /v1/views answers it */
+  constructor(client, summary) {
+    this.client = client;
+    this.id = summary.id;
+    this.summary = summary;
+    this.path = `/v1/views/${encodeURIComponent(summary.id)}`;
+  }
+
+  get revision() {
+    return this.summary.revision;
+  }
+
+  /** Summary and, in `view`, all members. */
+  get() {
+    return this.client.json(this.path);
+  }
+
+  /**
+   * A JSON merge patch (RFC 7396).
+   * @param {object} members null takes a member back to its default
+   * @param {{revision?: number}} [options] refuses (412, precondition_failed) when the view is at
+   *   another one; the error says at which
+   */
+  async patch(members, { revision } = {}) {
+    const response = await this.client.send("PATCH", this.path, members, {
+      type: "application/merge-patch+json",
+      headers: revision === undefined ? {} : { "If-Match": `"${revision}"` },
+    });
+    this.summary = await response.json();
+    return this.summary;
+  }
+
+  async delete() {
+    await this.client.request(this.path, { method: "DELETE" });
+  }
+
+  /** The exact image of the present revision. */
+  async image({ aov, format, quality_percent, etag, signal } = {}) {
+    const path = `${this.path}/image${queryOf({ aov, format, quality_percent })}`;
+    const headers = etag ? { "If-None-Match": etag } : {};
+    return imageOf(await this.client.request(path, { headers, signal }));
+  }
+
+  /** What is under a point of the image, in its pixels; null where nothing is. */
+  async pick(x, y) {
+    return (await this.client.json(`${this.path}/pick${queryOf({ x, y })}`)).hit;
+  }
+
+  /** Every layer under that point, nearest first, to the first opaque one. */
+  async pickThrough(x, y) {
+    return (await this.client.json(`${this.path}/pick${queryOf({ x, y, through: 1 })}`)).hits;
+  }
+
+  /** The nodes that show in a rectangle, as [{name, index, pixels, ...}]. */
+  async pickRectangle(x, y, width, height, { through } = {}) {
+    const query = queryOf({ x, y, width, height, through: through ? 1 : undefined });
+    return (await this.client.json(`${this.path}/pick${query}`)).nodes;
+  }
+
+  /** For the src of an <img>: moving pictures without any script. */
+  get streamUrl() {
+    return `${this.client.url}${this.path}/stream`;
+  }
+
+  /** Server-sent events of the view: an EventSource with events view, frame, problem, gone. */
+  events() {
+    return new EventSource(`${this.client.url}${this.path}/events`);
+  }
+
+  /** Moving pictures with edits up the same line. */
+  socket() {
+    return new ViewSocket(this);
+  }
+}
+
+/**
+ * The WebSocket of a view. Events: "open", "frame" (detail: {header, blob}; call ack() when done
+ * with it), "changed", "patched", "problem" (detail: VitrailError), "close" (detail: {code, reason}).
+ */
+export class ViewSocket extends EventTarget {
+  #socket;
+
+  /** @param {View} view */
+  constructor(view) {
+    super();
+    const page = typeof location === "undefined" ? undefined : location.href;
+    const url = new URL(`${view.client.url}${view.path}/socket`, page);
+    url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+    this.#socket = new WebSocket(url);
+    this.#socket.binaryType = "arraybuffer";
+    this.#socket.onmessage = (event) => this.#take(event.data);
+    this.#socket.onclose = ({ code, reason }) => this.#tell("close", { code, reason });
+  }
+
+  get isOpen() {
+    return this.#socket.readyState === 1;
+  }
+
+  #tell(type, detail) {
+    const event = new Event(type);
+    event.detail = detail;
+    this.dispatchEvent(event);
+  }
+
+  #take(data) {
+    if (typeof data === "string") {
+      const message = JSON.parse(data);
+      if (message.type === "hello") this.#tell("open", message);
+      else if (message.type === "error") this.#tell("problem", new VitrailError(message));
+      else this.#tell(message.type, message);
+      return;
+    }
+    const length = new DataView(data).getUint32(0);
+    const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
+    const blob = new Blob([new Uint8Array(data, 4 + length)], { type: header.format });
+    this.#tell("frame", { header, blob });
+  }
+
+  #send(message) {
+    if (this.isOpen) this.#socket.send(JSON.stringify(message));
+  }
+
+  /** Replaces the camera; of several that come while a frame is made, the newest is shown. */
+  camera(camera, seq) {
+    this.#send({ type: "camera", camera, ...(seq === undefined ? {} : { seq }) });
+  }
+
+  /** A merge patch; answered by "patched", or by "problem". */
+  patch(patch, id) {
+    this.#send({ type: "patch", patch, ...(id === undefined ? {} : { id }) });
+  }
+
+  /** Sets members of `stream`. */
+  quality(members) {
+    this.#send({ type: "quality", ...members });
+  }
+
+  /** Done with frames: as many more may come. */
+  ack(count = 1) {
+    this.#send({ type: "ack", count });
+  }
+
+  close() {
+    this.#socket.close(1000);
+  }
+}
