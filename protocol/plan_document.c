@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: MIT */
+/* Plans as JSON, text, DOT and SVG. */
+#include "protocol/plan_document.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/json_write.h"
+
+static const struct {
+    const char *name, *media_type;
+} formats[] = {
+    [PLAN_FORMAT_JSON] = {"json", "application/json"},
+    [PLAN_FORMAT_TEXT] = {"text", "text/plain; charset=utf-8"},
+    [PLAN_FORMAT_DOT] = {"dot", "text/vnd.graphviz"},
+    [PLAN_FORMAT_SVG] = {"svg", "image/svg+xml"},
+};
+enum { FORMATS = sizeof formats / sizeof *formats };
+
+const char *plan_format_name(int format)
+{
+    return format >= 0 && format < FORMATS ? formats[format].name : NULL;
+}
+
+const char *plan_format_media_type(int format)
+{
+    return format >= 0 && format < FORMATS ? formats[format].media_type : NULL;
+}
+
+/* ---- JSON ---- */
+
+static json_t *requirements_to_json(const struct plan_document *document)
+{
+    json_t *list = json_array();
+    bool has_failed = !list;
+    for (int i = 0; i < document->requirement_count; i++) {
+        const struct plan_document_requirement *r = &document->requirements[i];
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "name", r->name);
+        json_put_bool(&writer, "is_met", r->is_met);
+        json_put_text(&writer, "because", r->because);
+        json_append(list, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(list, has_failed);
+}
+
+static json_t *passes_to_json(const struct plan_document *document)
+{
+    json_t *list = json_array();
+    bool has_failed = !list;
+    for (int i = 0; i < document->pass_count; i++) {
+        const struct plan_document_pass *pass = &document->passes[i];
+        const struct plan_document_requirement *why = &document->requirements[pass->requirement];
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "pass", pass->pass);
+        json_put_text_or_null(&writer, "technique", pass->technique);
+        json_put_text(&writer, "requirement", why->name);
+        json_put_text(&writer, "because", why->because);
+        json_put_bool(&writer, "is_conditional", pass->is_conditional);
+        if (pass->bytes)
+            json_put_integer(&writer, "bytes", pass->bytes);
+        else
+            json_put(&writer, "bytes", json_null());
+        json_append(list, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(list, has_failed);
+}
+
+static json_t *counts_to_json(const struct plan_document *document)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_integer(&writer, "opaque_items", document->counts.opaque_items);
+    json_put_integer(&writer, "transparent_items", document->counts.transparent_items);
+    json_put_integer(&writer, "map_lights", document->counts.map_lights);
+    json_put_integer(&writer, "deep_lights", document->counts.deep_lights);
+    json_put_integer(&writer, "linked_lights", document->counts.linked_lights);
+    json_put_integer(&writer, "unshadowed_lights", document->counts.unshadowed_lights);
+    json_put_integer(&writer, "shadow_texels", document->counts.shadow_texels);
+    return json_writer_take(&writer);
+}
+
+static char *write_json(const struct plan_document *document)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "scene", document->scene);
+    json_put_text(&writer, "device", document->device);
+    json_put_integer(&writer, "width", (uint64_t)document->width);
+    json_put_integer(&writer, "height", (uint64_t)document->height);
+    json_put_integer(&writer, "samples", (uint64_t)document->samples);
+    json_put(&writer, "requirements", requirements_to_json(document));
+    json_put(&writer, "passes", passes_to_json(document));
+    json_put(&writer, "counts", counts_to_json(document));
+    return json_take_dump(json_writer_take(&writer), JSON_COMPACT);
+}
+
+/* ---- text ---- */
+
+static void format_bytes(uint64_t bytes, char out[32])
+{
+    if (bytes)
+        snprintf(out, 32, "%.1f MiB", (double)bytes / (1 << 20));
+    else
+        snprintf(out, 32, "%s", "");
+}
+
+static void write_text(const struct plan_document *document, FILE *out)
+{
+    fprintf(out, "A frame of %dx%d pixels, %d sample%s each, on %s\n\nRequired:\n", document->width,
+            document->height, document->samples, document->samples == 1 ? "" : "s",
+            document->device);
+    for (int met = 1; met >= 0; met--) {
+        if (!met)
+            fprintf(out, "\nNot required:\n");
+        for (int i = 0; i < document->requirement_count; i++)
+            if (document->requirements[i].is_met == met)
+                fprintf(out, "  %-18s %s\n", document->requirements[i].name,
+                        document->requirements[i].because);
+    }
+    fprintf(out, "\nPasses, in order:\n");
+    for (int i = 0; i < document->pass_count; i++) {
+        const struct plan_document_pass *pass = &document->passes[i];
+        char bytes[32];
+        format_bytes(pass->bytes, bytes);
+        fprintf(out, "  %2d  %-21s %-12s for %-18s %10s%s\n", i + 1, pass->pass, pass->technique,
+                document->requirements[pass->requirement].name, bytes,
+                pass->is_conditional ? "  if the count finds any" : "");
+    }
+    fprintf(out,
+            "\nShadows: %" PRIu64 " plain, %" PRIu64 " deep, %" PRIu64 " linked, %" PRIu64
+            " lights without; %" PRIu64 " texels\n",
+            document->counts.map_lights, document->counts.deep_lights,
+            document->counts.linked_lights, document->counts.unshadowed_lights,
+            document->counts.shadow_texels);
+}
+
+/* ---- drawings ---- */
+
+/* Text inside of a quoted DOT string, or of XML. */
+static void put_escaped(FILE *out, const char *text, bool is_xml)
+{
+    for (; *text; text++) {
+        if (is_xml && *text == '<')
+            fputs("&lt;", out);
+        else if (is_xml && *text == '&')
+            fputs("&amp;", out);
+        else if (is_xml && *text == '"')
+            fputs("&quot;", out);
+        else if (!is_xml && (*text == '"' || *text == '\\'))
+            fprintf(out, "\\%c", *text);
+        else
+            fputc(*text, out);
+    }
+}
+
+static void write_dot(const struct plan_document *document, FILE *out)
+{
+    fputs("digraph plan {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\"];\n", out);
+    for (int i = 0; i < document->requirement_count; i++) {
+        const struct plan_document_requirement *r = &document->requirements[i];
+        fprintf(out, "  r%d [label=\"", i);
+        put_escaped(out, r->name, false);
+        fputs("\\n", out);
+        put_escaped(out, r->because, false);
+        fprintf(out, "\"%s];\n",
+                r->is_met ? ", style=rounded"
+                          : ", style=dashed, color=gray60, "
+                            "fontcolor=gray60");
+    }
+    for (int i = 0; i < document->pass_count; i++) {
+        const struct plan_document_pass *pass = &document->passes[i];
+        fprintf(out, "  p%d [label=\"%d. ", i, i + 1);
+        put_escaped(out, pass->pass, false);
+        fprintf(out, "%s%s\"%s];\n  r%d -> p%d;\n", pass->technique[0] ? "\\n" : "",
+                pass->technique, pass->is_conditional ? ", style=dashed" : "", pass->requirement,
+                i);
+        if (i > 0)
+            fprintf(out, "  p%d -> p%d [style=bold, constraint=false];\n", i - 1, i);
+    }
+    fputs("}\n", out);
+}
+
+enum {
+    SVG_MARGIN = 24,
+    SVG_LEFT_WIDTH = 460,
+    SVG_GAP = 150,
+    SVG_RIGHT_WIDTH = 330,
+    SVG_ROW = 56,
+    SVG_BOX = 44,
+    SVG_TOP = 84,
+    SVG_LINE_CHARACTERS = 66, /* of a reason, at the size of small text */
+};
+
+static void svg_text(FILE *out, const char *class_, int x, int y, const char *text, int most)
+{
+    char cut[PLAN_DOCUMENT_TEXT_BYTES + 4];
+    int length = (int)strlen(text);
+    bool is_long = length > most;
+    if (is_long) {
+        length = most - 1;
+        while (length > 0 && ((unsigned char)text[length] & 0xc0) == 0x80)
+            length--; /* not inside of a character */
+    }
+    snprintf(cut, sizeof cut, "%.*s%s", length, text, is_long ? "\xe2\x80\xa6" : "");
+    fprintf(out, "<text class=\"%s\" x=\"%d\" y=\"%d\">", class_, x, y);
+    put_escaped(out, cut, true);
+    fputs("<title>", out);
+    put_escaped(out, text, true);
+    fputs("</title></text>\n", out);
+}
+
+static void svg_box(FILE *out, const char *class_, int x, int y, int width)
+{
+    fprintf(out, "<rect class=\"%s\" x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" rx=\"5\"/>\n",
+            class_, x, y, width, SVG_BOX);
+}
+
+static void svg_requirement(FILE *out, const struct plan_document_requirement *r, int row)
+{
+    int y = SVG_TOP + row * SVG_ROW;
+    const char *suffix = r->is_met ? "" : " off";
+    char class_[32];
+    snprintf(class_, sizeof class_, "need%s", suffix);
+    svg_box(out, class_, SVG_MARGIN, y, SVG_LEFT_WIDTH);
+    snprintf(class_, sizeof class_, "name%s", suffix);
+    svg_text(out, class_, SVG_MARGIN + 12, y + 18, r->name, SVG_LINE_CHARACTERS);
+    snprintf(class_, sizeof class_, "small%s", suffix);
+    svg_text(out, class_, SVG_MARGIN + 12, y + 35, r->because, SVG_LINE_CHARACTERS);
+}
+
+static void svg_pass(FILE *out, const struct plan_document_pass *pass, int row)
+{
+    int x = SVG_MARGIN + SVG_LEFT_WIDTH + SVG_GAP, y = SVG_TOP + row * SVG_ROW;
+    int from = SVG_TOP + pass->requirement * SVG_ROW + SVG_BOX / 2, to = y + SVG_BOX / 2;
+    int left = SVG_MARGIN + SVG_LEFT_WIDTH, bend = SVG_GAP / 2;
+    char line[3 * PLAN_DOCUMENT_NAME_BYTES], bytes[32];
+    fprintf(out, "<path class=\"call\" d=\"M%d %dC%d %d %d %d %d %d\"/>\n", left, from, left + bend,
+            from, x - bend, to, x, to);
+    svg_box(out, pass->is_conditional ? "pass maybe" : "pass", x, y, SVG_RIGHT_WIDTH);
+    snprintf(line, sizeof line, "%d. %s", row + 1, pass->pass);
+    svg_text(out, "name", x + 12, y + 18, line, SVG_LINE_CHARACTERS);
+    format_bytes(pass->bytes, bytes);
+    snprintf(line, sizeof line, "%s%s%s%s%s", pass->technique,
+             pass->technique[0] && bytes[0] ? ", " : "", bytes,
+             (pass->technique[0] || bytes[0]) && pass->is_conditional ? ", " : "",
+             pass->is_conditional ? "if the count finds any" : "");
+    svg_text(out, "small", x + 12, y + 35, line, SVG_LINE_CHARACTERS);
+}
+
+static void write_svg(const struct plan_document *document, FILE *out)
+{
+    int rows = document->requirement_count > document->pass_count ? document->requirement_count
+                                                                  : document->pass_count;
+    int width = 2 * SVG_MARGIN + SVG_LEFT_WIDTH + SVG_GAP + SVG_RIGHT_WIDTH;
+    int height = SVG_TOP + rows * SVG_ROW + SVG_MARGIN;
+    char title[256];
+    fprintf(out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" viewBox=\"0 0 %d "
+            "%d\" role=\"img\" font-family=\"system-ui, sans-serif\">\n<title>Plan of a frame"
+            "</title>\n<style>svg{background:#fff}rect{fill:#f4f6f9;stroke:#8a97a8}.need{stroke:"
+            "#2f6f4f}.pass{stroke:#3b5b92}.off{opacity:.45}.maybe{stroke-dasharray:5 3}.call{fill:"
+            "none;stroke:#7f8ea3;stroke-width:1.5}text{fill:#1c2430;font-size:12px}.name{font-size:"
+            "14px;font-weight:600}.head{font-size:16px;font-weight:600}@media(prefers-color-scheme:"
+            "dark){svg{background:#14181f}rect{fill:#1f2630}text{fill:#e4e9f0}}</style>\n",
+            width, height, width, height);
+    snprintf(title, sizeof title, "A frame of %d\xc3\x97%d pixels, %d sample%s each, on %.120s",
+             document->width, document->height, document->samples,
+             document->samples == 1 ? "" : "s", document->device);
+    svg_text(out, "head", SVG_MARGIN, 34, title, 110);
+    svg_text(out, "name", SVG_MARGIN, 68, "What it requires (faded: not required)", 60);
+    svg_text(out, "name", SVG_MARGIN + SVG_LEFT_WIDTH + SVG_GAP, 68, "Passes, in order", 60);
+    for (int i = 0; i < document->pass_count; i++)
+        svg_pass(out, &document->passes[i], i);
+    for (int i = 0; i < document->requirement_count; i++)
+        svg_requirement(out, &document->requirements[i], i);
+    fputs("</svg>\n", out);
+}
+
+char *plan_document_write(const struct plan_document *document, enum plan_format format,
+                          size_t *length)
+{
+    char *text = NULL;
+    if (format == PLAN_FORMAT_JSON) {
+        text = write_json(document);
+        *length = text ? strlen(text) : 0;
+        return text;
+    }
+    FILE *out = open_memstream(&text, length);
+    if (!out)
+        return NULL;
+    if (format == PLAN_FORMAT_TEXT)
+        write_text(document, out);
+    else if (format == PLAN_FORMAT_DOT)
+        write_dot(document, out);
+    else
+        write_svg(document, out);
+    bool has_failed = ferror(out) != 0;
+    if (fclose(out) != 0 || has_failed) {
+        free(text);
+        text = NULL;
+    }
+    return text;
+}
