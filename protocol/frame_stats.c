@@ -42,6 +42,7 @@ struct count_member {
 static const struct count_member count_members[] = {
     COUNT(lights),
     COUNT(shadowed_lights),
+    COUNT(unseen_lights),
     COUNT(draws),
     COUNT(triangles),
     COUNT(events),

@@ -61,7 +61,8 @@ struct frame_stats {
     int plan_count;
     double timings_ms[FRAME_TIMING_COUNT];
     struct {
-        uint64_t lights, shadowed_lights, draws, triangles, events, longest_list, lookups;
+        uint64_t lights, shadowed_lights, unseen_lights, draws, triangles, events, longest_list,
+            lookups;
         double mean_list;
         uint64_t transparent_fragments, longest_pixel_list, light_list_entries;
         uint64_t shadow_maps_built, shadow_maps_reused, programs_built, programs_reused;

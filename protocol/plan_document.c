@@ -77,6 +77,7 @@ static json_t *counts_to_json(const struct plan_document *document)
     json_put_integer(&writer, "deep_lights", document->counts.deep_lights);
     json_put_integer(&writer, "linked_lights", document->counts.linked_lights);
     json_put_integer(&writer, "unshadowed_lights", document->counts.unshadowed_lights);
+    json_put_integer(&writer, "unseen_lights", document->counts.unseen_lights);
     json_put_integer(&writer, "shadow_texels", document->counts.shadow_texels);
     return json_writer_take(&writer);
 }
@@ -129,10 +130,10 @@ static void write_text(const struct plan_document *document, FILE *out)
     }
     fprintf(out,
             "\nShadows: %" PRIu64 " plain, %" PRIu64 " deep, %" PRIu64 " linked, %" PRIu64
-            " lights without; %" PRIu64 " texels\n",
+            " lights without, %" PRIu64 " out of view; %" PRIu64 " texels\n",
             document->counts.map_lights, document->counts.deep_lights,
             document->counts.linked_lights, document->counts.unshadowed_lights,
-            document->counts.shadow_texels);
+            document->counts.unseen_lights, document->counts.shadow_texels);
 }
 
 /* ---- drawings ---- */

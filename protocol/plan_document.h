@@ -43,7 +43,8 @@ struct plan_document {
     int pass_count;
     struct {
         uint64_t opaque_items, transparent_items; /* in view */
-        uint64_t map_lights, deep_lights, linked_lights, unshadowed_lights, shadow_texels;
+        uint64_t map_lights, deep_lights, linked_lights, unshadowed_lights, unseen_lights,
+            shadow_texels;
     } counts;
 };
 

@@ -225,6 +225,11 @@ static bool render_rasterised(struct renderer *renderer, struct resident_scene *
     if (wants_color && view->clip_plane_count)
         report_warn(&frame->report,
                     "clip planes cut the view; shadow maps still hold the whole scene");
+    if (wants_color &&
+        !light_reach_collect(&renderer->reach, state->lights, state->light_count, camera, err))
+        return false;
+    if (wants_color)
+        frame->report.counts.unseen_lights = renderer->reach.unseen_count;
     struct shadow_prepare_desc shadow_desc = {
         .scene_key = scene->key,
         .gpu = scene->gpu,
@@ -232,6 +237,7 @@ static bool render_rasterised(struct renderer *renderer, struct resident_scene *
         .arena = renderer->arena,
         .eye = {camera->eye[0], camera->eye[1], camera->eye[2]},
         .quality = &view->quality,
+        .is_in_view = renderer->reach.is_in_view,
     };
     if (wants_color &&
         (!shadow_system_prepare(renderer->shadows, &shadow_desc, &frame->report, err) ||

@@ -43,10 +43,11 @@ struct frame_report {
     double total_ms; /* wall clock of the whole frame in the renderer */
     struct {
         uint64_t lights, shadowed_lights, draws, triangles;
-        uint64_t events;       /* transmittance events in all deep maps that the frame uses */
-        uint64_t longest_list; /* events of one texel */
-        double mean_list;      /* events per texel that has any */
-        uint64_t lookups;      /* shadow queries issued, taps counted each */
+        uint64_t unseen_lights; /* they reach nothing in view, and have no structure */
+        uint64_t events;        /* transmittance events in all deep maps that the frame uses */
+        uint64_t longest_list;  /* events of one texel */
+        double mean_list;       /* events per texel that has any */
+        uint64_t lookups;       /* shadow queries issued, taps counted each */
         uint64_t transparent_fragments; /* entries of the camera's per-pixel lists */
         uint64_t longest_pixel_list;
         uint64_t light_list_entries;

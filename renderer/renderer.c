@@ -58,6 +58,7 @@ void renderer_destroy(struct renderer *renderer)
     targets_finish(&renderer->targets);
     shadow_system_destroy(renderer->shadows);
     light_lists_destroy(renderer->lists);
+    light_reach_finish(&renderer->reach);
     draw_arena_destroy(renderer->arena);
     gpu_timeline_destroy(renderer->timeline);
     program_cache_destroy(renderer->programs);

@@ -3,6 +3,7 @@
 #ifndef VITRAIL_RENDERER_RENDERER_INTERNAL_H
 #define VITRAIL_RENDERER_RENDERER_INTERNAL_H
 
+#include "renderer/lights/light_reach.h"
 #include "renderer/renderer.h"
 #include "renderer/scene_cache.h"
 #include "renderer/shading/shade.h"
@@ -14,6 +15,7 @@ struct renderer {
     struct draw_arena *arena;
     struct light_lists *lists;
     struct shadow_system *shadows;
+    struct light_reach reach;
     struct targets targets;
     struct pixel_lists pixels;
     struct shade shade;

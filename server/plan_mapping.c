@@ -25,6 +25,7 @@ void plan_document_from_plan(const struct render_request *request, const struct 
                    .deep_lights = plan->deep_lights,
                    .linked_lights = plan->linked_lights,
                    .unshadowed_lights = plan->unshadowed_lights,
+                   .unseen_lights = plan->unseen_lights,
                    .shadow_texels = plan->shadow_texels},
     };
     snprintf(document->scene, sizeof document->scene, "%s", request->scene);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "renderer/frame_raytrace.h"
+#include "renderer/lights/light_reach.h"
 #include "renderer/shading/geometry.h"
 #include "renderer/shadows/shadow_casters.h"
 #include "shaders/shared/layout.h"
@@ -158,11 +159,17 @@ static bool require_lights(struct plan *plan, const struct plan_desc *desc, stru
     struct shadow_census census[2] = {{0}};
     bool is_lit = needs(plan, PLAN_NEED_COLOR);
     size_t lights = desc->state->light_count;
-    for (size_t i = 0; is_lit && i < lights; i++)
-        if (!count_light(plan, desc, &desc->state->lights[i], census, err))
-            return false;
-    set_need(plan, PLAN_NEED_LIGHTS, is_lit && lights > 0, "%zu light%s", lights,
-             lights == 1 ? " shines" : "s shine");
+    struct light_reach reach = {0};
+    bool ok =
+        !is_lit || light_reach_collect(&reach, desc->state->lights, lights, desc->camera, err);
+    for (size_t i = 0; ok && is_lit && i < lights; i++)
+        ok = !reach.is_in_view[i] || count_light(plan, desc, &desc->state->lights[i], census, err);
+    plan->unseen_lights = reach.unseen_count;
+    light_reach_finish(&reach);
+    if (!ok)
+        return false;
+    set_need(plan, PLAN_NEED_LIGHTS, is_lit && lights > 0, "%zu light%s, %zu of them out of view",
+             lights, lights == 1 ? "" : "s", plan->unseen_lights);
     set_need(plan, PLAN_NEED_OPAQUE_SHADOWS,
              census[0].lights > 0 || plan->deep_lights + plan->linked_lights > 0,
              "%zu of %zu lights have opaque casters in reach, %zu in all", census[0].lights, lights,

@@ -46,6 +46,7 @@ struct plan {
     size_t opaque_items, transparent_items;        /* in view */
     size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
     size_t unshadowed_lights;                      /* shine without a structure */
+    size_t unseen_lights;                          /* brighten nothing in view */
     uint64_t shadow_texels;
 };
 

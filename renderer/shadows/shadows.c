@@ -220,7 +220,8 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
                              .last_frame = shadows->frame,
                              .scene = shadow_key_of_text(desc->scene_key)};
     bool ok = true;
-    if (!state->lights[light].casts_shadow || desc->quality->shadows == VIEW_SHADOWS_NONE ||
+    if ((desc->is_in_view && !desc->is_in_view[light]) || !state->lights[light].casts_shadow ||
+        desc->quality->shadows == VIEW_SHADOWS_NONE ||
         !shadow_frame_init(&map.frame, &state->lights[light], state, map.resolution))
         return true;
     if (!shadow_casters_collect(&casters, &map.frame, state, err)) {

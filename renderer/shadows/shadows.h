@@ -32,6 +32,7 @@ struct shadow_prepare_desc {
     struct draw_arena *arena;
     double eye[3]; /* shadow_record origins are relative to it */
     const struct view_quality *quality;
+    const bool *is_in_view; /* per light: false needs no structure; NULL: all may */
 };
 
 /* Makes every shadow structure of state->lights valid: reuses, or rebuilds. A light without a

@@ -241,6 +241,43 @@ static void a_moved_light_rebuilds_its_own_map_only(void **state)
     close_panes(&f);
 }
 
+static void a_light_that_reaches_nothing_in_view_costs_no_shadow(void **state)
+{
+    struct fixture f;
+    struct frame_report report;
+    double middle[3], alone[3];
+    open_panes(&f, state, 1, false);
+    struct view view = floor_view();
+    render(&f, &view, &report, alone);
+    assert_int_equal(report.counts.unseen_lights, 0);
+    struct view_light lamps[2] = {
+        {.type = SCENE_LIGHT_POINT, .position = {0, 0.5, 3}, .intensity = 10, .range = 1},
+        {.type = SCENE_LIGHT_SPOT,
+         .position = {1, 0.5, 0.5},
+         .direction = {1, 0, 0},
+         .intensity = 10,
+         .range = 5,
+         .outer_cone_deg = 30},
+    };
+    for (int i = 0; i < 2; i++)
+        lamps[i].color[0] = lamps[i].color[1] = lamps[i].color[2] = 1;
+    view.lights = lamps; /* behind the eye; beside the view, shining away */
+    view.light_count = 2;
+    render(&f, &view, &report, middle);
+    assert_int_equal(report.counts.lights, 3);
+    assert_int_equal(report.counts.unseen_lights, 2);
+    assert_int_equal(report.counts.shadowed_lights, 1);
+    assert_int_equal(report.counts.shadow_maps_built, 0);
+    for (int c = 0; c < 3; c++)
+        assert_true(middle[c] == alone[c]);
+    lamps[0].position[1] = 3, lamps[0].position[2] = 0, lamps[0].range = 5; /* into view */
+    render(&f, &view, &report, middle);
+    assert_int_equal(report.counts.unseen_lights, 1);
+    assert_int_equal(report.counts.shadow_maps_built, 1);
+    assert_true(middle[1] > alone[1]);
+    close_panes(&f);
+}
+
 static int setup(void **state)
 {
     *state = render_rig_create();
@@ -262,6 +299,7 @@ int main(void)
         cmocka_unit_test(without_lights_there_is_no_shadow_pass),
         cmocka_unit_test(a_moved_camera_rebuilds_nothing),
         cmocka_unit_test(a_moved_light_rebuilds_its_own_map_only),
+        cmocka_unit_test(a_light_that_reaches_nothing_in_view_costs_no_shadow),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

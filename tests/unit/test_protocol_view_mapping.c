@@ -185,6 +185,7 @@ static void reports_reach_the_stats_whole(void **state)
     uint64_t next = 1;
     uint64_t *counts[] = {&report->counts.lights,
                           &report->counts.shadowed_lights,
+                          &report->counts.unseen_lights,
                           &report->counts.draws,
                           &report->counts.triangles,
                           &report->counts.events,
@@ -223,6 +224,7 @@ static void reports_reach_the_stats_whole(void **state)
         assert_true(stats->timings_ms[i] == expected_ms[i]);
     uint64_t arrived[] = {stats->counts.lights,
                           stats->counts.shadowed_lights,
+                          stats->counts.unseen_lights,
                           stats->counts.draws,
                           stats->counts.triangles,
                           stats->counts.events,
