@@ -152,7 +152,7 @@ static bool render_window(struct frame_pass *pass, const struct camera_window *w
 static void split_window(const struct camera_window *w, struct camera_window halves[2])
 {
     halves[0] = halves[1] = *w;
-    if (w->height > 1) {
+    if (w->height >= w->width) {
         halves[0].height = w->height / 2;
         halves[1].y += halves[0].height;
         halves[1].height -= halves[0].height;

@@ -86,12 +86,21 @@ static bool drop_stale(struct shadow_store *store)
     return store->make_room && store->make_room(store->context, frames);
 }
 
-/* Half again of what there is, where the budget allows it, so that growth by copies stays linear.
- */
+/* Elements that one pool may have: shaders read it as a texture, and index floats with 32 bits. */
+static uint64_t most_elements(const struct shadow_store *store)
+{
+    uint64_t texels = (uint64_t)store->limits->max_texture_buffer_texels;
+    return texels < UINT32_MAX / 4 ? texels : UINT32_MAX / 4;
+}
+
+/* Half again of what there is, where budget and device allow it, so that growth by copies stays
+ * linear. */
 static uint64_t choose_capacity(const struct shadow_store *store, uint64_t capacity, uint64_t need,
                                 uint64_t bytes)
 {
-    uint64_t ample = capacity + capacity / 2;
+    uint64_t ample = capacity + capacity / 2, most = most_elements(store);
+    if (ample > most)
+        ample = most;
     return ample > need && fits(store, (ample - capacity) * bytes) ? ample : need;
 }
 
@@ -138,10 +147,11 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
 {
     enum { LEAST = 4096 }; /* elements of a pool's first buffer */
     struct shadow_pool *pool = &store->pools[kind];
-    if (count >= UINT32_MAX / 4) /* shaders index floats with 32 bits */
-        return error_set(err, ERROR_OVER_BUDGET,
-                         "%llu elements of '%s' in one light, the limit is %u",
-                         (unsigned long long)count, stream_kinds[kind][0].label, UINT32_MAX / 4);
+    uint64_t most = most_elements(store);
+    if (count > most)
+        return error_set(
+            err, ERROR_OVER_BUDGET, "one light needs %llu elements of '%s', this device reads %llu",
+            (unsigned long long)count, stream_kinds[kind][0].label, (unsigned long long)most);
     for (;;) {
         if (shadow_ranges_take(&pool->ranges, count, range))
             return true;
@@ -149,6 +159,15 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
             continue;
         uint64_t bytes = element_bytes(store, kind);
         uint64_t need = shadow_ranges_capacity_for(&pool->ranges, count);
+        if (need > most) {
+            if (make_room(store))
+                continue;
+            return error_set(err, ERROR_OVER_BUDGET,
+                             "the lights together need %llu elements of '%s', this device reads "
+                             "%llu: lower quality.shadow_resolution",
+                             (unsigned long long)need, stream_kinds[kind][0].label,
+                             (unsigned long long)most);
+        }
         uint64_t wanted =
             choose_capacity(store, pool->ranges.capacity, need < LEAST ? LEAST : need, bytes);
         uint64_t more_bytes = (wanted - pool->ranges.capacity) * bytes;
@@ -159,6 +178,23 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
             return over_budget(store, more_bytes, stream_kinds[kind][0].label, err);
         }
     }
+}
+
+bool shadow_store_check_frame(const struct shadow_store *store, uint64_t depths, uint64_t heads,
+                              struct error *err)
+{
+    uint64_t most = most_elements(store), bytes = 4 * (depths + heads);
+    if (depths > most || heads > most)
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "shadow maps of %llu texels are asked for, this device reads %llu: lower "
+                         "quality.shadow_resolution",
+                         (unsigned long long)depths, (unsigned long long)most);
+    if (bytes > store->budget_bytes)
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "shadow maps of %llu texels need %llu bytes, the budget is %llu bytes",
+                         (unsigned long long)depths, (unsigned long long)bytes,
+                         (unsigned long long)store->budget_bytes);
+    return true;
 }
 
 bool shadow_store_give(struct shadow_store *store, enum shadow_pool_kind kind,

@@ -42,9 +42,14 @@ struct shadow_store {
 void shadow_store_clear(struct shadow_store *store);
 uint64_t shadow_store_size_bytes(const struct shadow_store *store);
 
-/* ERROR_OVER_BUDGET names the bytes needed and the budget. */
+/* ERROR_OVER_BUDGET names the bytes needed and the budget, or the elements needed and those that
+ * the device reads from one pool. */
 MUST_CHECK bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind,
                                   uint64_t count, struct shadow_range *range, struct error *err);
+/* Whether depths and list heads of so many texels can be resident at once at all: asked before
+ * anything is built. ERROR_OVER_BUDGET as above. */
+MUST_CHECK bool shadow_store_check_frame(const struct shadow_store *store, uint64_t depths,
+                                         uint64_t heads, struct error *err);
 MUST_CHECK bool shadow_store_give(struct shadow_store *store, enum shadow_pool_kind kind,
                                   struct shadow_range *range, struct error *err);
 /* Makes store->target at least so many layers of this resolution; its contents are lost. */

@@ -328,6 +328,19 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
     return ok;
 }
 
+/* What this frame's maps take for certain, before the first of them is built. */
+static bool check_size(const struct shadow_system *shadows, struct error *err)
+{
+    uint64_t depths = 0, heads = 0;
+    for (size_t i = 0; i < shadows->map_count; i++) {
+        const struct shadow_map *map = shadows->maps[i];
+        uint64_t texels = map->last_frame == shadows->frame ? shadow_map_texels(map) : 0;
+        depths += texels;
+        heads += map->kind == SHADOW_MAP ? 0 : texels;
+    }
+    return shadow_store_check_frame(&shadows->store, depths, heads, err);
+}
+
 static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                          struct error *err)
 {
@@ -337,7 +350,7 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
     for (size_t i = 0; i < desc->state->light_count; i++)
         if (!prepare_light(shadows, desc, (uint32_t)i, err))
             return false;
-    return build_all(shadows, desc, err);
+    return check_size(shadows, err) && build_all(shadows, desc, err);
 }
 
 /* Maps whose construction failed halfway must not be found again. */
