@@ -13,5 +13,6 @@ extern const struct command COMMAND_STATS;
 extern const struct command COMMAND_CAPABILITIES;
 extern const struct command COMMAND_HEALTH;
 extern const struct command COMMAND_DEMO_SCENE;
+extern const struct command COMMAND_COMPARE;
 
 #endif

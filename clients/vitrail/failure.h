@@ -13,6 +13,7 @@ enum exit_code {
     EXIT_CODE_OK = 0,
     EXIT_CODE_REFUSED = 1,      /* the scene or the render: the same call fails again */
     EXIT_CODE_USAGE = 2,        /* the command line is wrong */
+    EXIT_CODE_DIFFERENT = 3,    /* compare: the images differ by more than --max-error */
     EXIT_CODE_NO_INPUT = 66,    /* an input file cannot be read */
     EXIT_CODE_UNAVAILABLE = 69, /* no server there, or the private one does not start */
     EXIT_CODE_OS_ERROR = 71,    /* this machine is out of memory, processes or descriptors */

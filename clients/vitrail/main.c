@@ -8,8 +8,8 @@
 #include "clients/vitrail/commands.h"
 
 static const struct command *const COMMANDS[] = {
-    &COMMAND_RENDER, &COMMAND_PUSH,         &COMMAND_SCENES, &COMMAND_DELETE,
-    &COMMAND_STATS,  &COMMAND_CAPABILITIES, &COMMAND_HEALTH, &COMMAND_DEMO_SCENE,
+    &COMMAND_RENDER,       &COMMAND_PUSH,   &COMMAND_SCENES,     &COMMAND_DELETE,  &COMMAND_STATS,
+    &COMMAND_CAPABILITIES, &COMMAND_HEALTH, &COMMAND_DEMO_SCENE, &COMMAND_COMPARE,
 };
 
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof *COMMANDS };
@@ -21,9 +21,10 @@ static void print_help(void)
     for (int i = 0; i < COMMAND_COUNT; i++)
         printf("  %-14s%s\n", COMMANDS[i]->name, COMMANDS[i]->summary);
     printf("\n'vitrail COMMAND --help' tells more.\n\n"
-           "Exit codes: 0 done; 1 scene or render refused; 2 wrong command line; 66 input cannot\n"
-           "be read; 69 no server; 71 out of a resource of this machine; 73 output cannot be\n"
-           "written; 75 failed for now, try again; 128+N ended by signal N.\n");
+           "Exit codes: 0 done; 1 scene or render refused; 2 wrong command line; 3 images too\n"
+           "different; 66 input cannot be read; 69 no server; 71 out of a resource of this\n"
+           "machine; 73 output cannot be written; 75 failed for now, try again; 128+N ended by\n"
+           "signal N.\n");
 }
 
 static const struct command *find_command(const char *name)

@@ -193,6 +193,7 @@ bool options_parse(const struct command *command, int argc, char **argv, void *o
     struct common_options *common = options;
     bool options_ended = false;
 
+    common->arguments = argv;
     for (int i = 1; i < argc; i++) {
         const char *text = argv[i];
         bool is_ok;

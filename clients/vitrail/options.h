@@ -46,6 +46,7 @@ struct common_options {
     const char *server;
     const char *state_dir;
     const char *progress; /* as given */
+    char **arguments;     /* the whole command line, argv[0] the command; borrowed, NULL-ended */
     struct option_number timeout_s;
     bool spawn, json, quiet, help;
     enum progress_kind progress_kind; /* by options_parse */

@@ -4,7 +4,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +12,7 @@
 #include <unistd.h>
 
 #include "clients/vitrail/keeper.h"
+#include "clients/vitrail/program_path.h"
 
 enum {
     POLL_MS = 20,
@@ -23,36 +23,10 @@ enum {
 
 static const char LISTENING[] = "listening on http://";
 
-/* malloc'ed path of vitraild in `folder` of `length` bytes if it can be executed there, else NULL.
- */
-static char *daemon_in(const char *folder, size_t length)
-{
-    char *path;
-
-    if (asprintf(&path, "%.*s/vitraild", length ? (int)length : 1, length ? folder : ".") < 0)
-        return NULL;
-    if (access(path, X_OK) == 0)
-        return path;
-    free(path);
-    return NULL;
-}
-
 static char *daemon_find(struct failure *failure)
 {
-    char self[PATH_MAX];
-    ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-    const char *folder = getenv("PATH");
-    char *path = NULL;
+    char *path = program_path_find("vitraild");
 
-    if (length > 0) {
-        self[length] = '\0';
-        path = daemon_in(self, (size_t)(strrchr(self, '/') - self));
-    }
-    while (!path && folder) {
-        size_t n = strcspn(folder, ":");
-        path = daemon_in(folder, n);
-        folder = folder[n] ? folder + n + 1 : NULL;
-    }
     if (!path)
         fail(failure, EXIT_CODE_UNAVAILABLE,
              "--spawn: no vitraild beside this program, and none in PATH");
