@@ -22,6 +22,7 @@ static const struct code_info code_table[ERROR_CODE_COUNT] = {
     [ERROR_METHOD_NOT_ALLOWED] = {"method_not_allowed", "The route does not take this method", 405},
     [ERROR_NOT_ACCEPTABLE] = {"not_acceptable", "None of the accepted formats can be made", 406},
     [ERROR_CONFLICT] = {"conflict", "The request conflicts with the present state", 409},
+    [ERROR_PRECONDITION_FAILED] = {"precondition_failed", "The view has changed meanwhile", 412},
     [ERROR_TOO_LARGE] = {"too_large", "The request is over a limit", 413},
     [ERROR_UNSUPPORTED_MEDIA_TYPE] = {"unsupported_media_type", "This media type is not taken",
                                       415},

@@ -18,6 +18,7 @@ enum error_code {
     ERROR_METHOD_NOT_ALLOWED,     /* 405 */
     ERROR_NOT_ACCEPTABLE,         /* 406: none of the accepted formats can be produced */
     ERROR_CONFLICT,               /* 409 */
+    ERROR_PRECONDITION_FAILED,    /* 412: If-Match names another revision */
     ERROR_TOO_LARGE,              /* 413: over a named limit */
     ERROR_UNSUPPORTED_MEDIA_TYPE, /* 415 */
     ERROR_INVALID_SCENE,          /* 422: the scene is broken; names file, element and limit */

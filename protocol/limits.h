@@ -23,6 +23,15 @@ enum limits {
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
 };
 
+enum view_limits {
+    LIMIT_VIEW_WATCHERS = 64,             /* streams, events and sockets of one view */
+    LIMIT_VIEW_IMAGES_KEPT = 64,          /* encoded images of views, each an open file */
+    LIMIT_PICK_PIXELS = 1 << 20,          /* rays of one rectangle: about a second of one core */
+    LIMIT_SOCKET_MESSAGE_BYTES = 1 << 20, /* a message of a WebSocket client */
+};
+#define LIMIT_VIEWS_BYTES (1ull << 30)       /* JSON of all views together */
+#define LIMIT_VIEW_IMAGES_BYTES (256u << 20) /* of the encoded images kept */
+
 #define LIMIT_UPLOAD_BYTES (2ull << 30)     /* default of --max-upload-bytes: all files of one */
 #define LIMIT_SCENE_BLOB_BYTES (8ull << 30) /* decoded scene */
 #define LIMIT_COORDINATE 1e12               /* metres; beyond it even f64 loses the millimetre */

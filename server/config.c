@@ -55,6 +55,10 @@ static const struct key keys[] = {
     {"connections", KEY_INT, AT(connections), 8, 65536, "open connections, all clients together"},
     {"dump-shaders", KEY_PATH, AT(dump_shaders), 0, 0,
      "existing directory that gets the source of every shader composed; for debugging"},
+    {"views", KEY_INT, AT(views), 1, 65536, "views at once, all clients together"},
+    {"views-per-client", KEY_INT, AT(views_per_client), 1, 65536, "views of one client address"},
+    {"view-idle-s", KEY_INT, AT(view_idle_s), 1, 86400,
+     "a view that nobody asks for this long is forgotten"},
     {"log-level", KEY_LEVEL, AT(log_level), 0, 0, "error, warning, info or debug"},
 };
 enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
@@ -208,6 +212,9 @@ static void set_defaults(struct config *config, char **environment)
         .decode_timeout_s = 120,
         .drain_timeout_s = 20,
         .connections = 512,
+        .views = 1024,
+        .views_per_client = 256,
+        .view_idle_s = 900,
         .log_level = LOG_INFO,
     };
     default_state_dir(config->state_dir, environment);

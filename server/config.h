@@ -36,6 +36,7 @@ struct config {
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     int render_timeout_s, decode_timeout_s, drain_timeout_s;
     int connections; /* at most, all clients together */
+    int views, views_per_client, view_idle_s;
     enum log_level log_level;
     const char *origins[CONFIG_KEYS_MAX]; /* per key: "default", "file", "environment", "flag";
                                              static */

@@ -7,21 +7,17 @@
 #include <assert.h>
 #include <ctype.h>
 #include <errno.h>
-#include <microhttpd.h>
-#include <pthread.h>
 #include <stdarg.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "protocol/problem.h"
-#include "server/http_rules.h"
-#include "server/http_watch.h"
+#include "protocol/utf8.h"
+#include "server/http_internal.h"
 
 enum {
     THREADS = 2, /* they parse and copy; rendering and decoding happen elsewhere */
@@ -31,56 +27,6 @@ enum {
     SWALLOW_BYTES = 64 << 20, /* a refused body up to this is read, so that the client reads the
                                  reply */
     HEADERS_MAX = 16,
-    REQUEST_ID_BYTES = 65,
-    HEADER_BYTES = 1024,
-};
-
-struct http_server {
-    const struct config *config;
-    const struct log *log;
-    struct http_service service;
-    struct http_policy policy;
-    struct MHD_Daemon *daemon;
-    struct http_watch *watch;
-    int listen_fd; /* ours again once quiesced */
-    int port;
-    bool is_quiesced;
-    atomic_uint_least64_t connections, in_flight, waiting, next_request;
-    uint64_t request_salt;
-};
-
-enum exchange_state {
-    EXCHANGE_OPENED,  /* head is in */
-    EXCHANGE_BODY,    /* body goes to the sink */
-    EXCHANGE_SWALLOW, /* body is ignored */
-    EXCHANGE_WAITING, /* suspended; another thread owns the exchange */
-    EXCHANGE_SENDING, /* the reply is libmicrohttpd's */
-};
-
-struct header {
-    char name[48];
-    char value[HEADER_BYTES];
-};
-
-struct http_exchange {
-    struct http_server *server;
-    struct MHD_Connection *connection;
-    struct http_watched *watched;
-    enum http_method method;
-    char *path;
-    char id[REQUEST_ID_BYTES];
-    uint64_t announced_bytes, body_bytes;
-    struct http_body_sink sink;
-    bool has_sink, must_close;
-    struct error body_error;
-    enum exchange_state state;
-    void *data;
-    struct header *headers; /* HEADERS_MAX of them, on demand */
-    size_t header_count;
-    struct MHD_Response *response;
-    uint64_t reply_bytes;
-    int status;
-    struct timespec started;
 };
 
 static const char *const method_names[HTTP_METHOD_COUNT] = {"GET",   "HEAD",   "POST",    "PUT",
@@ -106,6 +52,32 @@ const char *http_request_path(const struct http_exchange *exchange)
 const char *http_request_query(const struct http_exchange *exchange, const char *name)
 {
     return MHD_lookup_connection_value(exchange->connection, MHD_GET_ARGUMENT_KIND, name);
+}
+
+struct query_search {
+    const char *const *known;
+    char *unknown;
+    size_t size_bytes;
+};
+
+static enum MHD_Result visit_query(void *context, enum MHD_ValueKind kind, const char *name,
+                                   const char *value)
+{
+    (void)kind, (void)value;
+    struct query_search *search = context;
+    for (size_t i = 0; search->known[i]; i++)
+        if (strcmp(search->known[i], name) == 0)
+            return MHD_YES;
+    utf8_copy(search->unknown, search->size_bytes, name);
+    return MHD_NO;
+}
+
+void http_request_unknown_query(const struct http_exchange *exchange, const char *const *known,
+                                char *unknown, size_t size_bytes)
+{
+    struct query_search search = {known, unknown, size_bytes};
+    unknown[0] = '\0';
+    MHD_get_connection_values(exchange->connection, MHD_GET_ARGUMENT_KIND, visit_query, &search);
 }
 
 const char *http_request_header(const struct http_exchange *exchange, const char *name)
@@ -180,10 +152,8 @@ static bool has_header(const struct http_exchange *exchange, const char *name)
     return false;
 }
 
-/* Takes the response, which may be NULL for want of memory: then the connection ends without a
- * reply. */
-static void set_response(struct http_exchange *exchange, int status, const char *media_type,
-                         struct MHD_Response *response, uint64_t size_bytes)
+void http_set_response(struct http_exchange *exchange, int status, const char *media_type,
+                       struct MHD_Response *response, uint64_t size_bytes)
 {
     if (exchange->response) {
         MHD_destroy_response(response);
@@ -217,7 +187,7 @@ void http_reply_bytes(struct http_exchange *exchange, int status, const char *me
         size_bytes, copy, size_bytes ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
     if (!response && size_bytes)
         free(copy);
-    set_response(exchange, status, media_type, response, size_bytes);
+    http_set_response(exchange, status, media_type, response, size_bytes);
 }
 
 void http_reply_empty(struct http_exchange *exchange, int status)
@@ -231,7 +201,7 @@ void http_reply_fd(struct http_exchange *exchange, int status, const char *media
     struct MHD_Response *response = MHD_create_response_from_fd64(size_bytes, fd);
     if (!response)
         close(fd);
-    set_response(exchange, status, media_type, response, size_bytes);
+    http_set_response(exchange, status, media_type, response, size_bytes);
 }
 
 void http_reply_error(struct http_exchange *exchange, const struct error *problem)
@@ -442,6 +412,8 @@ static void completed(void *context, struct MHD_Connection *connection, void **s
         return;
     server->service.close(server->service.context, exchange);
     http_watch_expect_head(server->watch, exchange->watched);
+    http_stream_finish(exchange);
+    http_upgrade_finish(exchange);
     if (exchange->response)
         MHD_destroy_response(exchange->response);
     free(exchange->headers);
@@ -516,10 +488,11 @@ bool http_server_start(struct http_server *server, struct error *err)
         {MHD_OPTION_NOTIFY_CONNECTION, (intptr_t)connection_changed, server},
         {MHD_OPTION_END, 0, NULL},
     };
-    server->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | MHD_USE_ITC,
-        0, NULL, NULL, handle, server, MHD_OPTION_EXTERNAL_LOGGER, log_library, server,
-        MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+    server->daemon =
+        MHD_start_daemon(MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME |
+                             MHD_ALLOW_UPGRADE | MHD_USE_ERROR_LOG | MHD_USE_ITC,
+                         0, NULL, NULL, handle, server, MHD_OPTION_EXTERNAL_LOGGER, log_library,
+                         server, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
     return server->daemon ||
            error_set(err, ERROR_IO, "the HTTP server does not start on %s", config->listen);
 }
@@ -531,6 +504,7 @@ struct http_server *http_server_create(const struct http_server_desc *desc, stru
         error_set(err, ERROR_NO_MEMORY, "HTTP server");
         return NULL;
     }
+    pthread_mutex_init(&server->streams_mutex, NULL);
     server->config = desc->config;
     server->log = desc->log;
     server->service = desc->service;
@@ -587,6 +561,7 @@ void http_server_destroy(struct http_server *server)
     if (server->listen_fd >= 0 && (server->is_quiesced || !server->daemon))
         close(server->listen_fd);
     http_watch_destroy(server->watch);
+    pthread_mutex_destroy(&server->streams_mutex);
     free(server);
 }
 

@@ -12,6 +12,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 #include "protocol/error.h"
 #include "server/config.h"
@@ -77,6 +78,13 @@ const char *http_request_header(const struct http_exchange *exchange, const char
                                                                                             when
                                                                                             absent
                                                                                           */
+/* The first member of the query that is not listed (NULL-terminated), cut to fit; "" when there is
+ * none. */
+void http_request_unknown_query(const struct http_exchange *exchange, const char *const *known,
+                                char *unknown, size_t size_bytes);
+enum { HTTP_ADDRESS_BYTES = 46 };
+void http_request_address(const struct http_exchange *exchange,
+                          char address[HTTP_ADDRESS_BYTES]); /* "" when it is not known */
 const char *http_request_id(const struct http_exchange *exchange);
 uint64_t http_request_body_bytes(const struct http_exchange *exchange); /* announced; UINT64_MAX
                                                                            when chunked */
@@ -113,6 +121,33 @@ void http_reply_error(struct http_exchange *exchange, const struct error *proble
 void http_wait(struct http_exchange *exchange, void (*on_gone)(void *context, uint64_t ticket),
                void *context, uint64_t ticket);
 void http_resume(struct http_exchange *exchange);
+
+/* A reply without an end (200). read fills at most `capacity` bytes and answers how many, 0 when
+ * there is nothing to say now (it is asked again after http_stream_wake), -1 at the end; it runs on
+ * the server's threads and never blocks. A client that takes nothing for the watch's patience, or
+ * leaves, ends the exchange. Until then, that is until the exchange is closed, any thread may wake
+ * the stream. NULL for want of memory, with a reply that says so. */
+struct http_stream;
+struct http_source {
+    void *context;
+    ssize_t (*read)(void *context, char *bytes, size_t capacity);
+};
+struct http_stream *http_reply_stream(struct http_exchange *exchange, const char *media_type,
+                                      const struct http_source *source);
+void http_stream_wake(struct http_stream *stream);
+
+/* Leaves HTTP (101). take is called once the client was told, on a server's thread: from then on
+ * the socket (non-blocking) is the taker's until http_upgrade_end, and the exchange stays open.
+ * extra: bytes that the client has sent already. */
+struct http_upgrade;
+struct http_taker {
+    void *context;
+    void (*take)(void *context, int socket, const char *extra, size_t extra_bytes,
+                 struct http_upgrade *upgrade);
+};
+void http_reply_upgrade(struct http_exchange *exchange, const char *protocol,
+                        const struct http_taker *taker);
+void http_upgrade_end(struct http_upgrade *upgrade); /* from any thread, once */
 
 /* For close and for access logs. */
 int http_reply_status(const struct http_exchange *exchange); /* 0 when the client left before */

@@ -27,6 +27,8 @@ void http_head_add(struct http_head *head, const char *name, const char *value)
     } else if (strcasecmp(name, "Transfer-Encoding") == 0) {
         head->encoding_count++;
         head->encoding = text;
+    } else if (strcasecmp(name, "Upgrade") == 0) {
+        head->is_change = true;
     } else if (strcasecmp(name, "Origin") == 0) {
         head->origin = text;
     } else if (strcasecmp(name, "Sec-Fetch-Site") == 0) {

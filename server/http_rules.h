@@ -15,7 +15,8 @@ struct http_head {
     const char *host, *length, *encoding, *origin, *fetch_site;
     bool has_bad_field; /* a control character in a value */
     bool is_http_1_0;
-    bool is_change; /* the method changes state: POST, PUT, PATCH, DELETE */
+    bool is_change; /* the method changes state: POST, PUT, PATCH, DELETE; or the protocol changes,
+                       to one in which pages may change state */
 };
 
 void http_head_add(struct http_head *head, const char *name, const char *value);

@@ -14,8 +14,8 @@ static const double bounds_s[BUCKETS] = {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05
                                          0.5,   1,      2.5,   5,    10,    30,   60};
 
 /* The statuses that we answer; the last slot counts all others and clients that left. */
-static const int statuses[] = {200, 201, 204, 304, 400, 404, 405, 406, 409,
-                               413, 415, 422, 429, 500, 503, 504, 507, 0};
+static const int statuses[] = {101, 200, 201, 202, 204, 304, 400, 404, 405, 406, 409,
+                               412, 413, 415, 422, 429, 500, 503, 504, 507, 0};
 enum { STATUSES = sizeof statuses / sizeof statuses[0] };
 
 struct histogram {

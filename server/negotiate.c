@@ -135,6 +135,18 @@ bool negotiate_tag_matches(const char *if_none_match, const char *tag)
     return false;
 }
 
+bool negotiate_if_match(const char *if_match, const char *tag)
+{
+    struct slice element;
+    if (!if_match)
+        return true;
+    for (const char *at = if_match; next_element(&at, &element);)
+        if ((element.length == 1 && element.text[0] == '*') ||
+            (element.length == strlen(tag) && memcmp(element.text, tag, element.length) == 0))
+            return true;
+    return false;
+}
+
 bool negotiate_is_type(const char *content_type, const char *type)
 {
     if (!content_type)

@@ -19,6 +19,9 @@ MUST_CHECK bool negotiate_format(const char *accept, unsigned allowed, enum imag
  * matches. */
 bool negotiate_tag_matches(const char *if_none_match, const char *tag);
 
+/* If-Match: strong comparison (RFC 9110 13.1.1), "*" matches. NULL, an absent header, matches. */
+bool negotiate_if_match(const char *if_match, const char *tag);
+
 /* True when the media type of a Content-Type value equals type, parameters and case aside. */
 bool negotiate_is_type(const char *content_type, const char *type);
 

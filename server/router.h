@@ -18,7 +18,7 @@ struct route_handler {
     void (*run)(struct service *service, struct http_exchange *exchange, const char *id);
 };
 
-enum { ROUTE_HANDLERS_MAX = 3 };
+enum { ROUTE_HANDLERS_MAX = 4 };
 
 struct route {
     const char *path; /* "/v1/scenes/{id}"; {id} stands for one segment that is not empty */
@@ -26,7 +26,8 @@ struct route {
 };
 
 /* Tables of the route files, each ended by a zeroed entry. */
-extern const struct route routes_scenes[], routes_renders[], routes_service[], routes_page[];
+extern const struct route routes_scenes[], routes_renders[], routes_service[], routes_page[],
+    routes_views[], routes_view_images[];
 
 struct http_service router_service(struct service *service);
 

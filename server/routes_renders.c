@@ -8,19 +8,18 @@
 #include "protocol/limits.h"
 #include "protocol/render_request.h"
 #include "server/frame_image.h"
+#include "server/image_tag.h"
 #include "server/ipc.h"
 #include "server/negotiate.h"
 #include "server/router.h"
+#include "server/text_body.h"
 #include "server/view_mapping.h"
-
-enum { FIRST_PIECE_BYTES = 4096 };
 
 /* A POST on its way: the exchange owns it. */
 struct render_post {
     struct service *service;
     struct http_exchange *exchange;
-    char *body;
-    size_t size_bytes, capacity;
+    struct text_body body;
     char *canonical; /* the request as it decides pixels */
     enum image_format format;
 };
@@ -28,27 +27,9 @@ struct render_post {
 static void render_post_destroy(void *data)
 {
     struct render_post *post = data;
-    free(post->body);
+    text_body_finish(&post->body);
     free(post->canonical);
     free(post);
-}
-
-static bool take_piece(void *context, const void *bytes, size_t size_bytes, struct error *err)
-{
-    struct render_post *post = context;
-    if (size_bytes > post->capacity - post->size_bytes) {
-        size_t capacity = 2 * (post->size_bytes + size_bytes);
-        if (capacity < FIRST_PIECE_BYTES)
-            capacity = FIRST_PIECE_BYTES;
-        char *body = realloc(post->body, capacity);
-        if (!body)
-            return error_set(err, ERROR_NO_MEMORY, "request of %zu bytes", capacity);
-        post->body = body;
-        post->capacity = capacity;
-    }
-    memcpy(post->body + post->size_bytes, bytes, size_bytes);
-    post->size_bytes += size_bytes;
-    return true;
 }
 
 static void open_post(struct service *service, struct http_exchange *exchange, const char *id)
@@ -69,9 +50,8 @@ static void open_post(struct service *service, struct http_exchange *exchange, c
     post->service = service;
     post->exchange = exchange;
     route_attach(exchange, post, render_post_destroy);
-    http_request_take_body(
-        exchange, &(struct http_body_sink){
-                      .context = post, .write = take_piece, .max_bytes = LIMIT_REQUEST_JSON_BYTES});
+    struct http_body_sink sink = text_body_sink(&post->body, LIMIT_REQUEST_JSON_BYTES);
+    http_request_take_body(exchange, &sink);
 }
 
 /* ---- what is asked for ---- */
@@ -91,43 +71,14 @@ static bool choose_format(struct render_post *post, struct render_request *reque
     if (!negotiate_format(http_request_header(post->exchange, "Accept"), formats, &post->format,
                           err))
         return false;
-    static const enum request_format as_request[] = {[IMAGE_FORMAT_PNG] = REQUEST_FORMAT_PNG,
-                                                     [IMAGE_FORMAT_JPEG] = REQUEST_FORMAT_JPEG,
-                                                     [IMAGE_FORMAT_WEBP] = REQUEST_FORMAT_WEBP,
-                                                     [IMAGE_FORMAT_EXR] = REQUEST_FORMAT_EXR};
-    request->format = as_request[post->format];
+    request->format = request_format_of_image(post->format);
     return true;
 }
 
-/* RFC 9218: urgency 0 to 7, 3 without one. Interactive work goes before jobs. */
-static enum render_priority read_priority(const struct http_exchange *exchange)
+/* False while no device is known. */
+static bool make_tag(const struct render_post *post, char tag[IMAGE_TAG_BYTES])
 {
-    const char *priority = http_request_header(exchange, "Priority");
-    const char *urgency = priority ? strstr(priority, "u=") : NULL;
-    if (!urgency || urgency[2] < '0' || urgency[2] > '7' || urgency[2] == '3')
-        return RENDER_NORMAL;
-    return urgency[2] < '3' ? RENDER_INTERACTIVE : RENDER_BATCH;
-}
-
-/* The hash of everything that decides pixels: request, scene, program, device. False while no
- * device is known. */
-static bool make_tag(const struct render_post *post, char tag[DIGEST_TEXT_BYTES + 2])
-{
-    struct device_capabilities device;
-    struct digest *digest;
-    if (!supervisor_get_device(post->service->supervisor, &device) ||
-        !(digest = digest_create(NULL)))
-        return false;
-    const char *parts[] = {post->canonical, post->service->build_id, device.vendor, device.renderer,
-                           device.version};
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
-        digest_write(digest, parts[i], strlen(parts[i]) + 1); /* with the NUL, so that parts cannot
-                                                                 run together */
-    tag[0] = '"';
-    digest_end(digest, tag + 1);
-    digest_destroy(digest);
-    memcpy(tag + DIGEST_TEXT_BYTES, "\"", 2);
-    return true;
+    return image_tag_make(post->service->supervisor, post->service->build_id, post->canonical, tag);
 }
 
 /* ---- the reply ---- */
@@ -138,7 +89,7 @@ static void reply_image(struct render_post *post, struct render_outcome *outcome
     struct frame_stats *stats = outcome->stats;
     struct error problem = {0};
     struct stat image;
-    char timing[FRAME_SERVER_TIMING_BYTES], tag[DIGEST_TEXT_BYTES + 2], id[FRAME_ID_BYTES];
+    char timing[FRAME_SERVER_TIMING_BYTES], tag[IMAGE_TAG_BYTES], id[FRAME_ID_BYTES];
     if (fstat(outcome->image_fd, &image) != 0 || !frames_make_id(id, &problem)) {
         error_set(&problem, ERROR_INTERNAL, "the image of the worker cannot be read");
         http_reply_error(post->exchange, &problem);
@@ -183,10 +134,10 @@ static void client_left(void *context, uint64_t ticket)
 static bool prepare(struct render_post *post, struct render_task *task, struct error *err)
 {
     struct render_request request;
-    if (!render_request_parse(post->body ? post->body : "", post->size_bytes, &request, err))
+    if (!render_request_parse(post->body.text ? post->body.text : "", post->body.size_bytes,
+                              &request, err))
         return false;
-    free(post->body);
-    post->body = NULL;
+    text_body_finish(&post->body);
     bool is_good = choose_format(post, &request, err) &&
                    ((post->canonical = render_request_to_json(&request)) ||
                     error_set(err, ERROR_NO_MEMORY, "request"));
@@ -201,7 +152,7 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
     task->request_fd =
         ipc_memfd_create("vitrail-request", post->canonical, strlen(post->canonical), err);
     task->format = post->format;
-    task->priority = read_priority(post->exchange);
+    task->priority = image_priority(http_request_header(post->exchange, "Priority"));
     return task->request_fd >= 0;
 }
 
@@ -210,7 +161,7 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
     (void)id;
     struct error problem = {0};
     struct render_post *post = route_attached(exchange);
-    char tag[DIGEST_TEXT_BYTES + 2];
+    char tag[IMAGE_TAG_BYTES];
     struct render_task *task = render_task_create();
     if (!task)
         error_set(&problem, ERROR_NO_MEMORY, "render");

@@ -98,6 +98,29 @@ static json_t *decodes_json(const struct decode_totals *totals)
                      integer(totals->timeouts));
 }
 
+static json_t *views_json(const struct service *service)
+{
+    struct views_totals views = views_get_totals(service->views);
+    struct view_images_totals images = view_images_get_totals(service->view_images);
+    json_t *json = json_pack(
+        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "open", integer(views.views), "watchers",
+        integer(views.watchers), "made", integer(views.made), "refused", integer(views.refused),
+        "expired", integer(views.expired), "patches", integer(views.patches), "document_bytes",
+        integer(views.document_bytes), "not_modified", integer(views.not_modified));
+    json_t *frames =
+        json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "rendered", integer(images.rendered),
+                  "shared", integer(images.shared), "cached", integer(images.kept), "cached_bytes",
+                  integer(images.held_bytes), "moving_frames", integer(views.moving_frames),
+                  "exact_frames", integer(views.exact_frames), "failed_frames",
+                  integer(views.failed_frames), "sent_frames", integer(views.sent_frames));
+    if (json_object_update(json, frames) != 0) {
+        json_decref(json);
+        json = NULL;
+    }
+    json_decref(frames);
+    return json;
+}
+
 static void run_stats(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)id;
@@ -107,7 +130,7 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
     struct http_server_totals http = http_server_get_totals(service->http);
     struct metrics_totals metrics = metrics_get_totals(service->metrics);
     reply_json(exchange, 200,
-               json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o}",
+               json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,s:o}",
                          "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
                          uptime_s(service), "http", "requests", integer(metrics.requests),
                          "in_flight", integer(http.requests_in_flight), "connections",
@@ -115,7 +138,7 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
                          "scenes", "stored", integer(scenes.scenes), "decoded_bytes",
                          integer(scenes.decoded_bytes), "renders", renders_json(&renders), "worker",
                          worker_json(service, &renders), "cache", cache_json(&renders), "decodes",
-                         decodes_json(&decodes), "frames_kept",
+                         decodes_json(&decodes), "views", views_json(service), "frames_kept",
                          integer(frames_count(service->frames))));
 }
 
@@ -140,6 +163,10 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
     struct decode_totals d = decode_pool_get_totals(service->decoders);
     struct scene_store_totals s = scene_store_get_totals(service->store);
     struct http_server_totals h = http_server_get_totals(service->http);
+    struct views_totals v = views_get_totals(service->views);
+    struct view_images_totals i = view_images_get_totals(service->view_images);
+    const char *const images = "vitrail_view_images_total", *const frames =
+                                                                "vitrail_view_frames_total";
     char build[160];
     snprintf(build, sizeof build, "version=\"%s\",build=\"%s\"", VITRAIL_VERSION,
              service->build_id);
@@ -185,6 +212,20 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)d.crashes},
         {"vitrail_decode_worker_timeouts_total", "Decoders that took too long.", true, NULL,
          (double)d.timeouts},
+        {"vitrail_views", "Views that exist.", false, NULL, (double)v.views},
+        {"vitrail_view_watchers", "Streams, events and sockets open.", false, NULL,
+         (double)v.watchers},
+        {"vitrail_view_patches_total", "Patches accepted.", true, NULL, (double)v.patches},
+        {images, "Images of views, by what they cost.", true, "how=\"rendered\"",
+         (double)i.rendered},
+        {images, "", true, "how=\"shared\"", (double)i.shared},
+        {images, "", true, "how=\"cached\"", (double)i.kept},
+        {images, "", true, "how=\"not_modified\"", (double)v.not_modified},
+        {frames, "Frames made for watchers, by kind.", true, "kind=\"moving\"",
+         (double)v.moving_frames},
+        {frames, "", true, "kind=\"exact\"", (double)v.exact_frames},
+        {"vitrail_view_frames_sent_total", "Frames handed to watchers.", true, NULL,
+         (double)v.sent_frames},
         {"process_resident_memory_bytes", "Resident memory of the front.", false, NULL,
          resident_bytes()},
     };

@@ -47,6 +47,22 @@ struct service *service_create(const struct config *config, const struct log *lo
         err);
     if (!service->supervisor)
         goto fail;
+    service->view_images =
+        view_images_create(&(struct view_images_desc){.supervisor = service->supervisor,
+                                                      .store = service->store,
+                                                      .frames = service->frames,
+                                                      .metrics = service->metrics},
+                           err);
+    if (!service->view_images)
+        goto fail;
+    service->views = views_create(&(struct views_desc){.config = config,
+                                                       .store = service->store,
+                                                       .supervisor = service->supervisor,
+                                                       .images = service->view_images,
+                                                       .build_id = service->build_id},
+                                  err);
+    if (!service->views)
+        goto fail;
     service->http = http_server_create(
         &(struct http_server_desc){
             .config = config, .log = log, .service = router_service(service)},
@@ -66,6 +82,7 @@ static void drain(struct service *service, bool (*must_hurry)(void))
     sd_notify_state("STOPPING=1");
     supervisor_drain(service->supervisor);
     http_server_quiesce(service->http);
+    views_stop(service->views); /* streams and sockets end instead of being waited for */
     for (int waited = 0; waited < 1000 * service->config->drain_timeout_s; waited += DRAIN_SLICE_MS)
         if (http_server_wait_idle(service->http, DRAIN_SLICE_MS) || (must_hurry && must_hurry()))
             return;
@@ -83,6 +100,8 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     if (service->http)
         http_server_wait_idle(service->http, LAST_REPLIES_MS);
     http_server_destroy(service->http);
+    views_destroy(service->views);
+    view_images_destroy(service->view_images);
     metrics_destroy(service->metrics);
     frames_destroy(service->frames);
     scene_store_destroy(service->store);

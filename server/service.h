@@ -18,6 +18,7 @@
 #include "server/metrics.h"
 #include "server/scene_store.h"
 #include "server/supervisor.h"
+#include "server/views.h"
 
 /* Members are set once by service_create and then only read; each looks after its own threads. */
 struct service {
@@ -29,6 +30,8 @@ struct service {
     struct frames *frames;
     struct metrics *metrics;
     struct http_server *http;
+    struct view_images *view_images;
+    struct views *views;
     char build_id[BUILD_ID_BYTES];
     struct timespec started;
     atomic_bool is_draining, has_told_ready;

@@ -1,0 +1,478 @@
+/* SPDX-License-Identifier: MIT */
+/* A view's canonical JSON. A patch is checked by the parser of render requests on a fragment: the
+ * members that it touches as they would become, so that its cost does not grow with the view. */
+#include "protocol/view_document.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/json_read.h"
+#include "protocol/json_write.h"
+#include "protocol/limits.h"
+#include "protocol/view_parts.h"
+
+enum { CANONICAL = JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17) };
+
+struct view_document {
+    json_t *members; /* owned; canonical, without stream */
+    struct view_stream stream;
+    char scene[65];
+    size_t bytes, counted_bytes; /* an upper bound, and the count that it started from */
+    uint64_t shape;
+};
+
+static const char *const override_lists[] = {"nodes", "materials"};
+enum { OVERRIDE_LISTS = sizeof override_lists / sizeof override_lists[0] };
+
+/* ---- canonical form ---- */
+
+/* The canonical members of a request in JSON; a new reference. */
+static json_t *canonicalise(const json_t *request, size_t *bytes, struct error *err)
+{
+    struct render_request parsed;
+    char *text = json_dumps(request, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    if (!text) {
+        error_set(err, ERROR_NO_MEMORY, "view");
+        return NULL;
+    }
+    bool is_good = render_request_parse(text, strlen(text), &parsed, err);
+    free(text);
+    if (!is_good)
+        return NULL;
+    text = render_request_to_json(&parsed);
+    render_request_finish(&parsed);
+    json_t *canonical = text ? json_loads(text, 0, NULL) : NULL;
+    *bytes = text ? strlen(text) : 0;
+    free(text);
+    if (!canonical)
+        error_set(err, ERROR_NO_MEMORY, "view");
+    json_object_del(canonical, "outputs");
+    json_object_del(canonical, "format");
+    json_object_del(canonical, "quality_percent");
+    return canonical;
+}
+
+static void count_bytes(struct view_document *document)
+{
+    document->bytes = document->counted_bytes = json_dumpb(document->members, NULL, 0, CANONICAL);
+}
+
+/* ---- merging (RFC 7396) ---- */
+
+/* What target becomes under the patch; a new reference, NULL without memory. target may be NULL. */
+static json_t *merge(const json_t *target, json_t *patch)
+{
+    if (!json_is_object(patch))
+        return json_deep_copy(patch);
+    json_t *merged = json_is_object(target) ? json_deep_copy(target) : json_object();
+    const char *key;
+    json_t *value;
+    bool has_failed = !merged;
+    json_object_foreach(patch, key, value)
+    {
+        if (has_failed)
+            break;
+        if (json_is_null(value))
+            json_object_del(merged, key);
+        else
+            has_failed =
+                json_object_set_new(merged, key, merge(json_object_get(merged, key), value)) != 0;
+    }
+    return json_take_unless(merged, has_failed);
+}
+
+/* The members of each form of a camera. */
+static const char *const camera_forms[][4] = {
+    {"node"}, {"eye", "target", "up"}, {"matrix"}, {"fit"}};
+enum { CAMERA_FORMS = sizeof camera_forms / sizeof camera_forms[0] };
+
+static bool names_form(const json_t *patch, int form)
+{
+    for (int i = 0; i < 4 && camera_forms[form][i]; i++) {
+        const json_t *value = json_object_get(patch, camera_forms[form][i]);
+        if (value && !json_is_null(value))
+            return true;
+    }
+    return false;
+}
+
+/* A patch that names one form drops the members of the others, instead of failing on them. */
+static json_t *merge_camera(const json_t *target, json_t *patch)
+{
+    json_t *base = json_deep_copy(target);
+    bool names_any = false;
+    for (int form = 0; form < CAMERA_FORMS; form++)
+        names_any |= names_form(patch, form);
+    for (int form = 0; names_any && form < CAMERA_FORMS; form++)
+        for (int i = 0; i < 4 && camera_forms[form][i] && !names_form(patch, form); i++)
+            json_object_del(base, camera_forms[form][i]);
+    json_t *merged = base ? merge(base, patch) : NULL;
+    json_decref(base);
+    return merged;
+}
+
+/* ---- the fragment that a patch touches ---- */
+
+static bool put(json_t *object, const char *key, json_t *value, struct error *err)
+{
+    return json_object_set_new(object, key, value) == 0 ||
+           error_set(err, ERROR_NO_MEMORY, "patch of a view");
+}
+
+/* overrides.nodes or overrides.materials: the touched entries only. */
+static bool put_overrides_list(json_t *fragment, const char *list, const json_t *old, json_t *patch,
+                               struct error *err)
+{
+    if (!json_is_object(patch))
+        return json_is_null(patch) || put(fragment, list, json_deep_copy(patch), err);
+    json_t *entries = json_object();
+    if (!put(fragment, list, entries, err))
+        return false;
+    const char *key;
+    json_t *value;
+    json_object_foreach(patch, key, value)
+    {
+        if (!json_is_null(value) &&
+            !put(entries, key, merge(json_object_get(old, key), value), err))
+            return false;
+    }
+    return true;
+}
+
+static bool put_overrides(json_t *fragment, const json_t *old, json_t *patch, struct error *err)
+{
+    if (!json_is_object(patch))
+        return json_is_null(patch) || put(fragment, "overrides", json_deep_copy(patch), err);
+    json_t *overrides = json_object();
+    if (!put(fragment, "overrides", overrides, err))
+        return false;
+    const char *key;
+    json_t *value;
+    json_object_foreach(patch, key, value)
+    {
+        bool is_list = false;
+        for (int i = 0; i < OVERRIDE_LISTS; i++)
+            is_list |= strcmp(key, override_lists[i]) == 0;
+        if (is_list ? !put_overrides_list(overrides, key, json_object_get(old, key), value, err)
+                    : !put(overrides, key, json_deep_copy(value), err))
+            return false;
+    }
+    return true;
+}
+
+static bool refuse_member(json_t *patch, const char *key, const char *why, struct error *err)
+{
+    struct json_node root = json_root(patch, err), member = json_member(&root, key);
+    return json_refuse(&member, ERROR_INVALID_REQUEST, "%s", why);
+}
+
+static bool is_of_image(const char *key)
+{
+    return strcmp(key, "output") == 0 || strcmp(key, "outputs") == 0 ||
+           strcmp(key, "format") == 0 || strcmp(key, "quality_percent") == 0;
+}
+
+static bool put_member(const struct view_document *document, const struct view_patch *patch,
+                       const char *key, json_t *value, json_t *fragment, struct error *err)
+{
+    const json_t *old = json_object_get(document->members, key);
+    if (is_of_image(key))
+        return refuse_member(patch->json, key,
+                             "but a view has no such member: it is said when an image is asked for",
+                             err);
+    if (strcmp(key, "scene") == 0)
+        return (json_is_string(value) && strcmp(json_string_value(value), document->scene) == 0) ||
+               refuse_member(patch->json, key,
+                             "but the scene of a view cannot change; make another view", err);
+    if (strcmp(key, "overrides") == 0)
+        return put_overrides(fragment, old, value, err);
+    if (json_is_null(value))
+        return true;
+    if (strcmp(key, "camera") != 0 || !json_is_object(value))
+        return put(fragment, key, merge(old, value), err);
+    return put(fragment, key,
+               patch->replaces_camera ? json_deep_copy(value) : merge_camera(old, value), err);
+}
+
+/* A new reference. */
+static json_t *make_fragment(const struct view_document *document, const struct view_patch *patch,
+                             struct error *err)
+{
+    json_t *fragment = json_pack("{s:s}", "scene", document->scene);
+    bool is_good = fragment || error_set(err, ERROR_NO_MEMORY, "patch of a view");
+    const char *key;
+    json_t *value;
+    json_object_foreach(patch->json, key, value)
+    {
+        if (is_good && strcmp(key, "stream") != 0)
+            is_good = put_member(document, patch, key, value, fragment, err);
+    }
+    return json_take_unless(fragment, !is_good);
+}
+
+/* ---- what the fragment may not be ---- */
+
+static bool check_count(const json_t *old, const json_t *added, const char *list, struct error *err)
+{
+    size_t count = json_object_size(old);
+    const char *key;
+    json_t *value;
+    json_object_foreach((json_t *)(uintptr_t)added, key, value)
+    {
+        count += !json_object_get(old, key);
+    }
+    return count <= LIMIT_REQUEST_OVERRIDES ||
+           error_set_at(err, ERROR_TOO_LARGE, "/overrides", "%zu overrides of %s, the limit is %d",
+                        count, list, LIMIT_REQUEST_OVERRIDES);
+}
+
+static const char *kind_name(enum view_name_kind kind)
+{
+    return kind == VIEW_NAME_NODE ? "node" : "material";
+}
+
+static bool check_override(json_t *members, const struct view_names *names, int list,
+                           const char *key, struct error *err)
+{
+    enum view_name_kind kind = list == 0 ? VIEW_NAME_NODE : VIEW_NAME_MATERIAL;
+    if (view_names_may_have(names, kind, key))
+        return true;
+    struct json_node root = json_root(members, err), overrides = json_member(&root, "overrides");
+    struct json_node of_list = json_member(&overrides, override_lists[list]);
+    struct json_node member = json_member(&of_list, key);
+    return json_refuse(&member, ERROR_NOT_FOUND, "but the scene has no %s '%.120s'",
+                       kind_name(kind), key);
+}
+
+static bool check_names(json_t *members, const struct view_names *names, struct error *err)
+{
+    const json_t *overrides = json_object_get(members, "overrides");
+    const char *node =
+        json_string_value(json_object_get(json_object_get(members, "camera"), "node"));
+    if (!names)
+        return true;
+    if (node && !view_names_may_have(names, VIEW_NAME_NODE, node))
+        return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%.200s'",
+                            node);
+    for (int i = 0; i < OVERRIDE_LISTS; i++) {
+        const char *key;
+        json_t *value;
+        json_object_foreach(json_object_get(overrides, override_lists[i]), key, value)
+        {
+            if (!check_override(members, names, i, key, err))
+                return false;
+        }
+    }
+    return true;
+}
+
+/* ---- installing ---- */
+
+static void install_list(json_t *old, const json_t *canonical, json_t *patch, const char *list)
+{
+    json_t *entries = json_object_get(old, list);
+    if (json_is_null(patch))
+        json_object_clear(entries);
+    const char *key;
+    json_t *value;
+    json_object_foreach(patch, key, value)
+    {
+        json_t *entry = json_object_get(json_object_get(canonical, list), key);
+        if (json_object_size(entry) > 0)
+            json_object_set(entries, key, entry);
+        else
+            json_object_del(entries, key);
+    }
+}
+
+static void install(struct view_document *document, json_t *canonical, json_t *patch)
+{
+    json_t *overrides = json_object_get(document->members, "overrides");
+    const char *key;
+    json_t *value;
+    json_object_foreach(patch, key, value)
+    {
+        json_t *found = json_object_get(canonical, key);
+        if (strcmp(key, "overrides") != 0) {
+            if (found && strcmp(key, "scene") != 0)
+                json_object_set(document->members, key, found);
+            continue;
+        }
+        for (int i = 0; i < OVERRIDE_LISTS; i++) {
+            json_t *of_list = json_object_get(value, override_lists[i]);
+            install_list(overrides, found, json_is_null(value) ? value : of_list,
+                         override_lists[i]);
+        }
+    }
+    if (json_object_get(patch, "overrides") || json_object_get(patch, "clip_planes"))
+        document->shape++;
+}
+
+bool view_document_patch(struct view_document *document, const struct view_patch *patch,
+                         struct error *err)
+{
+    struct json_node root = json_root(patch->json, err);
+    struct view_stream stream = document->stream;
+    struct json_node of_stream = json_member(&root, "stream");
+    size_t bytes = 0;
+    json_t *value = json_object_get(patch->json, "stream");
+    if (!json_is_object(patch->json))
+        return json_refuse(&root, ERROR_INVALID_REQUEST, "a patch is an object");
+    if (value && json_is_null(value))
+        stream = view_stream_default();
+    if (!view_stream_read(&of_stream, &stream))
+        return false;
+    json_t *fragment = make_fragment(document, patch, err);
+    json_t *canonical = fragment ? canonicalise(fragment, &bytes, err) : NULL;
+    const json_t *old = json_object_get(document->members, "overrides");
+    const json_t *added = json_object_get(canonical, "overrides");
+    bool is_good = canonical && check_names(fragment, patch->names, err);
+    for (int i = 0; is_good && i < OVERRIDE_LISTS; i++)
+        is_good = check_count(json_object_get(old, override_lists[i]),
+                              json_object_get(added, override_lists[i]), override_lists[i], err);
+    if (is_good) {
+        install(document, canonical, patch->json);
+        document->stream = stream;
+        document->bytes += bytes;
+        if (document->bytes > 2 * document->counted_bytes + (64 << 10))
+            count_bytes(document);
+    }
+    json_decref(fragment);
+    json_decref(canonical);
+    return is_good;
+}
+
+/* ---- life ---- */
+
+json_t *view_patch_load(const char *json, size_t length, struct error *err)
+{
+    return json_load_checked(json, length, LIMIT_REQUEST_JSON_BYTES, err);
+}
+
+static bool begin(struct view_document *document, json_t *body, struct error *err)
+{
+    struct json_node root = json_root(body, err), scene = json_member(&root, "scene");
+    json_t *smallest = NULL;
+    size_t bytes;
+    if (!json_is_object(body))
+        return json_refuse(&root, ERROR_INVALID_REQUEST, "must be an object");
+    if (!json_expect_present(&scene))
+        return false;
+    smallest = json_pack("{s:O}", "scene", scene.value);
+    document->members = smallest ? canonicalise(smallest, &bytes, err) : NULL;
+    json_decref(smallest);
+    if (!document->members)
+        return error_set(err, ERROR_NO_MEMORY, "view");
+    memcpy(document->scene, json_string_value(scene.value), sizeof document->scene);
+    document->stream = view_stream_default();
+    return view_document_patch(document, &(struct view_patch){.json = body}, err);
+}
+
+struct view_document *view_document_create(const char *json, size_t length, struct error *err)
+{
+    json_t *body = view_patch_load(json, length, err);
+    if (!body)
+        return NULL;
+    struct view_document *document = calloc(1, sizeof *document);
+    bool is_good = document ? begin(document, body, err) : error_set(err, ERROR_NO_MEMORY, "view");
+    json_decref(body);
+    if (is_good) {
+        count_bytes(document);
+        return document;
+    }
+    view_document_destroy(document);
+    return NULL;
+}
+
+void view_document_destroy(struct view_document *document)
+{
+    if (document)
+        json_decref(document->members);
+    free(document);
+}
+
+bool view_document_check_names(const struct view_document *document, const struct view_names *names,
+                               struct error *err)
+{
+    return check_names(document->members, names, err);
+}
+
+const char *view_document_scene(const struct view_document *document)
+{
+    return document->scene;
+}
+
+void view_document_get_size(const struct view_document *document, int *width_px, int *height_px)
+{
+    *width_px = (int)json_integer_value(json_object_get(document->members, "width"));
+    *height_px = (int)json_integer_value(json_object_get(document->members, "height"));
+}
+
+const struct view_stream *view_document_stream(const struct view_document *document)
+{
+    return &document->stream;
+}
+
+size_t view_document_bytes(const struct view_document *document)
+{
+    return document->bytes;
+}
+
+uint64_t view_document_shape(const struct view_document *document)
+{
+    return document->shape;
+}
+
+json_t *view_document_to_json(const struct view_document *document)
+{
+    json_t *json = json_deep_copy(document->members);
+    if (json && json_object_set_new(json, "stream", view_stream_to_json(&document->stream)) != 0)
+        return json_take_unless(json, true);
+    return json;
+}
+
+/* ---- pictures ---- */
+
+static int scaled(int side_px, double scale)
+{
+    double exact = round(side_px * (scale > 0 ? scale : 1));
+    return exact < 1 ? 1 : (int)exact;
+}
+
+/* Samples and taps change no structure, so that shadow maps are the same moving and at rest. */
+static json_t *quick_quality(const json_t *quality)
+{
+    json_t *quick = json_copy((json_t *)(uintptr_t)quality);
+    const char *shadows = json_string_value(json_object_get(quality, "shadows"));
+    bool is_traced = shadows && strcmp(shadows, "raytraced") == 0;
+    bool has_failed =
+        !quick || json_object_set_new(quick, "samples", json_integer(1)) != 0 ||
+        json_object_set_new(quick, "shadow_taps", json_integer(1)) != 0 ||
+        (is_traced && json_object_set_new(quick, "shadows", json_string("auto")) != 0);
+    return json_take_unless(quick, has_failed);
+}
+
+char *view_document_shot(const struct view_document *document, const struct view_shot *shot,
+                         int *width_px, int *height_px)
+{
+    int width, height;
+    view_document_get_size(document, &width, &height);
+    width = scaled(width, shot->scale);
+    height = scaled(height, shot->scale);
+    if (width_px)
+        *width_px = width;
+    if (height_px)
+        *height_px = height;
+    json_t *request = json_copy(document->members);
+    struct json_writer writer = {.object = request, .has_failed = !request};
+    json_put(&writer, "width", json_integer(width));
+    json_put(&writer, "height", json_integer(height));
+    json_put(&writer, "outputs", json_pack("[s]", request_output_name((int)shot->output)));
+    json_put(&writer, "format", json_string(request_format_name((int)shot->format)));
+    json_put(&writer, "quality_percent",
+             shot->quality_percent ? json_integer(shot->quality_percent) : json_null());
+    if (shot->is_quick)
+        json_put(&writer, "quality", quick_quality(json_object_get(document->members, "quality")));
+    return json_take_dump(json_writer_take(&writer), CANONICAL);
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT */
+/* The members of a view: a render request without its outputs, kept as canonical JSON and changed
+ * by merge patches (RFC 7396), and how its moving pictures are made. The manual for clients is
+ * docs/views.md. Thread: any, one at a time. */
+#ifndef VITRAIL_PROTOCOL_VIEW_DOCUMENT_H
+#define VITRAIL_PROTOCOL_VIEW_DOCUMENT_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+#include "protocol/render_request.h"
+#include "protocol/view_names.h"
+
+/* The member `stream`. */
+struct view_stream {
+    double budget_ms;                /* [1, 10000] for a moving frame; default 50 */
+    double min_scale;                /* [0.1, 1]; default 0.25 */
+    enum request_format format;      /* of moving frames: JPEG (default), WEBP or PNG */
+    int quality_percent;             /* of moving frames, [1, 100]; default 80 */
+    enum request_format rest_format; /* of the exact frame: PNG (default) or WEBP, lossless */
+    int rest_ms;                     /* [0, 10000]; default 200 */
+};
+
+struct view_document;
+
+/* Reads the body that makes a view. Errors point into the body. NULL on failure. */
+struct view_document *view_document_create(const char *json, size_t length, struct error *err);
+void view_document_destroy(struct view_document *document); /* accepts NULL */
+
+/* Applies a merge patch, whole or not at all; borrows it. Costs what the patch touches, whatever
+ * else the view holds. replaces_camera: the member `camera` is not merged but replaces the old
+ * one. names: what the scene holds, or NULL. */
+struct view_patch {
+    json_t *json; /* required */
+    bool replaces_camera;
+    const struct view_names *names;
+};
+MUST_CHECK bool view_document_patch(struct view_document *document, const struct view_patch *patch,
+                                    struct error *err);
+
+/* Loads the text of a patch; a new reference, or NULL. */
+MUST_CHECK json_t *view_patch_load(const char *json, size_t length, struct error *err);
+
+/* ERROR_NOT_FOUND at the first node or material of the whole document that the scene lacks. */
+MUST_CHECK bool view_document_check_names(const struct view_document *document,
+                                          const struct view_names *names, struct error *err);
+
+const char *view_document_scene(const struct view_document *document);
+void view_document_get_size(const struct view_document *document, int *width_px, int *height_px);
+const struct view_stream *view_document_stream(const struct view_document *document);
+size_t view_document_bytes(const struct view_document *document); /* of its text; never too few */
+
+/* Counts the patches that moved, hid or changed what rays can hit. */
+uint64_t view_document_shape(const struct view_document *document);
+
+/* All members, in canonical form. A new reference that shares nothing; NULL: no memory. */
+MUST_CHECK json_t *view_document_to_json(const struct view_document *document);
+
+/* One picture of the view. */
+struct view_shot {
+    enum request_output output;
+    enum request_format format; /* required, not ANY */
+    int quality_percent;        /* 0 = the default */
+    double scale;               /* of width and height; 0 means 1 */
+    bool is_quick;              /* one sample, one shadow tap, nothing ray-traced */
+};
+
+/* The shot as the text of a render request: equal views give equal texts. malloc'ed; NULL: no
+ * memory. *width_px, *height_px: of the picture; may be NULL. */
+MUST_CHECK char *view_document_shot(const struct view_document *document,
+                                    const struct view_shot *shot, int *width_px, int *height_px);
+
+#endif

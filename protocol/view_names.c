@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/* Names as the keys of jansson's hash tables. */
+#include "protocol/view_names.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+
+#include "protocol/scene_summary.h"
+
+struct name_set {
+    json_t *keys;    /* owned object; its values mean nothing */
+    uint64_t count;  /* true number of things, named or not */
+    bool is_partial; /* the summary holds the first of them only */
+};
+
+struct view_names {
+    struct name_set sets[VIEW_NAME_KIND_COUNT];
+};
+
+static bool fill(struct name_set *set, const json_t *names, uint64_t count)
+{
+    size_t i;
+    const json_t *name;
+    set->keys = json_object();
+    set->count = count;
+    set->is_partial = json_array_size(names) < count;
+    bool is_good = set->keys;
+    json_array_foreach(names, i, name)
+    {
+        if (is_good && json_is_string(name))
+            is_good = json_object_set_new(set->keys, json_string_value(name), json_true()) == 0;
+    }
+    return is_good;
+}
+
+static uint64_t number(const json_t *summary, const char *key)
+{
+    return (uint64_t)json_integer_value(json_object_get(summary, key));
+}
+
+struct view_names *view_names_create(json_t *summary, struct error *err)
+{
+    struct view_names *names = calloc(1, sizeof *names);
+    if (names &&
+        fill(&names->sets[VIEW_NAME_NODE], json_object_get(summary, "node_names"),
+             number(summary, "nodes")) &&
+        fill(&names->sets[VIEW_NAME_MATERIAL], json_object_get(summary, "materials"),
+             number(summary, "material_count")))
+        return names;
+    view_names_destroy(names);
+    error_set(err, ERROR_NO_MEMORY, "names of a scene");
+    return NULL;
+}
+
+void view_names_destroy(struct view_names *names)
+{
+    if (!names)
+        return;
+    for (int i = 0; i < VIEW_NAME_KIND_COUNT; i++)
+        json_decref(names->sets[i].keys);
+    free(names);
+}
+
+bool view_names_may_have(const struct view_names *names, enum view_name_kind kind, const char *name)
+{
+    const struct name_set *set = &names->sets[kind];
+    if (set->is_partial || json_object_get(set->keys, name))
+        return true;
+    if (name[0] != '#' || !isdigit((unsigned char)name[1]))
+        return false;
+    char *end;
+    unsigned long long index = strtoull(name + 1, &end, 10);
+    return !*end && index < set->count;
+}

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT */
+/* What the route files of views share. Thread: those of the HTTP server. */
+#ifndef VITRAIL_SERVER_ROUTES_VIEWS_H
+#define VITRAIL_SERVER_ROUTES_VIEWS_H
+
+#include "server/router.h"
+
+/* One member of the query as a number in [min, max]; leaves *out as it was when it is absent.
+ * ERROR_INVALID_REQUEST names it. */
+MUST_CHECK bool query_number(const struct http_exchange *exchange, const char *name, double min,
+                             double max, double *out, struct error *err);
+MUST_CHECK bool query_int(const struct http_exchange *exchange, const char *name, int min, int max,
+                          int *out, struct error *err);
+
+/* The query has no members but these (NULL-terminated). */
+MUST_CHECK bool query_expect(const struct http_exchange *exchange, const char *const *known,
+                             struct error *err);
+
+#endif

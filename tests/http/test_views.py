@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: MIT
+"""Views over HTTP, on the test double: making, patching, images, limits, idle ones."""
+import concurrent.futures
+import time
+
+import support
+from support import triangle
+
+support.needs(support.FAKE)
+
+LOOK = {"eye": [0, 0, 5], "target": [0, 0, 0]}
+
+
+class ViewTest(support.ServiceTest):
+    def setUp(self):
+        self.scene = self.daemon.push(triangle())
+        self.addCleanup(self.forget_views)
+
+    def forget_views(self):
+        for view in self.get("").json()["views"]:
+            self.ask("DELETE", view["id"])
+
+    def ask(self, method, view, body=None, headers=None):
+        path = "/v1/views" + (f"/{view}" if view else "")
+        return self.daemon.request(method, path, body, headers)
+
+    def get(self, path, headers=None):
+        return self.ask("GET", path, None, headers)
+
+    def make(self, **members):
+        reply = self.ask("POST", "", {"scene": self.scene, "width": 32, "height": 16, **members})
+        self.assertEqual(201, reply.status, reply.body)
+        return reply.json()["id"]
+
+    def members(self, view):
+        return self.get(view).json()["view"]
+
+    def patch(self, view, body, **headers):
+        named = {name.replace("_", "-"): value for name, value in headers.items()}
+        return self.ask("PATCH", view, body, named)
+
+    def counts(self):
+        return self.daemon.stats()["views"]
+
+
+class Making(ViewTest):
+    def test_a_view_says_where_it_is_and_at_which_revision(self):
+        reply = self.ask("POST", "", {"scene": self.scene})
+        self.assertEqual(f"/v1/views/{reply.json()['id']}", reply.header("Location"))
+        self.assertEqual('"1"', reply.header("ETag"))
+        self.assertEqual((1280, 720, 1), tuple(reply.json()[name] for name in
+                                               ("width", "height", "revision")))
+
+    def test_a_body_made_from_a_view_makes_an_equal_view(self):
+        first = self.make(camera={"fit": "iso"}, exposure_ev=1.5, stream={"budget_ms": 80},
+                          overrides={"nodes": {"Triangle": {"visible": False}}},
+                          lights=[{"type": "point", "position": [0, 1, 0]}])
+        reply = self.ask("POST", "", self.members(first))
+        second = reply.json()["id"]
+        self.assertEqual(self.members(first), self.members(second))
+        self.assertEqual(self.get(first + "/image").header("ETag"),
+                         self.get(second + "/image").header("ETag"))
+
+    def test_bad_members_are_refused_by_name(self):
+        for member, value, status, pointer in (
+            ("scene", "0" * 64, 404, "/scene"),
+            ("scene", 7, 400, "/scene"),
+            ("width", 0, 400, "/width"),
+            ("outputs", ["depth"], 400, "/outputs"),
+            ("format", "png", 400, "/format"),
+            ("quality_percent", 5, 400, "/quality_percent"),
+            ("animation", {"time_s": 1}, 422, "/animation"),
+            ("colour", 1, 400, "/colour"),
+            ("stream", {"budget_ms": 0}, 400, "/stream/budget_ms"),
+            ("stream", {"format": "exr"}, 400, "/stream/format"),
+            ("stream", {"rest_format": "jpeg"}, 400, "/stream/rest_format"),
+            ("stream", [], 400, "/stream"),
+            ("camera", {"node": "Nobody"}, 404, "/camera/node"),
+        ):
+            reply = self.ask("POST", "", {"scene": self.scene, member: value})
+            self.assertEqual((status, pointer), (reply.status, reply.json().get("pointer")),
+                             (member, value, reply.body))
+        for body in ([], {}):
+            self.assertEqual(400, self.ask("POST", "", body).status, body)
+        self.assertEqual([], self.get("").json()["views"])
+
+    def test_only_json_makes_a_view(self):
+        reply = self.daemon.request("POST", "/v1/views", b"{}", {"Content-Type": "text/plain"})
+        self.assertEqual(415, reply.status)
+
+    def test_unknown_views_are_not_found(self):
+        for method, path in (("GET", "nobody"), ("DELETE", "nobody"), ("GET", "nobody/image")):
+            self.assertEqual("not_found", self.ask(method, path).code, (method, path))
+        self.assertEqual("not_found", self.patch("nobody", {}).code)
+
+
+class Patching(ViewTest):
+    def test_members_merge_and_null_takes_them_back(self):
+        view = self.make(camera=LOOK, quality={"samples": 1, "shadow_taps": 9})
+        self.patch(view, {"camera": {"eye": [1, 2, 3]}, "quality": {"samples": None},
+                          "stream": {"budget_ms": 90}})
+        after = self.members(view)
+        self.assertEqual([1, 2, 3], after["camera"]["eye"])
+        self.assertEqual([0, 0, 0], after["camera"]["target"])
+        self.assertEqual((None, 9), (after["quality"]["samples"], after["quality"]["shadow_taps"]))
+        self.assertEqual(90, after["stream"]["budget_ms"])
+        self.patch(view, {"quality": None, "camera": None, "stream": None})
+        fresh = self.members(self.make())
+        self.assertEqual(fresh, self.members(view))
+
+    def test_overrides_come_and_go_one_by_one(self):
+        view = self.make()
+        moved = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1]
+        self.patch(view, {"overrides": {"nodes": {"Triangle": {"matrix": moved}}}})
+        self.patch(view, {"overrides": {"nodes": {"#0": {"visible": False}}}})
+        nodes = self.members(view)["overrides"]["nodes"]
+        self.assertEqual({"Triangle": {"matrix": moved}, "#0": {"visible": False}}, nodes)
+        self.patch(view, {"overrides": {"nodes": {"Triangle": {"matrix": None, "visible": True}}}})
+        self.assertEqual({"visible": True}, self.members(view)["overrides"]["nodes"]["Triangle"])
+        self.patch(view, {"overrides": {"nodes": {"Triangle": {"visible": None}, "#0": None}}})
+        self.assertEqual({}, self.members(view)["overrides"]["nodes"])
+
+    def test_overrides_are_cleared_as_a_whole(self):
+        view = self.make(overrides={"nodes": {"Triangle": {"visible": False}}})
+        self.patch(view, {"overrides": {"nodes": None}})
+        self.assertEqual({"nodes": {}, "materials": {}}, self.members(view)["overrides"])
+        self.patch(view, {"overrides": {"nodes": {"Triangle": {"visible": False}}}})
+        self.patch(view, {"overrides": None})
+        self.assertEqual({"nodes": {}, "materials": {}}, self.members(view)["overrides"])
+
+    def test_a_patch_may_change_the_form_of_the_camera(self):
+        view = self.make(camera={**LOOK, "fov_y_deg": 30})
+        self.assertEqual(200, self.patch(view, {"camera": {"fit": "top"}}).status)
+        self.assertEqual({"fit": "top", "fov_y_deg": 30, "ortho_height": None},
+                         self.members(view)["camera"])
+        both = self.patch(view, {"camera": {"fit": "top", "node": "Triangle"}})
+        self.assertEqual(400, both.status)
+
+    def test_a_refused_patch_changes_nothing(self):
+        view = self.make(camera=LOOK)
+        before = self.get(view).json()
+        for body, status in (
+            ({"exposure_ev": 3, "width": 0}, 400),
+            ({"overrides": {"nodes": {"Triangle": {"visible": False}, "Lid": {}}}}, 404),
+            ({"overrides": {"nodes": {"Triangle": {"visible": 1}}}}, 400),
+            ({"overrides": {"nodes": []}}, 400),
+            ({"overrides": {"meshes": {}}}, 400),
+            ({"overrides": {"materials": {"Glass": {"ior": 1.5}}}}, 404),
+            ({"overrides": {"nodes": {"#1": {"visible": False}}}}, 404),
+            ({"scene": None}, 400),
+            ({"scene": "0" * 64}, 400),
+            ({"id": "x"}, 400),
+            ([{"op": "add"}], 400),
+        ):
+            self.assertEqual(status, self.patch(view, body).status, body)
+        after = self.get(view).json()
+        before.pop("idle_s"), after.pop("idle_s")
+        self.assertEqual(before, after)
+
+    def test_refusals_point_into_the_patch(self):
+        view = self.make()
+        reply = self.patch(view, {"overrides": {"nodes": {"a/b~c": {"visible": True}}}})
+        self.assertEqual(("not_found", "/overrides/nodes/a~1b~0c"),
+                         (reply.code, reply.json()["pointer"]))
+        reply = self.patch(view, {"lights": [{"type": "point", "position": [0, 0]}]})
+        self.assertEqual("/lights/0/position", reply.json()["pointer"])
+
+    def test_every_patch_counts_and_if_match_guards(self):
+        view = self.make()
+        self.assertEqual('"2"', self.patch(view, {}).header("ETag"))
+        self.assertEqual(200, self.patch(view, {"exposure_ev": 1}, If_Match='"2"').status)
+        stale = self.patch(view, {"exposure_ev": 2}, If_Match='"2"')
+        self.assertEqual((412, '"3"', 3), (stale.status, stale.header("ETag"),
+                                           stale.json()["revision"]))
+        for tags, status in (("*", 200), ('"9", "4"', 200), ('W/"5"', 412), ("5", 412)):
+            self.assertEqual(status, self.patch(view, {}, If_Match=tags).status, tags)
+        self.assertEqual(412, self.ask("DELETE", view, None, {"If-Match": '"1"'}).status)
+        self.assertEqual(304, self.get(view, {"If-None-Match": '"5"'}).status)
+        self.assertEqual(204, self.ask("DELETE", view, None, {"If-Match": '"5"'}).status)
+        self.assertEqual(404, self.get(view).status)
+
+    def test_both_media_types_are_patches_and_no_other(self):
+        view = self.make()
+        for media_type, status in (("application/json", 200),
+                                   ("application/merge-patch+json; charset=utf-8", 200),
+                                   ("application/json-patch+json", 415), ("text/plain", 415)):
+            reply = self.daemon.request("PATCH", f"/v1/views/{view}", b"{}",
+                                        {"Content-Type": media_type})
+            self.assertEqual(status, reply.status, media_type)
+        self.assertIn("merge-patch", reply.header("Accept-Patch"))
+
+    def test_broken_texts_are_refused(self):
+        view = self.make()
+        for text in (b"", b"{", b"\xff{}", b'{"a":1,"a":2}', b"[" * 100):
+            reply = self.daemon.request("PATCH", f"/v1/views/{view}", text,
+                                        {"Content-Type": "application/json"})
+            self.assertEqual(400, reply.status, text)
+
+    def test_clients_that_patch_at_once_lose_no_patch(self):
+        view = self.make()
+        with concurrent.futures.ThreadPoolExecutor(8) as pool:
+            replies = list(pool.map(lambda n: self.patch(view, {"exposure_ev": n % 9}), range(40)))
+        self.assertEqual([200] * 40, [reply.status for reply in replies])
+        self.assertEqual(41, self.get(view).json()["revision"])
+
+
+class Images(ViewTest):
+    def test_an_image_shows_the_present_revision(self):
+        view = self.make()
+        self.patch(view, {"width": 8})
+        reply = self.get(view + "/image")
+        self.assertEqual(("2", "image/png"), (reply.header("X-View-Revision"),
+                                              reply.header("Content-Type")))
+        self.assertEqual(8, int.from_bytes(reply.body[16:20], "big"))
+        frame = self.daemon.request("GET", reply.header("Link").split(">")[0][1:]).json()
+        self.assertEqual((view, 2), (frame["view"], frame["revision"]))
+
+    def test_an_unchanged_image_is_a_304_and_costs_no_render(self):
+        view = self.make()
+        tag = self.get(view + "/image").header("ETag")
+        before = self.daemon.stats()["renders"]["rendered"]
+        not_modified = self.counts()["not_modified"]
+        for _ in range(5):
+            self.assertEqual(304, self.get(view + "/image", {"If-None-Match": tag}).status)
+        self.assertEqual(before, self.daemon.stats()["renders"]["rendered"])
+        self.assertEqual(not_modified + 5, self.counts()["not_modified"])
+
+    def test_the_tag_is_of_all_that_decides_pixels_and_nothing_else(self):
+        view = self.make()
+        tag = self.get(view + "/image").header("ETag")
+        for query in ("?aov=depth", "?format=jpeg", "?format=jpeg&quality_percent=50"):
+            other = self.get(view + "/image" + query).header("ETag")
+            self.assertNotEqual(tag, other, query)
+        self.patch(view, {"stream": {"budget_ms": 99}})
+        self.assertEqual(tag, self.get(view + "/image").header("ETag"))
+        self.patch(view, {"exposure_ev": 1})
+        self.assertNotEqual(tag, self.get(view + "/image").header("ETag"))
+        self.patch(view, {"exposure_ev": 0})
+        self.assertEqual(tag, self.get(view + "/image").header("ETag"))
+
+    def test_asking_again_is_answered_from_what_is_kept(self):
+        view = self.make(exposure_ev=2)
+        first = self.get(view + "/image")
+        before = self.daemon.stats()["renders"]["rendered"]
+        again = self.get(view + "/image")
+        self.assertEqual(first.body, again.body)
+        self.assertEqual(first.header("Link"), again.header("Link"))
+        self.assertEqual(before, self.daemon.stats()["renders"]["rendered"])
+
+    def test_equal_images_at_once_share_one_render(self):
+        scene = self.daemon.push(triangle("fake:slow=300"))
+        view = self.make(scene=scene)
+        before, shared = self.daemon.stats()["renders"]["rendered"], self.counts()["shared"]
+        with concurrent.futures.ThreadPoolExecutor(6) as pool:
+            bodies = list(pool.map(lambda _: self.get(view + "/image").body, range(6)))
+        self.assertEqual(1, len(set(bodies)))
+        self.assertEqual(before + 1, self.daemon.stats()["renders"]["rendered"])
+        self.assertEqual(shared + 5, self.counts()["shared"])
+
+    def test_accept_and_query_choose_the_format(self):
+        view = self.make()
+        for query, accept, expected in (
+            ("", "image/webp", "image/webp"),
+            ("?format=exr", "image/webp", "image/x-exr"),
+            ("?aov=node", "image/webp, image/png;q=0.1", "image/png"),
+        ):
+            reply = self.get(view + "/image" + query, {"Accept": accept})
+            self.assertEqual(expected, reply.header("Content-Type"), query)
+
+    def test_bad_queries_are_refused(self):
+        view = self.make()
+        for query, status in (
+            ("?aov=colour", 400), ("?aov=position", 422), ("?format=gif", 400),
+            ("?aov=node&format=jpeg", 422), ("?quality_percent=0", 400),
+            ("?quality_percent=1.5", 400), ("?format=png&quality_percent=50", 400),
+            ("?size=5", 400), ("?quality_percent=", 400),
+        ):
+            self.assertEqual(status, self.get(view + "/image" + query).status, query)
+        self.assertEqual(406, self.get(view + "/image", {"Accept": "text/html"}).status)
+
+    def test_the_image_of_a_deleted_scene_is_not_found(self):
+        scene = self.daemon.push(triangle("Gone"))
+        view = self.make(scene=scene)
+        self.daemon.request("DELETE", f"/v1/scenes/{scene}")
+        self.assertEqual(404, self.get(view + "/image").status)
+
+    def test_a_render_that_fails_is_a_problem_and_the_view_stays(self):
+        view = self.make(scene=self.daemon.push(triangle("fake:error")))
+        self.assertEqual("internal", self.get(view + "/image").code)
+        self.assertEqual(200, self.get(view).status)
+
+
+class Limits(ViewTest):
+    flags = ("--views", "6", "--views-per-client", "4", "--view-idle-s", "1")
+
+    def test_one_client_makes_so_many_views_and_no_more(self):
+        made = [self.make() for _ in range(4)]
+        reply = self.ask("POST", "", {"scene": self.scene})
+        self.assertEqual((429, "too_many_requests"), (reply.status, reply.code))
+        self.ask("DELETE", made[0])
+        self.make()
+
+    def test_idle_views_are_forgotten_and_used_ones_are_not(self):
+        idle, used = self.make(), self.make()
+        deadline = time.monotonic() + 10
+        while any(view["id"] == idle for view in self.get("").json()["views"]):
+            self.assertLess(time.monotonic(), deadline, "the idle view is still there")
+            self.assertEqual(200, self.get(used).status)
+            time.sleep(0.2)
+        self.assertEqual(404, self.get(idle).status)
+
+
+class Crowd(ViewTest):
+    flags = ("--views", "300", "--views-per-client", "1000")
+
+    def test_a_thousand_views_meet_the_limit_and_the_service_goes_on(self):
+        statuses = [self.ask("POST", "", {"scene": self.scene}).status for _ in range(1000)]
+        self.assertEqual({201: 300, 503: 700}, {s: statuses.count(s) for s in set(statuses)})
+        self.assert_serves()
+
+
+if __name__ == "__main__":
+    support.run_tests()
