@@ -17,6 +17,7 @@ GETS = (
     "/v1/stats",
     "/v1/capabilities",
     "/v1/scenes",
+    "/v1/views",
 )
 
 
