@@ -97,6 +97,45 @@ class Renders(ClientTest):
         self.assertGreater(self.client.stats()["uptime_s"], 0)
 
 
+class Views(ClientTest):
+    def setUp(self):
+        super().setUp()
+        scene = self.client.post_scene(triangle("viewed"))["id"]
+        self.view = self.client.create_view(scene, width=32, height=24)
+        self.addCleanup(self.view.__exit__)
+
+    def test_a_patch_changes_the_view_and_its_revision(self):
+        self.assertEqual(1, self.view.revision)
+        self.view.patch({"overrides": {"nodes": {"viewed": {"visible": False}}}})
+        self.assertEqual(2, self.view.revision)
+        members = self.view.get()["view"]
+        self.assertFalse(members["overrides"]["nodes"]["viewed"]["visible"])
+        self.view.patch({"overrides": {"nodes": {"viewed": None}}}, revision=2)
+        self.assertNotIn("viewed", self.view.get()["view"]["overrides"]["nodes"])
+
+    def test_a_stale_revision_is_refused_with_the_present_one(self):
+        self.view.patch({"exposure_ev": 1})
+        with self.assertRaises(vitrail.VitrailError) as caught:
+            self.view.patch({"exposure_ev": 2}, revision=1)
+        problem = caught.exception
+        self.assertEqual((412, "precondition_failed", 2),
+                         (problem.status, problem.code, problem.revision))
+
+    def test_an_image_is_not_sent_again_when_its_tag_is_known(self):
+        image = self.view.image()
+        self.assertEqual(("image/png", 1), (image.media_type, image.revision))
+        self.assertIsNone(self.view.image(etag=image.etag))
+        self.view.patch({"width": 40})
+        self.assertIsNotNone(self.view.image(etag=image.etag))
+        self.assertEqual("image/jpeg", self.view.image(format="jpeg", quality_percent=50).media_type)
+
+    def test_a_view_is_found_by_its_id_and_gone_after_its_block(self):
+        with self.client.create_view(self.view.scene) as view:
+            self.assertEqual(view.id, self.client.view(view.id).id)
+            self.assertIn(view.id, [one["id"] for one in self.client.views()])
+        self.assertNotIn(view.id, [one["id"] for one in self.client.views()])
+
+
 class Errors(ClientTest):
     def test_a_problem_is_raised_with_its_members(self):
         scene = self.client.post_scene(triangle())["id"]
@@ -194,6 +233,24 @@ class Examples(ClientTest):
             said = self.run_example("post_scene", path, out)
             self.assertIn("1 triangles", said)
             self.assertGreater(os.path.getsize(out), 50)
+
+    def test_orbit_views_writes_so_many_images_from_one_load(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.glb")
+            with open(path, "wb") as file:
+                file.write(triangle("turned"))
+            self.assertIn("3 images", self.run_example("orbit_views", path, folder + "/o_", "3"))
+            self.assertEqual(["a.glb", "o_00.png", "o_01.png", "o_02.png"],
+                             sorted(os.listdir(folder)))
+
+    def test_a_cad_session_makes_as_many_revisions_as_edits(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.glb")
+            with open(path, "wb") as file:
+                file.write(triangle("assembly"))
+            said = self.run_example("cad_session", path, "100")
+            self.assertIn("revision 101,", said)
+            self.assertIn("100 edits: median", said)
 
 
 if __name__ == "__main__":
