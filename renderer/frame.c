@@ -276,7 +276,7 @@ static bool render_state(struct renderer *renderer, struct resident_scene *scene
         return false;
     char because[REPORT_TEXT_BYTES];
     if (frame_is_raytraced(view, state, because)) {
-        if (!frame_raytrace(view, state, &camera, because, frame, err))
+        if (!frame_raytrace(renderer, scene->key, view, state, &camera, because, frame, err))
             return false;
         rasterised.outputs &= ~(1u << VIEW_OUTPUT_COLOR);
     }

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 static size_t count_areas(const struct scene_state *state)
 {
@@ -36,9 +37,24 @@ static int grid_side(int samples)
     return samples == 0 ? 2 : (int)lround(sqrt(samples));
 }
 
-bool frame_raytrace(const struct view *view, const struct scene_state *state,
-                    const struct camera *camera, const char *because, struct frame *frame,
-                    struct error *err)
+static void report_trace(const struct raytrace_stats *stats, const struct view *view,
+                         const struct scene_state *state, const char *because,
+                         struct frame_report *report)
+{
+    const char *form = view->quality.reference ? "reference" : "raytraced";
+    if (stats->is_scene_reused)
+        report_add_reused(report, "raytrace.build");
+    else
+        report_add_pass(report, "raytrace.build", because, form, stats->build_ms, REPORT_SHADOW);
+    report_add_pass(report, "raytrace.trace", because, form, stats->trace_ms, REPORT_SHADE);
+    report_add_bytes(report, "raytrace", stats->scene_bytes);
+    report->counts.lookups += stats->shadow_rays;
+    report->error_is_exact = count_areas(state) == 0;
+}
+
+bool frame_raytrace(struct renderer *renderer, const char *scene_key, const struct view *view,
+                    const struct scene_state *state, const struct camera *camera,
+                    const char *because, struct frame *frame, struct error *err)
 {
     struct raytrace_stats stats;
     struct raytrace_desc desc = {
@@ -46,17 +62,18 @@ bool frame_raytrace(const struct view *view, const struct scene_state *state,
         .state = state,
         .camera = camera,
         .samples_per_side = grid_side(view->quality.samples),
+        .cache = renderer->traced,
     };
+    if (strcmp(renderer->traced_key, scene_key) != 0)
+        renderer_forget_traced(renderer, NULL);
+    snprintf(renderer->traced_key, sizeof renderer->traced_key, "%s", scene_key);
     image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
-    if (!raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err))
-        return false;
-    report_add_pass(&frame->report, "raytrace.build", because, "raytraced", stats.build_ms,
-                    REPORT_SHADOW);
-    report_add_pass(&frame->report, "raytrace.trace", because, "raytraced", stats.trace_ms,
-                    REPORT_SHADE);
-    frame->report.counts.lookups += stats.shadow_rays;
-    frame->report.error_is_exact = count_areas(state) == 0;
-    return true;
+    bool ok = raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err);
+    if (ok)
+        report_trace(&stats, view, state, because, &frame->report);
+    if (renderer_used_bytes(renderer) > renderer->budget_bytes)
+        renderer_forget_traced(renderer, NULL);
+    return ok;
 }
 
 void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report)

@@ -11,7 +11,8 @@ bool frame_is_raytraced(const struct view *view, const struct scene_state *state
                         char because[REPORT_TEXT_BYTES]);
 
 /* Fills the frame's color output and its report. */
-MUST_CHECK bool frame_raytrace(const struct view *view, const struct scene_state *state,
+MUST_CHECK bool frame_raytrace(struct renderer *renderer, const char *scene_key,
+                               const struct view *view, const struct scene_state *state,
                                const struct camera *camera, const char *because,
                                struct frame *frame, struct error *err);
 

@@ -39,7 +39,8 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
             .budget_bytes = renderer->budget_bytes / 2,
         },
         err);
-    if (!renderer->lists || !renderer->shadows)
+    renderer->traced = raytrace_cache_create(err);
+    if (!renderer->lists || !renderer->shadows || !renderer->traced)
         goto fail;
     return renderer;
 
@@ -52,6 +53,7 @@ void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer)
         return;
+    raytrace_cache_destroy(renderer->traced); /* borrows a scene */
     scene_cache_finish(&renderer->scenes);
     shade_finish(&renderer->shade);
     pixel_lists_finish(&renderer->pixels);
@@ -89,7 +91,14 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
 uint64_t renderer_used_bytes(const struct renderer *renderer)
 {
     return renderer->scenes.size_bytes + shadow_system_size_bytes(renderer->shadows) +
-           pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets);
+           pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
+           raytrace_cache_size_bytes(renderer->traced);
+}
+
+void renderer_forget_traced(struct renderer *renderer, const char *key)
+{
+    if (!key || !strcmp(renderer->traced_key, key))
+        raytrace_cache_clear(renderer->traced);
 }
 
 bool renderer_has_scene(const struct renderer *renderer, const char *key)
@@ -108,6 +117,7 @@ static void evict_scenes(struct renderer *renderer, const char *keep)
         if (!oldest)
             return;
         shadow_system_forget(renderer->shadows, oldest);
+        renderer_forget_traced(renderer, oldest);
         scene_cache_remove(&renderer->scenes, oldest);
     }
 }
@@ -138,6 +148,7 @@ void renderer_detach_scene(struct renderer *renderer, const char *key)
     if (!renderer_has_scene(renderer, key))
         return;
     shadow_system_forget(renderer->shadows, key);
+    renderer_forget_traced(renderer, key);
     scene_cache_remove(&renderer->scenes, key);
 }
 

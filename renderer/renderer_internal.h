@@ -4,6 +4,7 @@
 #define VITRAIL_RENDERER_RENDERER_INTERNAL_H
 
 #include "renderer/lights/light_reach.h"
+#include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer.h"
 #include "renderer/scene_cache.h"
 #include "renderer/shading/shade.h"
@@ -20,8 +21,13 @@ struct renderer {
     struct pixel_lists pixels;
     struct shade shade;
     struct scene_cache scenes;
+    struct raytrace_cache *traced; /* of the scene with traced_key */
+    char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
 };
+
+/* Drops the ray tracer's structure when it is of this scene, or of any with NULL. */
+void renderer_forget_traced(struct renderer *renderer, const char *key);
 
 uint64_t renderer_used_bytes(const struct renderer *renderer);
 

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Ground truth: an independent CPU renderer on Embree over the same scene state, materials and
- * lights (docs/shading.md). Camera rays go through all transparent layers, shadow rays multiply
- * every filter they meet, every light is asked at every surface. It shares no code with the
- * rasteriser beyond the evaluation of the view. Thread: any; uses its own threads and no GL. */
+/* An independent CPU renderer on Embree over the same scene state, materials and lights
+ * (docs/shading.md). Camera rays go through all transparent layers, shadow rays multiply every
+ * filter they meet. Two forms by view's quality.reference: the ground truth (f64, every light asked
+ * at every surface, pixels on a regular grid), and production (packets of rays, light clusters,
+ * surfaces shaded once per pixel, the standard multisample positions). Thread: any; uses its own
+ * threads and no GL. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 #define VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 
@@ -10,11 +12,20 @@
 #include "renderer/plan/camera.h"
 #include "renderer/scene/scene_state.h"
 
+/* The last scene built. It borrows the state's scene: clear it before that goes. Thread: one. */
+struct raytrace_cache;
+struct raytrace_cache *raytrace_cache_create(struct error *err);
+void raytrace_cache_destroy(struct raytrace_cache *cache);
+void raytrace_cache_clear(struct raytrace_cache *cache);
+uint64_t raytrace_cache_size_bytes(const struct raytrace_cache *cache);
+
 struct raytrace_desc {
     const struct view *view;         /* required; size, background, quality, clip planes */
     const struct scene_state *state; /* required */
     const struct camera *camera;     /* required */
-    int samples_per_side;            /* of a pixel's regular grid; 0 means 1: the pixel's centre */
+    int samples_per_side;            /* of a pixel's regular grid; 0 means 1: the pixel's centre;
+                                        production takes the 4 standard positions for 2 */
+    struct raytrace_cache *cache;    /* optional: keeps the built scene for the next render */
     int threads;                     /* 0 means one per core */
     /* Optional, called from any thread with the share done in [0, 1]; returning true cancels. */
     bool (*progress)(void *context, double share);
@@ -23,6 +34,8 @@ struct raytrace_desc {
 
 struct raytrace_stats {
     double build_ms, trace_ms;
+    bool is_scene_reused; /* taken from the cache: only the view, lights or materials changed */
+    uint64_t scene_bytes; /* of Embree's structure and our copy of the vertices */
     uint64_t camera_rays, shadow_rays;
 };
 

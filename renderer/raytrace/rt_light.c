@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/scene/matrix.h"
 
@@ -11,51 +12,58 @@ bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_scene *scene
                       const struct view *view, struct error *err)
 {
     *lighting = (struct rt_lighting){.scene = scene, .view = view};
-    lighting->shadow_hits.hits = calloc(RT_HITS_MAX, sizeof *lighting->shadow_hits.hits);
-    if (!lighting->shadow_hits.hits)
-        return error_set(err, ERROR_NO_MEMORY, "hits of a shadow ray");
-    return true;
+    return rt_hits_init(&lighting->shadow_hits, err);
 }
 
 void rt_lighting_finish(struct rt_lighting *lighting)
 {
-    free(lighting->shadow_hits.hits);
+    rt_hits_finish(&lighting->shadow_hits);
     *lighting = (struct rt_lighting){0};
+}
+
+void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arrival,
+                   const double point[3], const struct rt_hit *on, struct rt_ray *ray)
+{
+    double diagonal[3];
+    *ray = (struct rt_ray){.skip_mesh = on ? on->mesh : UINT32_MAX,
+                           .skip_triangle = on ? on->triangle : UINT32_MAX};
+    memcpy(ray->origin, point, sizeof ray->origin);
+    memcpy(ray->direction, arrival->direction, sizeof ray->direction);
+    vec3_sub(scene->state->bounds_max, scene->state->bounds_min, diagonal);
+    ray->t_max = isfinite(arrival->distance_m) ? arrival->distance_m : 4 * vec3_length(diagonal);
+    ray->t_min = scene->epsilon * ray->t_max;
+}
+
+void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arrival,
+                    const double point[3], struct rt_hits *scratch, double sigma[3])
+{
+    double at[3];
+    sigma[0] = sigma[1] = sigma[2] = 0;
+    if (!scene->state->medium_count || !isfinite(arrival->distance_m))
+        return;
+    for (int k = 0; k < 3; k++)
+        at[k] = point[k] + arrival->direction[k] * arrival->distance_m;
+    rt_media_at(scene, at, scratch, sigma);
 }
 
 void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arrival,
                       const double point[3], const struct rt_hit *on, double out[3])
 {
     const struct rt_scene *scene = lighting->scene;
-    struct rt_ray ray = {.skip_mesh = on ? on->mesh : UINT32_MAX,
-                         .skip_triangle = on ? on->triangle : UINT32_MAX};
-    out[0] = out[1] = out[2] = 1;
-    memcpy(ray.origin, point, sizeof ray.origin);
-    memcpy(ray.direction, arrival->direction, sizeof ray.direction);
-    double distance = arrival->distance_m, diagonal[3];
-    vec3_sub(scene->state->bounds_max, scene->state->bounds_min, diagonal);
-    ray.t_max = isfinite(distance) ? distance : 4 * vec3_length(diagonal);
-    ray.t_min = scene->epsilon * ray.t_max;
-    rt_scene_collect(scene, &ray, &lighting->shadow_hits);
+    struct rt_hits *hits = &lighting->shadow_hits;
+    struct rt_ray ray;
+    double sigma[3];
+    rt_light_media(scene, arrival, point, hits, sigma);
+    rt_shadow_ray(scene, arrival, point, on, &ray);
+    rt_scene_collect(scene, &ray, hits);
     lighting->shadow_rays++;
-    lighting->has_overflowed |= lighting->shadow_hits.has_overflowed;
-    for (size_t i = 0; i < lighting->shadow_hits.count; i++) {
-        const struct rt_hit *hit = &lighting->shadow_hits.hits[i];
-        if (rt_scene_is_opaque(scene, hit)) {
-            out[0] = out[1] = out[2] = 0;
-            return;
-        }
-        if (scene->meshes[hit->mesh].item->class_ == STATE_MASKED)
-            continue; /* a hole of the mask */
-        struct rt_surface surface;
-        double filter[3];
-        rt_surface_evaluate(scene, hit, &surface);
-        /* the light comes from the far end of this ray: it enters where the ray sees the back */
-        rt_surface_light_filter(&surface, fabs(vec3_dot(hit->normal, ray.direction)),
-                                !hit->is_front, lighting->view->quality.blend_filter, filter);
-        for (int k = 0; k < 3; k++)
-            out[k] *= filter[k];
-    }
+    lighting->has_overflowed |= hits->has_overflowed;
+    const struct rt_hit *last = hits->count ? &hits->hits[hits->count - 1] : NULL;
+    if (last && !last->is_hidden && rt_scene_is_opaque(scene, last))
+        out[0] = out[1] = out[2] = 0;
+    else
+        rt_path_transmittance(scene, hits, ray.direction, ray.t_max, sigma,
+                              lighting->view->quality.blend_filter, out);
 }
 
 /* Adds the light of one sample. */

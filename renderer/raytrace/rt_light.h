@@ -19,6 +19,14 @@ MUST_CHECK bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_s
                                  const struct view *view, struct error *err);
 void rt_lighting_finish(struct rt_lighting *lighting);
 
+/* The ray from a point to a light. `on`: as below. */
+void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arrival,
+                   const double point[3], const struct rt_hit *on, struct rt_ray *ray);
+
+/* rt_media_at of the light: zeros without media, and for one infinitely far away. */
+void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arrival,
+                    const double point[3], struct rt_hits *scratch, double sigma[3]);
+
 /* Transmittance between an arriving light and a point (relative to rt_scene.origin). `on`: the hit
  * that the point lies on, or NULL. Surfaces must be strictly nearer to the light than the point, by
  * the scene's relative epsilon. */

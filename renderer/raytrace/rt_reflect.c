@@ -9,7 +9,8 @@ static const double min_alpha = 1e-3;
 
 static double schlick(double cosine)
 {
-    return pow(fmin(fmax(1 - cosine, 0), 1), 5);
+    double c = fmin(fmax(1 - cosine, 0), 1), c2 = c * c;
+    return c2 * c2 * c;
 }
 
 static double ggx(double n_dot_h, double n_dot_l, double n_dot_v, double alpha)

@@ -5,12 +5,25 @@
 #include <float.h>
 #include <stdlib.h>
 
+#include "renderer/raytrace/rt_packet.h"
 #include "renderer/raytrace/rt_surface.h"
 #include "renderer/scene/matrix.h"
 
 static const struct scene_primitive *mesh_primitive(const struct rt_scene *scene, uint32_t mesh)
 {
     return &scene->state->scene->primitives[scene->meshes[mesh].item->primitive];
+}
+
+bool rt_hits_init(struct rt_hits *hits, struct error *err)
+{
+    *hits = (struct rt_hits){.hits = calloc(RT_HITS_MAX, sizeof *hits->hits)};
+    return hits->hits || error_set(err, ERROR_NO_MEMORY, "hits of a ray");
+}
+
+void rt_hits_finish(struct rt_hits *hits)
+{
+    free(hits->hits);
+    *hits = (struct rt_hits){0};
 }
 
 static bool add_mesh(struct rt_scene *scene, const struct state_item *item, struct error *err)
@@ -25,6 +38,7 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item, stru
     uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
                                                 RTC_FORMAT_UINT3, 12, p->index_count / 3);
     scene->mesh_count++;
+    scene->vertex_bytes += p->vertex_count * sizeof *mesh->positions;
     mesh->item = item;
     if (!mesh->positions || !vertices || !indices) {
         rtcReleaseGeometry(geometry);
@@ -41,30 +55,108 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item, stru
             vertices[3 * i + (uint32_t)k] = (float)mesh->positions[i][k];
     }
     memcpy(indices, source->indices + p->first_index, (size_t)p->index_count / 3 * 12);
+    if (item->class_ != STATE_OPAQUE) /* rays in packets stop at opaque ones by themselves */
+        rtcSetGeometryOccludedFilterFunction(geometry, rt_packet_filter);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene->scene, geometry, (unsigned)(scene->mesh_count - 1));
     rtcReleaseGeometry(geometry);
     return true;
 }
 
+/* FNV-1a by words: of the geometry alone, so that a change of colours keeps it. */
+static uint64_t hash_words(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *p = bytes;
+    for (size_t i = 0; i + 8 <= size; i += 8) {
+        uint64_t word;
+        memcpy(&word, p + i, sizeof word);
+        hash = (hash ^ word) * 0x100000001b3ull;
+        hash ^= hash >> 29;
+    }
+    return hash;
+}
+
+static uint64_t geometry_key(const struct scene_state *state)
+{
+    uint64_t hash = hash_words(0xcbf29ce484222325ull, &state->scene->indices, sizeof(uint32_t *));
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        const uint64_t words[2] = {(uint64_t)item->node << 32 | item->primitive,
+                                   (uint64_t)item->class_ << 1 | item->casts_shadow};
+        hash = hash_words(hash, words, sizeof words);
+        hash = hash_words(hash, state->world[item->node], sizeof state->world[item->node]);
+    }
+    return hash;
+}
+
+static void bind_view(struct rt_scene *scene, const struct scene_state *state,
+                      const struct view *view)
+{
+    scene->state = state;
+    scene->clip_planes = view->clip_planes;
+    scene->clip_plane_count = view->clip_plane_count;
+}
+
+bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
+                     const struct view *view)
+{
+    if (!scene->scene || scene->key != geometry_key(state))
+        return false;
+    bind_view(scene, state, view);
+    size_t mesh = 0;
+    for (size_t i = 0; i < state->item_count; i++)
+        if (state->items[i].casts_shadow)
+            scene->meshes[mesh++].item = &state->items[i];
+    return true;
+}
+
+uint64_t rt_scene_size_bytes(const struct rt_scene *scene)
+{
+    return scene->scene ? (uint64_t)atomic_load(&scene->embree_bytes) + scene->vertex_bytes : 0;
+}
+
+static bool count_memory(void *scene, ssize_t bytes, bool is_after)
+{
+    (void)is_after;
+    atomic_fetch_add(&((struct rt_scene *)scene)->embree_bytes, bytes);
+    return true;
+}
+
+/* sRGB electro-optical transfer function, IEC 61966-2-1. */
+static double linear_from_srgb(double x)
+{
+    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+}
+
+static void set_constants(struct rt_scene *scene, const struct scene_state *state)
+{
+    double diagonal[3] = {0};
+    if (state->bounds_min[0] <= state->bounds_max[0]) {
+        vec3_sub(state->bounds_max, state->bounds_min, diagonal);
+        for (int k = 0; k < 3; k++)
+            scene->origin[k] = 0.5 * (state->bounds_min[k] + state->bounds_max[k]);
+    }
+    scene->epsilon = 2e-5;
+    scene->nudge_m = 1e-6 * 0.5 * vec3_length(diagonal); /* 16 ulp of the outermost vertex */
+    for (int i = 0; i < 256; i++)
+        scene->linear_from_srgb[i] = linear_from_srgb(i / 255.0);
+}
+
 bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, const struct view *view,
                    struct error *err)
 {
-    *scene = (struct rt_scene){
-        .state = state,
-        .epsilon = 2e-5,
-        .clip_planes = view->clip_planes,
-        .clip_plane_count = view->clip_plane_count,
-    };
-    if (state->bounds_min[0] <= state->bounds_max[0])
-        for (int k = 0; k < 3; k++)
-            scene->origin[k] = 0.5 * (state->bounds_min[k] + state->bounds_max[k]);
+    *scene = (struct rt_scene){.key = geometry_key(state)};
+    bind_view(scene, state, view);
+    set_constants(scene, state);
     scene->meshes = calloc(state->item_count + 1, sizeof *scene->meshes);
     scene->device = rtcNewDevice("threads=1");
     if (!scene->meshes || !scene->device) {
         error_set(err, ERROR_NO_MEMORY, "ray tracing %zu drawables", state->item_count);
         goto fail;
     }
+    rtcSetDeviceMemoryMonitorFunction(scene->device, count_memory, scene);
+    scene->has_packets =
+        rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
     scene->scene = rtcNewScene(scene->device);
     rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_MEDIUM); /* no spatial splits */
@@ -166,31 +258,41 @@ static bool is_drawn(const struct rt_scene *scene, const struct rt_ray *ray,
     return !ray->culls_back_faces || hit->is_front || (m->flags & SCENE_MATERIAL_DOUBLE_SIDED);
 }
 
+bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, uint32_t mesh,
+                      uint32_t triangle, struct rt_hits *hits)
+{
+    struct rt_hit hit = {.mesh = mesh, .triangle = triangle};
+    bool is_medium = scene->meshes[mesh].item->is_medium;
+    if (hit.mesh == ray->skip_mesh && hit.triangle == ray->skip_triangle)
+        return false;
+    if (ray->only_media && !is_medium)
+        return false;
+    if (!refine_hit(scene, ray, &hit) || hit.t <= 0 || hit.t >= ray->t_max)
+        return false;
+    /* a medium entered before the camera's near plane is entered all the same */
+    if (hit.t <= ray->t_min && !(is_medium && ray->culls_back_faces))
+        return false;
+    hit.is_hidden = ray->only_media || hit.t <= ray->t_min || !is_drawn(scene, ray, &hit) ||
+                    is_clipped(scene, ray, hit.t);
+    if (hit.is_hidden && !is_medium)
+        return false;
+    if (hits->count == RT_HITS_MAX) {
+        hits->has_overflowed = true;
+        return false;
+    }
+    hits->hits[hits->count++] = hit;
+    return !hit.is_hidden && rt_scene_is_opaque(scene, &hit);
+}
+
 /* Rejects every hit after recording it, so that Embree shows them all; an opaque one is accepted,
  * which shortens the ray to it. */
 static void on_hit(const struct RTCFilterFunctionNArguments *args)
 {
     struct collect_context *context = (struct collect_context *)args->context;
-    struct rt_hits *hits = context->hits;
-    const struct RTCRay *embree_ray = (const struct RTCRay *)args->ray;
-    const struct RTCHit *embree_hit = (const struct RTCHit *)args->hit;
-    args->valid[0] = 0;
-    struct rt_hit hit = {
-        .t = (double)embree_ray->tfar, .mesh = embree_hit->geomID, .triangle = embree_hit->primID};
-    const struct rt_ray *ray = context->ray;
-    if (hit.mesh == ray->skip_mesh && hit.triangle == ray->skip_triangle)
-        return;
-    if (!refine_hit(context->scene, ray, &hit) || hit.t <= ray->t_min || hit.t >= ray->t_max)
-        return;
-    if (!is_drawn(context->scene, ray, &hit) || is_clipped(context->scene, ray, hit.t))
-        return;
-    if (hits->count == RT_HITS_MAX) {
-        hits->has_overflowed = true;
-        return;
-    }
-    hits->hits[hits->count++] = hit;
-    if (rt_scene_is_opaque(context->scene, &hit))
-        args->valid[0] = -1;
+    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
+    bool ends =
+        rt_scene_add_hit(context->scene, context->ray, hit->geomID, hit->primID, context->hits);
+    args->valid[0] = ends ? -1 : 0;
 }
 
 static int compare_hits(const void *a, const void *b)
@@ -203,18 +305,79 @@ static int compare_hits(const void *a, const void *b)
     return x->triangle < y->triangle ? -1 : x->triangle > y->triangle;
 }
 
-/* Sorted and without duplicates, cut after the first opaque surface. */
-static void order_hits(const struct rt_scene *scene, struct rt_hits *hits)
+/* In a robust scene a ray through an edge meets the triangles on both sides of it. */
+static bool is_at_border(const struct rt_hit *hit)
 {
-    qsort(hits->hits, hits->count, sizeof *hits->hits, compare_hits);
+    return fmin(fmin(hit->u, hit->v), 1 - hit->u - hit->v) < 1e-5;
+}
+
+static int count_shared_corners(const struct rt_scene *scene, const struct rt_hit *a,
+                                const struct rt_hit *b)
+{
+    const struct scene_primitive *p = mesh_primitive(scene, a->mesh);
+    const uint32_t *index = scene->state->scene->indices + p->first_index;
+    const double(*position)[3] = (const double(*)[3])scene->meshes[a->mesh].positions;
+    int shared = 0;
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+            shared += !memcmp(position[index[3 * (size_t)a->triangle + i]],
+                              position[index[3 * (size_t)b->triangle + j]], sizeof *position);
+    return shared;
+}
+
+static bool is_same_crossing(const struct rt_scene *scene, const struct rt_hit *a,
+                             const struct rt_hit *b)
+{
+    if (a->mesh != b->mesh || a->is_front != b->is_front)
+        return false;
+    if (a->triangle == b->triangle)
+        return true;
+    if (!is_at_border(a) || !is_at_border(b))
+        return false;
+    int shared = count_shared_corners(scene, a, b);
+    return shared == 1 || shared == 2; /* 3: a triangle that the file has twice */
+}
+
+/* Of a triangle reported twice both hits have the same t, so that they are neighbours. */
+static bool is_known(const struct rt_scene *scene, const struct rt_hits *hits, size_t kept,
+                     const struct rt_hit *hit)
+{
+    size_t first = is_at_border(hit) ? 0 : kept ? kept - 1 : 0;
+    for (size_t k = kept; k-- > first;) {
+        if (hit->t - hits->hits[k].t > 4 * scene->nudge_m)
+            return false;
+        if (is_same_crossing(scene, &hits->hits[k], hit))
+            return true;
+    }
+    return false;
+}
+
+/* Few hits, as most rays have, are sorted by insertion. */
+static void sort_hits(struct rt_hits *hits)
+{
+    if (hits->count > 16) {
+        qsort(hits->hits, hits->count, sizeof *hits->hits, compare_hits);
+        return;
+    }
+    for (size_t i = 1; i < hits->count; i++) {
+        struct rt_hit hit = hits->hits[i];
+        size_t k = i;
+        for (; k && compare_hits(&hits->hits[k - 1], &hit) > 0; k--)
+            hits->hits[k] = hits->hits[k - 1];
+        hits->hits[k] = hit;
+    }
+}
+
+void rt_scene_order_hits(const struct rt_scene *scene, struct rt_hits *hits)
+{
+    sort_hits(hits);
     size_t kept = 0;
     for (size_t i = 0; i < hits->count; i++) {
-        struct rt_hit *hit = &hits->hits[i];
-        if (kept && hits->hits[kept - 1].mesh == hit->mesh &&
-            hits->hits[kept - 1].triangle == hit->triangle)
+        const struct rt_hit hit = hits->hits[i];
+        if (is_known(scene, hits, kept, &hit))
             continue;
-        hits->hits[kept++] = *hit;
-        if (rt_scene_is_opaque(scene, hit))
+        hits->hits[kept++] = hit;
+        if (!hit.is_hidden && rt_scene_is_opaque(scene, &hit))
             break;
     }
     hits->count = kept;
@@ -244,7 +407,7 @@ void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, st
     rtcInitIntersectContext(&context.embree);
     context.embree.filter = on_hit;
     rtcIntersect1(scene->scene, &context.embree, &query);
-    order_hits(scene, hits);
+    rt_scene_order_hits(scene, hits);
 }
 
 bool rt_scene_is_opaque(const struct rt_scene *scene, const struct rt_hit *hit)

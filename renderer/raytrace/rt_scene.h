@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* The scene as rays see it: Embree finds candidate triangles in f32, hits are recomputed in f64. */
+/* The scene as rays see it: Embree finds candidate triangles in f32, hits are recomputed in f64.
+ * Thread: built by one, then read by any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_SCENE_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_SCENE_H
 
 #include <embree3/rtcore.h>
+#include <stdatomic.h>
 
 #include "renderer/scene/scene_state.h"
 
@@ -18,8 +20,14 @@ struct rt_scene {
     RTCScene scene;
     struct rt_mesh *meshes; /* by Embree geometry id */
     size_t mesh_count;
-    double origin[3]; /* world; centre of the scene, so that f32 keeps its precision */
-    double epsilon;   /* relative tolerance of "strictly nearer", as the rasteriser's */
+    uint64_t key;     /* of the geometry: what the Embree scene was built from */
+    bool has_packets; /* the processor has what rays in packets of 8 need */
+    atomic_llong embree_bytes;
+    uint64_t vertex_bytes;
+    double origin[3];             /* world; centre of the scene, so that f32 keeps its precision */
+    double epsilon;               /* relative tolerance of "strictly nearer", as the rasteriser's */
+    double nudge_m;               /* how far f32 may misplace a point of the scene */
+    double linear_from_srgb[256]; /* of the texels' bytes */
     const double (*clip_planes)[4]; /* world; borrowed */
     size_t clip_plane_count;
 };
@@ -29,29 +37,50 @@ struct rt_hit {
     double u, v;      /* barycentric weights of the second and third vertex */
     double normal[3]; /* geometric, unit, counter-clockwise side */
     uint32_t mesh, triangle;
-    bool is_front; /* the ray's origin sees the front face */
+    bool is_front;  /* the ray's origin sees the front face */
+    bool is_hidden; /* not drawn (a culled face, or clipped away): it only bounds its medium */
 };
 
 /* Every hit of one ray with t in (t_min, t_max), nearest first; opaque surfaces end the list. */
 enum { RT_HITS_MAX = 16384 };
 struct rt_hits {
-    struct rt_hit *hits; /* owned, capacity RT_HITS_MAX */
+    struct rt_hit *hits; /* owned, capacity RT_HITS_MAX; pages are touched as they are needed */
     size_t count;
     bool has_overflowed;
 };
+MUST_CHECK bool rt_hits_init(struct rt_hits *hits, struct error *err);
+void rt_hits_finish(struct rt_hits *hits); /* accepts zeroed */
 
 struct rt_ray {
     double origin[3], direction[3]; /* origin relative to rt_scene.origin */
     double t_min, t_max;
     bool culls_back_faces;             /* of single-sided materials, for camera rays */
+    bool only_media;                   /* through everything, keeping surfaces of media */
     uint32_t skip_mesh, skip_triangle; /* the triangle that the ray starts on; UINT32_MAX: none */
 };
 
 MUST_CHECK bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state,
                               const struct view *view, struct error *err);
-void rt_scene_finish(struct rt_scene *scene);
+void rt_scene_finish(struct rt_scene *scene); /* accepts zeroed */
 
-/* Collects hits in order. Duplicates that Embree reports twice are dropped. */
+/* Takes a built scene over to another state and view of the same scene file: false, and nothing
+ * happens, when its geometry is another. */
+bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
+                     const struct view *view);
+
+uint64_t rt_scene_size_bytes(const struct rt_scene *scene);
+
+/* Adds a candidate triangle to the hits, recomputed in f64, if the ray counts it. Returns whether
+ * it ends the ray. */
+bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, uint32_t mesh,
+                      uint32_t triangle, struct rt_hits *hits);
+
+/* Sorts the hits; one crossing counts once, also where Embree reports a triangle twice or the ray
+ * runs through an edge or corner that triangles of one surface share; cuts after the first opaque
+ * surface. */
+void rt_scene_order_hits(const struct rt_scene *scene, struct rt_hits *hits);
+
+/* Both of the above for all that the ray meets. */
 void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, struct rt_hits *hits);
 
 /* The three vertex numbers (in the scene's streams) of a triangle. */

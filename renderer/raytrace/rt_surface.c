@@ -11,12 +11,6 @@ static double clamp01(double x)
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* sRGB electro-optical transfer function, IEC 61966-2-1. */
-static double linear_from_srgb(double x)
-{
-    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
-}
-
 static int64_t wrap_texel(int64_t i, int64_t size, uint32_t mode)
 {
     if (mode == WRAP_CLAMP)
@@ -28,28 +22,27 @@ static int64_t wrap_texel(int64_t i, int64_t size, uint32_t mode)
     return ((i % size) + size) % size;
 }
 
-static void read_texel(const struct scene *scene, const struct scene_texture *texture, int64_t x,
+static void read_texel(const struct rt_scene *rt, const struct scene_texture *texture, int64_t x,
                        int64_t y, bool is_srgb, double out[4])
 {
+    const struct scene *scene = rt->state->scene;
     const struct scene_image *image = &scene->images[texture->image];
     x = wrap_texel(x, image->width_px, texture->wrap_s);
     y = wrap_texel(y, image->height_px, texture->wrap_t);
     const uint8_t *texel =
         scene->pixels + image->offset_bytes + 4 * ((size_t)y * image->width_px + (size_t)x);
-    for (int k = 0; k < 4; k++) {
-        double value = texel[k] / 255.0;
-        out[k] = is_srgb && k < 3 ? linear_from_srgb(value) : value;
-    }
+    for (int k = 0; k < 4; k++)
+        out[k] = is_srgb && k < 3 ? rt->linear_from_srgb[texel[k]] : texel[k] / 255.0;
 }
 
 /* Bilinear at the finest level; supersampling does the rest of the filtering. */
-static void sample_texture(const struct scene *scene, const struct scene_texture *texture,
+static void sample_texture(const struct rt_scene *rt, const struct scene_texture *texture,
                            const double uv[2], bool is_srgb, double out[4])
 {
-    const struct scene_image *image = &scene->images[texture->image];
+    const struct scene_image *image = &rt->state->scene->images[texture->image];
     double x = uv[0] * image->width_px, y = uv[1] * image->height_px;
     if (texture->mag_filter == FILTER_NEAREST) {
-        read_texel(scene, texture, (int64_t)floor(x), (int64_t)floor(y), is_srgb, out);
+        read_texel(rt, texture, (int64_t)floor(x), (int64_t)floor(y), is_srgb, out);
         return;
     }
     x -= 0.5;
@@ -59,8 +52,8 @@ static void sample_texture(const struct scene *scene, const struct scene_texture
         out[k] = 0;
     for (int corner = 0; corner < 4; corner++) {
         double texel[4], weight = (corner & 1 ? fx : 1 - fx) * (corner & 2 ? fy : 1 - fy);
-        read_texel(scene, texture, (int64_t)floor(x) + (corner & 1),
-                   (int64_t)floor(y) + (corner >> 1), is_srgb, texel);
+        read_texel(rt, texture, (int64_t)floor(x) + (corner & 1), (int64_t)floor(y) + (corner >> 1),
+                   is_srgb, texel);
         for (int k = 0; k < 4; k++)
             out[k] += weight * texel[k];
     }
@@ -118,7 +111,7 @@ static void sample_slot(const struct rt_scene *scene, const struct rt_hit *hit, 
         uv[row] = (double)m[0] * raw[0] + (double)m[1] * raw[1] + (double)m[2];
     }
     bool is_srgb = slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
-    sample_texture(s, &s->textures[ref->texture], uv, is_srgb, out);
+    sample_texture(scene, &s->textures[ref->texture], uv, is_srgb, out);
 }
 
 void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4])
@@ -227,16 +220,34 @@ static void evaluate_normal(const struct rt_scene *scene, const struct rt_hit *h
         memcpy(normal, mapped, sizeof mapped);
 }
 
+void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
+                                struct rt_surface *surface)
+{
+    const struct scene_material *m = hit_material(scene, hit);
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    double base[4], texel[4];
+    surface->material = m;
+    rt_surface_base(scene, hit, base);
+    memcpy(surface->base, base, sizeof surface->base);
+    surface->alpha = m->alpha_mode == SCENE_BLEND ? base[3] : 1;
+    surface->transmission = surface->thickness_m = 0;
+    if (m->transmission <= 0)
+        return;
+    sample_slot(scene, hit, SCENE_TEXTURE_TRANSMISSION, texel);
+    surface->transmission = (double)m->transmission * texel[0];
+    if (m->thickness <= 0 || item->is_medium)
+        return; /* the inside of a medium attenuates, not its surface: rt_path.h */
+    sample_slot(scene, hit, SCENE_TEXTURE_THICKNESS, texel);
+    surface->thickness_m = (double)m->thickness * texel[1] * (double)item->length_scale;
+}
+
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          struct rt_surface *surface)
 {
     const struct scene_material *m = hit_material(scene, hit);
-    double base[4], texel[4];
-    *surface = (struct rt_surface){.material = m};
+    double texel[4];
+    rt_surface_evaluate_filter(scene, hit, surface);
     evaluate_normal(scene, hit, m, surface->normal);
-    rt_surface_base(scene, hit, base);
-    memcpy(surface->base, base, sizeof surface->base);
-    surface->alpha = m->alpha_mode == SCENE_BLEND ? base[3] : 1;
     sample_slot(scene, hit, SCENE_TEXTURE_METALLIC_ROUGHNESS, texel);
     surface->metallic = clamp01((double)m->metallic * texel[2]);
     surface->roughness = clamp01((double)m->roughness * texel[1]);
@@ -245,11 +256,6 @@ void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
     sample_slot(scene, hit, SCENE_TEXTURE_EMISSIVE, texel);
     for (int k = 0; k < 3; k++)
         surface->emissive[k] = (double)m->emissive[k] * texel[k];
-    sample_slot(scene, hit, SCENE_TEXTURE_TRANSMISSION, texel);
-    surface->transmission = (double)m->transmission * texel[0];
-    sample_slot(scene, hit, SCENE_TEXTURE_THICKNESS, texel);
-    surface->thickness_m =
-        (double)m->thickness * texel[1] * (double)scene->meshes[hit->mesh].item->length_scale;
     double reflectance = ((double)m->ior - 1) / ((double)m->ior + 1);
     surface->f0 = m->ior > 0 ? reflectance * reflectance : 1;
 }
@@ -283,7 +289,8 @@ static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
 double rt_surface_fresnel(const struct rt_surface *s, double cosine)
 {
     double f90 = fmin(50 * s->f0, 1);
-    return s->f0 + (f90 - s->f0) * pow(1 - clamp01(cosine), 5);
+    double c = 1 - clamp01(cosine), c2 = c * c;
+    return s->f0 + (f90 - s->f0) * c2 * c2 * c;
 }
 
 void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool enters,

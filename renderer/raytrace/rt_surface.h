@@ -18,6 +18,10 @@ struct rt_surface {
 /* Base colour and alpha after texture and vertex colour, each in [0, 1]. */
 void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4]);
 
+/* Only what rt_surface_light_filter needs: material, base, alpha, transmission and thickness. */
+void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
+                                struct rt_surface *surface);
+
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          struct rt_surface *surface);
 

@@ -82,7 +82,11 @@ static struct frame render(struct renderer *renderer, const char *key, enum view
         .width_px = SIDE_PX,
         .height_px = SIDE_PX,
         .camera = {.kind = VIEW_CAMERA_NODE, .node = camera},
-        .quality = {.shadows = shadows, .samples = 1, .shadow_taps = 1, .shadow_resolution = 2048},
+        .quality = {.shadows = shadows,
+                    .samples = 1,
+                    .shadow_taps = 1,
+                    .shadow_resolution = 2048,
+                    .reference = shadows == VIEW_SHADOWS_RAYTRACED},
     };
     struct frame frame;
     struct error err = {0};
@@ -161,6 +165,7 @@ static void shading_equals_the_ground_truth(void **state)
     struct image truth;
     assert_true(scene_state_init(&scene_state, &rig.imported.scene, &view, &err));
     assert_true(camera_resolve(&camera, &view, &scene_state, &err));
+    view.quality.reference = true;
     struct raytrace_desc desc = {.view = &view, .state = &scene_state, .camera = &camera};
     assert_true(raytrace_render(&desc, &truth, NULL, &err));
     double share = share_of_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &truth, 2e-3);

@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: MIT */
+/* Gathering surfaces of pixels, and compositing them. Lighting is in rt_batch_light.c. */
+#include "renderer/raytrace/rt_batch.h"
+
+#include <stdlib.h>
+
+#include "renderer/raytrace/rt_batch_light.h"
+#include "renderer/raytrace/rt_path.h"
+#include "renderer/scene/matrix.h"
+
+enum { BATCH_FRAGMENTS = 4096 }; /* 2 MB: what a core's cache holds */
+
+static const double SAME_SURFACE = 0.02; /* of the depth, as shade_pixels.comp.glsl has it */
+
+bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, struct error *err)
+{
+    batch->desc = *desc;
+    batch->light_counts = calloc(desc->scene->state->light_count + 1, sizeof *batch->light_counts);
+    batch->jobs = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->jobs);
+    batch->sorted = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->sorted);
+    if (!batch->light_counts || !batch->jobs || !batch->sorted)
+        return error_set(err, ERROR_NO_MEMORY, "%d waiting shadow rays", RT_BATCH_JOBS_MAX);
+    return rt_packet_init(&batch->packet, desc->scene, err) && rt_hits_init(&batch->scratch, err);
+}
+
+void rt_batch_finish(struct rt_batch *batch)
+{
+    free(batch->fragments);
+    free(batch->steps);
+    free(batch->sample_ends);
+    free(batch->pixels);
+    free(batch->jobs);
+    free(batch->sorted);
+    free(batch->light_counts);
+    rt_packet_finish(&batch->packet);
+    rt_hits_finish(&batch->scratch);
+    *batch = (struct rt_batch){0};
+}
+
+static bool reserve(void **array, size_t *capacity, size_t count, size_t item_bytes)
+{
+    if (count <= *capacity)
+        return true;
+    size_t grown = 2 * count + 1024;
+    void *moved = realloc(*array, grown * item_bytes);
+    if (!moved)
+        return false;
+    *array = moved;
+    *capacity = grown;
+    return true;
+}
+
+static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
+{
+    void *fragments = batch->fragments, *steps = batch->steps;
+    void *ends = batch->sample_ends, *pixels = batch->pixels;
+    size_t hits = sample->hits->count;
+    bool ok =
+        reserve(&fragments, &batch->fragment_capacity, batch->fragment_count + hits,
+                sizeof *batch->fragments) &&
+        reserve(&steps, &batch->step_capacity, batch->step_count + hits + 1,
+                sizeof *batch->steps) &&
+        reserve(&ends, &batch->sample_capacity, batch->sample_count + 1,
+                sizeof *batch->sample_ends) &&
+        reserve(&pixels, &batch->pixel_capacity, batch->pixel_count + 1, sizeof *batch->pixels);
+    batch->fragments = fragments;
+    batch->steps = steps;
+    batch->sample_ends = ends;
+    batch->pixels = pixels;
+    return ok;
+}
+
+static bool is_same_surface(const struct rt_fragment *fragment, const struct rt_hit *hit,
+                            bool is_opaque)
+{
+    const struct rt_hit *known = &fragment->hit;
+    if (known->mesh != hit->mesh || fragment->is_opaque != is_opaque ||
+        known->is_front != hit->is_front)
+        return false;
+    if (!is_opaque)
+        return known->triangle == hit->triangle;
+    return fabs(known->t - hit->t) <= SAME_SURFACE * fmax(known->t, hit->t);
+}
+
+/* The pixel's fragment for a hit: one that an earlier sample made, or a new one. guess: where to
+ * look first, since samples of a pixel mostly cross the same surfaces in the same order. */
+static uint32_t find_fragment(struct rt_batch *batch, const struct rt_sample *sample,
+                              const struct rt_hit *hit, bool is_opaque, size_t guess)
+{
+    guess += batch->pixel_fragments;
+    if (guess < batch->fragment_count && is_same_surface(&batch->fragments[guess], hit, is_opaque))
+        return (uint32_t)guess;
+    for (size_t i = batch->pixel_fragments; sample->index && i < batch->fragment_count; i++)
+        if (is_same_surface(&batch->fragments[i], hit, is_opaque))
+            return (uint32_t)i;
+    struct rt_fragment *fragment = &batch->fragments[batch->fragment_count];
+    fragment->hit = *hit;
+    fragment->x = sample->x;
+    fragment->y = sample->y;
+    fragment->is_opaque = is_opaque;
+    double relative[3];
+    for (int k = 0; k < 3; k++) {
+        fragment->point[k] = sample->ray->origin[k] + sample->ray->direction[k] * hit->t;
+        fragment->view[k] = -sample->ray->direction[k];
+        relative[k] =
+            fragment->point[k] + batch->desc.scene->origin[k] - batch->desc.camera->eye[k];
+    }
+    vec3_normalize(fragment->view);
+    fragment->view_z = -vec3_dot(relative, batch->desc.camera->back);
+    return (uint32_t)batch->fragment_count++;
+}
+
+static void begin_media(struct rt_batch *batch, const struct rt_sample *sample, double sigma[3])
+{
+    if (batch->desc.camera->is_orthographic)
+        rt_media_at(batch->desc.scene, sample->ray->origin, &batch->scratch, sigma);
+    else
+        memcpy(sigma, batch->desc.eye_sigma, sizeof batch->desc.eye_sigma);
+}
+
+bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
+{
+    const struct rt_scene *scene = batch->desc.scene;
+    if (!reserve_for(batch, sample))
+        return false;
+    if (sample->index == 0) {
+        batch->pixel_fragments = batch->fragment_count;
+        batch->pixels[batch->pixel_count][0] = sample->x;
+        batch->pixels[batch->pixel_count++][1] = sample->y;
+    }
+    batch->has_overflowed |= sample->hits->has_overflowed;
+    double sigma[3], through[3] = {1, 1, 1}, t = 0;
+    double length = vec3_length(sample->ray->direction);
+    begin_media(batch, sample, sigma);
+    for (size_t i = 0; i < sample->hits->count; i++) {
+        const struct rt_hit *hit = &sample->hits->hits[i];
+        rt_media_attenuate(sigma, (hit->t - t) * length, through);
+        rt_media_cross(scene, hit, sigma);
+        t = hit->t;
+        bool is_opaque = !hit->is_hidden && rt_scene_is_opaque(scene, hit);
+        if (hit->is_hidden || (!is_opaque && scene->meshes[hit->mesh].item->class_ == STATE_MASKED))
+            continue;
+        struct rt_step *step = &batch->steps[batch->step_count++];
+        step->fragment = find_fragment(batch, sample, hit, is_opaque, i);
+        for (int k = 0; k < 3; k++)
+            step->through[k] = (float)through[k], through[k] = 1;
+    }
+    batch->sample_ends[batch->sample_count++] = (uint32_t)batch->step_count;
+    return true;
+}
+
+bool rt_batch_is_full(const struct rt_batch *batch)
+{
+    return batch->fragment_count >= BATCH_FRAGMENTS;
+}
+
+/* Front to back over the ordered layers: docs/shading.md section 2. */
+static void composite(const struct rt_batch *batch, size_t first, size_t end, double sum[4])
+{
+    const float *b = batch->desc.view->background;
+    double through[3] = {1, 1, 1}, behind[4];
+    for (int k = 0; k < 3; k++)
+        behind[k] = (double)b[k] * (double)b[3];
+    behind[3] = (double)b[3];
+    for (size_t i = first; i < end; i++) {
+        const struct rt_step *step = &batch->steps[i];
+        const struct rt_fragment *fragment = &batch->fragments[step->fragment];
+        for (int k = 0; k < 3; k++)
+            through[k] *= (double)step->through[k];
+        if (fragment->is_opaque) {
+            memcpy(behind, fragment->radiance, sizeof fragment->radiance);
+            behind[3] = 1;
+            break;
+        }
+        for (int k = 0; k < 3; k++) {
+            sum[k] += through[k] * fragment->surface.alpha * fragment->radiance[k];
+            through[k] *= fragment->filter[k];
+        }
+    }
+    for (int k = 0; k < 3; k++)
+        sum[k] += through[k] * behind[k];
+    sum[3] += 1 - (1 - behind[3]) * (through[0] + through[1] + through[2]) / 3;
+}
+
+static void write_pixels(const struct rt_batch *batch, struct image *image)
+{
+    size_t sample = 0, step = 0;
+    for (size_t p = 0; p < batch->pixel_count; p++) {
+        double sum[4] = {0};
+        for (int s = 0; s < batch->desc.samples; s++) {
+            composite(batch, step, batch->sample_ends[sample], sum);
+            step = batch->sample_ends[sample++];
+        }
+        float *out =
+            (float *)image->pixels + 4 * ((size_t)batch->pixels[p][1] * (size_t)image->width_px +
+                                          (size_t)batch->pixels[p][0]);
+        for (int k = 0; k < 4; k++)
+            out[k] = (float)(sum[k] / batch->desc.samples);
+    }
+}
+
+void rt_batch_shade(struct rt_batch *batch, struct image *image)
+{
+    rt_batch_light(batch);
+    write_pixels(batch, image);
+    batch->fragment_count = batch->step_count = batch->sample_count = batch->pixel_count = 0;
+}

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: MIT */
+/* A batch of surfaces that some pixels show: gathered from sorted hits, lit together, composited
+ * per sample. Opaque surfaces are shaded once per pixel and surface, at the first sample that shows
+ * it; transparent triangles once per pixel. Thread: one per batch. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
+
+#include "renderer/image/image.h"
+#include "renderer/raytrace/rt_lamps.h"
+#include "renderer/raytrace/rt_packet.h"
+#include "renderer/raytrace/rt_surface.h"
+
+struct rt_fragment { /* one surface in one pixel */
+    struct rt_hit hit;
+    struct rt_surface surface;
+    double point[3], view[3]; /* relative to rt_scene.origin; unit, to the viewer */
+    double radiance[3];       /* out, nt, before coverage */
+    double filter[3];         /* of what lies behind */
+    double view_z;
+    int x, y;
+    bool is_opaque;
+};
+
+struct rt_step { /* of one sample, front to back */
+    uint32_t fragment;
+    float through[3]; /* of the media since the step before */
+};
+
+struct rt_ray_job { /* one shadow ray, waiting */
+    uint32_t fragment, light;
+    float direction[3], distance_m;
+    float weight[3]; /* radiance that the light adds where nothing is between */
+};
+
+struct rt_batch_desc {
+    const struct rt_scene *scene; /* required */
+    const struct view *view;      /* required */
+    const struct camera *camera;  /* required */
+    const struct rt_lamps *lamps; /* required */
+    double eye_sigma[3];          /* of a perspective camera */
+    int samples;                  /* per pixel */
+};
+
+struct rt_batch { /* zeroed before init; arrays grow and are kept */
+    struct rt_batch_desc desc;
+    struct rt_fragment *fragments;
+    struct rt_step *steps;
+    uint32_t *sample_ends; /* of each sample's steps */
+    int (*pixels)[2];
+    struct rt_ray_job *jobs, *sorted;
+    uint32_t *light_counts; /* of waiting jobs, by light, one more than lights */
+    size_t fragment_count, step_count, sample_count, pixel_count, job_count;
+    size_t fragment_capacity, step_capacity, sample_capacity, pixel_capacity;
+    size_t pixel_fragments; /* first fragment of the pixel being gathered */
+    struct rt_packet packet;
+    struct rt_hits scratch;
+    uint64_t shadow_rays;
+    bool has_overflowed;
+};
+
+MUST_CHECK bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc,
+                              struct error *err);
+void rt_batch_finish(struct rt_batch *batch); /* accepts zeroed */
+
+struct rt_sample {
+    int x, y, index; /* pixel, y down; number of the sample in it */
+    const struct rt_ray *ray;
+    const struct rt_hits *hits; /* in order */
+};
+/* Samples come pixel by pixel, in the order of their numbers. False when memory runs out. */
+MUST_CHECK bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample);
+
+/* Whether it is time to shade; only between pixels. */
+bool rt_batch_is_full(const struct rt_batch *batch);
+
+/* Lights all surfaces, writes the pixels and empties the batch. */
+void rt_batch_shade(struct rt_batch *batch, struct image *image);
+
+#endif

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+/* Threads of one picture, and its camera rays. */
+#include "renderer/raytrace/rt_job.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+enum { THREADS_MAX = 256 };
+
+int rt_job_next(struct rt_job *job, bool has_done_one)
+{
+    const struct raytrace_desc *desc = job->desc;
+    if (has_done_one) {
+        int done = atomic_fetch_add(&job->units_done, 1) + 1;
+        if (desc->progress && desc->progress(desc->context, (double)done / job->unit_count))
+            atomic_store(&job->is_cancelled, true);
+    }
+    if (atomic_load(&job->is_cancelled) || atomic_load(&job->has_no_memory))
+        return -1;
+    int unit = atomic_fetch_add(&job->next_unit, 1);
+    return unit < job->unit_count ? unit : -1;
+}
+
+static int choose_threads(const struct rt_job *job)
+{
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    int threads = job->desc->threads ? job->desc->threads : (int)(cores > 0 ? cores : 1);
+    threads = threads > job->unit_count ? job->unit_count : threads;
+    return threads < 1 ? 1 : threads > THREADS_MAX ? THREADS_MAX : threads;
+}
+
+struct thread {
+    const struct rt_form *form;
+    void *worker;
+};
+
+static void *run_thread(void *argument)
+{
+    const struct thread *thread = argument;
+    thread->form->run(thread->worker);
+    return NULL;
+}
+
+bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err)
+{
+    int count = choose_threads(job), ready = 0, started = 0;
+    char *workers = calloc((size_t)count, form->worker_bytes);
+    struct thread shares[THREADS_MAX];
+    pthread_t threads[THREADS_MAX];
+    bool ok = workers != NULL;
+    if (!ok)
+        error_set(err, ERROR_NO_MEMORY, "%d ray tracing threads", count);
+    for (; ok && ready < count; ready++) {
+        shares[ready] = (struct thread){form, workers + (size_t)ready * form->worker_bytes};
+        ok = form->init(shares[ready].worker, job, err);
+    }
+    for (int i = 1; ok && i < count; i++)
+        if (pthread_create(&threads[started], NULL, run_thread, &shares[i]) == 0)
+            started++;
+    if (ok)
+        form->run(shares[0].worker);
+    for (int i = 0; i < started; i++)
+        pthread_join(threads[i], NULL);
+    for (int i = 0; i < ready; i++)
+        form->finish(shares[i].worker);
+    free(workers);
+    return ok;
+}
+
+void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_ray *ray)
+{
+    const struct camera *camera = job->desc->camera;
+    double px = (2 * x / job->image->width_px - 1) * camera->half_width;
+    double py = (1 - 2 * y / job->image->height_px) * camera->half_height;
+    *ray = (struct rt_ray){.culls_back_faces = true,
+                           .skip_mesh = UINT32_MAX,
+                           .skip_triangle = UINT32_MAX,
+                           .t_max = INFINITY};
+    for (int k = 0; k < 3; k++) {
+        double aside = camera->right[k] * px + camera->up[k] * py;
+        double eye = camera->eye[k] - job->scene->origin[k];
+        bool is_flat = camera->is_orthographic;
+        ray->origin[k] = is_flat ? eye + aside - camera->back[k] * camera->z_near : eye;
+        ray->direction[k] = is_flat ? -camera->back[k] : aside - camera->back[k];
+    }
+    if (camera->is_orthographic)
+        ray->t_max = camera->z_far - camera->z_near;
+    else
+        ray->t_min = camera->z_near; /* direction has unit depth */
+}

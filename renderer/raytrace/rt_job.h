@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+/* One picture cut into units of work (rows or tiles) that threads take in turn. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_JOB_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_JOB_H
+
+#include <stdatomic.h>
+
+#include "renderer/raytrace/raytrace.h"
+#include "renderer/raytrace/rt_scene.h"
+
+struct rt_job {
+    const struct raytrace_desc *desc;
+    const struct rt_scene *scene;
+    struct image *image;
+    const void *shared; /* what the form's threads share; rt_production.c */
+    int unit_count;
+    atomic_int next_unit, units_done;
+    atomic_bool is_cancelled, has_overflowed, has_no_memory;
+    atomic_uint_fast64_t camera_rays, shadow_rays;
+};
+
+/* The next unit to work on, or -1: all are taken, or the job is cancelled. Reports the one before
+ * as done. Thread: any. */
+int rt_job_next(struct rt_job *job, bool has_done_one);
+
+/* How a form of the ray tracer works. A worker is one thread's memory, zeroed before init. */
+struct rt_form {
+    size_t worker_bytes;
+    bool (*init)(void *worker, struct rt_job *job, struct error *err);
+    void (*run)(void *worker); /* until rt_job_next says -1 */
+    void (*finish)(void *worker);
+};
+
+/* The ground truth: one ray at a time, f64, every light (rt_reference.c). unit: a row. */
+extern const struct rt_form rt_reference_form;
+/* The fast one: packets of rays, light clusters (rt_production.c). unit: a tile. */
+bool rt_production_render(struct rt_job *job, struct error *err);
+
+/* Runs the job on desc's threads. Threads that cannot be started leave their units to the others;
+ * the calling one always works. */
+MUST_CHECK bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err);
+
+/* Camera ray through continuous pixel coordinates, y down. */
+void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_ray *ray);
+
+/* Seed of the sequences on area lights: different for neighbouring pixels and samples, the same in
+ * every run. */
+static inline uint32_t rt_job_seed(int x, int y, int sample)
+{
+    return ((uint32_t)x * 73856093u ^ (uint32_t)y * 19349663u ^ (uint32_t)sample * 83492791u) + 1;
+}
+
+#endif

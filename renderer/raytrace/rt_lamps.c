@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+/* Light clusters and falloff for rays in packets. */
+#include "renderer/raytrace/rt_lamps.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "renderer/raytrace/rt_emitter.h"
+#include "renderer/raytrace/rt_path.h"
+#include "renderer/scene/matrix.h"
+
+static void fill_lamp(const struct rt_scene *scene, const struct state_light *light,
+                      const struct view_quality *quality, struct rt_lamp *lamp)
+{
+    double outer = cos((double)light->outer_cone_rad);
+    double scale = 1 / fmax(cos((double)light->inner_cone_rad) - outer, 1e-3);
+    *lamp = (struct rt_lamp){.cone_scale = (float)scale,
+                             .cone_offset = (float)(-outer * scale),
+                             .inverse_range = light->range > 0 ? 1 / light->range : 0,
+                             .samples = rt_light_sample_count(light, quality)};
+    for (int k = 0; k < 3; k++) {
+        lamp->position[k] = (float)(light->position[k] - scene->origin[k]);
+        lamp->direction[k] = (float)light->direction[k];
+    }
+}
+
+static bool find_media(struct rt_lamps *lamps, const struct rt_scene *scene, struct error *err)
+{
+    struct rt_hits scratch;
+    lamps->sigma = calloc(lamps->state->light_count + 1, sizeof *lamps->sigma);
+    if (!lamps->sigma || !rt_hits_init(&scratch, err))
+        return error_set(err, ERROR_NO_MEMORY, "%zu lights in media", lamps->state->light_count);
+    for (size_t i = 0; i < lamps->state->light_count; i++) {
+        const struct state_light *light = &lamps->state->lights[i];
+        double at[3];
+        vec3_sub(light->position, scene->origin, at);
+        if (light->type != SCENE_LIGHT_DIRECTIONAL)
+            rt_media_at(scene, at, &scratch, lamps->sigma[i]);
+    }
+    rt_hits_finish(&scratch);
+    return true;
+}
+
+bool rt_lamps_init(struct rt_lamps *lamps, const struct rt_scene *scene, const struct view *view,
+                   const struct camera *camera, struct error *err)
+{
+    const struct scene_state *state = scene->state;
+    struct camera_window window = {
+        0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
+    lamps->state = state;
+    lamps->height_px = view->height_px;
+    lamps->lamps = calloc(state->light_count + 1, sizeof *lamps->lamps);
+    if (!lamps->lamps)
+        return error_set(err, ERROR_NO_MEMORY, "%zu lights", state->light_count);
+    for (size_t i = 0; i < state->light_count; i++)
+        fill_lamp(scene, &state->lights[i], &view->quality, &lamps->lamps[i]);
+    if (state->medium_count && !find_media(lamps, scene, err))
+        return false;
+    return clusters_build(&lamps->clusters,
+                          &(struct clusters_desc){.lights = state->lights,
+                                                  .light_count = state->light_count,
+                                                  .camera = camera,
+                                                  .window = &window},
+                          err);
+}
+
+void rt_lamps_finish(struct rt_lamps *lamps)
+{
+    clusters_finish(&lamps->clusters);
+    free(lamps->lamps);
+    free(lamps->sigma);
+    *lamps = (struct rt_lamps){0};
+}
+
+struct rt_lamp_list rt_lamps_near(const struct rt_lamps *lamps, int x, int y, double view_z)
+{
+    const struct clusters *clusters = &lamps->clusters;
+    size_t cluster = clusters_find(clusters, x, lamps->height_px - 1 - y, (float)view_z);
+    const uint32_t *head = clusters->heads + 2 * cluster;
+    return (struct rt_lamp_list){.items = {clusters->items, clusters->items + head[0]},
+                                 .counts = {clusters->prefix_count, head[1]}};
+}
+
+float rt_lamp_arrive(const struct rt_lamps *lamps, uint32_t light, const float point[3], float l[3],
+                     float *distance_m)
+{
+    const struct rt_lamp *lamp = &lamps->lamps[light];
+    enum scene_light_type type = lamps->state->lights[light].type;
+    if (type == SCENE_LIGHT_DIRECTIONAL) {
+        for (int k = 0; k < 3; k++)
+            l[k] = -lamp->direction[k];
+        *distance_m = INFINITY;
+        return 1;
+    }
+    for (int k = 0; k < 3; k++)
+        l[k] = lamp->position[k] - point[k];
+    float square = l[0] * l[0] + l[1] * l[1] + l[2] * l[2];
+    float distance = sqrtf(square), gain = 1 / fmaxf(square, 1e-24f);
+    float q = distance * lamp->inverse_range;
+    gain *= fmaxf(0, 1 - q * q * q * q);
+    float inverse = 1 / fmaxf(distance, 1e-30f);
+    for (int k = 0; k < 3; k++)
+        l[k] *= inverse;
+    if (type == SCENE_LIGHT_SPOT) {
+        const float *d = lamp->direction;
+        float cosine = -(d[0] * l[0] + d[1] * l[1] + d[2] * l[2]);
+        float cone = fminf(fmaxf(cosine * lamp->cone_scale + lamp->cone_offset, 0), 1);
+        gain *= cone * cone;
+    }
+    *distance_m = distance;
+    return gain;
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* Eight rays at once: Embree walks its tree for all of them, in f32; every transparent surface they
+ * meet is recomputed in f64 and kept. Thread: one per packet. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
+
+#include "renderer/raytrace/rt_scene.h"
+
+enum { RT_LANES = 8 };
+
+struct rt_packet { /* zeroed before init */
+    const struct rt_scene *scene;
+    struct rt_ray rays[RT_LANES];  /* set by the caller; the first `count` are traced */
+    struct rt_hits hits[RT_LANES]; /* out, in order */
+    bool is_occluded[RT_LANES];    /* out of rt_packet_occlude: an opaque surface is between */
+    int count;
+};
+
+MUST_CHECK bool rt_packet_init(struct rt_packet *packet, const struct rt_scene *scene,
+                               struct error *err);
+void rt_packet_finish(struct rt_packet *packet); /* accepts zeroed */
+
+/* All hits of each ray up to its first opaque one, which is the last. */
+void rt_packet_collect(struct rt_packet *packet);
+
+/* Whether an opaque surface lies on each ray, and where not, all its hits. Opaque surfaces are
+ * found in f32: origins must lie clear of the receiver's own surface (rt_scene.nudge_m). */
+void rt_packet_occlude(struct rt_packet *packet);
+
+/* Of geometries that are not opaque; rt_scene sets it. */
+void rt_packet_filter(const struct RTCFilterFunctionNArguments *args);
+
+#endif

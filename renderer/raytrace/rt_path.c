@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/* Filters and media along a ray. */
+#include "renderer/raytrace/rt_path.h"
+
+#include "renderer/scene/matrix.h"
+
+void rt_media_at(const struct rt_scene *scene, const double point[3], struct rt_hits *scratch,
+                 double sigma[3])
+{
+    sigma[0] = sigma[1] = sigma[2] = 0;
+    if (!scene->state->medium_count)
+        return;
+    /* any direction gives the same; this one runs along no axis, plane or diagonal */
+    struct rt_ray ray = {.direction = {0.3517, 0.8419, -0.4093},
+                         .t_max = INFINITY,
+                         .only_media = true,
+                         .skip_mesh = UINT32_MAX,
+                         .skip_triangle = UINT32_MAX};
+    memcpy(ray.origin, point, sizeof ray.origin);
+    rt_scene_collect(scene, &ray, scratch);
+    for (size_t i = 0; i < scratch->count; i++)
+        rt_media_cross(scene, &scratch->hits[i], sigma);
+    for (int k = 0; k < 3; k++)
+        sigma[k] = sigma[k] != 0 ? -sigma[k] : 0; /* all is left at infinity */
+}
+
+void rt_media_cross(const struct rt_scene *scene, const struct rt_hit *hit, double sigma[3])
+{
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    const double *own = scene->state->materials[item->material].sigma;
+    for (int k = 0; k < 3 && item->is_medium; k++)
+        sigma[k] += hit->is_front ? own[k] : -own[k];
+}
+
+void rt_media_attenuate(const double sigma[3], double length_m, double through[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (sigma[k] > 0)
+            through[k] *= exp(-sigma[k] * length_m);
+}
+
+void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
+                           const double direction[3], double t_max, const double sigma_end[3],
+                           enum view_blend_filter blend, double out[3])
+{
+    double sigma[3] = {0}, t = 0;
+    for (size_t i = 0; i < hits->count; i++)
+        rt_media_cross(scene, &hits->hits[i], sigma);
+    for (int k = 0; k < 3; k++)
+        sigma[k] = sigma_end[k] - sigma[k]; /* at the point, from what holds at the light */
+    out[0] = out[1] = out[2] = 1;
+    for (size_t i = 0; i < hits->count; i++) {
+        const struct rt_hit *hit = &hits->hits[i];
+        rt_media_attenuate(sigma, hit->t - t, out);
+        rt_media_cross(scene, hit, sigma);
+        t = hit->t;
+        if (hit->is_hidden || scene->meshes[hit->mesh].item->class_ == STATE_MASKED)
+            continue; /* clipped away, or a hole of the mask */
+        struct rt_surface surface;
+        double filter[3];
+        rt_surface_evaluate_filter(scene, hit, &surface);
+        /* the light comes from the far end of this ray: it enters where the ray sees the back */
+        rt_surface_light_filter(&surface, fabs(vec3_dot(hit->normal, direction)), !hit->is_front,
+                                blend, filter);
+        for (int k = 0; k < 3; k++)
+            out[k] *= filter[k];
+    }
+    if (t_max < INFINITY)
+        rt_media_attenuate(sigma, t_max - t, out);
+}

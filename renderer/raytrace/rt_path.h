@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/* What a straight way loses: the filters of the surfaces it crosses, and Beer-Lambert's law inside
+ * media, from sorted enter and leave crossings (docs/shading.md, section 1). Thread: any. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_PATH_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_PATH_H
+
+#include "renderer/raytrace/rt_surface.h"
+
+/* Signed sum of the extinctions [1/m] of the media that enclose a point (relative to
+ * rt_scene.origin): those that a ray from it leaves and has not entered. Zero without media.
+ * scratch: overwritten. */
+void rt_media_at(const struct rt_scene *scene, const double point[3], struct rt_hits *scratch,
+                 double sigma[3]);
+
+/* The same after crossing a hit along the ray; unchanged when its surface bounds no medium. */
+void rt_media_cross(const struct rt_scene *scene, const struct rt_hit *hit, double sigma[3]);
+
+/* Multiplies by exp(-sigma * length); a sum below zero counts as zero. */
+void rt_media_attenuate(const double sigma[3], double length_m, double through[3]);
+
+/* From a point along a unit direction to a light at t_max. hits: in order, none of them opaque.
+ * sigma_end: rt_media_at of the light, zeros for one infinitely far away. */
+void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
+                           const double direction[3], double t_max, const double sigma_end[3],
+                           enum view_blend_filter blend, double out[3]);
+
+#endif

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT */
+/* Production: tiles of the picture in batches of surfaces. Camera rays in packets find what each
+ * pixel shows; light clusters say which lights to ask; shadow rays wait in a queue until they can
+ * go in packets to one light. */
+#include <stdlib.h>
+
+#include "renderer/raytrace/rt_batch.h"
+#include "renderer/raytrace/rt_job.h"
+#include "renderer/raytrace/rt_path.h"
+#include "renderer/scene/matrix.h"
+
+enum { TILE_PX = 16 };
+
+struct shared { /* by all threads, read only */
+    struct rt_lamps lamps;
+    double eye_sigma[3]; /* rt_media_at a perspective camera's eye */
+    int columns, rows;
+    int samples;
+    double positions[256][2]; /* of the samples in a pixel, y down */
+};
+
+struct tracer { /* one thread's */
+    struct rt_job *job;
+    const struct shared *shared;
+    struct rt_packet packet;
+    struct rt_batch batch;
+    uint64_t camera_rays;
+};
+
+/* The standard pattern of 4, as GL and Vulkan have it (y counts down in our pictures): the one that
+ * the rasteriser asks its device for. Other numbers are a regular grid. */
+static void place_samples(struct shared *shared, int side)
+{
+    static const double standard[4][2] = {
+        {0.375, 0.875}, {0.875, 0.625}, {0.125, 0.375}, {0.625, 0.125}};
+    side = side ? side : 1;
+    shared->samples = side * side;
+    for (int s = 0; s < shared->samples; s++) {
+        shared->positions[s][0] = side == 2 ? standard[s][0] : (s % side + 0.5) / side;
+        shared->positions[s][1] = side == 2 ? standard[s][1] : (s / side + 0.5) / side;
+    }
+}
+
+/* One pixel's samples, RT_LANES at a time. */
+static bool trace_pixels(struct tracer *tracer, const int (*pixels)[2], int count)
+{
+    const struct shared *shared = tracer->shared;
+    struct rt_packet *packet = &tracer->packet;
+    int rays = count * shared->samples;
+    for (int first = 0; first < rays; first += RT_LANES) {
+        packet->count = rays - first < RT_LANES ? rays - first : RT_LANES;
+        for (int lane = 0; lane < packet->count; lane++) {
+            int pixel = (first + lane) / shared->samples, s = (first + lane) % shared->samples;
+            rt_job_camera_ray(tracer->job, pixels[pixel][0] + shared->positions[s][0],
+                              pixels[pixel][1] + shared->positions[s][1], &packet->rays[lane]);
+        }
+        rt_packet_collect(packet);
+        for (int lane = 0; lane < packet->count; lane++) {
+            int pixel = (first + lane) / shared->samples, s = (first + lane) % shared->samples;
+            struct rt_sample sample = {.x = pixels[pixel][0],
+                                       .y = pixels[pixel][1],
+                                       .index = s,
+                                       .ray = &packet->rays[lane],
+                                       .hits = &packet->hits[lane]};
+            if (!rt_batch_add(&tracer->batch, &sample))
+                return false;
+        }
+    }
+    tracer->camera_rays += (uint64_t)rays;
+    return true;
+}
+
+static bool trace_tile(struct tracer *tracer, int tile)
+{
+    const struct shared *shared = tracer->shared;
+    struct image *image = tracer->job->image;
+    int x0 = tile % shared->columns * TILE_PX, y0 = tile / shared->columns * TILE_PX;
+    int pixels[RT_LANES][2], count = 0;
+    for (int i = 0; i < TILE_PX * TILE_PX; i++) {
+        /* blocks of 4 x 2 pixels are what one packet sees at 1 sample */
+        int block = i / 8, x = x0 + block % 4 * 4 + i % 4, y = y0 + block / 4 * 2 + i % 8 / 4;
+        if (x < image->width_px && y < image->height_px) {
+            pixels[count][0] = x;
+            pixels[count++][1] = y;
+        }
+        bool is_last = i == TILE_PX * TILE_PX - 1;
+        if ((count == RT_LANES || is_last) && count) {
+            if (!trace_pixels(tracer, (const int(*)[2])pixels, count))
+                return false;
+            count = 0;
+        }
+        if (!count && (is_last || rt_batch_is_full(&tracer->batch)))
+            rt_batch_shade(&tracer->batch, image);
+    }
+    return true;
+}
+
+static void trace_tiles(void *worker)
+{
+    struct tracer *tracer = worker;
+    struct rt_job *job = tracer->job;
+    for (int tile = rt_job_next(job, false); tile >= 0; tile = rt_job_next(job, true)) {
+        if (trace_tile(tracer, tile))
+            continue;
+        atomic_store(&job->has_no_memory, true);
+        break;
+    }
+    atomic_fetch_add(&job->camera_rays, tracer->camera_rays);
+    atomic_fetch_add(&job->shadow_rays, tracer->batch.shadow_rays);
+    if (tracer->batch.has_overflowed)
+        atomic_store(&job->has_overflowed, true);
+}
+
+static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
+{
+    struct tracer *tracer = worker;
+    const struct shared *shared = job->shared;
+    struct rt_batch_desc desc = {.scene = job->scene,
+                                 .view = job->desc->view,
+                                 .camera = job->desc->camera,
+                                 .lamps = &shared->lamps,
+                                 .samples = shared->samples};
+    memcpy(desc.eye_sigma, shared->eye_sigma, sizeof desc.eye_sigma);
+    tracer->job = job;
+    tracer->shared = shared;
+    return rt_packet_init(&tracer->packet, job->scene, err) &&
+           rt_batch_init(&tracer->batch, &desc, err);
+}
+
+static void tracer_finish(void *worker)
+{
+    struct tracer *tracer = worker;
+    rt_packet_finish(&tracer->packet);
+    rt_batch_finish(&tracer->batch);
+}
+
+static bool find_eye_media(struct shared *shared, struct rt_job *job, struct error *err)
+{
+    struct rt_hits scratch;
+    struct rt_ray ray;
+    if (!rt_hits_init(&scratch, err))
+        return false;
+    rt_job_camera_ray(job, 0, 0, &ray);
+    rt_media_at(job->scene, ray.origin, &scratch, shared->eye_sigma);
+    rt_hits_finish(&scratch);
+    return true;
+}
+
+bool rt_production_render(struct rt_job *job, struct error *err)
+{
+    static const struct rt_form form = {.worker_bytes = sizeof(struct tracer),
+                                        .init = tracer_init,
+                                        .run = trace_tiles,
+                                        .finish = tracer_finish};
+    const struct raytrace_desc *desc = job->desc;
+    struct shared *shared = calloc(1, sizeof *shared);
+    if (!shared)
+        return error_set(err, ERROR_NO_MEMORY, "ray tracing");
+    shared->columns = (job->image->width_px + TILE_PX - 1) / TILE_PX;
+    shared->rows = (job->image->height_px + TILE_PX - 1) / TILE_PX;
+    place_samples(shared, desc->samples_per_side);
+    job->unit_count = shared->columns * shared->rows;
+    job->shared = shared;
+    bool ok = rt_lamps_init(&shared->lamps, job->scene, desc->view, desc->camera, err) &&
+              find_eye_media(shared, job, err) && rt_job_run(job, &form, err);
+    rt_lamps_finish(&shared->lamps);
+    job->shared = NULL;
+    free(shared);
+    return ok;
+}
