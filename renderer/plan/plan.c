@@ -206,8 +206,9 @@ static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
 static void plan_passes(struct plan *plan, const struct plan_desc *desc)
 {
     bool is_linked = desc->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED;
-    add_pass(plan, PLAN_NEED_TRACED, "raytrace.build", "raytraced", 0);
-    add_pass(plan, PLAN_NEED_TRACED, "raytrace.trace", "raytraced", 0);
+    const char *form = desc->view->quality.reference ? "reference" : "raytraced";
+    add_pass(plan, PLAN_NEED_TRACED, "raytrace.build", form, 0);
+    add_pass(plan, PLAN_NEED_TRACED, "raytrace.trace", form, 0);
     plan_shadows(plan, desc);
     add_pass(plan, PLAN_NEED_SURFACES, "gbuffer", "", targets_bytes(plan, desc->view));
     add_pass(plan, PLAN_NEED_LAYERS, "transparency.count", "lists", 0);
