@@ -4,10 +4,13 @@
 // accumulated in fp64 and rounded once: a query is then one search and one fetch, and in practice
 // the order of factors does not show. With IDS raw transmittances stay, for queries that leave
 // objects out; neighbours of one cast-once object count once (Lindbeck 2015, 3.2).
+#include "shared/layout.h"
 #include "shared/bindings.h"
+#include "shared/records.h"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
+layout(std430, binding = BIND_SHADOW_INDEX) writeonly buffer index_buffer { float index_z[]; };
 #ifdef IDS
 layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
 #endif
@@ -62,8 +65,10 @@ list_end list_end_begin()
     return list_end(dvec3(1.0), 0xffffffffu);
 }
 
-void list_append(inout list_end end, uint place, event e)
+// Event i of the list that starts at `first`.
+void list_append(inout list_end end, uint first, uint i, event e)
 {
+    uint place = first + i;
     vec3 t = e.z_t.yzw;
 #ifdef IDS
     if (e.id == end.last_id && (e.id & 0x80000000u) != 0u)
@@ -75,6 +80,8 @@ void list_append(inout list_end end, uint place, event e)
     t = vec3(end.product);
 #endif
     events[place] = vec4(e.z_t.x, t);
+    if (i > 0u && i % 4u == 0u) // the list's index
+        index_z[SHADOW_INDEX_AT(first) + i / 4u - 1u] = e.z_t.x;
 }
 
 // Lists longer than a network are sorted in runs of 32 and merged level by level, to and fro

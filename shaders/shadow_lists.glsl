@@ -5,21 +5,29 @@ layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_shadow_heads;
 
 #ifdef SHADOW_HAS_DEEP
 layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_shadow_events; // depth, transmittance
+layout(binding = UNIT_SHADOW_INDEX) uniform samplerBuffer u_shadow_index; // SHADOW_INDEX_AT
 
-// Events sorted by depth; with each the product of all up to and including it.
+// Events sorted by depth; with each the product of all up to and including it. The index tells
+// which four events to look at, so that a search in a long list touches two or three cache lines.
 vec3 shadow_deep(uint head, uint event_base, float depth)
 {
-    uint begin = event_base + texelFetch(u_shadow_heads, int(head)).r;
-    uint low = begin, n = event_base + texelFetch(u_shadow_heads, int(head) + 1).r - begin;
+    int begin = int(event_base + texelFetch(u_shadow_heads, int(head)).r);
+    int end = int(event_base + texelFetch(u_shadow_heads, int(head) + 1).r);
+    int first = SHADOW_INDEX_AT(begin), four = first, n = SHADOW_INDEX_COUNT(end - begin);
+    // The last entry first: an opaque receiver has all events before it, as those behind it were
+    // culled.
+    for (int probe = n; n > 0; probe = (n + 1) >> 1) {
+        bool is_before = texelFetch(u_shadow_index, four + probe - 1).r < depth;
+        four += is_before ? probe : 0;
+        n = is_before ? n - probe : probe - 1;
+    }
+    int low = begin + 4 * (four - first);
     vec3 t = vec3(1.0);
-    // The last event first: an opaque receiver has all of them before it, as those behind it
-    // were culled.
-    for (uint probe = n; n > 0u; probe = (n + 1u) >> 1u) {
-        vec4 event = texelFetch(u_shadow_events, int(low + probe) - 1);
+    for (int i = min(low + 4, end) - 1; i >= low; i--) {
+        vec4 event = texelFetch(u_shadow_events, i);
         bool is_before = event.x < depth;
         t = is_before ? event.yzw : t;
-        low += is_before ? probe : 0u;
-        n = is_before ? n - probe : probe - 1u;
+        low = is_before ? end : low;
     }
     return t;
 }

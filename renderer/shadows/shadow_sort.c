@@ -110,6 +110,7 @@ static void bind_streams(const struct deep_job *job)
     struct shadow_store *store = builder->store;
     struct shadow_pool *events = &store->pools[SHADOW_POOL_EVENTS];
     gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_EVENT], BIND_SHADOW_EVENTS);
+    gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_INDEX], BIND_SHADOW_INDEX);
     gl_buffer_bind_storage(&builder->texels, BIND_SCAN);
     gl_buffer_bind_storage(&builder->scratch, BIND_LIST_NODES);
     gl_buffer_bind_storage(&builder->scratch_objects, BIND_STATISTICS);

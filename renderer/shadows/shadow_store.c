@@ -9,27 +9,38 @@ struct stream_kind {
     const char *label;
     GLenum format;
     uint32_t bytes;
+    uint32_t shared_by; /* elements of the pool that share one of the stream; 0 means 1 */
 };
 
 static const struct stream_kind stream_kinds[SHADOW_POOL_COUNT][SHADOW_STREAMS_MAX] = {
-    {{"shadow.depths", GL_R32F, 4}},
-    {{"shadow.heads", GL_R32UI, 4}},
-    {{"shadow.deep.events", GL_RGBA32F, 16}, {"shadow.deep.objects", GL_R32UI, 4}},
-    {{"shadow.linked.nodes", GL_RGBA32UI, 16}},
+    {{"shadow.depths", GL_R32F, 4, 0}},
+    {{"shadow.heads", GL_R32UI, 4, 0}},
+    {{"shadow.deep.events", GL_RGBA32F, 16, 0},
+     {"shadow.deep.index", GL_R32F, 4, 4},
+     {"shadow.deep.objects", GL_R32UI, 4, 0}},
+    {{"shadow.linked.nodes", GL_RGBA32UI, 16, 0}},
 };
 
 static int stream_count(const struct shadow_store *store, enum shadow_pool_kind kind)
 {
     if (kind == SHADOW_POOL_EVENTS)
-        return store->has_objects ? 2 : 1;
+        return store->has_objects ? 3 : 2;
     return 1;
 }
 
-static uint64_t element_bytes(const struct shadow_store *store, enum shadow_pool_kind kind)
+/* Of a stream with room for so many elements of its pool. */
+static uint64_t stream_bytes(const struct stream_kind *kind, uint64_t capacity)
+{
+    return kind->shared_by ? (capacity / kind->shared_by + 1) * kind->bytes
+                           : capacity * kind->bytes;
+}
+
+static uint64_t pool_bytes(const struct shadow_store *store, enum shadow_pool_kind kind,
+                           uint64_t capacity)
 {
     uint64_t bytes = 0;
     for (int i = 0; i < stream_count(store, kind); i++)
-        bytes += stream_kinds[kind][i].bytes;
+        bytes += stream_bytes(&stream_kinds[kind][i], capacity);
     return bytes;
 }
 
@@ -95,13 +106,17 @@ static uint64_t most_elements(const struct shadow_store *store)
 
 /* Half again of what there is, where budget and device allow it, so that growth by copies stays
  * linear. */
-static uint64_t choose_capacity(const struct shadow_store *store, uint64_t capacity, uint64_t need,
-                                uint64_t bytes)
+static uint64_t choose_capacity(const struct shadow_store *store, enum shadow_pool_kind kind,
+                                uint64_t need)
 {
+    uint64_t capacity = store->pools[kind].ranges.capacity;
     uint64_t ample = capacity + capacity / 2, most = most_elements(store);
     if (ample > most)
         ample = most;
-    return ample > need && fits(store, (ample - capacity) * bytes) ? ample : need;
+    if (ample <= need)
+        return need;
+    uint64_t more_bytes = pool_bytes(store, kind, ample) - pool_bytes(store, kind, capacity);
+    return fits(store, more_bytes) ? ample : need;
 }
 
 /* Heads are written from the host where the device is our own cores. */
@@ -112,7 +127,7 @@ static bool resize_stream(struct shadow_pool *pool, const struct stream_kind *ki
     struct gl_texture view = {0};
     struct gl_buffer *old = &pool->streams[stream];
     struct gl_buffer_desc desc = {.label = kind->label,
-                                  .size_bytes = capacity * kind->bytes,
+                                  .size_bytes = stream_bytes(kind, capacity),
                                   .is_dynamic = kind->format == GL_R32UI && is_software};
     if (!gl_buffer_init(&fresh, &desc, err))
         return false;
@@ -157,7 +172,6 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
             return true;
         if (drop_stale(store))
             continue;
-        uint64_t bytes = element_bytes(store, kind);
         uint64_t need = shadow_ranges_capacity_for(&pool->ranges, count);
         if (need > most) {
             if (make_room(store))
@@ -168,9 +182,9 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
                              (unsigned long long)need, stream_kinds[kind][0].label,
                              (unsigned long long)most);
         }
-        uint64_t wanted =
-            choose_capacity(store, pool->ranges.capacity, need < LEAST ? LEAST : need, bytes);
-        uint64_t more_bytes = (wanted - pool->ranges.capacity) * bytes;
+        uint64_t wanted = choose_capacity(store, kind, need < LEAST ? LEAST : need);
+        uint64_t more_bytes =
+            pool_bytes(store, kind, wanted) - pool_bytes(store, kind, pool->ranges.capacity);
         if (fits(store, more_bytes)) {
             if (!grow_pool(store, kind, wanted, err))
                 return false;
@@ -236,9 +250,9 @@ bool shadow_store_keep_objects(struct shadow_store *store, struct error *err)
     const struct stream_kind *kind = &stream_kinds[SHADOW_POOL_EVENTS][SHADOW_STREAM_OBJECT];
     if (store->has_objects)
         return true;
-    while (!fits(store, pool->ranges.capacity * kind->bytes))
+    while (!fits(store, stream_bytes(kind, pool->ranges.capacity)))
         if (!make_room(store))
-            return over_budget(store, pool->ranges.capacity * kind->bytes, kind->label, err);
+            return over_budget(store, stream_bytes(kind, pool->ranges.capacity), kind->label, err);
     if (pool->ranges.capacity &&
         !resize_stream(pool, kind, SHADOW_STREAM_OBJECT, pool->ranges.capacity,
                        store->limits->is_software, err))

@@ -12,13 +12,19 @@
 enum shadow_pool_kind {
     SHADOW_POOL_DEPTHS, /* f32 per texel: nearest opaque caster, as a reversed depth; 0 for none */
     SHADOW_POOL_HEADS,  /* u32 per texel: list offsets, or heads of linked lists */
-    SHADOW_POOL_EVENTS, /* depth and transmittance, and, where kept, the object of each event */
+    SHADOW_POOL_EVENTS, /* depth and transmittance of each event, the index of its list, and, where
+                           kept, its object */
     SHADOW_POOL_NODES,  /* 16-byte elements of linked lists */
     SHADOW_POOL_COUNT
 };
 
-enum { SHADOW_STREAMS_MAX = 2 };
-enum shadow_stream { SHADOW_STREAM_EVENT, SHADOW_STREAM_OBJECT }; /* of SHADOW_POOL_EVENTS */
+enum { SHADOW_STREAMS_MAX = 3 };
+/* Of SHADOW_POOL_EVENTS. */
+enum shadow_stream {
+    SHADOW_STREAM_EVENT,
+    SHADOW_STREAM_INDEX, /* f32 per four events: SHADOW_INDEX_AT of records.h */
+    SHADOW_STREAM_OBJECT,
+};
 
 struct shadow_pool {
     struct shadow_ranges ranges;

@@ -77,6 +77,11 @@ LAYOUT_SIZE(light_record, 64)
 
 #define SHADOW_FLAG_RAW 1u /* raw transmittances and objects are kept, to leave objects out */
 
+/* A list of deep events that starts at `event` of the pool has an index beside it: the depths of
+ * its events 4, 8, 12, ... (counted from 0) in consecutive words, which no other list uses. */
+#define SHADOW_INDEX_AT(event) (((event) + 3) / 4)
+#define SHADOW_INDEX_COUNT(events) (((events)-1) / 4) /* of an int; 0 for 0 events */
+
 struct shadow_record {           /* read as five texels of UNIT_SHADOW_RECORDS */
     vec4 axis_x, axis_y, axis_z; /* rows of light_from_eye: light coordinate = dot(axis.xyz, p) +
                                     axis.w for p relative to the eye, world axes; the light looks

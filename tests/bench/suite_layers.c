@@ -145,7 +145,7 @@ static bool measure_builds(struct bench *bench, struct layer_case *c, struct err
                                 .width = c->resolution,
                                 .height = c->resolution,
                                 .stage = PART_SHADOW,
-                                .structure_bytes = m[i].report.counts.events * 16 +
+                                .structure_bytes = m[i].report.counts.events * (i ? 16 : 17) +
                                                    texels * (forms[i].faithful ? 4 : 8),
                                 .measurement = &m[i],
                             });
