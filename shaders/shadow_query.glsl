@@ -47,9 +47,14 @@ uniform uint u_shadow_taps; // 1, 4, 9 or 16
 // (tests/gpu/test_shadow_query.c); the rest is room for packed normals and other devices.
 const float SHADOW_ROUNDING = 2e-5;
 const float EYE_ROUNDING = 5e-7; // of p, relative to its distance from the eye
-const float STEEPEST_TEXELS = 100.0; // the plane is followed this far, 88 degrees of slope
+// The plane is followed so far away from the light, 88 degrees of slope; towards it, without end:
+// what the plane rises above cannot shadow it there.
+const float STEEPEST_TEXELS = 100.0;
 const float CREASE = 1.5;            // texel widths
 const float STEEPEST = 50.0;     // rounding along a plane grows with its slope, up to here
+// Rasterisers snap vertices to 1/256 of a texel, which tilts a caster's plane: its depth is off by
+// half of that, and a quarter for the other end, times its slope.
+const float SNAPPING = 0.75 / 256.0;
 
 struct shadow_view {
     vec4 projection;
@@ -163,9 +168,10 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     float reach = dot(n, p), slope = dot(n, ray), ray_length = length(ray);
     float texel_m = 2.0 * abs(p.z) / (size * view.projection.x), z = p.z;
     if (reach * slope > 0.0)
-        z = clamp(reach / slope, p.z - STEEPEST_TEXELS * texel_m, p.z + STEEPEST_TEXELS * texel_m);
-    float steepness = min(length(n) * ray_length / max(abs(slope), 1e-6), STEEPEST);
+        z = min(reach / slope, p.z + STEEPEST_TEXELS * texel_m);
+    float lean = length(n) * ray_length / max(abs(slope), 1e-6), steepness = min(lean, STEEPEST);
     z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
+    z -= SNAPPING * texel_m * (lean - 1.0);
     vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, p.z) - crease_m.x : z;
     uint texel = shadow_texel_index(view, face, at);
@@ -186,9 +192,10 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
     float texel_m = 2.0 / (float(view.resolution) * min(view.projection.x, view.projection.y));
     float z = r.p.z;
     if (slope != 0.0)
-        z += clamp(toward / slope, -STEEPEST_TEXELS * texel_m, STEEPEST_TEXELS * texel_m);
-    float steepness = min(length(r.n) / max(abs(slope), 1e-6), STEEPEST);
+        z += min(toward / slope, STEEPEST_TEXELS * texel_m);
+    float lean = length(r.n) / max(abs(slope), 1e-6), steepness = min(lean, STEEPEST);
     z -= (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
+    z -= SNAPPING * texel_m * (lean - 1.0);
     vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, r.p.z) - crease_m.x : z;
     uint texel = shadow_texel_index(view, 0u, at);
@@ -219,6 +226,8 @@ bool shadow_locate(shadow_view view, vec3 p, out vec2 ndc, out uint face)
     }
 #endif
     ndc /= p.z;
+    if (view.shape == SHADOW_ONE_FACE && any(greaterThan(abs(ndc), vec2(1.0))))
+        return false; // outside of a spot's cone, or of the casters of a light far away
 #endif
     return p.z > 0.0;
 }

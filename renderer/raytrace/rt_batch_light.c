@@ -15,7 +15,8 @@ static void add_light(struct rt_fragment *fragment, const struct rt_ray_job *job
         fragment->radiance[k] += (double)job->weight[k] * transmittance[k];
 }
 
-/* From just off the surface on the light's side: f32 may misplace it by nudge_m. */
+/* From just off the surface on the light's side to just before the light: f32 may misplace both, and
+ * a caster that the light touches, by nudge_m. */
 static void place_ray(const struct rt_batch *batch, const struct rt_ray_job *job,
                       struct rt_ray *ray)
 {
@@ -26,6 +27,8 @@ static void place_ray(const struct rt_batch *batch, const struct rt_ray_job *job
         arrival.direction[k] = (double)job->direction[k];
     rt_shadow_ray(batch->desc.scene, &arrival, fragment->point, &fragment->hit, ray);
     double nudge = batch->desc.scene->nudge_m;
+    if (isfinite(job->distance_m))
+        ray->t_max = fmax(ray->t_max - 8 * nudge, ray->t_min);
     if (vec3_dot(normal, arrival.direction) < 0)
         nudge = -nudge;
     for (int k = 0; k < 3; k++)

@@ -30,8 +30,10 @@ void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arriva
     memcpy(ray->origin, point, sizeof ray->origin);
     memcpy(ray->direction, arrival->direction, sizeof ray->direction);
     vec3_sub(scene->state->bounds_max, scene->state->bounds_min, diagonal);
-    ray->t_max = isfinite(arrival->distance_m) ? arrival->distance_m : 4 * vec3_length(diagonal);
-    ray->t_min = scene->epsilon * ray->t_max;
+    double size = 4 * vec3_length(diagonal), distance = arrival->distance_m;
+    /* a light on a caster's plane is not behind it by the rounding of f64 */
+    ray->t_max = isfinite(distance) ? distance * (1 - 1e-9) : size;
+    ray->t_min = scene->epsilon * fmin(ray->t_max, size);
 }
 
 void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arrival,

@@ -52,8 +52,65 @@ static double choose_near(const double origin[3], const struct scene_state *stat
     return NEAR_RATIO * exp2(floor(log2(fmax(scale, 1e-12))));
 }
 
+/* Beyond so many radii of what casts, a light is far. Eight: a cube's face, 90 degrees wide, would
+ * spend less than an eightieth of its texels on the casters. */
+static const double FAR_RADII = 8;
+/* And beyond so many, its rays are parallel: over the casters' depth they part by a thousandth of
+ * the radius, half a texel of a map of 1024. */
+static const double PARALLEL_RADII = 1000;
+
+struct caster_sphere {
+    double center[3], radius, distance; /* of its centre from the light */
+};
+
+/* Around all casters, on a grid of an eighth of its radius, so that small edits keep the frame. */
+static bool find_casters(const struct state_light *light, const struct scene_state *state,
+                         struct caster_sphere *sphere)
+{
+    double low[3] = {DBL_MAX, DBL_MAX, DBL_MAX}, high[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
+    double diagonal[3], to_center[3];
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        for (int k = 0; k < 3 && item->casts_shadow; k++) {
+            low[k] = fmin(low[k], item->bounds_min[k]);
+            high[k] = fmax(high[k], item->bounds_max[k]);
+        }
+    }
+    vec3_sub(high, low, diagonal);
+    double radius = 0.5 * vec3_length(diagonal);
+    if (!(low[0] <= high[0]) || !(radius > 0))
+        return false;
+    double cell = exp2(ceil(log2(radius)) - 3);
+    for (int k = 0; k < 3; k++)
+        sphere->center[k] = cell * round(0.5 * (low[k] + high[k]) / cell);
+    sphere->radius = cell * (ceil(radius / cell) + 1); /* the centre moved by less than a cell */
+    vec3_sub(sphere->center, light->position, to_center);
+    sphere->distance = vec3_length(to_center);
+    return true;
+}
+
+/* One face onto the casters. False where the light is near, or its own cone is narrower. */
+static bool init_far(struct shadow_frame *frame, const struct state_light *light,
+                     const struct caster_sphere *sphere, int resolution)
+{
+    if (!(sphere->distance > FAR_RADII * sphere->radius))
+        return false;
+    double sine = sphere->radius / sphere->distance, direction[3];
+    if (light->type == SCENE_LIGHT_SPOT && (double)light->outer_cone_rad <= asin(sine))
+        return false;
+    vec3_sub(sphere->center, light->position, direction);
+    vec3_normalize(direction);
+    frame->shape = SHADOW_ONE_FACE;
+    frame->face_count = 1;
+    set_axes(frame, direction);
+    double tangent = sine / sqrt(1 - sine * sine);
+    frame->scale[0] = frame->scale[1] = 1 / (tangent * (1 + 2 * BORDER_TEXELS / resolution));
+    return true;
+}
+
 static void init_perspective(struct shadow_frame *frame, const struct state_light *light,
-                             const struct scene_state *state, int resolution)
+                             const struct scene_state *state, const struct caster_sphere *sphere,
+                             int resolution)
 {
     memcpy(frame->origin, light->position, sizeof frame->origin);
     frame->near_m = choose_near(frame->origin, state);
@@ -61,6 +118,8 @@ static void init_perspective(struct shadow_frame *frame, const struct state_ligh
     memcpy(frame->cone, light->direction, sizeof frame->cone);
     bool is_cone = light->type == SCENE_LIGHT_SPOT || state_light_is_area(light);
     frame->cone_rad = is_cone ? (double)light->outer_cone_rad : PI;
+    if (init_far(frame, light, sphere, resolution))
+        return;
     if (light->type == SCENE_LIGHT_SPOT && (double)light->outer_cone_rad <= WIDEST_FACE_RAD) {
         frame->shape = SHADOW_ONE_FACE;
         frame->face_count = 1;
@@ -88,13 +147,13 @@ static void grow_interval(const double bounds_min[3], const double bounds_max[3]
     interval[1] = fmax(interval[1], high);
 }
 
-static bool init_orthographic(struct shadow_frame *frame, const struct state_light *light,
+static bool init_orthographic(struct shadow_frame *frame, const double direction[3],
                               const struct scene_state *state, int resolution)
 {
     frame->shape = SHADOW_ORTHOGRAPHIC;
     frame->face_count = 1;
     frame->cone_rad = PI;
-    set_axes(frame, light->direction);
+    set_axes(frame, direction);
     double box[3][2] = {{DBL_MAX, -DBL_MAX}, {DBL_MAX, -DBL_MAX}, {DBL_MAX, -DBL_MAX}};
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
@@ -130,8 +189,17 @@ bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *lig
     if (state->bounds_min[0] > state->bounds_max[0])
         return false;
     if (light->type == SCENE_LIGHT_DIRECTIONAL)
-        return init_orthographic(frame, light, state, resolution);
-    init_perspective(frame, light, state, resolution);
+        return init_orthographic(frame, light->direction, state, resolution);
+    struct caster_sphere sphere = {0};
+    if (!find_casters(light, state, &sphere))
+        return false;
+    if (sphere.distance > PARALLEL_RADII * sphere.radius) {
+        double direction[3];
+        vec3_sub(sphere.center, light->position, direction);
+        vec3_normalize(direction);
+        return init_orthographic(frame, direction, state, resolution);
+    }
+    init_perspective(frame, light, state, &sphere, resolution);
     return true;
 }
 

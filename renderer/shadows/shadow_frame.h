@@ -22,8 +22,9 @@ struct shadow_frame {
     double cone_rad;   /* its half angle; pi for all directions */
 };
 
-/* A directional light's box is as wide as the casters and as deep as the whole scene. False when
- * nothing casts. */
+/* A directional light's box is as wide as the casters and as deep as the whole scene. A point or
+ * spot light that is far from all casters looks at them alone, through one face; one that is so far
+ * that its rays are parallel is framed as a directional one. False when nothing casts. */
 bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *light,
                        const struct scene_state *state, int resolution);
 

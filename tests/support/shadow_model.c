@@ -14,6 +14,8 @@
 /* How near to a decision the model declines to answer: of depths and borders; of panes' edges,
  * which rasterisers round to 1/256 of a texel. */
 static const double HAIR = 1e-4, EDGE_HAIR = 6e-3;
+/* Texel widths by which vertices are snapped, as shadow_query.glsl allows for. */
+static const double SNAPPING = 0.75 / 256;
 
 struct ray {
     double origin[3], direction[3];
@@ -111,7 +113,7 @@ static void texel_ray(const struct shadow_frame *frame, uint32_t face, double x,
 }
 
 /* False where the plane is met so late or so flatly that the depth is clamped or uncertain. */
-static bool plane_reach(const struct shadow_frame *frame, const struct ray *ray,
+static bool plane_reach(const struct shadow_frame *frame, const struct ray *ray, int resolution,
                         const double point[3], const double normal[3], struct reach *reach)
 {
     double offset[3];
@@ -121,6 +123,9 @@ static bool plane_reach(const struct shadow_frame *frame, const struct ray *ray,
     double steepness = fmin(vec3_length(normal) * length / fmax(fabs(slope), 1e-9), 50);
     reach->depth = vec3_dot(normal, offset) / slope;
     reach->rounding = HAIR * steepness * (is_flat ? frame->depth_m : fabs(reach->depth));
+    double texel = 2 * (is_flat ? 1 : vec3_length(offset)) /
+                   (resolution * fmin(frame->scale[0], frame->scale[1]));
+    reach->rounding += SNAPPING * texel * (steepness - 1);
     if (steepness >= 50)
         return false;
     if (is_flat)
@@ -166,7 +171,7 @@ bool shadow_rig_model(const struct shadow_rig *rig, uint32_t light, const double
         struct ray ray;
         struct reach reach;
         texel_ray(&frame, face, x, y, resolution, &ray);
-        is_clear = plane_reach(&frame, &ray, point, normal, &reach) && is_clear;
+        is_clear = plane_reach(&frame, &ray, resolution, point, normal, &reach) && is_clear;
         is_clear = tap_model(rig, &ray, &reach, t) && is_clear;
         for (int k = 0; k < 3; k++)
             sum[k] += weight * t[k];
