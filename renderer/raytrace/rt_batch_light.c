@@ -15,8 +15,8 @@ static void add_light(struct rt_fragment *fragment, const struct rt_ray_job *job
         fragment->radiance[k] += (double)job->weight[k] * transmittance[k];
 }
 
-/* From just off the surface on the light's side to just before the light: f32 may misplace both, and
- * a caster that the light touches, by nudge_m. */
+/* From just off the surface on the light's side to just before the light: f32 may misplace both,
+ * and a caster that the light touches, by nudge_m. */
 static void place_ray(const struct rt_batch *batch, const struct rt_ray_job *job,
                       struct rt_ray *ray)
 {
