@@ -73,6 +73,19 @@ void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
     utf8_sanitize(text, length >= FRAME_STATS_TEXT_BYTES);
 }
 
+void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *promise)
+{
+    stats->chosen = promise->chosen;
+    if (promise->has_error) {
+        stats->has_error = true;
+        stats->error_value = promise->rmse;
+        stats->error_source = promise->source;
+        utf8_copy(stats->error_metric, sizeof stats->error_metric, "rmse");
+    }
+    if (promise->warning[0])
+        frame_stats_warn(stats, "%s", promise->warning);
+}
+
 /* ---- writing ---- */
 
 /* Times are told to the microsecond, means to a thousandth: more digits would be noise. */
@@ -136,6 +149,25 @@ static json_t *write_error(const struct frame_stats *stats)
     return json_writer_take(&writer);
 }
 
+static json_t *number_or_null(int number)
+{
+    return number ? json_integer(number) : json_null();
+}
+
+static json_t *write_chosen(const struct frame_stats_chosen *chosen)
+{
+    if (!chosen->shadows[0])
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "shadows", chosen->shadows);
+    json_put(&writer, "shadow_resolution", number_or_null(chosen->shadow_resolution));
+    json_put(&writer, "shadow_taps", number_or_null(chosen->shadow_taps));
+    json_put(&writer, "samples", json_integer(chosen->samples));
+    json_put_number(&writer, "expected_ms", rounded(chosen->expected_ms));
+    json_put_text(&writer, "because", chosen->because);
+    return json_writer_take(&writer);
+}
+
 /* `texts` is the first of `count` buffers of `stride` bytes. */
 static json_t *write_texts(const char *texts, size_t stride, int count)
 {
@@ -163,6 +195,7 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put(&writer, "reused",
              write_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
     json_put(&writer, "error", write_error(stats));
+    json_put(&writer, "chosen", write_chosen(&stats->chosen));
     json_put(&writer, "warnings",
              write_texts(stats->warnings[0], sizeof stats->warnings[0], stats->warning_count));
     return json_writer_take(&writer);
@@ -270,6 +303,26 @@ static bool read_error(const struct json_node *node, struct frame_stats *stats)
     return true;
 }
 
+static bool read_chosen(const struct json_node *node, struct frame_stats_chosen *chosen)
+{
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, NULL))
+        return false;
+    struct json_node shadows = json_member(node, "shadows");
+    struct json_node resolution = json_member(node, "shadow_resolution");
+    struct json_node taps = json_member(node, "shadow_taps");
+    struct json_node samples = json_member(node, "samples");
+    struct json_node ms = json_member(node, "expected_ms");
+    struct json_node because = json_member(node, "because");
+    return json_read_text(&shadows, chosen->shadows, sizeof chosen->shadows) &&
+           json_read_int(&resolution, 0, LIMIT_SHADOW_RESOLUTION, &chosen->shadow_resolution) &&
+           json_read_int(&taps, 0, 16, &chosen->shadow_taps) &&
+           json_read_int(&samples, 1, 256, &chosen->samples) &&
+           json_read_number(&ms, 0, INFINITY, &chosen->expected_ms) &&
+           json_read_text(&because, chosen->because, sizeof chosen->because);
+}
+
 static bool read_texts(const struct json_node *node, char *texts, size_t stride, int max_count,
                        int *count)
 {
@@ -320,8 +373,10 @@ bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error
         return false;
     struct json_node timings = json_member(&root, "timings_ms");
     struct json_node counts = json_member(&root, "counts"), error = json_member(&root, "error");
+    struct json_node chosen = json_member(&root, "chosen");
     if (read_head(&root, stats) && read_lists(&root, stats) && read_timings(&timings, stats) &&
-        read_counts(&counts, stats) && read_error(&error, stats))
+        read_counts(&counts, stats) && read_error(&error, stats) &&
+        read_chosen(&chosen, &stats->chosen))
         return true;
     *stats = (struct frame_stats){0};
     return false;

@@ -49,6 +49,24 @@ struct frame_stats_bytes {
 /* Where the stated error of a frame comes from. */
 enum frame_error_source { FRAME_ERROR_EXACT, FRAME_ERROR_MEASURED, FRAME_ERROR_ESTIMATED };
 
+/* What the server chose where a request left it open and gave max_error or budget_ms. */
+struct frame_stats_chosen {
+    char shadows[FRAME_STATS_NAME_BYTES]; /* "" = nothing was chosen */
+    int shadow_resolution, shadow_taps;   /* 0 where the technique has none */
+    int samples;
+    double expected_ms;
+    char because[FRAME_STATS_TEXT_BYTES];
+};
+
+/* What is known of a frame before it is rendered. Zeroed = nothing. */
+struct frame_promise {
+    struct frame_stats_chosen chosen;
+    bool has_error;
+    double rmse;
+    enum frame_error_source source;
+    char warning[FRAME_STATS_TEXT_BYTES]; /* "" = none */
+};
+
 /* Zeroed = an empty report; every text is NUL-terminated UTF-8. */
 struct frame_stats {
     char id[65]; /* of /v1/frames/{id}; "" until one is given */
@@ -75,6 +93,7 @@ struct frame_stats {
     char error_metric[FRAME_STATS_NAME_BYTES];
     double error_value;
     enum frame_error_source error_source;
+    struct frame_stats_chosen chosen;
     char warnings[FRAME_STATS_WARNINGS_MAX][FRAME_STATS_TEXT_BYTES];
     int warning_count;
 };
@@ -82,6 +101,10 @@ struct frame_stats {
 /* Adds a warning; the last slot says that more were dropped. */
 void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+
+/* Puts a promise into the report of its frame; its error, of the metric that was asked for,
+ * replaces what the frame knows of others. */
+void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *promise);
 
 /* A new reference, or malloc'ed text; NULL only when memory runs out. */
 MUST_CHECK json_t *frame_stats_to_json(const struct frame_stats *stats);

@@ -20,6 +20,9 @@ enum limits {
     LIMIT_AREA_SAMPLES = 4096,       /* per area light and point: errors below 1e-3 */
     LIMIT_OUTPUTS = 8,               /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,        /* frame reports kept for /v1/frames/{id} */
+    LIMIT_TRADEOFFS_KEPT = 128,      /* with their rows, some 90 KiB of memory each */
+    LIMIT_TRADEOFFS_WAITING = 16,    /* each may take an hour; more are a 503 */
+    LIMIT_TRADEOFF_PIXELS = 9 << 20, /* 4096x2160: the reference takes 16 bytes of each */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
 };
 

@@ -64,6 +64,11 @@ const char *request_format_name(int format)
     NAME_OF(format, "any", "png", "jpeg", "webp", "exr");
 }
 
+bool request_quality_asks(const struct request_quality *quality)
+{
+    return quality->max_error > 0 || quality->budget_ms > 0;
+}
+
 void render_request_init_defaults(struct render_request *request)
 {
     *request = (struct render_request){

@@ -126,8 +126,10 @@ struct request_quality {
     enum request_transparency transparency;
     enum request_light_lists light_lists;
     enum request_blend_filter blend_filter;
-    int shadow_resolution; /* texels per side, [1, 16384]; default 1024 */
-    int shadow_taps;       /* 1, 4, 9 or 16; default 4 */
+    int shadow_resolution;                         /* texels per side, [1, 16384]; default 1024 */
+    int shadow_taps;                               /* 1, 4, 9 or 16; default 4 */
+    bool says_shadow_resolution, says_shadow_taps; /* said beside max_error or budget_ms, so that
+                                                      the server may not choose them */
     int samples; /* per pixel, 1 or 4, raytraced also 16, 64 or 256; 0 = 4, or 1 where 4 cannot be
                   */
     bool reference; /* ray traced in double precision with every light; shadows AUTO or RAYTRACED */
@@ -175,8 +177,12 @@ MUST_CHECK bool render_request_parse(const char *json, size_t length,
 
 void render_request_finish(struct render_request *request); /* accepts zeroed; zeroes */
 
+/* Whether the server shall choose what quality leaves open, by max_error or budget_ms. */
+bool request_quality_asks(const struct request_quality *quality);
+
 /* Canonical JSON: every member, fixed key order, numbers to 17 digits, so that equal requests have
- * equal text. Parsing it gives the same request. malloc'ed, caller frees; NULL only when memory
+ * equal text. Parsing it gives the same request (resolution and taps that were not said are null
+ * only where the server shall choose them). malloc'ed, caller frees; NULL only when memory
  * runs out. */
 MUST_CHECK char *render_request_to_json(const struct render_request *request);
 

@@ -74,6 +74,9 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
         !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||
         !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms))
         return false;
+    bool asks = request_quality_asks(quality);
+    quality->says_shadow_resolution = asks && resolution.value;
+    quality->says_shadow_taps = asks && taps.value;
     int n = quality->shadow_taps;
     if (n != 1 && n != 4 && n != 9 && n != 16)
         return json_refuse(&taps, ERROR_INVALID_REQUEST, "must be 1, 4, 9 or 16");
@@ -245,6 +248,15 @@ static bool read_request(const struct json_node *root, struct render_request *re
            read_format(root, request);
 }
 
+bool request_read_root(const struct json_node *root, struct render_request *request)
+{
+    render_request_init_defaults(request);
+    if (read_request(root, request))
+        return true;
+    render_request_finish(request);
+    return false;
+}
+
 bool render_request_parse(const char *json, size_t length, struct render_request *request,
                           struct error *err)
 {
@@ -253,10 +265,7 @@ bool render_request_parse(const char *json, size_t length, struct render_request
     if (!value)
         return false;
     struct json_node root = json_root(value, err);
-    render_request_init_defaults(request);
-    bool is_read = read_request(&root, request);
+    bool is_read = request_read_root(&root, request);
     json_decref(value);
-    if (!is_read)
-        render_request_finish(request);
     return is_read;
 }

@@ -14,6 +14,9 @@ MUST_CHECK bool request_read_overrides(const struct json_node *node,
                                        struct render_request *request);
 MUST_CHECK bool request_read_quality(const struct json_node *node, struct request_quality *quality);
 
+/* A whole request. On failure it is zeroed. */
+MUST_CHECK bool request_read_root(const struct json_node *root, struct render_request *request);
+
 /* A direction: three finite numbers that are not all (nearly) zero. */
 MUST_CHECK bool request_read_direction(const struct json_node *node, double *direction);
 

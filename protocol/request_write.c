@@ -169,12 +169,16 @@ static json_t *integer_or_null(int number)
 static json_t *write_quality(const struct request_quality *quality)
 {
     struct json_writer writer = json_writer_begin();
+    bool asks = request_quality_asks(quality);
+    bool is_open_resolution = asks && !quality->says_shadow_resolution;
+    bool is_open_taps = asks && !quality->says_shadow_taps;
     json_put_text(&writer, "shadows", request_shadows_name((int)quality->shadows));
     json_put_text(&writer, "transparency", request_transparency_name((int)quality->transparency));
     json_put_text(&writer, "light_lists", request_light_lists_name((int)quality->light_lists));
     json_put_text(&writer, "blend_filter", request_blend_filter_name((int)quality->blend_filter));
-    json_put(&writer, "shadow_resolution", integer_or_null(quality->shadow_resolution));
-    json_put(&writer, "shadow_taps", integer_or_null(quality->shadow_taps));
+    json_put(&writer, "shadow_resolution",
+             integer_or_null(is_open_resolution ? 0 : quality->shadow_resolution));
+    json_put(&writer, "shadow_taps", integer_or_null(is_open_taps ? 0 : quality->shadow_taps));
     json_put(&writer, "samples", integer_or_null(quality->samples));
     json_put_bool(&writer, "faithful", quality->faithful);
     json_put_bool(&writer, "reference", quality->reference);

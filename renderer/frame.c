@@ -38,6 +38,10 @@ static bool check_view(const struct view *view, struct error *err)
         view->height_px > 16384)
         return error_set(err, ERROR_INVALID_REQUEST, "image size %dx%d is outside [1, 16384]",
                          view->width_px, view->height_px);
+    if (view->first_row_px < 0 || view->row_count_px < 0 ||
+        view->row_count_px > view->height_px - view->first_row_px)
+        return error_set(err, ERROR_INVALID_REQUEST, "%d rows from row %d of an image of %d rows",
+                         view->row_count_px, view->first_row_px, view->height_px);
     if (view->clip_plane_count > 8)
         return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is 8",
                          view->clip_plane_count);

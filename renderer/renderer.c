@@ -152,6 +152,14 @@ void renderer_detach_scene(struct renderer *renderer, const char *key)
     scene_cache_remove(&renderer->scenes, key);
 }
 
+void renderer_drop_structures(struct renderer *renderer, const char *key)
+{
+    if (!renderer_has_scene(renderer, key))
+        return;
+    shadow_system_forget(renderer->shadows, key);
+    renderer_forget_traced(renderer, key);
+}
+
 void frame_finish(struct frame *frame)
 {
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)

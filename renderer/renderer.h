@@ -57,6 +57,10 @@ MUST_CHECK bool renderer_attach_scene(struct renderer *renderer,
 bool renderer_has_scene(const struct renderer *renderer, const char *key);
 void renderer_detach_scene(struct renderer *renderer, const char *key); /* no-op when absent */
 
+/* Drops what was kept between frames of the scene, so that the next one builds all of its shadow
+ * structures anew: for measuring. No-op when absent. */
+void renderer_drop_structures(struct renderer *renderer, const char *key);
+
 /* One finished frame: an image per requested output. Zeroed = empty. */
 struct frame {
     struct image outputs[VIEW_OUTPUT_COUNT]; /* empty where not requested */

@@ -127,8 +127,10 @@ enum view_output {
 };
 
 struct view {
-    int width_px, height_px; /* required; [1, 16384] */
-    uint32_t outputs;        /* bit set of 1u << enum view_output; 0 means color */
+    int width_px, height_px;        /* required; [1, 16384] */
+    uint32_t outputs;               /* bit set of 1u << enum view_output; 0 means color */
+    int first_row_px, row_count_px; /* of quality.reference: only these rows, the others stay 0, so
+                                       that long work can be cut; count 0 means all */
     struct view_camera camera;
     const struct view_light *lights; /* borrowed, in addition to those of the scene */
     size_t light_count;

@@ -65,21 +65,25 @@ static double quality_of(const struct slice *element, size_t *type_length)
 
 /* How closely a media range names a type: 3 exactly, 2 by its main type, 1 as any type, 0 not at
  * all. */
-static int specificity(const struct slice *element, size_t type_length, enum image_format format)
+static int specificity(const struct slice *element, size_t type_length, const char *type)
 {
-    const char *type = image_format_media_type(format);
-    const char *alternative = format == IMAGE_FORMAT_EXR ? "image/exr" : type;
-    if ((type_length == strlen(type) && strncasecmp(element->text, type, type_length) == 0) ||
-        (type_length == strlen(alternative) &&
-         strncasecmp(element->text, alternative, type_length) == 0))
+    size_t main_length = strcspn(type, "/") + 1;
+    if (type_length == strlen(type) && strncasecmp(element->text, type, type_length) == 0)
         return 3;
-    if (type_length == 7 && strncasecmp(element->text, "image/*", 7) == 0)
+    if (type_length == main_length + 1 && strncasecmp(element->text, type, main_length) == 0 &&
+        element->text[main_length] == '*')
         return 2;
     return type_length == 3 && strncmp(element->text, "*/*", 3) == 0;
 }
 
-/* The quality that Accept gives a format: that of its most specific range. */
-static double format_quality(const char *accept, enum image_format format)
+static int max_int(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+/* The quality that Accept gives a type: that of its most specific range. alternative: another name
+ * of the type, or NULL. */
+static double type_quality(const char *accept, const char *type, const char *alternative)
 {
     double quality = 0;
     int best = 0;
@@ -87,7 +91,9 @@ static double format_quality(const char *accept, enum image_format format)
     for (const char *at = accept; next_element(&at, &element);) {
         size_t type_length;
         double q = quality_of(&element, &type_length);
-        int closeness = specificity(&element, type_length, format);
+        int closeness = specificity(&element, type_length, type);
+        if (alternative)
+            closeness = max_int(closeness, specificity(&element, type_length, alternative));
         if (closeness > best) {
             best = closeness;
             quality = q;
@@ -96,10 +102,38 @@ static double format_quality(const char *accept, enum image_format format)
     return quality;
 }
 
+static double format_quality(const char *accept, enum image_format format)
+{
+    return type_quality(accept, image_format_media_type(format),
+                        format == IMAGE_FORMAT_EXR ? "image/exr" : NULL);
+}
+
+static bool accepts_all(const char *accept)
+{
+    return !accept || !accept[strspn(accept, " \t,")];
+}
+
+bool negotiate_type(const char *accept, const char *const *types, int *chosen, struct error *err)
+{
+    double best = 0;
+    char offered[160] = "";
+    for (int i = 0; types[i]; i++) {
+        size_t used = strlen(offered);
+        snprintf(offered + used, sizeof offered - used, "%s%s", used ? ", " : "", types[i]);
+        double quality = accepts_all(accept) ? 1 : type_quality(accept, types[i], NULL);
+        if (quality > best) {
+            best = quality;
+            *chosen = i;
+        }
+    }
+    return best > 0 || error_set(err, ERROR_NOT_ACCEPTABLE,
+                                 "Accept allows none of the forms that there are: %s", offered);
+}
+
 bool negotiate_format(const char *accept, unsigned allowed, enum image_format *format,
                       struct error *err)
 {
-    bool takes_all = !accept || !accept[strspn(accept, " \t,")];
+    bool takes_all = accepts_all(accept);
     double best = 0;
     char offered[128] = "";
     for (int i = 0; i < IMAGE_FORMAT_COUNT; i++) {

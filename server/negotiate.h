@@ -15,6 +15,10 @@
 MUST_CHECK bool negotiate_format(const char *accept, unsigned allowed, enum image_format *format,
                                  struct error *err);
 
+/* The same for any types, NULL-terminated, in order of preference. */
+MUST_CHECK bool negotiate_type(const char *accept, const char *const *types, int *chosen,
+                               struct error *err);
+
 /* If-None-Match against a strong tag given with its quotes: weak comparison (RFC 9110 13.1.2), "*"
  * matches. */
 bool negotiate_tag_matches(const char *if_none_match, const char *tag);

@@ -4,6 +4,7 @@
 #ifndef VITRAIL_SERVER_RENDER_QUEUE_H
 #define VITRAIL_SERVER_RENDER_QUEUE_H
 
+#include <jansson.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -19,7 +20,8 @@ enum render_priority { RENDER_INTERACTIVE, RENDER_NORMAL, RENDER_BATCH, RENDER_P
 struct render_outcome {
     struct error problem;
     int image_fd;              /* owned by the task; `done` may take it and put -1 here */
-    struct frame_stats *stats; /* owned by the task; NULL on failure */
+    struct frame_stats *stats; /* owned by the task; NULL on failure, and of a measurement */
+    json_t *measured;          /* owned by the task; of a measurement, whose image is optional */
     double queue_ms;           /* from submission to the GL thread */
 };
 
@@ -30,8 +32,13 @@ struct render_task {
     int request_fd, blob_fd; /* required, owned */
     enum image_format format;
     enum render_priority priority;
-    int64_t queued_us; /* set when queued */
-    int deaths;        /* workers that died on it */
+    int64_t queued_us;            /* set when queued */
+    int deaths;                   /* workers that died on it */
+    struct frame_promise promise; /* told in the stats of the frame */
+    json_t *measure;  /* owned; NULL: a render. One step of a measurement (server/measure.h): it is
+                         tried once, and its failure says nothing about the scene */
+    int reference_fd; /* owned; of a measurement, -1: none */
+    int limit_ms;     /* from its begin to its end; 0: that of the configuration */
     struct render_outcome outcome;
     void *context;
     void (*done)(void *context, struct render_outcome *outcome); /* once, on the thread that ends

@@ -66,19 +66,6 @@ static void copy_lists(const struct frame_report *report, struct frame_stats *st
     stats->warning_count = report->warning_count;
 }
 
-/* The user asked for a promise that nobody makes yet: say so instead of staying silent. */
-static void warn_of_unused(const struct request_quality *quality, struct frame_stats *stats)
-{
-    if (quality->budget_ms > 0)
-        frame_stats_warn(stats, "budget_ms %.6g was not used: this version does not choose by time",
-                         quality->budget_ms);
-    if (quality->max_error > 0 && !stats->has_error)
-        frame_stats_warn(stats,
-                         "max_error %.6g is not promised: the error of the techniques used is "
-                         "not known",
-                         quality->max_error);
-}
-
 void frame_stats_from_report(const struct render_request *request,
                              const struct frame_report *report, const char *device,
                              struct frame_stats *stats)
@@ -99,7 +86,6 @@ void frame_stats_from_report(const struct render_request *request,
         stats->error_source = FRAME_ERROR_EXACT;
         utf8_copy(stats->error_metric, sizeof stats->error_metric, "transmittance");
     }
-    warn_of_unused(&request->quality, stats);
 }
 
 /* ---- scene ---- */

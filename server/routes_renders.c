@@ -138,9 +138,11 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
                               &request, err))
         return false;
     text_body_finish(&post->body);
-    bool is_good = choose_format(post, &request, err) &&
-                   ((post->canonical = render_request_to_json(&request)) ||
-                    error_set(err, ERROR_NO_MEMORY, "request"));
+    bool is_good =
+        choose_format(post, &request, err) &&
+        tradeoffs_choose(post->service->tradeoffs, &request, false, &task->promise, err) &&
+        ((post->canonical = render_request_to_json(&request)) ||
+         error_set(err, ERROR_NO_MEMORY, "request"));
     memcpy(task->scene, request.scene, sizeof task->scene);
     render_request_finish(&request);
     if (!is_good)

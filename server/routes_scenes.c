@@ -165,6 +165,7 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
         return;
     }
     supervisor_forget_scene(service->supervisor, id);
+    tradeoffs_forget_scene(service->tradeoffs, id);
     http_reply_empty(exchange, 204);
 }
 

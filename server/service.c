@@ -47,6 +47,14 @@ struct service *service_create(const struct config *config, const struct log *lo
         err);
     if (!service->supervisor)
         goto fail;
+    service->tradeoffs =
+        tradeoffs_create(&(struct tradeoffs_desc){.state_dir = config->state_dir,
+                                                  .log = log,
+                                                  .supervisor = service->supervisor,
+                                                  .scenes = service->store},
+                         err);
+    if (!service->tradeoffs)
+        goto fail;
     service->view_images =
         view_images_create(&(struct view_images_desc){.supervisor = service->supervisor,
                                                       .store = service->store,
@@ -95,6 +103,7 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     if (service->http)
         drain(service, must_hurry);
     /* From here on nothing waits: both complete every exchange that they hold. */
+    tradeoffs_stop(service->tradeoffs);
     decode_pool_destroy(service->decoders);
     supervisor_destroy(service->supervisor);
     if (service->http)
@@ -102,6 +111,7 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     http_server_destroy(service->http);
     views_destroy(service->views);
     view_images_destroy(service->view_images);
+    tradeoffs_destroy(service->tradeoffs);
     metrics_destroy(service->metrics);
     frames_destroy(service->frames);
     scene_store_destroy(service->store);

@@ -18,6 +18,7 @@
 #include "server/metrics.h"
 #include "server/scene_store.h"
 #include "server/supervisor.h"
+#include "server/tradeoffs.h"
 #include "server/views.h"
 
 /* Members are set once by service_create and then only read; each looks after its own threads. */
@@ -27,6 +28,7 @@ struct service {
     struct scene_store *store;
     struct decode_pool *decoders;
     struct supervisor *supervisor;
+    struct tradeoffs *tradeoffs;
     struct frames *frames;
     struct metrics *metrics;
     struct http_server *http;

@@ -87,7 +87,9 @@ static void wake(struct supervisor *supervisor)
 
 static void end_task(struct supervisor *supervisor, struct render_task *task)
 {
-    if (task->outcome.problem.code == ERROR_NONE)
+    if (task->measure)
+        supervisor->totals.measured += task->outcome.problem.code == ERROR_NONE;
+    else if (task->outcome.problem.code == ERROR_NONE)
         supervisor->totals.rendered++;
     else
         supervisor->totals.failed++;
@@ -147,8 +149,8 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
                    bool is_timeout)
 {
     task->deaths++;
-    bool is_last = task->deaths >= ATTEMPTS;
-    if (!is_timeout || is_last)
+    bool is_last = task->deaths >= ATTEMPTS || task->measure;
+    if (!task->measure && (!is_timeout || is_last))
         quarantine_add_death(&supervisor->quarantine, task->scene, how);
     if (!is_last) {
         supervisor->totals.retried++;
@@ -157,7 +159,9 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
     }
     struct error problem = {0};
     error_set(&problem, ERROR_RENDER_FAILED,
-              "the render ended its worker %d times, the last time with %s", task->deaths, how);
+              task->measure ? "the measurement ended its worker (%d) with %s"
+                            : "the render ended its worker %d times, the last time with %s",
+              task->deaths, how);
     refuse_task(supervisor, task, &problem);
 }
 
@@ -273,8 +277,21 @@ static void take_image(struct supervisor *supervisor, struct render_task *task,
     if (problem.code == ERROR_NONE) {
         quarantine_forgive(&supervisor->quarantine, task->scene);
         supervisor->has_rendered = true;
+        frame_stats_promise(task->outcome.stats, &task->promise);
     }
     refuse_task(supervisor, task, &problem); /* which, without a problem, is its success */
+}
+
+static void take_measured(struct supervisor *supervisor, struct render_task *task,
+                          struct ipc_message *message)
+{
+    struct error problem = {0};
+    task->outcome.measured = json_incref(json_object_get(message->json, "result"));
+    task->outcome.image_fd = ipc_message_take_fd(message, 0);
+    if (!task->outcome.measured)
+        error_set(&problem, ERROR_INTERNAL, "the worker sent no result");
+    supervisor->has_rendered = true;
+    refuse_task(supervisor, task, &problem);
 }
 
 /* begin, rendered, done, error of one flight. Under the mutex. */
@@ -297,6 +314,9 @@ static void flight_message(struct supervisor *supervisor, const char *op,
     } else if (strcmp(op, "done") == 0) {
         remove_flight(supervisor, index);
         take_image(supervisor, task, message);
+    } else if (strcmp(op, "measured") == 0) {
+        remove_flight(supervisor, index);
+        take_measured(supervisor, task, message);
     } else if (strcmp(op, "error") == 0) {
         struct error problem = {0};
         ipc_error_from_json(json_object_get(message->json, "error"), &problem);
@@ -406,11 +426,13 @@ static json_t *take_forgotten(struct supervisor *supervisor)
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message =
-        json_pack("{s:s,s:I,s:s,s:o*}", "op", "render", "id", (json_int_t)task->ticket, "format",
-                  image_format_name(task->format), "forget", take_forgotten(supervisor));
-    int fds[] = {task->request_fd, task->blob_fd};
+        json_pack("{s:s,s:I,s:s,s:O*,s:o*}", "op", task->measure ? "measure" : "render", "id",
+                  (json_int_t)task->ticket, "format", image_format_name(task->format), "measure",
+                  task->measure, "forget", take_forgotten(supervisor));
+    int fds[] = {task->request_fd, task->blob_fd, task->reference_fd};
+    int fd_count = task->reference_fd >= 0 ? 3 : 2;
     struct error problem = {0};
-    bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, 2, &problem);
+    bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);
     json_decref(message);
     supervisor->flights[supervisor->flight_count++] = (struct flight){task, FLIGHT_SENT, now_ms()};
     return is_sent;
@@ -439,12 +461,28 @@ static bool feed_worker(struct supervisor *supervisor)
 
 /* ---- the loop ---- */
 
+/* How long a flight may stay in its state. */
+static int64_t limit_ms(const struct supervisor *supervisor, const struct flight *flight)
+{
+    bool is_own = flight->task->limit_ms > 0 && flight->state == FLIGHT_BEGUN;
+    return is_own ? flight->task->limit_ms : 1000ll * supervisor->desc.config->render_timeout_s;
+}
+
+/* Of the flight that a late worker is charged with. Under the mutex. */
+static int limit_s(const struct supervisor *supervisor)
+{
+    int guilty = find_guilty(supervisor);
+    if (supervisor->state == WORKER_STARTING || guilty < 0)
+        return START_MS / 1000;
+    return (int)(limit_ms(supervisor, &supervisor->flights[guilty]) / 1000);
+}
+
 /* When the worker must have done something, and what it failed to do then. Under the mutex. */
 static int64_t next_deadline(const struct supervisor *supervisor)
 {
     if (supervisor->state == WORKER_STARTING)
         return supervisor->state_ms + START_MS;
-    int64_t limit = 1000ll * supervisor->desc.config->render_timeout_s, earliest = INT64_MAX;
+    int64_t earliest = INT64_MAX;
     bool has_begun = false;
     for (int i = 0; i < supervisor->flight_count; i++)
         has_begun |= supervisor->flights[i].state == FLIGHT_BEGUN;
@@ -455,8 +493,9 @@ static int64_t next_deadline(const struct supervisor *supervisor)
             continue; /* it waits for the one before it */
         if (flight->state == FLIGHT_SENT && since < supervisor->last_event_ms)
             since = supervisor->last_event_ms;
-        if (since + limit < earliest)
-            earliest = since + limit;
+        int64_t end = since + limit_ms(supervisor, flight);
+        if (end < earliest)
+            earliest = end;
     }
     return earliest;
 }
@@ -471,7 +510,7 @@ static int look_around(struct supervisor *supervisor)
         start_worker(supervisor);
     pthread_mutex_lock(&supervisor->mutex);
     bool is_deaf = supervisor->state == WORKER_READY && !feed_worker(supervisor);
-    bool is_starting = supervisor->state == WORKER_STARTING;
+    int allowed_s = limit_s(supervisor);
     int64_t now = now_ms();
     int64_t until =
         supervisor->state == WORKER_NONE ? supervisor->next_start_ms : next_deadline(supervisor);
@@ -483,8 +522,7 @@ static int look_around(struct supervisor *supervisor)
     }
     if (is_late) {
         char reason[64];
-        snprintf(reason, sizeof reason, "a missed deadline of %d s",
-                 is_starting ? START_MS / 1000 : supervisor->desc.config->render_timeout_s);
+        snprintf(reason, sizeof reason, "a missed deadline of %d s", allowed_s);
         bury_worker(supervisor, reason, true);
         return 0;
     }

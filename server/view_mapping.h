@@ -36,9 +36,8 @@ void tone_map_from_request(const struct render_request *request, struct tone_map
 enum image_format image_format_from_request(const struct render_request *request); /* ANY: PNG */
 
 /* Copies the report of a frame and what the request says about it. Queue, encode, total, id, view
- * and revision are left to those who know them: total is the renderer's until then. Warns of
- * max_error and budget_ms, which the renderer does not yet use to choose. device names the device
- * (renderer_info.renderer). */
+ * and revision are left to those who know them: total is the renderer's until then. device names
+ * the device (renderer_info.renderer). */
 void frame_stats_from_report(const struct render_request *request,
                              const struct frame_report *report, const char *device,
                              struct frame_stats *stats);

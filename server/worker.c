@@ -11,6 +11,7 @@
 #include "server/encoder.h"
 #include "server/ipc.h"
 #include "server/mapped_scenes.h"
+#include "server/measure.h"
 #include "server/view_mapping.h"
 
 enum { ENCODE_THREADS_MAX = 4 };
@@ -88,17 +89,24 @@ static void send_totals(struct worker *worker)
                  NULL, 0);
 }
 
-static bool read_request(const json_t *message, int request_fd, struct encode_task *task,
-                         struct error *err)
+/* Reads the request and makes its scene ready. */
+static bool read_request(struct worker *worker, const struct ipc_message *message,
+                         struct render_request *request, struct error *err)
 {
     struct ipc_mapping text = {0};
-    const char *format = json_string_value(json_object_get(message, "format"));
-    bool is_good = ipc_mapping_init(&text, request_fd, err) &&
-                   render_request_parse(text.bytes, text.size_bytes, &task->request, err) &&
-                   ((format && image_format_from_name(format, &task->format)) ||
-                    error_set(err, ERROR_INTERNAL, "worker: no image format in the message"));
+    bool is_good = ipc_mapping_init(&text, message->fd_count > 0 ? message->fds[0] : -1, err) &&
+                   render_request_parse(text.bytes, text.size_bytes, request, err) &&
+                   mapped_scenes_attach(worker->scenes, request->scene,
+                                        message->fd_count > 1 ? message->fds[1] : -1, err);
     ipc_mapping_finish(&text);
     return is_good;
+}
+
+static bool read_format(const json_t *message, enum image_format *format, struct error *err)
+{
+    const char *name = json_string_value(json_object_get(message, "format"));
+    return (name && image_format_from_name(name, format)) ||
+           error_set(err, ERROR_INTERNAL, "worker: no image format in the message");
 }
 
 static bool draw(struct worker *worker, struct ipc_message *message, struct encode_task *task,
@@ -106,9 +114,8 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
 {
     struct view view;
     struct view_storage storage = {0};
-    if (!read_request(message->json, message->fd_count > 0 ? message->fds[0] : -1, task, err) ||
-        !mapped_scenes_attach(worker->scenes, task->request.scene,
-                              message->fd_count > 1 ? message->fds[1] : -1, err) ||
+    if (!read_request(worker, message, &task->request, err) ||
+        !read_format(message->json, &task->format, err) ||
         !view_from_request(&task->request, &storage, &view, err))
         return false;
     bool is_good = renderer_render(worker->renderer, task->request.scene, &view, &task->frame, err);
@@ -138,6 +145,36 @@ static bool serve_render(struct worker *worker, struct ipc_message *message)
     encode_task_destroy(task);
     bool is_lost = problem.code == ERROR_NO_DEVICE;
     send_error(worker, is_lost ? "lost" : "error", id, &problem);
+    return !is_lost;
+}
+
+/* False when the context is lost and the worker must end. */
+static bool serve_measure(struct worker *worker, struct ipc_message *message)
+{
+    struct error problem = {0};
+    struct render_request request = {0};
+    uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
+    int image_fd = -1;
+    json_t *result = NULL;
+    send_progress(worker, "begin", id);
+    if (read_request(worker, message, &request, &problem))
+        result = measure_step(
+            &(struct measure_desc){.renderer = worker->renderer,
+                                   .request = &request,
+                                   .step = json_object_get(message->json, "measure"),
+                                   .reference_fd = message->fd_count > 2 ? message->fds[2] : -1},
+            &image_fd, &problem);
+    render_request_finish(&request);
+    bool is_lost = problem.code == ERROR_NO_DEVICE;
+    if (result)
+        send_message(
+            worker,
+            json_pack("{s:s,s:I,s:o}", "op", "measured", "id", (json_int_t)id, "result", result),
+            &image_fd, image_fd >= 0 ? 1 : 0);
+    else
+        send_error(worker, is_lost ? "lost" : "error", id, &problem);
+    if (image_fd >= 0)
+        close(image_fd);
     return !is_lost;
 }
 
@@ -193,6 +230,8 @@ static bool serve(struct worker *worker, struct ipc_message *message)
         if (json_is_string(scene))
             mapped_scenes_forget(worker->scenes, json_string_value(scene));
     }
+    if (op && strcmp(op, "measure") == 0)
+        return serve_measure(worker, message);
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 

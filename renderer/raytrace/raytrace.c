@@ -56,7 +56,7 @@ static bool run_form(struct rt_job *job, struct error *err)
     struct image *image = job->image;
     const struct view *view = job->desc->view;
     bool ok = image_init(image, view->width_px, view->height_px, 4, IMAGE_F32, err);
-    job->unit_count = image->height_px;
+    job->unit_count = view->row_count_px ? view->row_count_px : image->height_px;
     ok = ok && (view->quality.reference ? rt_job_run(job, &rt_reference_form, err)
                                         : rt_production_render(job, err));
     if (ok && atomic_load(&job->is_cancelled))

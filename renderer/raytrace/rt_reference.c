@@ -95,9 +95,10 @@ static void trace_rows(void *worker)
 {
     struct tracer *tracer = worker;
     struct rt_job *job = tracer->job;
+    int first = job->desc->view->first_row_px;
     for (int y = rt_job_next(job, false); y >= 0; y = rt_job_next(job, true))
         for (int x = 0; x < job->image->width_px; x++)
-            trace_pixel(tracer, x, y);
+            trace_pixel(tracer, x, first + y);
     atomic_fetch_add(&job->shadow_rays, tracer->lighting.shadow_rays);
     if (tracer->lighting.has_overflowed)
         atomic_store(&job->has_overflowed, true);

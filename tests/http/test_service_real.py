@@ -188,7 +188,8 @@ class Real(support.unittest.TestCase):
             sources = [open(os.path.join(dump, name)).read() for name in os.listdir(dump)]
             self.assertTrue(any("shadow_transmittance(" in source for source in sources))
             self.assertTrue(all("void main()" in source for source in sources))
-            self.assertEqual(["cache", "lock", "scenes", "tmp"], sorted(os.listdir(state)))
+            kept = ["cache", "lock", "scenes", "tmp", "tradeoffs"]
+            self.assertEqual(kept, sorted(os.listdir(state)))
 
 
 if __name__ == "__main__":

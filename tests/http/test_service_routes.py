@@ -18,6 +18,7 @@ GETS = (
     "/v1/capabilities",
     "/v1/scenes",
     "/v1/views",
+    "/v1/tradeoffs",
 )
 
 
@@ -44,6 +45,8 @@ class Routes(support.ServiceTest):
             "/v1/scenes": "OPTIONS, GET, HEAD, POST",
             "/v1/scenes/" + "0" * 64: "OPTIONS, GET, HEAD, DELETE",
             "/v1/renders": "OPTIONS, POST",
+            "/v1/tradeoffs": "OPTIONS, GET, HEAD, POST",
+            "/v1/tradeoffs/" + "0" * 16: "OPTIONS, GET, HEAD, DELETE",
         }
         for path, allow in table.items():
             for method in ("PUT", "PATCH", "BREW", "TRACE"):

@@ -263,17 +263,30 @@ static void exact_techniques_state_no_error(void **state)
     render_request_finish(&request);
 }
 
-static void promises_nobody_makes_are_warned_of(void **state)
+static void a_promise_goes_into_the_report_of_its_frame(void **state)
 {
     (void)state;
-    struct render_request request =
-        parse(BODY(",\"quality\":{\"max_error\":0.01,\"budget_ms\":50}"));
-    struct frame_report report = {0};
+    struct render_request request = parse(BODY(""));
+    struct frame_report report = {.error_is_exact = true};
     struct frame_stats stats;
+    const struct frame_promise promise = {
+        .chosen = {.shadows = "raytraced", .samples = 4, .expected_ms = 12},
+        .has_error = true,
+        .rmse = 0.25,
+        .source = FRAME_ERROR_MEASURED,
+        .warning = "max_error 0.1 is not kept",
+    };
     frame_stats_from_report(&request, &report, "d", &stats);
-    assert_int_equal(stats.warning_count, 2);
-    assert_non_null(strstr(stats.warnings[0], "budget_ms 50"));
-    assert_non_null(strstr(stats.warnings[1], "max_error 0.01"));
+    frame_stats_promise(&stats, &promise);
+    assert_string_equal(stats.chosen.shadows, "raytraced");
+    assert_string_equal(stats.error_metric, "rmse");
+    assert_true(stats.error_value == 0.25 && stats.error_source == FRAME_ERROR_MEASURED);
+    assert_int_equal(stats.warning_count, 1);
+    assert_string_equal(stats.warnings[0], "max_error 0.1 is not kept");
+    frame_stats_from_report(&request, &report, "d", &stats);
+    frame_stats_promise(&stats, &(struct frame_promise){0});
+    assert_true(stats.error_source == FRAME_ERROR_EXACT && stats.warning_count == 0);
+    assert_string_equal(stats.chosen.shadows, "");
     render_request_finish(&request);
 }
 
@@ -479,7 +492,7 @@ int main(void)
         cmocka_unit_test(formats_map_by_name),
         cmocka_unit_test(reports_reach_the_stats_whole),
         cmocka_unit_test(exact_techniques_state_no_error),
-        cmocka_unit_test(promises_nobody_makes_are_warned_of),
+        cmocka_unit_test(a_promise_goes_into_the_report_of_its_frame),
         cmocka_unit_test(scenes_reach_their_summary),
         cmocka_unit_test(long_lists_of_names_are_cut_but_counted),
         cmocka_unit_test(long_names_are_cut_at_a_character),

@@ -4,9 +4,9 @@
  *
  * Names of nodes and what they do: "fake:crash" ends the process with SIGSEGV, "fake:hang" never
  * returns, "fake:error" fails the render, "fake:lost" loses the context, "fake:slow=N" takes N
- * milliseconds. Device 64 does not exist. The importer is the real one, but for files that hold
- * "fake:decoder-crash", "fake:decoder-hang", "fake:decoder-open", "fake:decoder-exec",
- * "fake:decoder-socket" or "fake:decoder-memory". */
+ * milliseconds, "fake:tradeoff" gives each setting an error and a time. Device 64 does not exist.
+ * The importer is the real one, but for files that hold "fake:decoder-crash", "fake:decoder-hang",
+ * "fake:decoder-open", "fake:decoder-exec", "fake:decoder-socket" or "fake:decoder-memory". */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -28,6 +28,7 @@ struct fake_scene {
     struct scene scene;
     void (*release)(void *context);
     void *context;
+    bool has_structures; /* for "fake:tradeoff": rendered since they were dropped */
 };
 
 struct renderer {
@@ -123,9 +124,62 @@ void frame_finish(struct frame *frame)
     *frame = (struct frame){0};
 }
 
+void renderer_drop_structures(struct renderer *renderer, const char *key)
+{
+    int index = find_scene(renderer, key);
+    if (index >= 0)
+        renderer->scenes[index].has_structures = false;
+}
+
 static void sleep_ms(long ms)
 {
     nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000}, NULL);
+}
+
+/* How far the image of "fake:tradeoff" is off: less with resolution, taps and samples. */
+static double fake_error(const struct view_quality *quality)
+{
+    if (quality->reference)
+        return 0;
+    if (quality->shadows == VIEW_SHADOWS_RAYTRACED)
+        return quality->samples == 1 ? 0.02 : quality->samples == 4 ? 0.01 : 0;
+    if (quality->shadows == VIEW_SHADOWS_NONE)
+        return 0.5;
+    bool is_map = quality->shadows == VIEW_SHADOWS_MAP;
+    return 16. / quality->shadow_resolution + 0.01 / quality->shadow_taps +
+           (quality->samples == 1 ? 0.02 : 0) + (is_map ? 0.1 : 0);
+}
+
+/* A time that goes the other way. Nothing waits for it. */
+static double fake_ms(const struct view_quality *quality, bool is_cold)
+{
+    if (quality->reference)
+        return 5;
+    if (quality->shadows == VIEW_SHADOWS_RAYTRACED)
+        return 100. * quality->samples;
+    if (quality->shadows == VIEW_SHADOWS_NONE)
+        return 2;
+    double map = quality->shadow_resolution / 64.;
+    return 4 + 2. * quality->shadow_taps + 3. * quality->samples + (is_cold ? map : 0);
+}
+
+/* "fake:tradeoff": two lights and a transparent caster. */
+static void weigh(struct fake_scene *scene, const struct view *view, struct frame *frame)
+{
+    const struct view_quality *quality = &view->quality;
+    struct image *color = &frame->outputs[VIEW_OUTPUT_COLOR];
+    size_t count = color->pixels ? (size_t)color->width_px * (size_t)color->height_px * 4 : 0;
+    for (size_t i = 0; i < count; i++)
+        if (i % 4 != 3)
+            ((float *)color->pixels)[i] += (float)fake_error(quality);
+    frame->report.counts.lights = frame->report.counts.shadowed_lights = 2;
+    frame->report.counts.triangles = 1;
+    frame->report.counts.events = quality->shadows == VIEW_SHADOWS_DEEP ? 7 : 0;
+    report_add_bytes(&frame->report, "shadows",
+                     (uint64_t)quality->shadow_resolution * (uint64_t)quality->shadow_resolution);
+    frame->report.error_is_exact = quality->shadows == VIEW_SHADOWS_RAYTRACED;
+    frame->report.total_ms = fake_ms(quality, !scene->has_structures);
+    scene->has_structures = true;
 }
 
 /* Does what a node's name asks for. */
@@ -201,6 +255,8 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     report_add_pass(&frame->report, "fake.paint", "a test asked for it", "", 0.5, REPORT_SHADE);
     frame->report.total_ms = 1;
     frame->report.error_is_exact = true;
+    if (scene_find_node(scene, "fake:tradeoff") >= 0)
+        weigh(&renderer->scenes[index], view, frame);
     return true;
 }
 

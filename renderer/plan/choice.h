@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT */
+/* Chooses a setting by the error or the time that was asked for, from measured rows or from the
+ * models below. Pure functions. Thread: any.
+ *
+ * Errors are the root mean square error of linear colour under the exposure, cut to [0, 1] (1 =
+ * the white of the screen), against the ray-traced reference; times are milliseconds of one frame
+ * in the renderer. */
+#ifndef VITRAIL_RENDERER_PLAN_CHOICE_H
+#define VITRAIL_RENDERER_PLAN_CHOICE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "renderer/view.h"
+
+struct choice_setting {
+    enum view_shadows shadows;
+    int shadow_resolution, shadow_taps; /* 0 where the technique has none */
+    int samples;
+};
+
+struct choice_row {
+    struct choice_setting setting;
+    double ms;    /* the time that can be promised, not the mean */
+    double error; /* INFINITY: not known, so never promised */
+};
+
+/* What is asked for, and what was said and must stay. */
+struct choice_wish {
+    double max_error, budget_ms;                 /* 0 = not asked for; at least one is */
+    enum view_shadows shadows;                   /* AUTO = open */
+    int shadow_resolution, shadow_taps, samples; /* 0 = open */
+};
+
+struct choice {
+    const struct choice_row *row;   /* one of the rows */
+    bool keeps_error, keeps_budget; /* true also where it was not asked for */
+};
+
+/* With max_error: the fastest row at most that far off; with both: that among the rows within the
+ * budget. With budget_ms alone: the most accurate row within it, of equals the faster. When no row
+ * keeps all: with both, the most accurate within the budget, else the fastest within the error,
+ * else the fastest; with one, the row nearest to it. Of equals the first counts. False when no row
+ * goes with what was said. */
+bool choice_make(const struct choice_row *rows, size_t count, const struct choice_wish *wish,
+                 struct choice *choice);
+
+/* Whether a row goes with what was said: open members go with all, and a map's parameters do not
+ * hinder a technique that has none. */
+bool choice_row_fits(const struct choice_row *row, const struct choice_wish *wish);
+
+/* ---- without a measurement ---- */
+
+/* What the models know of a frame; taken from counts, nothing is rendered. */
+struct choice_frame {
+    double pixels;
+    uint64_t lights;    /* that may cast a shadow */
+    uint64_t triangles; /* of the scene */
+};
+
+/* Models, fitted to the shared scenes on a software rasteriser with two cores (docs/tradeoffs.md
+ * has the fit and its misses), so promises by them are called estimated:
+ *   error of an edge that is off by w of an image: sqrt(w) of its contrast, since RMSE is the root
+ *   of the area that is wrong. Camera edges are off by 1 / sqrt(samples) of a pixel; shadow edges
+ *   by sqrt(taps) / shadow_resolution of a map.
+ *   time: a constant; each light's map by its texels and triangles; each pixel by its samples,
+ *   lights and taps; ray tracing by rays per light and the depth of the triangles' tree.
+ * Fills rows for what was said, else for the techniques AUTO (the rasteriser's default) and
+ * RAYTRACED; with what was said of resolution, taps and samples, else with those of the ladder.
+ * Returns their number, which is not 0. */
+enum { CHOICE_ESTIMATES_MAX = 64 };
+size_t choice_estimate(const struct choice_frame *frame, const struct choice_wish *wish,
+                       struct choice_row rows[CHOICE_ESTIMATES_MAX]);
+
+/* A row of another view of the same scene on the same device: time by the pixels (the shadow maps
+ * cost the same, so this is too careful where the image shrinks), error as it was. */
+struct choice_row choice_scale(const struct choice_row *row, double pixels_there,
+                               double pixels_here);
+
+#endif

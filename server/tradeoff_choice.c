@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: MIT */
+/* Choosing what a request leaves open: from rows measured for its view, for other views of its
+ * scene, or from the models. */
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/utf8.h"
+#include "renderer/plan/choice.h"
+#include "server/tradeoffs_internal.h"
+
+static_assert((int)REQUEST_SHADOWS_AUTO == (int)VIEW_SHADOWS_AUTO &&
+                  (int)REQUEST_SHADOWS_RAYTRACED == (int)VIEW_SHADOWS_RAYTRACED,
+              "shadow techniques differ");
+
+enum { ROWS_MAX = TRADEOFF_ROWS_MAX };
+static_assert((int)ROWS_MAX >= (int)CHOICE_ESTIMATES_MAX, "estimates do not fit");
+
+/* Where rows come from, the best first. */
+enum source { SOURCE_VIEW, SOURCE_SCENE, SOURCE_MODEL, SOURCE_COUNT };
+
+struct candidates {
+    struct choice_row rows[ROWS_MAX];
+    size_t count;
+};
+
+static void add_rows(struct candidates *candidates, const struct tradeoff *document, bool is_warm)
+{
+    for (int i = 0; i < document->row_count; i++) {
+        const struct tradeoff_row *row = &document->rows[i];
+        const struct tradeoff_times *times = is_warm ? &row->warm : &row->cold;
+        if (times->count > 0)
+            candidates->rows[candidates->count++] = (struct choice_row){
+                .setting = {(enum view_shadows)row->setting.shadows, row->setting.shadow_resolution,
+                            row->setting.shadow_taps, row->setting.samples},
+                .ms = tradeoff_times_max(times),
+                .error = row->rmse,
+            };
+    }
+}
+
+static bool has_times(const struct tradeoff *document)
+{
+    for (int i = 0; i < document->row_count; i++)
+        if (document->rows[i].warm.count > 0)
+            return true;
+    return false;
+}
+
+/* The newest measurement of the view (key not NULL), or of the scene with the nearest size. */
+static void find_measured(struct tradeoffs *tradeoffs, const struct render_request *request,
+                          const char *key, bool is_warm, struct candidates *candidates)
+{
+    char device[TRADEOFF_DEVICE_BYTES];
+    const struct tradeoff *best = NULL;
+    double pixels = (double)request->width * request->height, best_ratio = INFINITY;
+    if (!tradeoffs_device_name(tradeoffs, device))
+        return;
+    pthread_mutex_lock(&tradeoffs->mutex);
+    for (int i = tradeoffs->count; i-- > 0;) {
+        const struct tradeoff *document = &tradeoffs->entries[i]->document;
+        double ratio = fabs(log(pixels / ((double)document->width * document->height)));
+        if (strcmp(document->scene, request->scene) != 0 || strcmp(document->device, device) != 0 ||
+            !has_times(document) || (key && strcmp(document->view_key, key) != 0) ||
+            ratio >= best_ratio)
+            continue;
+        best = document;
+        best_ratio = ratio;
+    }
+    if (best)
+        add_rows(candidates, best, is_warm);
+    for (size_t i = 0; best && i < candidates->count; i++)
+        candidates->rows[i] =
+            choice_scale(&candidates->rows[i], (double)best->width * best->height, pixels);
+    pthread_mutex_unlock(&tradeoffs->mutex);
+}
+
+static void estimate(struct tradeoffs *tradeoffs, const struct render_request *request,
+                     const struct choice_wish *wish, struct candidates *candidates)
+{
+    struct choice_frame frame = {.pixels = (double)request->width * request->height,
+                                 .lights = request->light_count};
+    json_t *summary = scene_store_get_summary(tradeoffs->desc.scenes, request->scene, NULL);
+    frame.triangles = (uint64_t)json_integer_value(json_object_get(summary, "triangles"));
+    if (!request->ignore_scene_lights)
+        frame.lights += (uint64_t)json_integer_value(json_object_get(summary, "light_count"));
+    json_decref(summary);
+    candidates->count = choice_estimate(&frame, wish, candidates->rows);
+}
+
+static void find_rows(struct tradeoffs *tradeoffs, const struct render_request *request,
+                      const struct choice_wish *wish, enum source source, const char *key,
+                      bool is_warm, struct candidates *candidates)
+{
+    candidates->count = 0;
+    if (source == SOURCE_MODEL)
+        estimate(tradeoffs, request, wish, candidates);
+    else
+        find_measured(tradeoffs, request, source == SOURCE_VIEW ? key : NULL, is_warm, candidates);
+}
+
+/* ---- telling ---- */
+
+static const char *const source_texts[SOURCE_COUNT] = {
+    [SOURCE_VIEW] = "measured for this view",
+    [SOURCE_SCENE] = "measured for another view of this scene",
+    [SOURCE_MODEL] = "estimated from counts: nothing is measured here",
+};
+
+static void explain(const struct choice_wish *wish, const struct choice *choice, enum source source,
+                    bool is_warm, struct frame_promise *promise)
+{
+    char error[48] = "an unknown error";
+    const struct choice_row *row = choice->row;
+    if (isfinite(row->error))
+        snprintf(error, sizeof error, "RMSE %.3g", row->error);
+    const char *what = wish->max_error <= 0   ? "the most accurate within budget_ms"
+                       : wish->budget_ms <= 0 ? "the fastest within max_error"
+                                              : "the fastest within max_error and budget_ms";
+    if (!choice->keeps_error || !choice->keeps_budget)
+        what = "the nearest there is";
+    snprintf(promise->chosen.because, sizeof promise->chosen.because, "%s: %s, %.4g ms %s, %s",
+             what, error, row->ms, is_warm ? "warm" : "cold", source_texts[source]);
+    if (!choice->keeps_error && !choice->keeps_budget)
+        snprintf(
+            promise->warning, sizeof promise->warning,
+            "neither max_error %.6g nor budget_ms %.6g is kept: the nearest setting has %s and "
+            "takes %.4g ms",
+            wish->max_error, wish->budget_ms, error, row->ms);
+    else if (!choice->keeps_error)
+        snprintf(promise->warning, sizeof promise->warning,
+                 "max_error %.6g is not kept: the nearest setting%s has %s", wish->max_error,
+                 wish->budget_ms > 0 ? " within budget_ms" : "", error);
+    else if (!choice->keeps_budget)
+        snprintf(promise->warning, sizeof promise->warning,
+                 "budget_ms %.6g is not kept: the fastest setting%s takes %.4g ms", wish->budget_ms,
+                 wish->max_error > 0 ? " within max_error" : "", row->ms);
+}
+
+static void promise_from(const struct choice_wish *wish, const struct choice *choice,
+                         enum source source, bool is_warm, struct frame_promise *promise)
+{
+    const struct choice_setting *setting = &choice->row->setting;
+    utf8_copy(promise->chosen.shadows, sizeof promise->chosen.shadows,
+              request_shadows_name((int)setting->shadows));
+    promise->chosen.shadow_resolution = setting->shadow_resolution;
+    promise->chosen.shadow_taps = setting->shadow_taps;
+    promise->chosen.samples = setting->samples;
+    promise->chosen.expected_ms = choice->row->ms;
+    promise->has_error = isfinite(choice->row->error);
+    promise->rmse = promise->has_error ? choice->row->error : 0;
+    promise->source = source == SOURCE_VIEW ? FRAME_ERROR_MEASURED : FRAME_ERROR_ESTIMATED;
+    explain(wish, choice, source, is_warm, promise);
+}
+
+/* ---- the whole ---- */
+
+static void apply(struct request_quality *quality, const struct choice_setting *setting)
+{
+    quality->shadows = (enum request_shadows)setting->shadows;
+    if (setting->shadow_resolution) {
+        quality->shadow_resolution = setting->shadow_resolution;
+        quality->shadow_taps = setting->shadow_taps;
+    }
+    quality->samples = setting->samples;
+    quality->max_error = quality->budget_ms = 0;
+    quality->says_shadow_resolution = quality->says_shadow_taps = false;
+}
+
+bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *request, bool is_warm,
+                      struct frame_promise *promise, struct error *err)
+{
+    struct request_quality *quality = &request->quality;
+    char key[65];
+    *promise = (struct frame_promise){0};
+    if (!request_quality_asks(quality))
+        return true;
+    if (quality->reference) {
+        utf8_copy(promise->warning, sizeof promise->warning,
+                  "quality.reference leaves nothing to choose: max_error and budget_ms were not "
+                  "used");
+        quality->max_error = quality->budget_ms = 0;
+        return true;
+    }
+    struct choice_wish wish = {
+        .max_error = quality->max_error,
+        .budget_ms = quality->budget_ms,
+        .shadows = (enum view_shadows)quality->shadows,
+        .shadow_resolution = quality->says_shadow_resolution ? quality->shadow_resolution : 0,
+        .shadow_taps = quality->says_shadow_taps ? quality->shadow_taps : 0,
+        .samples = quality->samples,
+    };
+    struct candidates *candidates = calloc(1, sizeof *candidates);
+    bool is_good = candidates ? tradeoff_view_key(request, key, err)
+                              : error_set(err, ERROR_NO_MEMORY, "choice");
+    struct choice choice = {0};
+    for (int source = SOURCE_VIEW; is_good && !choice.row && source < SOURCE_COUNT; source++) {
+        find_rows(tradeoffs, request, &wish, (enum source)source, key, is_warm, candidates);
+        if (choice_make(candidates->rows, candidates->count, &wish, &choice)) {
+            promise_from(&wish, &choice, (enum source)source, is_warm, promise);
+            apply(quality, &choice.row->setting);
+        }
+    }
+    free(candidates);
+    return is_good;
+}

@@ -1,0 +1,503 @@
+/* SPDX-License-Identifier: MIT */
+/* How a trade-off is measured: a probe, the reference band by band, one frame of each setting
+ * against it, and rounds of timed frames over all settings (specs: interleaved, so that a machine
+ * that slows down slows all of them). */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/tradeoff_ladder.h"
+#include "server/tradeoff_step.h"
+
+#define BAND_MS 250.        /* of the reference: what others may have to wait for */
+#define BAND_BUILDS 2.      /* or this many times what ray tracing needs to get ready */
+#define REFERENCE_SHARE .5  /* of the time budget */
+#define FRAME_MS_MAX 10000. /* of a setting that is worth timing */
+#define RUN_FRAMES 2.3      /* a cold and a warm frame, in frames as measured for the error */
+#define IMAGES_BYTES_MAX (64u << 20) /* of one trade-off: an HTML page can still hold them */
+
+/* What a frame took. */
+struct known {
+    struct tradeoff_setting setting;
+    double ms;
+};
+
+struct run {
+    struct tradeoffs *tradeoffs;
+    struct tradeoff_entry *entry;
+    struct render_request request; /* shallow copy, whose quality is set for each step */
+    struct tradeoff_options options;
+    struct timespec started;
+    int reference_fd;
+    int height;
+    int max_samples;
+    double traced_ms;                   /* the whole reference */
+    double frame_ms[TRADEOFF_ROWS_MAX]; /* of each row */
+    struct known known[TRADEOFF_ROWS_MAX];
+    int known_count;
+    uint64_t images_bytes;
+    struct error problem; /* why it fails */
+};
+
+static double elapsed_s(const struct run *run)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)(now.tv_sec - run->started.tv_sec) +
+           1e-9 * (double)(now.tv_nsec - run->started.tv_nsec);
+}
+
+static void set_setting(struct run *run, const struct tradeoff_setting *setting)
+{
+    struct request_quality *quality = &run->request.quality;
+    quality->shadows = setting->shadows;
+    quality->shadow_resolution = setting->shadow_resolution ? setting->shadow_resolution : 1024;
+    quality->shadow_taps = setting->shadow_taps ? setting->shadow_taps : 4;
+    quality->samples = setting->samples;
+    quality->reference = false;
+    quality->area_samples = run->entry->request.render.quality.area_samples;
+}
+
+static void set_reference(struct run *run)
+{
+    set_setting(run, &(struct tradeoff_setting){.shadows = REQUEST_SHADOWS_RAYTRACED,
+                                                .samples = run->options.reference_samples});
+    run->request.quality.reference = true;
+    run->request.quality.area_samples = 0;
+}
+
+/* The progress never goes back. */
+static void tell(struct run *run, enum tradeoff_stage stage, double progress)
+{
+    struct tradeoff *document = &run->entry->document;
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    if (!tradeoff_has_ended(document)) {
+        document->stage = stage;
+        document->progress = fmax(document->progress, fmin(progress, 1));
+        document->elapsed_s = elapsed_s(run);
+    }
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+}
+
+static void save(struct run *run)
+{
+    struct error problem = {0};
+    struct tradeoff *copy = tradeoffs_get(run->tradeoffs, run->entry->document.id, &problem);
+    if (copy && !tradeoff_store_save(run->tradeoffs->store, copy, &problem))
+        log_write(run->tradeoffs->desc.log, LOG_WARNING, "trade-off %s: %s", copy->id,
+                  problem.message);
+    if (copy)
+        tradeoff_finish(copy);
+    free(copy);
+}
+
+static enum step_outcome run_step(struct run *run, json_t *measure, struct step_result *result)
+{
+    return step_run(run->tradeoffs, run->entry,
+                    &(struct step_desc){.request = &run->request,
+                                        .measure = measure,
+                                        .reference_fd = run->reference_fd},
+                    result);
+}
+
+/* A step without which nothing can be measured. */
+static bool must_step(struct run *run, json_t *measure, struct step_result *result)
+{
+    enum step_outcome outcome = run_step(run, measure, result);
+    if (outcome == STEP_FAILED)
+        run->problem = result->problem;
+    return outcome == STEP_DONE;
+}
+
+static double number(const struct step_result *result, const char *key)
+{
+    return json_number_value(json_object_get(result->measured, key));
+}
+
+static uint64_t count(const struct step_result *result, const char *key)
+{
+    return (uint64_t)json_integer_value(json_object_get(result->measured, key));
+}
+
+/* ---- probe ---- */
+
+static bool probe(struct run *run)
+{
+    struct step_result result;
+    struct tradeoff *document = &run->entry->document;
+    set_setting(run, &(struct tradeoff_setting){REQUEST_SHADOWS_DEEP, 256, 1, 1});
+    tell(run, TRADEOFF_STAGE_PROBE, 0);
+    bool is_good = must_step(run, json_pack("{s:s}", "step", "probe"), &result);
+    if (is_good) {
+        char device[TRADEOFF_DEVICE_BYTES] = "";
+        tradeoffs_device_name(run->tradeoffs, device);
+        pthread_mutex_lock(&run->tradeoffs->mutex);
+        memcpy(document->device, device, sizeof device);
+        document->lights = count(&result, "lights");
+        document->shadowed_lights = count(&result, "shadowed_lights");
+        document->triangles = count(&result, "triangles");
+        document->has_transparent_casters =
+            json_is_true(json_object_get(result.measured, "transparent_casters"));
+        pthread_mutex_unlock(&run->tradeoffs->mutex);
+        run->max_samples = (int)count(&result, "max_samples");
+    }
+    step_result_finish(&result);
+    return is_good;
+}
+
+/* ---- reference ---- */
+
+/* False when the reference will not be there within its share of the time budget. */
+static bool check_share(struct run *run, int rows, double spent_s)
+{
+    double share_s = REFERENCE_SHARE * run->options.time_budget_s;
+    double whole_s = spent_s * run->height / rows;
+    bool is_hopeless = spent_s > share_s / 8 && whole_s > 4 * share_s;
+    if (rows == run->height || (spent_s <= share_s && !is_hopeless))
+        return true;
+    return error_set(&run->problem, ERROR_TIMEOUT,
+                     "the reference of %d samples per pixel was at row %d of %d after %.0f s and "
+                     "would take about %.0f s; half of time_budget_s, %.0f s, is for it: ask for a "
+                     "smaller image or more time",
+                     run->options.reference_samples, rows, run->height, spent_s, whole_s, share_s);
+}
+
+static void add_image(struct run *run, struct step_result *result, uint64_t *offset,
+                      uint64_t *bytes)
+{
+    struct error problem = {0};
+    uint64_t at = 0, size = 0;
+    if (result->image_fd < 0)
+        return;
+    if (!tradeoff_store_add_image(run->tradeoffs->store, run->entry->document.id, result->image_fd,
+                                  &at, &size, &problem)) {
+        log_write(run->tradeoffs->desc.log, LOG_WARNING, "trade-off: %s", problem.message);
+        return;
+    }
+    run->images_bytes += size;
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    *offset = at;
+    *bytes = size;
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+}
+
+static bool show_reference(struct run *run)
+{
+    struct step_result result;
+    struct tradeoff *document = &run->entry->document;
+    if (run->options.drops_images)
+        return true;
+    bool is_good = must_step(run, json_pack("{s:s}", "step", "show"), &result);
+    if (is_good)
+        add_image(run, &result, &document->reference_offset, &document->reference_bytes);
+    step_result_finish(&result);
+    return is_good;
+}
+
+/* Rows of the next band, from what the last one took. */
+static int next_band(int rows, double build_ms, double trace_ms)
+{
+    double target_ms = fmax(BAND_MS, BAND_BUILDS * build_ms);
+    double next = rows * target_ms / fmax(trace_ms, 1e-3);
+    return (int)fmin(fmax(next, 1), 4. * rows);
+}
+
+static bool trace_reference(struct run *run)
+{
+    struct tradeoff *document = &run->entry->document;
+    off_t size = (off_t)run->request.width * run->request.height * 4 * (off_t)sizeof(float);
+    run->reference_fd = memfd_create("vitrail-reference", MFD_CLOEXEC);
+    if (run->reference_fd < 0 || ftruncate(run->reference_fd, size) != 0)
+        return error_set(&run->problem, ERROR_NO_MEMORY, "reference: %s", strerror(errno));
+    set_reference(run);
+    double begun_s = elapsed_s(run);
+    int band = 1;
+    for (int row = 0; row < run->height;) {
+        struct step_result result;
+        int rows = band < run->height - row ? band : run->height - row;
+        if (!must_step(run,
+                       json_pack("{s:s,s:i,s:i}", "step", "reference", "first_row", row,
+                                 "row_count", rows),
+                       &result)) {
+            step_result_finish(&result);
+            return false;
+        }
+        double build_ms = number(&result, "build_ms"), trace_ms = number(&result, "trace_ms");
+        step_result_finish(&result);
+        row += rows;
+        run->traced_ms += trace_ms;
+        band = next_band(rows, build_ms, trace_ms);
+        pthread_mutex_lock(&run->tradeoffs->mutex);
+        document->reference_rows = row;
+        document->reference_ms = run->traced_ms;
+        pthread_mutex_unlock(&run->tradeoffs->mutex);
+        tell(run, TRADEOFF_STAGE_REFERENCE, 0.3 * row / run->height);
+        if (!check_share(run, row, elapsed_s(run) - begun_s))
+            return false;
+    }
+    return show_reference(run);
+}
+
+/* ---- errors ---- */
+
+/* Whether a setting whose frame takes so long leaves room to time it and those before it. */
+static bool has_room(const struct run *run, double frame_ms)
+{
+    double needed_ms = frame_ms;
+    for (int i = 0; i < run->entry->document.row_count; i++)
+        needed_ms += run->options.repeats * RUN_FRAMES * run->frame_ms[i];
+    needed_ms += run->options.repeats * RUN_FRAMES * frame_ms;
+    return elapsed_s(run) + 1e-3 * needed_ms <= run->options.time_budget_s;
+}
+
+static void skip(struct run *run, const struct tradeoff_setting *setting, const char *because)
+{
+    char label[TRADEOFF_LABEL_BYTES];
+    tradeoff_setting_label(setting, label);
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    tradeoff_skip(&run->entry->document, label, "%s", because);
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+}
+
+static void add_row(struct run *run, const struct tradeoff_setting *setting,
+                    struct step_result *result)
+{
+    struct tradeoff *document = &run->entry->document;
+    const json_t *flip = json_object_get(result->measured, "flip");
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    struct tradeoff_row *row = &document->rows[document->row_count];
+    *row = (struct tradeoff_row){
+        .setting = *setting,
+        .rmse = number(result, "rmse"),
+        .p999 = number(result, "p999"),
+        .max = number(result, "max"),
+        .flip = flip ? json_number_value(flip) : -1,
+        .bytes = count(result, "bytes"),
+    };
+    run->frame_ms[document->row_count++] = number(result, "ms");
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+    add_image(run, result, &row->image_offset, &row->image_bytes);
+}
+
+/* Why a measured setting is not kept, or NULL. */
+static const char *why_not(const struct run *run, double frame_ms, char text[96])
+{
+    if (frame_ms > FRAME_MS_MAX)
+        snprintf(text, 96, "a frame took %.1f s, and others would wait for each", 1e-3 * frame_ms);
+    else if (!has_room(run, frame_ms))
+        snprintf(text, 96, "a frame took %.2f s: time_budget_s leaves no room to time it",
+                 1e-3 * frame_ms);
+    else
+        return NULL;
+    return text;
+}
+
+/* False when the run ends. */
+static bool measure_error(struct run *run, const struct tradeoff_setting *setting)
+{
+    struct step_result result;
+    char text[96];
+    bool keeps = !run->options.drops_images && run->images_bytes < IMAGES_BYTES_MAX;
+    set_setting(run, setting);
+    enum step_outcome outcome =
+        run_step(run, json_pack("{s:s,s:b}", "step", "error", "keep_image", keeps), &result);
+    if (outcome == STEP_DONE)
+        run->known[run->known_count++] = (struct known){*setting, number(&result, "ms")};
+    const char *because = outcome == STEP_FAILED ? result.problem.message
+                          : outcome == STEP_DONE ? why_not(run, number(&result, "ms"), text)
+                                                 : NULL;
+    if (because)
+        skip(run, setting, because);
+    else if (outcome == STEP_DONE)
+        add_row(run, setting, &result);
+    step_result_finish(&result);
+    return outcome != STEP_INTERRUPTED;
+}
+
+static int plan_settings(struct run *run, struct tradeoff_setting settings[TRADEOFF_ROWS_MAX])
+{
+    struct tradeoff *document = &run->entry->document;
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    int planned = tradeoff_ladder(
+        &(struct ladder_desc){.fixed = &run->entry->request.render.quality,
+                              .has_shadows = document->shadowed_lights > 0,
+                              .has_transparent_casters = document->has_transparent_casters,
+                              .max_samples = run->max_samples,
+                              .reference_samples = run->options.reference_samples,
+                              .max_settings = run->options.max_settings},
+        settings, document);
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+    return planned;
+}
+
+static void tell_left_out(struct run *run, int left_out)
+{
+    struct tradeoff *document = &run->entry->document;
+    char what[64];
+    if (left_out == 0)
+        return;
+    snprintf(what, sizeof what, "%d more setting%s", left_out, left_out == 1 ? "" : "s");
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    tradeoff_skip(document, what, "time_budget_s of %d leaves no room", run->options.time_budget_s);
+    document->is_partial = true;
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+}
+
+/* The last measured frame of this technique, else of any of the same kind: ray traced or not. */
+static const struct known *find_known(const struct run *run, const struct tradeoff_setting *setting)
+{
+    bool is_traced = setting->shadows == REQUEST_SHADOWS_RAYTRACED;
+    const struct known *found = NULL;
+    for (int i = 0; i < run->known_count; i++) {
+        const struct known *known = &run->known[i];
+        bool is_same = known->setting.shadows == setting->shadows;
+        bool is_kin = (known->setting.shadows == REQUEST_SHADOWS_RAYTRACED) == is_traced;
+        if (is_same || (is_kin && (!found || found->setting.shadows != setting->shadows)))
+            found = known;
+    }
+    return found;
+}
+
+/* Texels of a map and what does not grow with it, as so many texels more: chosen. */
+static double map_work(int resolution)
+{
+    return (double)resolution * resolution + 512. * 512.;
+}
+
+/* What a setting is expected to take; 0: nothing is known of its kind. */
+static double expected_ms(const struct run *run, const struct tradeoff_setting *setting)
+{
+    const struct known *known = find_known(run, setting);
+    if (setting->shadows == REQUEST_SHADOWS_RAYTRACED)
+        return known ? known->ms * setting->samples / known->setting.samples
+                     : run->traced_ms * setting->samples / run->options.reference_samples;
+    return known ? known->ms * map_work(setting->shadow_resolution) /
+                       map_work(known->setting.shadow_resolution)
+                 : 0;
+}
+
+static bool measure_errors(struct run *run)
+{
+    struct tradeoff_setting settings[TRADEOFF_ROWS_MAX];
+    int planned = plan_settings(run, settings), left_out = 0;
+    for (int i = 0; i < planned; i++) {
+        double ms = expected_ms(run, &settings[i]);
+        if (!has_room(run, ms)) {
+            left_out++;
+            continue;
+        }
+        char because[96];
+        snprintf(because, sizeof because, "a frame would take about %.1f s", 1e-3 * ms);
+        if (ms > FRAME_MS_MAX)
+            skip(run, &settings[i], because);
+        else if (!measure_error(run, &settings[i]))
+            return false;
+        tell(run, TRADEOFF_STAGE_ERRORS, 0.3 + 0.3 * (i + 1) / planned);
+    }
+    tell_left_out(run, left_out);
+    if (run->entry->document.row_count == 0)
+        return error_set(&run->problem, ERROR_TIMEOUT,
+                         "not one setting could be measured within %d s; 'skipped' says why",
+                         run->options.time_budget_s);
+    return true;
+}
+
+/* ---- times ---- */
+
+/* One cold and one warm frame. A failure costs the row its run, no more. False when the run ends.
+ */
+static bool measure_time(struct run *run, struct tradeoff_row *row)
+{
+    struct step_result result;
+    set_setting(run, &row->setting);
+    enum step_outcome outcome = run_step(run, json_pack("{s:s}", "step", "time"), &result);
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    if (outcome == STEP_DONE) {
+        row->cold.ms[row->cold.count++] = number(&result, "cold_ms");
+        row->warm.ms[row->warm.count++] = number(&result, "warm_ms");
+        tradeoff_mark_front(&run->entry->document);
+    } else if (outcome == STEP_FAILED) {
+        tradeoff_warn(&run->entry->document, "a timed run was lost: %s", result.problem.message);
+        run->entry->document.is_partial = true;
+    }
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+    step_result_finish(&result);
+    return outcome != STEP_INTERRUPTED;
+}
+
+/* Each round begins at another setting, so that none is always the first. */
+static bool measure_times(struct run *run)
+{
+    struct tradeoff *document = &run->entry->document;
+    int rows = document->row_count, total = rows * run->options.repeats;
+    for (int done = 0; done < total; done++) {
+        int round = done / rows, row = (done + round * (1 + rows / 3)) % rows;
+        if (elapsed_s(run) > run->options.time_budget_s) {
+            pthread_mutex_lock(&run->tradeoffs->mutex);
+            tradeoff_warn(document, "time_budget_s of %d was spent after %d of %d timed runs",
+                          run->options.time_budget_s, done, total);
+            document->is_partial = true;
+            pthread_mutex_unlock(&run->tradeoffs->mutex);
+            return true;
+        }
+        if (!measure_time(run, &document->rows[row]))
+            return false;
+        tell(run, TRADEOFF_STAGE_TIMES, 0.6 + 0.4 * (done + 1) / total);
+        if ((done + 1) % rows == 0)
+            save(run);
+    }
+    return true;
+}
+
+/* ---- the whole ---- */
+
+static void end(struct run *run, bool is_good)
+{
+    struct tradeoff *document = &run->entry->document;
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    document->elapsed_s = elapsed_s(run);
+    document->stage = TRADEOFF_STAGE_ENDED;
+    if (document->state == TRADEOFF_RUNNING) {
+        document->state = is_good ? TRADEOFF_DONE : TRADEOFF_FAILED;
+        if (is_good)
+            document->progress = 1;
+        else
+            document->is_partial = true;
+        if (!is_good && run->problem.code == ERROR_NONE)
+            error_set(&run->problem, ERROR_OVERLOADED, "the server stopped before the end");
+        document->problem = run->problem;
+    }
+    log_write(run->tradeoffs->desc.log, LOG_INFO, "trade-off %s is %s: %d settings in %.1f s",
+              document->id, tradeoff_state_name((int)document->state), document->row_count,
+              document->elapsed_s);
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+    save(run);
+}
+
+void tradeoff_run(struct tradeoffs *tradeoffs, struct tradeoff_entry *entry)
+{
+    struct run *run = calloc(1, sizeof *run);
+    if (!run) {
+        pthread_mutex_lock(&tradeoffs->mutex);
+        entry->document.state = TRADEOFF_FAILED;
+        error_set(&entry->document.problem, ERROR_NO_MEMORY, "trade-off");
+        pthread_mutex_unlock(&tradeoffs->mutex);
+        return;
+    }
+    run->tradeoffs = tradeoffs;
+    run->entry = entry;
+    run->request = entry->request.render;
+    run->options = entry->request.options;
+    run->height = run->request.height;
+    run->reference_fd = -1;
+    clock_gettime(CLOCK_MONOTONIC, &run->started);
+    bool is_good = probe(run) && trace_reference(run) && measure_errors(run) && measure_times(run);
+    end(run, is_good);
+    if (run->reference_fd >= 0)
+        close(run->reference_fd);
+    free(run);
+}
