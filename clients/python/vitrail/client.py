@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+"""A server: its scenes, renders, views, and what it says about itself."""
+from __future__ import annotations
+
+import json
+import os
+import urllib.parse
+from typing import Any, Dict, List, Mapping, Optional, Union
+
+from .connection import Connection, Reply
+from .errors import VitrailError
+from .image import Image, image_from
+from .upload import Files, Path, files_of, multipart
+from .view import View
+
+MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg", "webp": "image/webp", "exr": "image/x-exr"}
+
+
+class Client:
+    """One server. All methods raise VitrailError when it says no or does not answer.
+
+    Thread: any; each thread keeps a connection of its own.
+    """
+
+    def __init__(self, url: Optional[str] = None, *, timeout_s: float = 300.0,
+                 retries: int = 2) -> None:
+        """url: by default that of the environment variable VITRAIL_URL, or of a local server.
+        retries: how often to try again when the server is busy (503)."""
+        self.url = url or os.environ.get("VITRAIL_URL") or "http://127.0.0.1:8090"
+        self.connection = Connection(self.url, timeout_s, retries)
+
+    def close(self) -> None:
+        self.connection.close()
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def send(self, method: str, path: str, members: Mapping[str, Any],
+             headers: Optional[Mapping[str, str]] = None) -> Reply:
+        """A request with a JSON body."""
+        return self.connection.request(method, path, json.dumps(members).encode(),
+                                       {"Content-Type": "application/json", **(headers or {})})
+
+    def get(self, path: str) -> Any:
+        """A JSON reply, parsed."""
+        return self.connection.request("GET", path).json()
+
+    # ---- what there is ----
+
+    def capabilities(self) -> Dict[str, Any]:
+        return self.get("/v1/capabilities")
+
+    def stats(self) -> Dict[str, Any]:
+        return self.get("/v1/stats")
+
+    def is_ready(self) -> bool:
+        """Whether a render would be served now."""
+        try:
+            return self.get("/readyz")["status"] == "ready"
+        except VitrailError:
+            return False
+
+    def frame(self, frame: str) -> Dict[str, Any]:
+        """The report of a frame: passes and why, counts, bytes, warnings."""
+        return self.get(f"/v1/frames/{urllib.parse.quote(frame, safe='')}")
+
+    # ---- scenes ----
+
+    def scenes(self) -> List[Dict[str, Any]]:
+        """Oldest first."""
+        return self.get("/v1/scenes")["scenes"]
+
+    def scene(self, scene: str) -> Dict[str, Any]:
+        return self.get(f"/v1/scenes/{scene}")
+
+    def outline(self, scene: str) -> Dict[str, Any]:
+        """Nodes, materials, lights and cameras with their values."""
+        return self.get(f"/v1/scenes/{scene}/outline")
+
+    def has_scene(self, scene: str) -> bool:
+        """Whether the server has it: with scene_id, whether there is anything to upload."""
+        try:
+            return self.connection.request("HEAD", f"/v1/scenes/{scene}").status == 200
+        except VitrailError as problem:
+            if problem.status == 404:
+                return False
+            raise
+
+    def post_scene(self, content: Union[Path, bytes, Files]) -> Dict[str, Any]:
+        """Brings a scene and answers its summary; harmless when it is there already.
+
+        content: the path of a .glb, or of a .gltf whose files lie where it says; the bytes of a
+        .glb; or files by relative name, one of them the .gltf."""
+        if isinstance(content, (bytes, bytearray, memoryview)):
+            reply = self.connection.request("POST", "/v1/scenes", bytes(content),
+                                            {"Content-Type": "model/gltf-binary"})
+            return reply.json()
+        files = content if isinstance(content, Mapping) else files_of(content)
+        body, media_type = multipart(files)
+        return self.connection.request("POST", "/v1/scenes", body,
+                                       {"Content-Type": media_type}).json()
+
+    def delete_scene(self, scene: str) -> None:
+        self.connection.request("DELETE", f"/v1/scenes/{scene}")
+
+    # ---- images ----
+
+    def render(self, scene: str, *, format: str = "png", etag: Optional[str] = None,
+               **members: Any) -> Optional[Image]:
+        """One image of a scene; members as in docs/requests.md.
+
+        With the etag of an earlier image: None when it would be the same, without rendering."""
+        headers = {"Accept": MEDIA_TYPES.get(format, "*/*")}
+        if etag:
+            headers["If-None-Match"] = etag
+        body = {"scene": scene, "format": format, **members}
+        reply = self.send("POST", "/v1/renders", body, headers)
+        return None if reply.status == 304 else image_from(reply.headers, reply.body)
+
+    # ---- views ----
+
+    def views(self) -> List[Dict[str, Any]]:
+        """Oldest first."""
+        return self.get("/v1/views")["views"]
+
+    def create_view(self, scene: str, **members: Any) -> View:
+        """A view to edit and look at; members as in docs/views.md."""
+        return View(self, self.send("POST", "/v1/views", {"scene": scene, **members}).json())
+
+    def view(self, view: str) -> View:
+        """One that exists already."""
+        return View(self, self.get(f"/v1/views/{urllib.parse.quote(view, safe='')}"))
