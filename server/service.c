@@ -71,6 +71,10 @@ struct service *service_create(const struct config *config, const struct log *lo
                                   err);
     if (!service->views)
         goto fail;
+    service->sockets = websocket_loop_create(
+        &(struct websocket_desc){.max_text_bytes = LIMIT_SOCKET_MESSAGE_BYTES}, err);
+    if (!service->sockets)
+        goto fail;
     service->http = http_server_create(
         &(struct http_server_desc){
             .config = config, .log = log, .service = router_service(service)},
@@ -106,9 +110,11 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     tradeoffs_stop(service->tradeoffs);
     decode_pool_destroy(service->decoders);
     supervisor_destroy(service->supervisor);
+    websocket_loop_stop(service->sockets);
     if (service->http)
         http_server_wait_idle(service->http, LAST_REPLIES_MS);
     http_server_destroy(service->http);
+    websocket_loop_destroy(service->sockets);
     views_destroy(service->views);
     view_images_destroy(service->view_images);
     tradeoffs_destroy(service->tradeoffs);

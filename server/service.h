@@ -20,6 +20,7 @@
 #include "server/supervisor.h"
 #include "server/tradeoffs.h"
 #include "server/views.h"
+#include "server/websocket.h"
 
 /* Members are set once by service_create and then only read; each looks after its own threads. */
 struct service {
@@ -34,6 +35,7 @@ struct service {
     struct http_server *http;
     struct view_images *view_images;
     struct views *views;
+    struct websocket_loop *sockets;
     char build_id[BUILD_ID_BYTES];
     struct timespec started;
     atomic_bool is_draining, has_told_ready;

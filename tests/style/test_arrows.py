@@ -37,6 +37,7 @@ HOMES = [
     ("seccomp.h", ["server/*"]),
     ("sqlite3.h", ["server/*"]),
     ("ini.h", ["server/*"]),
+    ("wslay/*", ["server/websocket.c"]),
     ("openssl/*", ["server/*", "clients/vitrail/scene_source.c"]),
     ("png.h", ["clients/glb/*", "tests/*"]),
     ("webp/*", ["renderer/image/webp_codec.c"]),
