@@ -164,6 +164,7 @@ class Sockets(WatchTest):
     def test_a_camera_replaces_the_old_one(self):
         view = self.make(camera={**LOOK, "fov_y_deg": 20, "up": [1, 0, 0]})
         client = self.open(view, "socket")
+        client.until_type("hello")
         client.send(type="camera", camera={"fit": "top"})
         client.until_type("changed", revision=2)
         self.assertEqual({"fit": "top", "fov_y_deg": None, "ortho_height": None},
