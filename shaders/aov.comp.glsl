@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Auxiliary outputs of the nearest surface of each pixel, opaque or transparent: nine words a
 // pixel.
-// Needs: SAMPLES, HAS_TRANSPARENT, IS_ORTHOGRAPHIC. Values are those of the pixel's first sample,
+// Needs: SAMPLES, HAS_TRANSPARENT, HAS_MEDIA, IS_ORTHOGRAPHIC.
+// Values are those of the pixel's first sample,
 // never averaged.
 #include "shared/layout.h"
 #include "shared/bindings.h"
@@ -45,6 +46,14 @@ void main()
         uvec4 key = keys[u_keys_offset + k];
         if ((key.w & 1u) == 0u || (surfaces_1[key.z].y >> 16) == 0u)
             continue; // misses the first sample, or covers nothing
+#ifdef HAS_MEDIA
+        uvec4 candidate = surfaces_1[key.z];
+        uint flags = materials[candidate.w].flags;
+        bool is_back = (candidate.z & 0x80000000u) == 0u;
+        if ((key.w & FRAGMENT_HIDDEN) != 0u ||
+            ((flags & MATERIAL_MEDIUM) != 0u && is_back && (flags & MATERIAL_DOUBLE_SIDED) == 0u))
+            continue; // is there for its medium only
+#endif
         s0 = surfaces_0[key.z];
         s1 = surfaces_1[key.z];
         depth = uintBitsToFloat(key.x);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Second pass of the per-pixel lists: writes each transparent fragment's surface into its pixel's
 // range.
-// Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target with post-depth coverage).
+// Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target with post-depth coverage);
+// IS_MEDIUM, and with it IS_HIDDEN (drawn behind the opaque depth) and CUT_PLANES (count).
 #include "evaluate.glsl"
 layout(early_fragment_tests) in;
 #ifdef HAS_COVERAGE
@@ -19,6 +20,9 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
     uvec4 surfaces_2[];
 };
 uniform uint u_width_px;
+#ifdef CUT_PLANES
+uniform vec4 u_clip_planes[CUT_PLANES]; // eye-relative
+#endif
 
 // Same value for the same triangle whatever the draw order; breaks ties of equal depth.
 uint tie_key()
@@ -27,9 +31,30 @@ uint tie_key()
     return h ^ h >> 15;
 }
 
+#ifdef IS_MEDIUM
+// All surfaces of a medium are listed, seen or not.
+bool is_hidden()
+{
+#ifdef IS_HIDDEN
+    return true;
+#else
+    bool is_cut = false;
+#ifdef CUT_PLANES
+    for (int k = 0; k < CUT_PLANES; k++)
+        is_cut = is_cut || dot(u_clip_planes[k].xyz, v_position) + u_clip_planes[k].w < 0.0;
+#endif
+    return is_cut;
+#endif
+}
+#endif
+
 void main()
 {
     surface s = evaluate_surface();
+    float depth = gl_FragCoord.z;
+#ifdef IS_MEDIUM
+    vec2 slope = vec2(dFdx(depth), dFdy(depth));
+#endif
     material_record r = materials[s.material];
     float transmission =
         r.transmission_f0_thickness.x * evaluate_texel(s.material, SLOT_TRANSMISSION).r;
@@ -50,9 +75,17 @@ void main()
 #else
     uint coverage = 1u;
 #endif
-    keys[entry] = uvec4(floatBitsToUint(gl_FragCoord.z), tie_key(), entry, coverage);
+    uvec2 extra = uvec2(floatBitsToUint(transmission), floatBitsToUint(thickness_m));
+#ifdef IS_MEDIUM
+    extra = pack_factor_and_pair(transmission, slope); // no thickness: media have no use for it
+    if (is_hidden()) {
+        coverage |= FRAGMENT_HIDDEN;
+        s.alpha = 0.0; // not to be lit
+    }
+#endif
+    // outside [0, 1] where the pixel's middle is beside the triangle, or depths are not clipped
+    keys[entry] = uvec4(floatBitsToUint(clamp(depth, 0.0, 1.0)), tie_key(), entry, coverage);
     surfaces_0[entry] = surface_pack_0(s);
     surfaces_1[entry] = surface_pack_1(s);
-    surfaces_2[entry] = uvec4(floatBitsToUint(transmission), floatBitsToUint(thickness_m), pixel,
-                              floatBitsToUint(gl_FragCoord.z));
+    surfaces_2[entry] = uvec4(extra, pixel, floatBitsToUint(depth));
 }

@@ -23,6 +23,30 @@ vec3 unpack_unit(uint word)
     return normalize(n);
 }
 
+// A factor in [0,1] in 16 bits, and a pair of any magnitude with a shared exponent: each within
+// 2^-19 of the larger one.
+uvec2 pack_factor_and_pair(float factor, vec2 v)
+{
+    int exponent;
+    frexp(max(abs(v.x), abs(v.y)), exponent);
+    exponent = clamp(exponent, -100, 100);
+    uvec2 m = uvec2(ivec2(round(clamp(v * exp2(float(19 - exponent)), -524287.0, 524287.0))));
+    return uvec2(packUnorm2x16(vec2(factor, 0.0)) | m.x << 16,
+                 (m.x >> 16 & 0xfu) | (m.y & 0xfffffu) << 4 | uint(exponent + 128) << 24);
+}
+
+float unpack_factor(uvec2 words)
+{
+    return unpackUnorm2x16(words.x).x;
+}
+
+vec2 unpack_pair(uvec2 words)
+{
+    int x = int(words.x >> 16 | words.y << 16), y = int(words.y >> 4);
+    vec2 m = vec2(bitfieldExtract(x, 0, 20), bitfieldExtract(y, 0, 20));
+    return m * exp2(float(int(words.y >> 24) - 128 - 19));
+}
+
 // Shared-exponent radiance, three 9-bit mantissas (EXT_texture_shared_exponent): relative error
 // 2^-9.
 uint pack_radiance(vec3 c)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
-// Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, those of lighting.glsl.
+// Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, those of lighting.glsl and media.glsl.
 #include "branch.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
@@ -25,6 +25,7 @@ layout(std430, binding = BIND_FRAGMENT_KEYS) readonly buffer key_buffer { uvec4 
 layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { vec4 colors[]; };
 uniform uint u_keys_offset; // of the sorted half
 #endif
+#include "media.glsl"
 
 vec4 shade_sample(ivec2 pixel, uvec4 s0, uvec4 s1, float depth, vec2 offset)
 {
@@ -73,17 +74,59 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 }
 #endif
 
-vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
+#ifdef HAS_MEDIA
+// The same with the media between the layers.
+void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES],
+                    out vec3 through[SAMPLES])
 {
-    vec4 sum = vec4(0.0);
-#ifdef HAS_TRANSPARENT
-    uint index = uint(pixel.y) * u_size_px.x + uint(pixel.x);
-    uint first = index == 0u ? 0u : ends[index - 1u], end = ends[index];
-    vec3 radiance[SAMPLES];
-    dvec3 through[SAMPLES]; // fp64: the product does not depend on the order of the layers
+    float depth[SAMPLES];
+    dvec3 product[SAMPLES];
+    for (int i = 0; i < SAMPLES; i++) {
+        depth[i] = texelFetch(u_depth_map, pixel, i).x;
+        radiance[i] = vec3(0.0);
+        product[i] = dvec3(1.0LF);
+    }
+    media_begin(pixel, depth);
+#ifdef MEDIA_SURROUND
+    for (uint k = first; k < end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        media_surround(media_event(key.z, uintBitsToFloat(key.x)), key.w);
+    }
+#endif
+    for (uint k = first; k < end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        vec3 layer = colors[2u * key.z].rgb, filter_ = colors[2u * key.z + 1u].rgb;
+        medium_event e = media_event(key.z, uintBitsToFloat(key.x));
+        bool is_seen = (key.w & FRAGMENT_HIDDEN) == 0u;
+        for (int i = 0; i < SAMPLES; i++) {
+            if ((key.w & 1u << i) == 0u)
+                continue;
+            media_meet(i, e);
+            media_cross(i, e);
+            if (!is_seen)
+                continue;
+            radiance[i] += vec3(product[i]) * media_transmittance(i) * layer;
+            product[i] *= dvec3(filter_);
+        }
+    }
+    for (int i = 0; i < SAMPLES; i++) {
+#ifdef IS_ORTHOGRAPHIC
+        media_advance(i, media_ends[i].y);
+#else
+        if (depth[i] > 0.0)
+            media_advance(i, media_ends[i].y); // else nothing is left around the ray
+#endif
+        through[i] = vec3(product[i]) * media_transmittance(i);
+    }
+}
+#elif defined HAS_TRANSPARENT
+void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES],
+                    out vec3 through[SAMPLES])
+{
+    dvec3 product[SAMPLES]; // fp64: the product does not depend on the order of the layers
     for (int i = 0; i < SAMPLES; i++) {
         radiance[i] = vec3(0.0);
-        through[i] = dvec3(1.0LF);
+        product[i] = dvec3(1.0LF);
     }
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
@@ -91,12 +134,25 @@ vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
         for (int i = 0; i < SAMPLES; i++) {
             if ((key.w & 1u << i) == 0u)
                 continue;
-            radiance[i] += vec3(through[i]) * layer;
-            through[i] *= dvec3(filter_);
+            radiance[i] += vec3(product[i]) * layer;
+            product[i] *= dvec3(filter_);
         }
     }
+    for (int i = 0; i < SAMPLES; i++)
+        through[i] = vec3(product[i]);
+}
+#endif
+
+vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
+{
+    vec4 sum = vec4(0.0);
+#ifdef HAS_TRANSPARENT
+    uint index = uint(pixel.y) * u_size_px.x + uint(pixel.x);
+    uint first = index == 0u ? 0u : ends[index - 1u], end = ends[index];
+    vec3 radiance[SAMPLES], through[SAMPLES];
+    composite_list(pixel, first, end, radiance, through);
     for (int i = 0; i < SAMPLES; i++) {
-        vec3 t = vec3(through[i]);
+        vec3 t = through[i];
         float alpha = 1.0 - (1.0 - color[i].a) * (t.r + t.g + t.b) / 3.0;
         sum += vec4(radiance[i] + t * color[i].rgb, alpha);
     }

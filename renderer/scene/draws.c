@@ -249,7 +249,7 @@ static void bind_material(const struct draw_desc *desc, uint32_t material)
 static void set_culling(const struct draw_desc *desc, const struct state_item *item)
 {
     const struct scene_material *m = &desc->state->materials[item->material].base;
-    if (desc->cull_back_faces && !(m->flags & SCENE_MATERIAL_DOUBLE_SIDED))
+    if (desc->cull_back_faces && !(m->flags & SCENE_MATERIAL_DOUBLE_SIDED) && !item->is_medium)
         glEnable(GL_CULL_FACE);
     else
         glDisable(GL_CULL_FACE);

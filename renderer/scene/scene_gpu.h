@@ -30,7 +30,8 @@ struct draw_desc {
     const uint32_t *items;           /* required; indices of state->items */
     size_t item_count;
     double origin[3];     /* draw_record positions are world - origin */
-    bool cull_back_faces; /* of single-sided materials; camera passes do, light passes do not */
+    bool cull_back_faces; /* of single-sided materials that are not media; camera passes do, light
+                             passes do not */
     bool needs_textures;  /* bind the material's textures to UNIT_MATERIAL_0.. */
     const struct gl_program *(*program_for)(void *context, const struct state_item *item,
                                             struct error *err);

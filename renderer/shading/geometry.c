@@ -40,6 +40,22 @@ static bool is_in_view(const struct camera *camera, const struct state_item *ite
            fabs(y) - z * wy <= radius * sqrt(1 + wy * wy);
 }
 
+/* The bounding box reaches the eye, up to the near plane's corners; an orthographic camera's near
+ * plane. */
+static bool reaches_eye(const struct camera *camera, const struct state_item *item)
+{
+    double wx = camera->half_width, wy = camera->half_height, nearest = 0;
+    double margin = camera->z_near * sqrt(1 + wx * wx + wy * wy) * 1.0001;
+    bool is_inside = true;
+    for (int k = 0; k < 3; k++) {
+        double low = item->bounds_min[k] - camera->eye[k];
+        double high = item->bounds_max[k] - camera->eye[k];
+        nearest += fmin(-camera->back[k] * low, -camera->back[k] * high);
+        is_inside = is_inside && low <= margin && high >= -margin;
+    }
+    return camera->is_orthographic ? nearest <= camera->z_near * 1.0001 : is_inside;
+}
+
 bool geometry_cull(const struct window_frame *frame, struct geometry_items *items,
                    struct error *err)
 {
@@ -48,7 +64,8 @@ bool geometry_cull(const struct window_frame *frame, struct geometry_items *item
     struct sort_key *keys = calloc(state->item_count + 1, sizeof *keys);
     items->opaque = calloc(state->item_count + 1, sizeof *items->opaque);
     items->transparent = calloc(state->item_count + 1, sizeof *items->transparent);
-    if (!keys || !items->opaque || !items->transparent) {
+    items->media = calloc(state->medium_count + 1, sizeof *items->media);
+    if (!keys || !items->opaque || !items->transparent || !items->media) {
         free(keys);
         geometry_items_finish(items);
         return error_set(err, ERROR_NO_MEMORY, "%zu drawables", state->item_count);
@@ -63,7 +80,11 @@ bool geometry_cull(const struct window_frame *frame, struct geometry_items *item
     }
     qsort(keys, count, sizeof *keys, compare_keys);
     for (size_t i = 0; i < count; i++) {
-        if (state->items[keys[i].item].class_ == STATE_TRANSPARENT)
+        const struct state_item *item = &state->items[keys[i].item];
+        if (item->is_medium) {
+            items->media[items->medium_count++] = keys[i].item;
+            items->may_surround |= reaches_eye(frame->camera, item);
+        } else if (item->class_ == STATE_TRANSPARENT)
             items->transparent[items->transparent_count++] = keys[i].item;
         else
             items->opaque[items->opaque_count++] = keys[i].item;
@@ -76,6 +97,7 @@ void geometry_items_finish(struct geometry_items *items)
 {
     free(items->opaque);
     free(items->transparent);
+    free(items->media);
     *items = (struct geometry_items){0};
 }
 
@@ -83,6 +105,7 @@ struct variant_context {
     const struct window_frame *frame;
     const char *fragment;
     bool evaluates;
+    bool is_hidden; /* of media: the part behind the opaque depth */
     float clip_from_relative[16];
 };
 
@@ -106,7 +129,8 @@ static void describe_variant(const struct variant_context *context, const struct
     int used = 0;
     text[0] = 0;
     if (planes)
-        used += snprintf(text + used, VARIANT_BYTES - (size_t)used, "CLIP_PLANES=%zu ", planes);
+        used += snprintf(text + used, VARIANT_BYTES - (size_t)used, "%s_PLANES=%zu ",
+                         item->is_medium ? "CUT" : "CLIP", planes);
     if (!context->evaluates)
         return;
     uint32_t mask = texture_mask(scene, m);
@@ -119,13 +143,14 @@ static void describe_variant(const struct variant_context *context, const struct
         mask &= ~(1u << SCENE_TEXTURE_NORMAL);
     bool is_masked = item->class_ == STATE_MASKED || m->alpha_mode == SCENE_MASK;
     bool has_coverage = context->frame->targets->samples > 1;
-    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s", mask,
+    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s", mask,
              mask ? " HAS_TEXCOORDS" : "",
              has_normal_map && (p->flags & SCENE_PRIMITIVE_HAS_TANGENTS) ? " HAS_TANGENT" : "",
              p->flags & SCENE_PRIMITIVE_HAS_COLORS ? " HAS_COLOR" : "",
              has_normal_map ? " HAS_NORMAL_MAP" : "", is_masked ? " IS_MASKED" : "",
              context->frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
-             has_coverage ? " HAS_COVERAGE" : "");
+             has_coverage ? " HAS_COVERAGE" : "", item->is_medium ? " IS_MEDIUM" : "",
+             context->is_hidden ? " IS_HIDDEN" : "");
 }
 
 static void set_variant_uniforms(const struct variant_context *context,
@@ -139,15 +164,7 @@ static void set_variant_uniforms(const struct variant_context *context,
         gl_program_set_f3(program, "u_view_direction",
                           (const float[3]){(float)-camera->back[0], (float)-camera->back[1],
                                            (float)-camera->back[2]});
-    for (size_t i = 0; i < frame->view->clip_plane_count; i++) {
-        const double *plane = frame->view->clip_planes[i];
-        char name[48];
-        snprintf(name, sizeof name, "u_clip_planes[%zu]", i);
-        double offset = plane[3] + vec3_dot(plane, camera->eye);
-        gl_program_set_f4(
-            program, name,
-            (const float[4]){(float)plane[0], (float)plane[1], (float)plane[2], (float)offset});
-    }
+    window_set_clip_planes(frame, program);
 }
 
 static const struct gl_program *program_for(void *context, const struct state_item *item,
@@ -169,30 +186,44 @@ static const struct gl_program *program_for(void *context, const struct state_it
     return program;
 }
 
-static bool submit(const struct window_frame *frame, const uint32_t *items, size_t count,
-                   const char *fragment, bool evaluates, struct error *err)
+struct pass { /* one submission */
+    const uint32_t *items;
+    size_t count;
+    const char *fragment;
+    bool evaluates, clips, is_hidden;
+};
+
+static void enable_clipping(const struct window_frame *frame, bool is_on)
 {
-    struct variant_context context = {.frame = frame, .fragment = fragment, .evaluates = evaluates};
+    for (size_t i = 0; i < frame->view->clip_plane_count; i++)
+        (is_on ? glEnable : glDisable)(GL_CLIP_DISTANCE0 + (GLenum)i);
+}
+
+static bool submit(const struct window_frame *frame, const struct pass *pass, struct error *err)
+{
+    struct variant_context context = {.frame = frame,
+                                      .fragment = pass->fragment,
+                                      .evaluates = pass->evaluates,
+                                      .is_hidden = pass->is_hidden};
     camera_clip_matrix(frame->camera, &frame->window, context.clip_from_relative);
     struct draw_desc desc = {
         .gpu = frame->gpu,
         .state = frame->state,
         .arena = frame->arena,
-        .items = items,
-        .item_count = count,
+        .items = pass->items,
+        .item_count = pass->count,
         .cull_back_faces = true,
-        .needs_textures = evaluates,
+        .needs_textures = pass->evaluates,
         .program_for = program_for,
         .context = &context,
     };
     for (int k = 0; k < 3; k++)
         desc.origin[k] = frame->camera->eye[k];
     struct draw_counts counts = {0};
-    for (size_t i = 0; i < frame->view->clip_plane_count; i++)
-        glEnable(GL_CLIP_DISTANCE0 + (GLenum)i);
+    if (pass->clips)
+        enable_clipping(frame, true);
     bool ok = draws_submit(&desc, &counts, err);
-    for (size_t i = 0; i < frame->view->clip_plane_count; i++)
-        glDisable(GL_CLIP_DISTANCE0 + (GLenum)i);
+    enable_clipping(frame, false);
     frame->report->counts.draws += counts.draws;
     frame->report->counts.triangles += counts.triangles;
     return ok;
@@ -233,7 +264,13 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
     if (frame->targets->samples > 1)
         glClearNamedFramebufferuiv(frame->targets->gbuffer.name, GL_COLOR, 2, zero);
     glClearNamedFramebufferfv(frame->targets->gbuffer.name, GL_DEPTH, 0, &far_);
-    bool ok = submit(frame, items->opaque, items->opaque_count, "gbuffer.frag.glsl", true, err);
+    bool ok = submit(frame,
+                     &(struct pass){.items = items->opaque,
+                                    .count = items->opaque_count,
+                                    .fragment = "gbuffer.frag.glsl",
+                                    .evaluates = true,
+                                    .clips = true},
+                     err);
     gpu_scope_end(frame->timeline);
     return ok;
 }
@@ -243,7 +280,24 @@ bool geometry_draw_transparent(const struct window_frame *frame, const struct ge
 {
     set_depth_state(frame, false);
     glBindFramebuffer(GL_FRAMEBUFFER, frame->targets->depth_only.name);
-    bool ok = submit(frame, items->transparent, items->transparent_count, fragment, evaluates, err);
+    struct pass pass = {.items = items->transparent,
+                        .count = items->transparent_count,
+                        .fragment = fragment,
+                        .evaluates = evaluates,
+                        .clips = true};
+    bool ok = submit(frame, &pass, err);
+    pass.items = items->media;
+    pass.count = items->medium_count;
+    pass.clips = false;
+    ok = ok && submit(frame, &pass, err);
+    if (ok && items->may_surround) {
+        pass.is_hidden = true;
+        glDepthFunc(GL_LESS);     /* what the draw before did not pass */
+        glEnable(GL_DEPTH_CLAMP); /* and what lies beyond the far plane */
+        ok = submit(frame, &pass, err);
+        glDisable(GL_DEPTH_CLAMP);
+        glDepthFunc(GL_GEQUAL);
+    }
     glDepthMask(GL_TRUE);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     return ok;

@@ -8,12 +8,14 @@
 
 /* Items in view, near to far. Owned by the caller of geometry_cull. */
 struct geometry_items {
-    uint32_t *opaque; /* and masked */
-    uint32_t *transparent;
-    size_t opaque_count, transparent_count;
+    uint32_t *opaque;      /* and masked */
+    uint32_t *transparent; /* without media */
+    uint32_t *media;
+    size_t opaque_count, transparent_count, medium_count;
+    bool may_surround; /* some medium reaches the eye, or the near plane of an orthographic one */
 };
 
-/* Sorts state->items that touch the window's frustum into the two lists. */
+/* Sorts state->items that touch the window's frustum into the three lists. */
 MUST_CHECK bool geometry_cull(const struct window_frame *frame, struct geometry_items *items,
                               struct error *err);
 void geometry_items_finish(struct geometry_items *items);
@@ -22,8 +24,10 @@ void geometry_items_finish(struct geometry_items *items);
 MUST_CHECK bool geometry_draw_opaque(const struct window_frame *frame,
                                      const struct geometry_items *items, struct error *err);
 
-/* Draws the transparent items against the opaque depth with `fragment`; textures only if it
- * evaluates materials. */
+/* Draws the transparent items and the media against the opaque depth with `fragment`; textures only
+ * if it evaluates materials. Media are drawn whole: both sides, what clip planes cut away too, and
+ * in a draw of its own what lies behind the opaque depth, where some medium may surround the eye.
+ */
 MUST_CHECK bool geometry_draw_transparent(const struct window_frame *frame,
                                           const struct geometry_items *items, const char *fragment,
                                           bool evaluates, struct error *err);

@@ -74,6 +74,16 @@ struct light_slice {
     bool is_whole;
 };
 
+/* Of the lists' media. */
+static void describe_media(const struct shade_desc *desc, char text[64])
+{
+    size_t planes = desc->frame->view->clip_plane_count;
+    int used = snprintf(text, 64, "%s%s", desc->pixels->has_media ? " HAS_MEDIA" : "",
+                        desc->pixels->may_surround ? " MEDIA_SURROUND" : "");
+    if (desc->pixels->has_media && planes)
+        snprintf(text + used, 64 - (size_t)used, " CUT_PLANES=%zu", planes);
+}
+
 /* Requirements of the shading programs, in canonical order. */
 static void describe(const struct shade_desc *desc, const struct light_slice *slice,
                      bool for_pixels, char text[DEFINES_BYTES])
@@ -82,14 +92,16 @@ static void describe(const struct shade_desc *desc, const struct light_slice *sl
     const char *shadow_defines = shadow_system_defines(desc->shadows);
     bool has_lights = frame->state->light_count > 0;
     bool has_shadows = has_lights && shadow_defines && *shadow_defines;
-    char pixel_defines[64] = "";
+    char pixel_defines[64] = "", media_defines[64] = "";
     if (for_pixels)
         snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s", frame->targets->samples,
                  desc->pixels->entry_count ? " HAS_TRANSPARENT" : "");
-    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
+    if (desc->pixels->entry_count)
+        describe_media(desc, media_defines);
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
              has_shadows ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
-             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines,
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, media_defines,
              slice->is_whole ? "" : " HAS_LIGHT_SLICE",
              has_lights ? light_lists_defines(desc->lists) : "", has_shadows ? shadow_defines : "");
 }
@@ -108,6 +120,7 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
         return NULL;
     gl_program_use(program);
     window_set_view_ray(frame, program);
+    window_set_clip_planes(frame, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);
     gl_program_set_f3(program, "u_ground", frame->state->ground);
     int taps = frame->view->quality.shadow_taps ? frame->view->quality.shadow_taps : 4;
@@ -226,7 +239,8 @@ static uint64_t steps_per_light(const struct shade_desc *desc)
 static bool choose_slices(const struct shade_desc *desc, struct light_slice *slice,
                           uint32_t *slice_count, struct error *err)
 {
-    const uint64_t budget = LOOP_BUDGET - desc->pixels->longest;
+    const uint64_t walks = desc->pixels->may_surround ? 2 : 1;
+    const uint64_t budget = LOOP_BUDGET - walks * desc->pixels->longest;
     uint32_t longest = desc->frame->state->light_count ? light_lists_longest(desc->lists) : 0;
     uint64_t steps = steps_per_light(desc), per_slice = budget / steps;
     *slice_count = 1;
@@ -313,8 +327,10 @@ static bool run_aov(struct shade *shade, const struct shade_desc *desc, struct e
 {
     const struct window_frame *frame = desc->frame;
     char defines[96];
-    snprintf(defines, sizeof defines, "SAMPLES=%d%s%s", frame->targets->samples,
-             desc->pixels->entry_count ? " HAS_TRANSPARENT" : "",
+    bool has_entries = desc->pixels->entry_count > 0;
+    snprintf(defines, sizeof defines, "SAMPLES=%d%s%s%s", frame->targets->samples,
+             has_entries ? " HAS_TRANSPARENT" : "",
+             has_entries && desc->pixels->has_media ? " HAS_MEDIA" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
     const struct gl_program *program = program_cache_get(
         frame->programs,

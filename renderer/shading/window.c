@@ -3,6 +3,9 @@
 #include "renderer/shading/window.h"
 
 #include <epoxy/gl.h>
+#include <stdio.h>
+
+#include "renderer/scene/matrix.h"
 
 static void set_axis(const struct gl_program *program, const char *name, const double axis[3])
 {
@@ -26,6 +29,19 @@ void window_set_view_ray(const struct window_frame *frame, const struct gl_progr
     gl_program_set_f3(program, "u_depth",
                       (const float[3]){(float)camera->z_near, (float)camera->z_far,
                                        (float)(camera->z_far - camera->z_near)});
+}
+
+void window_set_clip_planes(const struct window_frame *frame, const struct gl_program *program)
+{
+    for (size_t i = 0; i < frame->view->clip_plane_count; i++) {
+        const double *plane = frame->view->clip_planes[i];
+        char name[48];
+        snprintf(name, sizeof name, "u_clip_planes[%zu]", i);
+        double offset = plane[3] + vec3_dot(plane, frame->camera->eye);
+        gl_program_set_f4(
+            program, name,
+            (const float[4]){(float)plane[0], (float)plane[1], (float)plane[2], (float)offset});
+    }
 }
 
 void window_dispatch_items(uint64_t count)

@@ -30,6 +30,9 @@ struct window_frame {
 /* Camera axes, window and depth uniforms of shaders/view_ray.glsl. */
 void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program);
 
+/* The view's clip planes, eye-relative, as u_clip_planes. */
+void window_set_clip_planes(const struct window_frame *frame, const struct gl_program *program);
+
 /* Runs one compute thread per item in groups of 64, over two dimensions where one is too short. */
 void window_dispatch_items(uint64_t count);
 /* Runs one compute thread per pixel in groups of 8 x 8. */

@@ -152,7 +152,9 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct geometry_items *items, struct error *err)
 {
     lists->entry_count = lists->longest = lists->keys_offset = 0;
-    if (!items->transparent_count)
+    lists->has_media = items->medium_count > 0;
+    lists->may_surround = items->may_surround;
+    if (!items->transparent_count && !items->medium_count)
         return PIXEL_LISTS_BUILT;
     if (!count_fragments(lists, frame, items, err))
         return PIXEL_LISTS_FAILED;

@@ -19,7 +19,8 @@ struct pixel_lists {
     struct gl_buffer surfaces[3];
     struct gl_buffer colors; /* filled by shading: two vec4 per entry */
     uint64_t entry_count, longest;
-    uint64_t keys_offset; /* of the sorted half, in entries */
+    uint64_t keys_offset;         /* of the sorted half, in entries */
+    bool has_media, may_surround; /* of the items listed: struct geometry_items */
 };
 
 enum pixel_lists_outcome { PIXEL_LISTS_FAILED, PIXEL_LISTS_BUILT, PIXEL_LISTS_TOO_MANY };

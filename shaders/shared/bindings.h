@@ -12,8 +12,10 @@
 #define BIND_FRAGMENT_KEYS 5 /* transparency: uvec4 per entry: depth, coverage, ... */
 #define BIND_FRAGMENT_SURFACE_0 6
 #define BIND_FRAGMENT_SURFACE_1 7
-#define BIND_FRAGMENT_COLORS 8    /* two vec4 per entry: radiance times coverage; transmittance */
-#define BIND_FRAGMENT_SURFACE_2 9 /* uvec4: transmission, thickness, pixel, depth */
+#define BIND_FRAGMENT_COLORS 8 /* two vec4 per entry: radiance times coverage; transmittance */
+/* uvec4: transmission, thickness (of a medium: both hold transmission and slopes of the depth),
+ * pixel, depth */
+#define BIND_FRAGMENT_SURFACE_2 9
 
 /* building shadows and lists; numbers above are not in use at that time and may be shared */
 #define BIND_SHADOW_COUNTS 9  /* deep build: u32 per texel */

@@ -30,6 +30,10 @@ LAYOUT_SIZE(draw_record, 112)
 #define MATERIAL_VOLUME 512u  /* thickness > 0 */
 #define MATERIAL_MEDIUM 1024u /* of a medium's item: attenuation acts along the way inside */
 
+#define FRAGMENT_HIDDEN                                                          \
+    0x80000000u /* of a list key's coverage: the surface of a medium that is cut \
+                   away or behind something, there for the medium alone */
+
 struct material_record {
     vec4 base_color;
     vec4 emissive_alpha_cutoff; /* rgb [nt]; w cutoff */

@@ -60,12 +60,15 @@ void view_ray(const struct view *view, int x, int y, double origin[3], double di
     vec3_cross(forward, up, right);
     assert_true(vec3_normalize(right));
     vec3_cross(right, forward, up);
-    double half = tan((camera->fov_y_deg > 0 ? camera->fov_y_deg : 45) * pi / 360);
+    bool is_flat = camera->ortho_height > 0;
+    double half = is_flat ? camera->ortho_height / 2
+                          : tan((camera->fov_y_deg > 0 ? camera->fov_y_deg : 45) * pi / 360);
     double s = ((x + 0.5) * 2 / view->width_px - 1) * half * view->width_px / view->height_px;
     double t = (1 - (y + 0.5) * 2 / view->height_px) * half;
     for (int i = 0; i < 3; i++) {
-        origin[i] = camera->eye[i];
-        direction[i] = forward[i] + s * right[i] + t * up[i];
+        double aside = s * right[i] + t * up[i];
+        origin[i] = camera->eye[i] + (is_flat ? aside : 0);
+        direction[i] = forward[i] + (is_flat ? 0 : aside);
     }
 }
 

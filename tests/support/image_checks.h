@@ -17,7 +17,7 @@ void rig_scene_open(struct rig_scene *scene, struct renderer *renderer, const ch
                     const void *glb, size_t size_bytes);
 void rig_asset_open(struct rig_scene *scene, struct renderer *renderer, const char *path);
 
-/* Ray through the centre of pixel (x, y), first row on top, of a perspective LOOK_AT view. The
+/* Ray through the centre of pixel (x, y), first row on top, of a LOOK_AT view. The
  * direction has length 1 along the view axis. */
 void view_ray(const struct view *view, int x, int y, double origin[3], double direction[3]);
 /* Where it meets the plane dot(normal, p) = offset; false when it does not, in front of the eye. */
