@@ -129,6 +129,7 @@ tr:last-child > * { border-bottom: 0; }
 thead th { font-size: .85rem; color: var(--faint); font-weight: 600; }
 tbody th { position: sticky; left: 0; background: var(--card); font-weight: 500;
   white-space: normal; min-width: 14rem; }
+.next th span { visibility: hidden; } tbody tr:not(.next) > * { border-top: 2px solid var(--line); }
 tbody th small, td small { display: block; color: var(--faint); font-weight: 400; }
 .pass { background: var(--good); color: var(--good-text); }
 .fail { background: var(--bad); color: var(--bad-text); font-weight: 600; }
@@ -191,9 +192,13 @@ def matrix_html(results):
         rows[result["scene"], result["metric"]][result["technique"]].append(result)
     head = "".join(f"<th>{html.escape(name)}</th>" for name in techniques)
     body = ""
+    last = None
     for (scene, metric), cells in rows.items():
-        body += (f"<tr><th>{html.escape(scene)}<small>{html.escape(metric)}</small></th>" +
+        kind = ' class="next"' if scene == last else ""
+        body += (f"<tr{kind}><th><span>{html.escape(scene)}</span>"
+                 f"<small>{html.escape(metric)}</small></th>" +
                  "".join(cell_html(cells[name]) for name in techniques) + "</tr>\n")
+        last = scene
     return (f'<div class="scroll"><table><thead><tr><th>scene and metric</th>{head}</tr></thead>'
             f"<tbody>\n{body}</tbody></table></div>\n")
 

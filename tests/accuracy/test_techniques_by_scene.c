@@ -1,0 +1,456 @@
+/* SPDX-License-Identifier: MIT */
+/* Every technique on every scene against the ray-traced reference: error and time for the report,
+ * and the tolerances that docs/accuracy.md promises ("Techniques by scene"). */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include <cmocka.h>
+
+#include "clients/glb/demo_scene.h"
+#include "renderer/accuracy/difference_map.h"
+#include "renderer/accuracy/flip.h"
+#include "renderer/image/tone_map.h"
+#include "tests/support/accuracy_log.h"
+#include "tests/support/asset_checks.h"
+#include "tests/support/closed_form_scenes.h"
+
+enum { WIDTH_PX = 160, HEIGHT_PX = 120, REFERENCE_SAMPLES = 64, NAME_BYTES = 96 };
+
+/* How a technique is asked. */
+enum comparison {
+    SAME_SAMPLES, /* one sample per pixel on both sides: the error of the shadows */
+    PICTURES,     /* against REFERENCE_SAMPLES: that of the picture, antialiasing and all */
+    COMPARISONS
+};
+
+/* What is in a scene decides what can be promised. */
+enum content {
+    PLAIN,    /* plain colours: only the edges of shadows and of things can differ */
+    TEXTURED, /* and textures, which the reference samples without mipmaps */
+    CONTENTS
+};
+
+struct technique {
+    const char *name;
+    enum comparison comparison;
+    struct view_quality quality;
+    double flip[CONTENTS]; /* promised: mean of HDR-FLIP */
+    double mae[CONTENTS];  /* promised with the same samples: mean |d| over the reference's mean */
+    bool needs_opaque;     /* knows no transparent caster */
+};
+
+#define MAP .shadows = VIEW_SHADOWS_MAP
+#define DEEP .shadows = VIEW_SHADOWS_DEEP
+#define LINKED .shadows = VIEW_SHADOWS_DEEP_LINKED
+#define TRACED .shadows = VIEW_SHADOWS_RAYTRACED
+
+static const struct technique techniques[] = {
+    {"map", SAME_SAMPLES, {MAP, .samples = 1}, {0.001, 0.11}, {5e-4, 0.15}, true},
+    {"deep", SAME_SAMPLES, {DEEP, .samples = 1}, {0.025, 0.11}, {0.0075, 0.15}, false},
+    {"deep, 1 tap",
+     SAME_SAMPLES,
+     {DEEP, .samples = 1, .shadow_taps = 1},
+     {0.025, 0.11},
+     {0.0055, 0.15},
+     false},
+    {"deep, 16 taps",
+     SAME_SAMPLES,
+     {DEEP, .samples = 1, .shadow_taps = 16},
+     {0.11, 0.12},
+     {0.015, 0.15},
+     false},
+    {"deep, 256 texels",
+     SAME_SAMPLES,
+     {DEEP, .samples = 1, .shadow_resolution = 256},
+     {0.12, 0.14},
+     {0.025, 0.17},
+     false},
+    {"deep-linked", SAME_SAMPLES, {LINKED, .samples = 1}, {0.025, 0.11}, {0.0075, 0.15}, false},
+    {"raytraced", SAME_SAMPLES, {TRACED, .samples = 1}, {0.001, 0.005}, {0.001, 0.001}, false},
+    {"deep", PICTURES, {DEEP, .samples = 4}, {0.11, 0.15}, {0}, false},
+    {"deep, 1 sample", PICTURES, {DEEP, .samples = 1}, {0.12, 0.2}, {0}, false},
+    {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.13, 0.18}, {0}, false},
+    {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.13, 0.2}, {0}, false},
+};
+
+enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
+
+/* ---- pictures ---- */
+
+/* "8 panes: deep, 1 tap" becomes "8_panes__deep__1_tap". */
+static void file_name(const char *scene, const char *technique, const char *kind, const char *what,
+                      char *path, size_t capacity)
+{
+    int start = snprintf(path, capacity, "accuracy/");
+    snprintf(path + start, capacity - (size_t)start, "%s_%s%s%s", scene, technique, kind, what);
+    for (char *c = path + start; *c; c++)
+        if (!strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-", *c))
+            *c = '_';
+    size_t length = strlen(path);
+    snprintf(path + length, capacity - length, ".png");
+}
+
+static void save_png(const struct image *image, const char *path)
+{
+    struct error err = {0};
+    char whole[sizeof VITRAIL_BINARY_DIR + 2 * NAME_BYTES + 40];
+    void *bytes;
+    size_t size_bytes;
+    mkdir(VITRAIL_BINARY_DIR "/accuracy", 0777);
+    snprintf(whole, sizeof whole, "%s/%s", VITRAIL_BINARY_DIR, path);
+    if (!image_encode(image, &(struct image_encode_desc){.format = IMAGE_FORMAT_PNG}, &bytes,
+                      &size_bytes, &err))
+        fail_msg("%s: %s", path, err.message);
+    FILE *file = fopen(whole, "wb");
+    if (!file || fwrite(bytes, 1, size_bytes, file) != size_bytes || fclose(file) != 0)
+        fail_msg("cannot write %s", whole);
+    free(bytes);
+}
+
+static void save_color(const struct image *color, const char *path)
+{
+    struct error err = {0};
+    struct image shown;
+    if (!tone_map(color, &(struct tone_map_desc){0}, &shown, &err))
+        fail_msg("%s", err.message);
+    save_png(&shown, path);
+    image_finish(&shown);
+}
+
+static void save_difference(const struct image *flip, const char *path)
+{
+    struct error err = {0};
+    struct image shown;
+    double scale;
+    if (!difference_map_draw(
+            &(struct difference_map_desc){.kind = DIFFERENCE_MAP_FLIP, .flip = flip}, &shown,
+            &scale, &err))
+        fail_msg("%s", err.message);
+    save_png(&shown, path);
+    image_finish(&shown);
+}
+
+/* ---- one scene ---- */
+
+struct subject {
+    struct renderer *renderer;
+    const char *name;
+    struct rig_scene rig;
+    struct view view;
+    bool is_opaque; /* nothing transparent casts */
+    enum content content;
+    struct image references[COMPARISONS];
+    int failures;
+};
+
+/* The same scene as if it had just come: structures are built anew, programs stay. */
+static void attach_again(struct subject *s)
+{
+    struct error err = {0};
+    renderer_detach_scene(s->renderer, s->rig.key);
+    if (!renderer_attach_scene(
+            s->renderer,
+            &(struct renderer_scene_desc){.key = s->rig.key, .scene = &s->rig.imported.scene},
+            &err))
+        fail_msg("%s", err.message);
+}
+
+static void expect(struct subject *s, const struct technique *t, const char *metric, double error,
+                   double tolerance, double ms)
+{
+    char image[2 * NAME_BYTES], difference[2 * NAME_BYTES];
+    bool is_pass = error <= tolerance;
+    const char *kind = t->comparison == PICTURES ? "_picture" : "";
+    file_name(s->name, t->name, kind, "", image, sizeof image);
+    file_name(s->name, t->name, kind, "_flip", difference, sizeof difference);
+    accuracy_log(&(struct accuracy_result){.suite = "techniques by scene",
+                                           .scene = s->name,
+                                           .technique = t->name,
+                                           .metric = metric,
+                                           .error = error,
+                                           .tolerance = tolerance,
+                                           .ms = ms,
+                                           .is_pass = is_pass,
+                                           .image = image,
+                                           .difference = difference});
+    printf("%-26s %-22s %-26s %-9.3g limit %-7.3g %7.1f ms%s\n", s->name, t->name, metric, error,
+           tolerance, ms, is_pass ? "" : "  FAIL");
+    s->failures += !is_pass;
+}
+
+static void save_pictures(const struct subject *s, const struct technique *t,
+                          const struct image *color, const struct image *map)
+{
+    char path[2 * NAME_BYTES];
+    const char *kind = t->comparison == PICTURES ? "_picture" : "";
+    file_name(s->name, t->name, kind, "", path, sizeof path);
+    save_color(color, path);
+    file_name(s->name, t->name, kind, "_flip", path, sizeof path);
+    save_difference(map, path);
+}
+
+static void measure(struct subject *s, const struct technique *t, const struct image *color,
+                    double ms)
+{
+    struct error err = {0};
+    struct image_metrics metrics;
+    struct flip flip;
+    struct image map;
+    const struct image *reference = &s->references[t->comparison];
+    if (!image_metrics_measure(
+            &(struct image_metrics_desc){.image = color, .reference = reference, .channels = 7},
+            &metrics, &err) ||
+        !flip_measure(&(struct flip_desc){.image = color, .reference = reference, .is_hdr = true},
+                      &flip, &map, &err))
+        fail_msg("%s", err.message);
+    save_pictures(s, t, color, &map);
+    image_finish(&map);
+    assert_int_equal(metrics.nonfinite_image + metrics.nonfinite_reference, 0);
+    assert_true(metrics.overall.mean_reference > 0);
+    double mean = metrics.overall.mean_reference;
+    if (t->comparison == PICTURES)
+        expect(s, t, "HDR-FLIP of the picture", flip.mean, t->flip[s->content], ms);
+    else {
+        expect(s, t, "HDR-FLIP", flip.mean, t->flip[s->content], ms);
+        expect(s, t, "MAE / mean", metrics.overall.mae / mean, t->mae[s->content], ms);
+    }
+}
+
+/* The picture as the technique makes it, and its time without compiling programs: the first frame
+ * does that. False when the technique needs more memory for this scene than there is. */
+static bool render(struct subject *s, const struct view_quality *quality, bool is_timed,
+                   struct image *color, double *ms)
+{
+    struct frame frame;
+    struct error err = {0};
+    struct view view = s->view;
+    view.quality = *quality;
+    for (int i = 0; i < (is_timed ? 2 : 1); i++) {
+        if (i > 0) {
+            frame_finish(&frame);
+            attach_again(s);
+        }
+        if (!renderer_render(s->renderer, s->rig.key, &view, &frame, &err)) {
+            if (err.code != ERROR_OVER_BUDGET)
+                fail_msg("%s: %s", s->name, err.message);
+            printf("%-26s refused: %s\n", s->name, err.message);
+            return false;
+        }
+    }
+    *ms = frame.report.total_ms;
+    *color = frame.outputs[VIEW_OUTPUT_COLOR];
+    frame.outputs[VIEW_OUTPUT_COLOR] = (struct image){0};
+    frame_finish(&frame);
+    return true;
+}
+
+static void render_references(struct subject *s)
+{
+    for (int i = 0; i < COMPARISONS; i++) {
+        double ms;
+        struct view_quality truth = {.reference = true,
+                                     .samples = i == PICTURES ? REFERENCE_SAMPLES : 1};
+        assert_true(render(s, &truth, false, &s->references[i], &ms));
+        measure(s, &(struct technique){"reference", (enum comparison)i, {0}, {0}, {0}, false},
+                &s->references[i], ms);
+    }
+}
+
+/* Renders and compares everything, then fails the test if anything was out of tolerance, so that
+ * the report is whole. */
+static void compare_techniques(struct subject *s)
+{
+    double ms;
+    s->view.width_px = WIDTH_PX;
+    s->view.height_px = HEIGHT_PX;
+    s->view.outputs = 1u << VIEW_OUTPUT_COLOR;
+    render_references(s);
+    for (int i = 0; i < TECHNIQUES; i++) {
+        struct image color;
+        if ((techniques[i].needs_opaque && !s->is_opaque) ||
+            !render(s, &techniques[i].quality, true, &color, &ms))
+            continue;
+        measure(s, &techniques[i], &color, ms);
+        image_finish(&color);
+    }
+    for (int i = 0; i < COMPARISONS; i++)
+        image_finish(&s->references[i]);
+    rig_scene_finish(&s->rig, s->renderer);
+    if (s->failures)
+        fail_msg("%s: %d errors above the promised tolerance", s->name, s->failures);
+}
+
+/* ---- scenes ---- */
+
+static void compare_glb(struct renderer *renderer, const char *name, const char *camera,
+                        struct closed_form_scene *scene, bool is_opaque)
+{
+    struct subject s = {
+        .renderer = renderer,
+        .name = name,
+        .view = {.camera = {.kind = VIEW_CAMERA_NODE, .node = camera}},
+        .is_opaque = is_opaque,
+    };
+    rig_scene_open(&s.rig, renderer, name, scene->glb, scene->size_bytes);
+    closed_form_scene_finish(scene);
+    compare_techniques(&s);
+}
+
+static void parallel_panes(void **state)
+{
+    static const double colors[8][4] = {{1, 0.9, 0.8, 1},    {0.7, 0.9, 1, 1}, {0.9, 0.9, 0.9, 1},
+                                        {1, 0.8, 0.9, 1},    {0.8, 1, 0.8, 1}, {0.95, 0.8, 1, 1},
+                                        {0.9, 0.95, 0.7, 1}, {1, 1, 0.9, 1}};
+    struct closed_form_scene scene;
+    panes_scene_build(
+        &(struct panes_scene_desc){
+            .pane_count = 8, .colors = colors, .light = GLB_LIGHT_SPOT, .has_probes = true},
+        &scene);
+    compare_glb(*state, "8 parallel panes, spot", "Floor", &scene, false);
+}
+
+static void random_panes_under_a_point_light(void **state)
+{
+    struct closed_form_scene scene;
+    random_panes_scene_build(
+        &(struct random_panes_scene_desc){.pane_count = 12, .seed = 1, .light = GLB_LIGHT_POINT},
+        &scene);
+    compare_glb(*state, "12 random panes, point", "Floor", &scene, false);
+}
+
+static void random_panes_under_the_sun(void **state)
+{
+    struct closed_form_scene scene;
+    random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 40,
+                                                               .seed = 5,
+                                                               .light = GLB_LIGHT_DIRECTIONAL},
+                             &scene);
+    compare_glb(*state, "40 random panes, sun", "Floor", &scene, false);
+}
+
+static void three_overlapping_panes(void **state)
+{
+    struct closed_form_scene scene;
+    overlap_scene_build(&(struct overlap_scene_desc){.is_blend = true}, &scene);
+    compare_glb(*state, "3 overlapping panes", "Floor", &scene, false);
+}
+
+static void texture_projector(void **state)
+{
+    struct closed_form_scene scene;
+    projector_scene_build(&(struct projector_scene_desc){.cells = 6}, &scene);
+    compare_glb(*state, "texture projector", "Wall", &scene, false);
+}
+
+static void room_of_glass_spheres(void **state)
+{
+    struct closed_form_scene scene;
+    room_scene_build(&(struct room_scene_desc){.light_count = 20, .seed = 3, .glass_spheres = 20},
+                     &scene);
+    compare_glb(*state, "room, 20 lights, glass", "Room", &scene, false);
+}
+
+static void room_of_opaque_spheres(void **state)
+{
+    struct closed_form_scene scene;
+    room_scene_build(&(struct room_scene_desc){.light_count = 20, .seed = 3}, &scene);
+    compare_glb(*state, "room, 20 lights, opaque", "Room", &scene, true);
+}
+
+static void demo_chapel(void **state)
+{
+    struct error err = {0};
+    struct subject s = {.renderer = *state, .name = "demo chapel", .content = TEXTURED};
+    void *glb;
+    size_t size_bytes;
+    if (!demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 128}, &glb, &size_bytes,
+                          &err))
+        fail_msg("%s", err.message);
+    rig_scene_open(&s.rig, *state, s.name, glb, size_bytes);
+    free(glb);
+    compare_techniques(&s);
+}
+
+/* An asset under one light of ours; skipped without the assets. */
+static void compare_asset(struct subject *s, const char *path, const struct view_light *light)
+{
+    if (!assets_are_present())
+        skip();
+    rig_asset_open(&s->rig, s->renderer, path);
+    s->view.lights = light;
+    s->view.light_count = 1;
+    compare_techniques(s);
+}
+
+static void flowers_in_glass_vases(void **state)
+{
+    static const struct view_light light = {.type = SCENE_LIGHT_SPOT,
+                                            .position = {0.35, 0.6, 0.4},
+                                            .direction = {-0.5, -0.7, -0.5},
+                                            .color = {1, 1, 1},
+                                            .intensity = 2,
+                                            .outer_cone_deg = 30};
+    struct subject s = {
+        .renderer = *state,
+        .name = "flowers in glass vases",
+        .content = TEXTURED,
+        .view = asset_view((double[]){0.16, 0.16, 0.42}, (double[]){0.055, 0.1, 0}, 32)};
+    compare_asset(&s, "GlassVaseFlowers/glTF-Binary/GlassVaseFlowers.glb", &light);
+}
+
+static void stained_glass_lamp(void **state)
+{
+    static const struct view_light light = {.type = SCENE_LIGHT_POINT,
+                                            .position = {0, 0.42, 0},
+                                            .color = {1, 0.9, 0.8},
+                                            .intensity = 1};
+    struct subject s = {.renderer = *state,
+                        .name = "stained-glass lamp",
+                        .content = TEXTURED,
+                        .view = asset_view((double[]){0.25, 0.5, 0.9}, (double[]){0, 0.36, 0}, 42)};
+    compare_asset(&s, "StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp-transmission.gltf", &light);
+}
+
+/* ---- all of them ---- */
+
+/* Says in the report what it was measured on. */
+static void tell_device(const struct renderer *renderer)
+{
+    struct renderer_info info;
+    renderer_get_info(renderer, &info);
+    mkdir(VITRAIL_BINARY_DIR "/accuracy", 0777);
+    FILE *file = fopen(VITRAIL_BINARY_DIR "/accuracy/device.txt", "w");
+    assert_non_null(file);
+    fprintf(file, "%s, %s\n", info.renderer, info.version);
+    assert_int_equal(fclose(file), 0);
+}
+
+static int setup(void **state)
+{
+    *state = render_rig_create();
+    tell_device(*state);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(parallel_panes),
+        cmocka_unit_test(random_panes_under_a_point_light),
+        cmocka_unit_test(random_panes_under_the_sun),
+        cmocka_unit_test(three_overlapping_panes),
+        cmocka_unit_test(texture_projector),
+        cmocka_unit_test(room_of_glass_spheres),
+        cmocka_unit_test(room_of_opaque_spheres),
+        cmocka_unit_test(demo_chapel),
+        cmocka_unit_test(flowers_in_glass_vases),
+        cmocka_unit_test(stained_glass_lamp),
+    };
+    return cmocka_run_group_tests(tests, setup, asset_teardown);
+}
