@@ -249,6 +249,15 @@ static void svg_pass(FILE *out, const struct plan_document_pass *pass, int row)
     svg_text(out, "small", x + 12, y + 35, line, SVG_LINE_CHARACTERS);
 }
 
+static const char svg_style[] =
+    ".paper{fill:#fff;stroke:none}.need,.pass{fill:#f4f6f9}.need{stroke:#2f6f4f}.pass{stroke:#"
+    "3b5b92}"
+    ".off{opacity:.45}.maybe{stroke-dasharray:5 3}.call{fill:none;stroke:#7f8ea3;stroke-width:1.5}"
+    "text{fill:#1c2430;font-size:12px}.name{font-size:14px;font-weight:600}"
+    ".head{font-size:16px;font-weight:600}"
+    "@media(prefers-color-scheme:dark){.paper{fill:#14181f}.need,.pass{fill:#1f2630}"
+    "text{fill:#e4e9f0}}";
+
 static void write_svg(const struct plan_document *document, FILE *out)
 {
     int rows = document->requirement_count > document->pass_count ? document->requirement_count
@@ -257,14 +266,11 @@ static void write_svg(const struct plan_document *document, FILE *out)
     int height = SVG_TOP + rows * SVG_ROW + SVG_MARGIN;
     char title[256];
     fprintf(out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" viewBox=\"0 0 %d "
-            "%d\" role=\"img\" font-family=\"system-ui, sans-serif\">\n<title>Plan of a frame"
-            "</title>\n<style>svg{background:#fff}rect{fill:#f4f6f9;stroke:#8a97a8}.need{stroke:"
-            "#2f6f4f}.pass{stroke:#3b5b92}.off{opacity:.45}.maybe{stroke-dasharray:5 3}.call{fill:"
-            "none;stroke:#7f8ea3;stroke-width:1.5}text{fill:#1c2430;font-size:12px}.name{font-size:"
-            "14px;font-weight:600}.head{font-size:16px;font-weight:600}@media(prefers-color-scheme:"
-            "dark){svg{background:#14181f}rect{fill:#1f2630}text{fill:#e4e9f0}}</style>\n",
-            width, height, width, height);
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" "
+            "viewBox=\"0 0 %d %d\" role=\"img\" font-family=\"system-ui, sans-serif\">\n"
+            "<title>Plan of a frame</title>\n<style>%s</style>\n"
+            "<rect class=\"paper\" width=\"%d\" height=\"%d\"/>\n",
+            width, height, width, height, svg_style, width, height);
     snprintf(title, sizeof title, "A frame of %d\xc3\x97%d pixels, %d sample%s each, on %.120s",
              document->width, document->height, document->samples,
              document->samples == 1 ? "" : "s", document->device);

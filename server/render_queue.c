@@ -22,8 +22,8 @@ void render_task_destroy(struct render_task *task)
         if (fds[i] >= 0)
             close(fds[i]);
     free(task->outcome.stats);
-    json_decref(task->outcome.measured);
-    json_decref(task->measure);
+    json_decref(task->outcome.answer);
+    json_decref(task->question);
     free(task);
 }
 

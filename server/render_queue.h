@@ -20,8 +20,8 @@ enum render_priority { RENDER_INTERACTIVE, RENDER_NORMAL, RENDER_BATCH, RENDER_P
 struct render_outcome {
     struct error problem;
     int image_fd;              /* owned by the task; `done` may take it and put -1 here */
-    struct frame_stats *stats; /* owned by the task; NULL on failure, and of a measurement */
-    json_t *measured;          /* owned by the task; of a measurement, whose image is optional */
+    struct frame_stats *stats; /* owned by the task; NULL on failure, and of a question */
+    json_t *answer;            /* owned by the task; to a question, whose image is optional */
     double queue_ms;           /* from submission to the GL thread */
 };
 
@@ -35,10 +35,11 @@ struct render_task {
     int64_t queued_us;            /* set when queued */
     int deaths;                   /* workers that died on it */
     struct frame_promise promise; /* told in the stats of the frame */
-    json_t *measure;  /* owned; NULL: a render. One step of a measurement (server/measure.h): it is
-                         tried once, and its failure says nothing about the scene */
-    int reference_fd; /* owned; of a measurement, -1: none */
-    int limit_ms;     /* from its begin to its end; 0: that of the configuration */
+    json_t *question;             /* owned; NULL: a render. What is asked of the worker instead
+                                     (server/measure.h,             server/explain.h): once, and its failure says nothing
+                                     about the scene */
+    int reference_fd;             /* owned; of a measurement, -1: none */
+    int limit_ms;                 /* from its begin to its end; 0: that of the configuration */
     struct render_outcome outcome;
     void *context;
     void (*done)(void *context, struct render_outcome *outcome); /* once, on the thread that ends

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "protocol/limits.h"
+#include "protocol/plan_document.h"
 #include "protocol/render_request.h"
 #include "server/frame_image.h"
 #include "server/image_tag.h"
@@ -22,6 +23,7 @@ struct render_post {
     struct text_body body;
     char *canonical; /* the request as it decides pixels */
     enum image_format format;
+    int plan_format; /* enum plan_format: the plan is asked for; -1: the image */
 };
 
 static void render_post_destroy(void *data)
@@ -75,6 +77,26 @@ static bool choose_format(struct render_post *post, struct render_request *reque
     return true;
 }
 
+/* ?explain=1 leaves the form of the plan to Accept, ?explain=svg names it. */
+static bool choose_plan_format(struct render_post *post, struct error *err)
+{
+    static const char *const types[] = {"application/json", "text/plain", "text/vnd.graphviz",
+                                        "image/svg+xml", NULL};
+    const char *form = http_request_query(post->exchange, "explain");
+    post->plan_format = -1;
+    if (!form)
+        return true;
+    if (strcmp(form, "1") == 0)
+        return negotiate_type(http_request_header(post->exchange, "Accept"), types,
+                              &post->plan_format, err);
+    for (int i = 0; plan_format_name(i); i++)
+        if (strcmp(form, plan_format_name(i)) == 0)
+            post->plan_format = i;
+    return post->plan_format >= 0 ||
+           error_set(err, ERROR_INVALID_REQUEST,
+                     "?explain=%.40s is none of 1, json, text, dot and svg", form);
+}
+
 /* False while no device is known. */
 static bool make_tag(const struct render_post *post, char tag[IMAGE_TAG_BYTES])
 {
@@ -113,11 +135,30 @@ static void reply_image(struct render_post *post, struct render_outcome *outcome
                   (uint64_t)image.st_size);
 }
 
+static void reply_plan(struct render_post *post, struct render_outcome *outcome)
+{
+    struct error problem = {0};
+    struct stat text;
+    if (fstat(outcome->image_fd, &text) != 0) {
+        error_set(&problem, ERROR_INTERNAL, "the plan of the worker cannot be read");
+        http_reply_error(post->exchange, &problem);
+        return;
+    }
+    int fd = outcome->image_fd;
+    outcome->image_fd = -1;
+    http_reply_header(post->exchange, "Cache-Control", "no-store");
+    http_reply_header(post->exchange, "Vary", "Accept");
+    http_reply_fd(post->exchange, 200, plan_format_media_type(post->plan_format), fd,
+                  (uint64_t)text.st_size);
+}
+
 /* On a thread of the supervisor, or of who cancelled. */
 static void rendered(void *context, struct render_outcome *outcome)
 {
     struct render_post *post = context;
-    if (outcome->problem.code == ERROR_NONE)
+    if (outcome->problem.code == ERROR_NONE && post->plan_format >= 0)
+        reply_plan(post, outcome);
+    else if (outcome->problem.code == ERROR_NONE)
         reply_image(post, outcome);
     else
         http_reply_error(post->exchange, &outcome->problem);
@@ -139,7 +180,8 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
         return false;
     text_body_finish(&post->body);
     bool is_good =
-        choose_format(post, &request, err) &&
+        choose_plan_format(post, err) &&
+        (post->plan_format >= 0 || choose_format(post, &request, err)) &&
         tradeoffs_choose(post->service->tradeoffs, &request, false, &task->promise, err) &&
         ((post->canonical = render_request_to_json(&request)) ||
          error_set(err, ERROR_NO_MEMORY, "request"));
@@ -153,6 +195,9 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
         return error_set_at(err, no_scene.code, "/scene", "%s", no_scene.message);
     task->request_fd =
         ipc_memfd_create("vitrail-request", post->canonical, strlen(post->canonical), err);
+    if (post->plan_format >= 0 &&
+        !(task->question = json_pack("{s:s}", "explain", plan_format_name(post->plan_format))))
+        return error_set(err, ERROR_NO_MEMORY, "question");
     task->format = post->format;
     task->priority = image_priority(http_request_header(post->exchange, "Priority"));
     return task->request_fd >= 0;
@@ -172,7 +217,7 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
         http_reply_error(exchange, &problem);
         return;
     }
-    if (make_tag(post, tag) &&
+    if (post->plan_format < 0 && make_tag(post, tag) &&
         negotiate_tag_matches(http_request_header(exchange, "If-None-Match"), tag)) {
         render_task_destroy(task);
         http_reply_header(exchange, "Vary", "Accept");

@@ -87,8 +87,8 @@ static void wake(struct supervisor *supervisor)
 
 static void end_task(struct supervisor *supervisor, struct render_task *task)
 {
-    if (task->measure)
-        supervisor->totals.measured += task->outcome.problem.code == ERROR_NONE;
+    if (task->question)
+        supervisor->totals.answered += task->outcome.problem.code == ERROR_NONE;
     else if (task->outcome.problem.code == ERROR_NONE)
         supervisor->totals.rendered++;
     else
@@ -149,8 +149,8 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
                    bool is_timeout)
 {
     task->deaths++;
-    bool is_last = task->deaths >= ATTEMPTS || task->measure;
-    if (!task->measure && (!is_timeout || is_last))
+    bool is_last = task->deaths >= ATTEMPTS || task->question;
+    if (!task->question && (!is_timeout || is_last))
         quarantine_add_death(&supervisor->quarantine, task->scene, how);
     if (!is_last) {
         supervisor->totals.retried++;
@@ -159,8 +159,8 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
     }
     struct error problem = {0};
     error_set(&problem, ERROR_RENDER_FAILED,
-              task->measure ? "the measurement ended its worker (%d) with %s"
-                            : "the render ended its worker %d times, the last time with %s",
+              task->question ? "the question ended its worker (%d) with %s"
+                             : "the render ended its worker %d times, the last time with %s",
               task->deaths, how);
     refuse_task(supervisor, task, &problem);
 }
@@ -282,14 +282,14 @@ static void take_image(struct supervisor *supervisor, struct render_task *task,
     refuse_task(supervisor, task, &problem); /* which, without a problem, is its success */
 }
 
-static void take_measured(struct supervisor *supervisor, struct render_task *task,
-                          struct ipc_message *message)
+static void take_answer(struct supervisor *supervisor, struct render_task *task,
+                        struct ipc_message *message)
 {
     struct error problem = {0};
-    task->outcome.measured = json_incref(json_object_get(message->json, "result"));
+    task->outcome.answer = json_incref(json_object_get(message->json, "result"));
     task->outcome.image_fd = ipc_message_take_fd(message, 0);
-    if (!task->outcome.measured)
-        error_set(&problem, ERROR_INTERNAL, "the worker sent no result");
+    if (!task->outcome.answer)
+        error_set(&problem, ERROR_INTERNAL, "the worker sent no answer");
     supervisor->has_rendered = true;
     refuse_task(supervisor, task, &problem);
 }
@@ -314,9 +314,9 @@ static void flight_message(struct supervisor *supervisor, const char *op,
     } else if (strcmp(op, "done") == 0) {
         remove_flight(supervisor, index);
         take_image(supervisor, task, message);
-    } else if (strcmp(op, "measured") == 0) {
+    } else if (strcmp(op, "answer") == 0) {
         remove_flight(supervisor, index);
-        take_measured(supervisor, task, message);
+        take_answer(supervisor, task, message);
     } else if (strcmp(op, "error") == 0) {
         struct error problem = {0};
         ipc_error_from_json(json_object_get(message->json, "error"), &problem);
@@ -426,9 +426,9 @@ static json_t *take_forgotten(struct supervisor *supervisor)
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message =
-        json_pack("{s:s,s:I,s:s,s:O*,s:o*}", "op", task->measure ? "measure" : "render", "id",
-                  (json_int_t)task->ticket, "format", image_format_name(task->format), "measure",
-                  task->measure, "forget", take_forgotten(supervisor));
+        json_pack("{s:s,s:I,s:s,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
+                  (json_int_t)task->ticket, "format", image_format_name(task->format), "question",
+                  task->question, "forget", take_forgotten(supervisor));
     int fds[] = {task->request_fd, task->blob_fd, task->reference_fd};
     int fd_count = task->reference_fd >= 0 ? 3 : 2;
     struct error problem = {0};

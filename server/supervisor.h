@@ -57,7 +57,7 @@ bool supervisor_get_device(struct supervisor *supervisor, struct device_capabili
 
 struct supervisor_totals {
     uint64_t rendered, failed, cancelled, retried;
-    uint64_t measured; /* steps of trade-offs; in none of the others */
+    uint64_t answered; /* questions, such as steps of trade-offs; in none of the others */
     uint64_t worker_starts, worker_crashes, worker_timeouts;
     uint64_t waiting, in_flight, quarantined;
     double oldest_wait_s;

@@ -38,8 +38,8 @@ static void measured(void *context, struct render_outcome *outcome)
     struct tradeoffs *tradeoffs = step->tradeoffs;
     pthread_mutex_lock(&tradeoffs->mutex);
     step->is_done = true;
-    step->result = (struct step_result){outcome->measured, outcome->image_fd, outcome->problem};
-    outcome->measured = NULL;
+    step->result = (struct step_result){outcome->answer, outcome->image_fd, outcome->problem};
+    outcome->answer = NULL;
     outcome->image_fd = -1;
     bool is_abandoned = step->is_abandoned;
     pthread_cond_broadcast(&tradeoffs->changed);
@@ -60,7 +60,7 @@ static struct render_task *task_create(struct tradeoffs *tradeoffs, const struct
         goto fail;
     }
     memcpy(task->scene, desc->request->scene, sizeof task->scene);
-    task->measure = json_incref(desc->measure);
+    task->question = json_incref(desc->measure);
     task->priority = RENDER_BATCH;
     task->limit_ms = STEP_LIMIT_MS;
     task->blob_fd = scene_store_open_blob(tradeoffs->desc.scenes, task->scene, err);

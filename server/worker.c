@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "server/encoder.h"
+#include "server/explain.h"
 #include "server/ipc.h"
 #include "server/mapped_scenes.h"
 #include "server/measure.h"
@@ -148,33 +149,47 @@ static bool serve_render(struct worker *worker, struct ipc_message *message)
     return !is_lost;
 }
 
+/* The answer to a question, or NULL. */
+static json_t *answer(struct worker *worker, const struct ipc_message *message,
+                      const struct render_request *request, int *fd, struct error *err)
+{
+    const json_t *question = json_object_get(message->json, "question");
+    if (json_object_get(question, "explain"))
+        return explain_frame(&(struct explain_desc){.renderer = worker->renderer,
+                                                    .device = worker->info.renderer,
+                                                    .request = request,
+                                                    .question = question},
+                             fd, err);
+    return measure_step(
+        &(struct measure_desc){.renderer = worker->renderer,
+                               .request = request,
+                               .step = question,
+                               .reference_fd = message->fd_count > 2 ? message->fds[2] : -1},
+        fd, err);
+}
+
 /* False when the context is lost and the worker must end. */
-static bool serve_measure(struct worker *worker, struct ipc_message *message)
+static bool serve_question(struct worker *worker, struct ipc_message *message)
 {
     struct error problem = {0};
     struct render_request request = {0};
     uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
-    int image_fd = -1;
+    int fd = -1;
     json_t *result = NULL;
     send_progress(worker, "begin", id);
     if (read_request(worker, message, &request, &problem))
-        result = measure_step(
-            &(struct measure_desc){.renderer = worker->renderer,
-                                   .request = &request,
-                                   .step = json_object_get(message->json, "measure"),
-                                   .reference_fd = message->fd_count > 2 ? message->fds[2] : -1},
-            &image_fd, &problem);
+        result = answer(worker, message, &request, &fd, &problem);
     render_request_finish(&request);
     bool is_lost = problem.code == ERROR_NO_DEVICE;
     if (result)
         send_message(
             worker,
-            json_pack("{s:s,s:I,s:o}", "op", "measured", "id", (json_int_t)id, "result", result),
-            &image_fd, image_fd >= 0 ? 1 : 0);
+            json_pack("{s:s,s:I,s:o}", "op", "answer", "id", (json_int_t)id, "result", result), &fd,
+            fd >= 0 ? 1 : 0);
     else
         send_error(worker, is_lost ? "lost" : "error", id, &problem);
-    if (image_fd >= 0)
-        close(image_fd);
+    if (fd >= 0)
+        close(fd);
     return !is_lost;
 }
 
@@ -230,8 +245,8 @@ static bool serve(struct worker *worker, struct ipc_message *message)
         if (json_is_string(scene))
             mapped_scenes_forget(worker->scenes, json_string_value(scene));
     }
-    if (op && strcmp(op, "measure") == 0)
-        return serve_measure(worker, message);
+    if (op && strcmp(op, "ask") == 0)
+        return serve_question(worker, message);
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 

@@ -8,17 +8,15 @@
  *
  * in   configure  {device, gpu_budget_bytes, cache_bytes, dump_shaders}, first and once
  *      render     {id, format, forget}, descriptors: the request as JSON (memfd), the scene's blob
- *      measure    {id, measure, forget}, descriptors: the same and, but for a probe, the reference:
- *                 one step of a trade-off (server/measure.h)
- *      forget     {forget}: ids of scenes that were deleted, here and in render
- * out  hello      {device: {...}, depth}: ready; at most `depth` renders may be on their way at
- * once failed     {error}: no device; the worker ends begin      {id}: the GL thread works on it
- *      rendered   {id}: the encode pool works on it
- *      done       {id, stats}, descriptor: the image (sealed memfd)
- *      measured   {id, result}, perhaps a descriptor: its image
- *      totals     {gpu_used_bytes, cache_*}: after each frame
- *      error      {id, error}: this request failed, the worker is fine
- *      lost       {id, error}: the context is lost; the worker ends */
+ *      ask        {id, question, forget}, descriptors: the same and perhaps a reference: one step
+ * of a trade-off (server/measure.h), or a plan (server/explain.h) forget     {forget}: ids of
+ * scenes that were deleted, here and in render out  hello      {device: {...}, depth}: ready; at
+ * most `depth` renders may be on their way at once failed     {error}: no device; the worker ends
+ * begin      {id}: the GL thread works on it rendered   {id}: the encode pool works on it done {id,
+ * stats}, descriptor: the image (sealed memfd) answer     {id, result}, perhaps a descriptor: its
+ * image or text totals     {gpu_used_bytes, cache_*}: after each frame error      {id, error}: this
+ * request failed, the worker is fine lost       {id, error}: the context is lost; the worker ends
+ */
 int worker_main(int socket);
 
 #endif

@@ -17,15 +17,6 @@
 
 enum { SAMPLES_DEFAULT = 4, RESOLUTION_DEFAULT = 1024 };
 
-const char *plan_need_name(int need)
-{
-    static const char *const names[PLAN_NEED_COUNT] = {
-        "color",        "auxiliary", "traced",         "surfaces",         "layers",
-        "antialiasing", "lights",    "opaque-shadows", "filtered-shadows",
-    };
-    return need >= 0 && need < PLAN_NEED_COUNT ? names[need] : NULL;
-}
-
 int plan_samples(const struct view *view, const struct gl_limits *limits)
 {
     int samples = view->quality.samples ? view->quality.samples : SAMPLES_DEFAULT;

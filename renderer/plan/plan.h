@@ -9,17 +9,18 @@
 #include "renderer/gl/context.h"
 #include "renderer/plan/camera.h"
 
-enum plan_need {
-    PLAN_NEED_COLOR,            /* lit colour was asked for */
-    PLAN_NEED_AUXILIARY,        /* depth, normal, ids */
-    PLAN_NEED_TRACED,           /* colour comes from the ray tracer */
-    PLAN_NEED_SURFACES,         /* opaque or masked items are in view */
-    PLAN_NEED_LAYERS,           /* transparent items are in view */
-    PLAN_NEED_ANTIALIASING,     /* more than one sample per pixel */
-    PLAN_NEED_LIGHTS,           /* something shines */
-    PLAN_NEED_OPAQUE_SHADOWS,   /* some light has opaque casters in reach */
-    PLAN_NEED_FILTERED_SHADOWS, /* some light has transparent casters in reach */
-    PLAN_NEED_COUNT
+enum plan_need {                           /* about in the order in which passes follow from them */
+                 PLAN_NEED_TRACED,         /* colour comes from the ray tracer */
+                 PLAN_NEED_OPAQUE_SHADOWS, /* some light has opaque casters in reach */
+                 PLAN_NEED_FILTERED_SHADOWS, /* some light has transparent casters in reach */
+                 PLAN_NEED_SURFACES, /* a picture is rasterised; opaque or masked items are in view
+                                      */
+                 PLAN_NEED_LAYERS,   /* transparent items are in view */
+                 PLAN_NEED_ANTIALIASING, /* more than one sample per pixel */
+                 PLAN_NEED_LIGHTS,       /* something shines */
+                 PLAN_NEED_COLOR,        /* lit colour was asked for */
+                 PLAN_NEED_AUXILIARY,    /* depth, normal, ids */
+                 PLAN_NEED_COUNT
 };
 
 struct plan_requirement {

@@ -227,7 +227,11 @@ class Api:
             if str(reply.status) not in responses and reply.status < 400:
                 return [f"status {reply.status} is not in the document"]
             content, headers = response.get("content", {}), response.get("headers", {})
-        found = [f"no {name} header" for name in headers if reply.header(name) is None]
+        found = [
+            f"no {name} header"
+            for name, header in headers.items()
+            if reply.header(name) is None and header.get("required", True)
+        ]
         if method == "HEAD" or not reply.body:
             return found + (["no body"] if content and method not in ("HEAD", "OPTIONS") else [])
         if media_type not in content:

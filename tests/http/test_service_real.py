@@ -3,6 +3,7 @@
 import os
 import struct
 import sys
+from xml.dom import minidom
 
 import support
 from test_service_renders import read_png
@@ -142,6 +143,38 @@ class Real(support.unittest.TestCase):
         report = self.daemon.request("GET", link[1 : link.index(">")]).json()
         self.assertEqual(0, report["counts"]["shadow_maps_built"])
         self.assertGreater(report["counts"]["shadow_maps_reused"], 0)
+
+    def explain(self, form, accept=None, **members):
+        body = {"scene": self.scene, "width": 64, "height": 64, "camera": self.CAMERA, **members}
+        headers = {"Accept": accept} if accept else None
+        return self.daemon.request("POST", f"/v1/renders?explain={form}", body, headers)
+
+    def test_explain_tells_the_passes_that_a_render_then_runs(self):
+        quality = {"shadow_resolution": 128}  # none is kept of these
+        plan = self.explain("json", quality=quality).json()
+        rendered = self.daemon.stats()["renders"]["rendered"]
+        link = self.render(quality=quality).header("Link")
+        report = self.daemon.request("GET", link[1 : link.index(">")]).json()
+        self.assertEqual(
+            {(one["pass"], one["technique"]) for one in plan["passes"]},
+            {(one["pass"], one["technique"]) for one in report["plan"]},
+        )
+        after = self.daemon.stats()["renders"]["rendered"]
+        self.assertEqual(rendered + 1, after, "to explain is not to render")
+
+    def test_explain_draws_and_negotiates(self):
+        for form, kind, part in (
+            ("text", "text/plain; charset=utf-8", "Not required:"),
+            ("dot", "text/vnd.graphviz", "digraph plan {"),
+            ("svg", "image/svg+xml", "shadow.deep.count"),
+        ):
+            reply = self.explain(form)
+            self.assertEqual((200, kind), (reply.status, reply.header("Content-Type")))
+            self.assertIn(part, reply.body.decode())
+        minidom.parseString(self.explain("1", "image/svg+xml").body)
+        self.assertEqual(406, self.explain("1", "image/png").status)
+        self.assertEqual(400, self.explain("no").status)
+        self.assertEqual(404, self.explain("1", camera={"node": "Nobody"}).status)
 
     def test_a_warm_scene_compiles_no_program(self):
         self.render()

@@ -260,6 +260,18 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     return true;
 }
 
+bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      struct plan *plan, struct error *err)
+{
+    (void)view;
+    if (find_scene(renderer, scene_key) < 0)
+        return error_set(err, ERROR_INTERNAL, "fake: scene '%s' is not attached", scene_key);
+    *plan = (struct plan){.samples = 1, .pass_count = 1};
+    plan->passes[0] = (struct plan_pass){.pass = "fake.paint", .need = PLAN_NEED_COLOR};
+    plan->requirements[PLAN_NEED_COLOR].is_met = true;
+    return true;
+}
+
 /* ---- the importer's faults (linked with --wrap=scene_import) ---- */
 
 bool __real_scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
