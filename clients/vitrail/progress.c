@@ -22,6 +22,7 @@ static const struct {
     [PROGRESS_STAGE_UPLOAD] = {"uploading", 2},
     [PROGRESS_STAGE_DECODE] = {"reading scene", 30},
     [PROGRESS_STAGE_RENDER] = {"rendering", 40},
+    [PROGRESS_STAGE_MEASURE] = {"measuring", 40},
     [PROGRESS_STAGE_RECEIVE] = {"receiving", 90},
     [PROGRESS_STAGE_DONE] = {"done", 100},
 };
@@ -59,9 +60,12 @@ static void show_bar(struct progress *progress, double elapsed_s, uint64_t done,
     memset(bar, '#', (size_t)filled);
     memset(bar + filled, '-', (size_t)(BAR_CELLS - filled));
     bar[BAR_CELLS] = '\0';
-    fprintf(stderr, "\r\033[K%-13s [%s] %3d%%  %.1f of %.1f MiB", STAGES[progress->stage].name, bar,
-            (int)(100. * (double)done / (double)total), (double)done / 1048576.,
-            (double)total / 1048576.);
+    fprintf(stderr, "\r\033[K%-13s [%s] %3d%%", STAGES[progress->stage].name, bar,
+            (int)(100. * (double)done / (double)total));
+    if (progress->stage == PROGRESS_STAGE_MEASURE)
+        fprintf(stderr, "  %.0f s", elapsed_s);
+    else
+        fprintf(stderr, "  %.1f of %.1f MiB", (double)done / 1048576., (double)total / 1048576.);
     fflush(stderr);
 }
 
@@ -70,7 +74,7 @@ static void show_json(const struct progress *progress, double elapsed_s, uint64_
 {
     fprintf(stderr, "{\"progress\":%d,\"stage\":\"%s\",\"elapsed_s\":%.1f", progress->percent,
             STAGES[progress->stage].name, elapsed_s);
-    if (total)
+    if (total && progress->stage != PROGRESS_STAGE_MEASURE)
         fprintf(stderr, ",\"done_bytes\":%llu,\"total_bytes\":%llu", (unsigned long long)done,
                 (unsigned long long)total);
     fputs("}\n", stderr);

@@ -16,6 +16,7 @@ enum progress_stage {
     PROGRESS_STAGE_UPLOAD, /* bytes known */
     PROGRESS_STAGE_DECODE, /* the server reads the scene */
     PROGRESS_STAGE_RENDER,
+    PROGRESS_STAGE_MEASURE, /* a trade-off, instead of a render; thousandths known */
     PROGRESS_STAGE_RECEIVE, /* bytes known */
     PROGRESS_STAGE_DONE,
 };

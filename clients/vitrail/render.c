@@ -199,14 +199,33 @@ static void print_warnings(const struct render *render)
     }
 }
 
+/* What the server chose by --max-error or --budget-ms. */
+static void print_chosen(const struct render *render)
+{
+    const json_t *chosen = json_object_get(render->frame, "chosen");
+    const char *shadows = json_string_value(json_object_get(chosen, "shadows"));
+    const char *because = json_string_value(json_object_get(chosen, "because"));
+    const json_t *resolution = json_object_get(chosen, "shadow_resolution");
+    char text[FAILURE_MESSAGE_BYTES], map[48] = "";
+
+    if (!shadows || !because)
+        return;
+    text_copy_printable(text, sizeof text, because);
+    if (json_is_integer(resolution))
+        snprintf(map, sizeof map, " %d, %d taps", (int)json_integer_value(resolution),
+                 (int)json_integer_value(json_object_get(chosen, "shadow_taps")));
+    printf("chosen: %.32s%s, %d samples per pixel: %s\n", shadows, map,
+           (int)json_integer_value(json_object_get(chosen, "samples")), text);
+}
+
 static void print_result_json(const struct render *render, double elapsed_s)
 {
     json_t *result = json_pack("{s:s, s:s, s:b, s:s, s:I, s:f}", "output", render->options->output,
                                "scene", render->scene.id, "sent", render->scene.was_sent,
                                "content_type", render->reply.content_type, "size_bytes",
                                (json_int_t)render->image.size_bytes, "elapsed_s", elapsed_s);
-    static const char *const FROM_FRAME[] = {"id", "timings_ms", "warnings"};
-    static const char *const AS[] = {"frame", "timings_ms", "warnings"};
+    static const char *const FROM_FRAME[] = {"id", "timings_ms", "chosen", "error", "warnings"};
+    static const char *const AS[] = {"frame", "timings_ms", "chosen", "error", "warnings"};
 
     for (size_t i = 0; result && i < sizeof AS / sizeof *AS; i++) {
         json_t *value = json_object_get(render->frame, FROM_FRAME[i]);
@@ -229,12 +248,14 @@ static void print_result(struct render *render)
         print_warnings(render);
     if (!strcmp(options->output, "-") || (options->stats && !strcmp(options->stats, "-")))
         return;
-    if (options->common.json)
+    if (options->common.json) {
         print_result_json(render, elapsed_s);
-    else if (!options->common.quiet)
+    } else if (!options->common.quiet) {
+        print_chosen(render);
         printf("%s: %.1f KiB in %.2f s, scene %s%s\n", options->output,
                (double)render->image.size_bytes / 1024., elapsed_s, render->scene.id,
                render->scene.was_sent ? "" : " (not sent again)");
+    }
 }
 
 static bool render_run(void *context, const struct text_list *operands, struct failure *failure)
