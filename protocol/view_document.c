@@ -453,6 +453,13 @@ static json_t *quick_quality(const json_t *quality)
     return json_take_unless(quick, has_failed);
 }
 
+bool view_document_asks(const struct view_document *document)
+{
+    const json_t *quality = json_object_get(document->members, "quality");
+    return json_is_number(json_object_get(quality, "max_error")) ||
+           json_is_number(json_object_get(quality, "budget_ms"));
+}
+
 char *view_document_shot(const struct view_document *document, const struct view_shot *shot,
                          int *width_px, int *height_px)
 {

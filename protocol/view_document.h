@@ -68,6 +68,9 @@ struct view_shot {
     bool is_quick;              /* one sample, one shadow tap, nothing ray-traced */
 };
 
+/* Whether its quality has max_error or budget_ms. */
+bool view_document_asks(const struct view_document *document);
+
 /* The shot as the text of a render request: equal views give equal texts. malloc'ed; NULL: no
  * memory. *width_px, *height_px: of the picture; may be NULL. */
 MUST_CHECK char *view_document_shot(const struct view_document *document,

@@ -156,6 +156,7 @@ void live_launch(struct launch *launch)
                                                  .view = launch->view->id,
                                                  .revision = picture->revision,
                                                  .is_passing = !launch->is_exact,
+                                                 .promise = &picture->promise,
                                                  .context = launch,
                                                  .done = frame_done},
                     view_images_next_ticket(images));

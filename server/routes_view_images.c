@@ -164,6 +164,7 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
         .priority = image_priority(http_request_header(exchange, "Priority")),
         .view = get->id,
         .revision = get->picture.revision,
+        .promise = &get->picture.promise,
         .context = get,
         .done = made};
     uint64_t ticket = view_images_next_ticket(service->view_images);

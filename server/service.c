@@ -67,6 +67,7 @@ struct service *service_create(const struct config *config, const struct log *lo
                                                        .store = service->store,
                                                        .supervisor = service->supervisor,
                                                        .images = service->view_images,
+                                                       .tradeoffs = service->tradeoffs,
                                                        .build_id = service->build_id},
                                   err);
     if (!service->views)

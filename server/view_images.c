@@ -219,6 +219,8 @@ static struct render_task *make_task(struct view_images *images,
     task->format = request->format;
     task->priority = request->priority;
     task->done = rendered;
+    if (request->promise)
+        task->promise = *request->promise;
     task->blob_fd = scene_store_open_blob(images->desc.store, request->scene, err);
     if (task->blob_fd >= 0)
         task->request_fd =

@@ -39,7 +39,8 @@ struct view_image_request {
     enum render_priority priority;
     const char *view; /* for the stats */
     uint64_t revision;
-    bool is_passing; /* not to be kept */
+    bool is_passing;                     /* not to be kept */
+    const struct frame_promise *promise; /* optional; told in the stats */
     void *context;
     /* Called exactly once. image is borrowed and NULL on failure. */
     void (*done)(void *context, struct view_image *image, enum view_image_source source,

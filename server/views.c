@@ -333,6 +333,28 @@ bool views_remove(struct views *views, const char *id, const struct view_conditi
 
 /* ---- pictures ---- */
 
+/* Puts what max_error or budget_ms choose into the picture's text. A view's document has every
+ * default written out, so resolution and taps at their defaults count as not said. */
+static bool choose(struct tradeoffs *tradeoffs, struct view_picture *picture, struct error *err)
+{
+    struct render_request request, defaults;
+    render_request_init_defaults(&defaults);
+    if (!render_request_parse(picture->text, strlen(picture->text), &request, err))
+        return false;
+    struct request_quality *quality = &request.quality;
+    quality->says_shadow_resolution &=
+        quality->shadow_resolution != defaults.quality.shadow_resolution;
+    quality->says_shadow_taps &= quality->shadow_taps != defaults.quality.shadow_taps;
+    bool is_good = tradeoffs_choose(tradeoffs, &request, true, &picture->promise, err);
+    char *text = is_good ? render_request_to_json(&request) : NULL;
+    render_request_finish(&request);
+    if (!text)
+        return error_set(err, ERROR_NO_MEMORY, "picture of a view");
+    free(picture->text);
+    picture->text = text;
+    return true;
+}
+
 bool view_shoot(struct view *view, const struct view_shot *shot, struct view_picture *picture,
                 struct error *err)
 {
@@ -344,6 +366,11 @@ bool view_shoot(struct view *view, const struct view_shot *shot, struct view_pic
         view_document_shot(view->document, shot, &picture->width_px, &picture->height_px);
     if (!picture->text)
         return error_set(err, ERROR_NO_MEMORY, "picture of a view");
+    bool asks = !shot->is_quick && view_document_asks(view->document);
+    if (asks && !choose(desc->tradeoffs, picture, err)) {
+        view_picture_finish(picture);
+        return false;
+    }
     picture->has_tag =
         image_tag_make(desc->supervisor, desc->build_id, picture->text, picture->tag);
     return true;

@@ -12,6 +12,7 @@
 #include "protocol/view_document.h"
 #include "server/config.h"
 #include "server/scene_store.h"
+#include "server/tradeoffs.h"
 #include "server/view_images.h"
 
 enum { VIEW_ID_BYTES = 17 };
@@ -23,6 +24,7 @@ struct views_desc { /* all required, borrowed */
     struct scene_store *store;
     struct supervisor *supervisor;
     struct view_images *images;
+    struct tradeoffs *tradeoffs; /* chooses for exact pictures */
     const char *build_id;
 };
 struct views *views_create(const struct views_desc *desc, struct error *err);
@@ -65,6 +67,7 @@ MUST_CHECK bool views_remove(struct views *views, const char *id,
 struct view_picture {
     char scene[65];
     char *text; /* owned */
+    struct frame_promise promise;
     char tag[IMAGE_TAG_BYTES];
     bool has_tag; /* the device is known, so that the tag may be told */
     uint64_t revision, shape;
