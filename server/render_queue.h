@@ -35,11 +35,11 @@ struct render_task {
     int64_t queued_us;            /* set when queued */
     int deaths;                   /* workers that died on it */
     struct frame_promise promise; /* told in the stats of the frame */
-    json_t *question;             /* owned; NULL: a render. What is asked of the worker instead
-                                     (server/measure.h, server/explain.h): once, and its failure says nothing
-                                     about the scene */
-    int reference_fd;             /* owned; of a measurement, -1: none */
-    int limit_ms;                 /* from its begin to its end; 0: that of the configuration */
+    /* Owned; NULL: a render. What is asked of the worker instead (server/measure.h,
+     * server/explain.h): once, and its failure says nothing about the scene. */
+    json_t *question;
+    int reference_fd; /* owned; of a measurement, -1: none */
+    int limit_ms;     /* from its begin to its end; 0: that of the configuration */
     struct render_outcome outcome;
     void *context;
     void (*done)(void *context, struct render_outcome *outcome); /* once, on the thread that ends
