@@ -48,9 +48,37 @@ static void set_perspective(struct camera *camera, double fov_y_deg, double aspe
     camera->half_width = camera->half_height * aspect;
 }
 
+static double distance_to_bounds(const struct state_item *item, const double point[3])
+{
+    double offset[3];
+    for (int k = 0; k < 3; k++)
+        offset[k] = fmax(fmax(item->bounds_min[k] - point[k], point[k] - item->bounds_max[k]), 0);
+    return vec3_length(offset);
+}
+
 /* Clip depth that keeps the ratio of near to far moderate, so that depths interpolated across large
- * triangles keep their precision; relative to the scene, never in absolute metres. */
-static void set_clip_depths(struct camera *camera, const struct bounds_sphere *sphere)
+ * triangles keep their precision; relative to the scene, never in absolute metres. Where something
+ * is nearer than that it decides; of things around the eye, the largest. */
+static double choose_near(const struct camera *camera, const struct scene_state *state,
+                          const struct bounds_sphere *sphere, double outside)
+{
+    const double share = 2e-4, least = 1e-10; /* of a radius */
+    double near = fmax(share * sphere->radius, 0.25 * outside), around = 0;
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        double distance = distance_to_bounds(item, camera->eye);
+        if (distance > 0)
+            near = fmin(near, 0.5 * distance);
+        else
+            around = fmax(around, item->radius_m);
+    }
+    if (around > 0)
+        near = fmin(near, share * around);
+    return fmax(near, least * sphere->radius);
+}
+
+static void set_clip_depths(struct camera *camera, const struct scene_state *state,
+                            const struct bounds_sphere *sphere)
 {
     double to_center[3];
     vec3_sub(sphere->center, camera->eye, to_center);
@@ -61,8 +89,7 @@ static void set_clip_depths(struct camera *camera, const struct bounds_sphere *s
         camera->z_far = fmax(along + sphere->radius * 1.001, camera->z_near + sphere->radius);
         return;
     }
-    double outside = distance - sphere->radius;
-    camera->z_near = fmax(2e-4 * sphere->radius, 0.25 * outside);
+    camera->z_near = choose_near(camera, state, sphere, distance - sphere->radius);
 }
 
 static bool resolve_matrix(struct camera *camera, const double m[16], struct error *err)
@@ -96,7 +123,7 @@ static bool resolve_node(struct camera *camera, const struct view *view,
                         aspect);
     }
     struct bounds_sphere sphere = scene_sphere(state);
-    set_clip_depths(camera, &sphere);
+    set_clip_depths(camera, state, &sphere);
     if (source->z_near > 0)
         camera->z_near = fmax(camera->z_near, (double)source->z_near);
     if (camera->is_orthographic && source->z_far > 0)
@@ -120,7 +147,7 @@ static bool resolve_fit(struct camera *camera, const struct view *view,
     double distance = sphere.radius * 1.02 / sin(atan(half));
     for (int k = 0; k < 3; k++)
         camera->eye[k] = sphere.center[k] + camera->back[k] * distance;
-    set_clip_depths(camera, &sphere);
+    set_clip_depths(camera, state, &sphere);
     return true;
 }
 
@@ -166,9 +193,9 @@ bool camera_resolve(struct camera *camera, const struct view *view, const struct
         camera->is_orthographic = true;
         camera->half_height = 0.5 * view->camera.ortho_height;
         camera->half_width = camera->half_height * aspect;
-        set_clip_depths(camera, &sphere);
+        set_clip_depths(camera, state, &sphere);
     } else if (camera->z_near <= 0 && !camera->is_orthographic) {
-        set_clip_depths(camera, &sphere);
+        set_clip_depths(camera, state, &sphere);
     }
     return true;
 }

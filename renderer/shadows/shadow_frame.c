@@ -14,7 +14,7 @@
 static const double BORDER_TEXELS = 2;
 /* Reversed infinite depth keeps f32's relative precision at any ratio, so near may be very small.
  */
-static const double NEAR_RATIO = 1e-6;
+static const double NEAR_RATIO = 1e-9;
 static const double PI = 3.14159265358979323846;
 static const double WIDEST_FACE_RAD = 1.0472; /* 60 degrees: beyond it a single face wastes most of
                                                  its texels */
