@@ -6,7 +6,7 @@ import { VitrailError } from "./vitrail.js";
 
 const REST_MS = 180; // without a change for so long, the exact picture is due
 const RETRY_MS = [500, 1000, 2000, 5000, 10000];
-const SOCKET_TRIES = 2; // that never opened, before another kind of line is taken
+const TRIES = 2; // of a line that never showed a frame, before another kind is taken
 
 /** What all lines have in common. Events: "frame", "problem", "lost"; details below. */
 class Line extends EventTarget {
@@ -14,10 +14,12 @@ class Line extends EventTarget {
     super();
     this.client = client;
     this.isClosed = false;
+    this.hasShown = false; // a frame, once
   }
 
   tell(type, detail) {
     if (this.isClosed) return;
+    if (type === "frame") this.hasShown = true;
     const event = new Event(type);
     event.detail = detail;
     this.dispatchEvent(event);
@@ -87,16 +89,16 @@ class StreamLine extends Line {
     this.sent = wanted;
     this.wanted = wanted;
     this.view = await this.client.createView(wanted);
-    if (this.isClosed) return;
+    if (this.isClosed) return this.#forget();
     this.image = new Image();
     this.image.src = this.view.streamUrl;
+    this.image.onload = () => this.tell("open");
     this.image.onerror = () => this.tell("lost", {});
     this.events = this.view.events();
     this.events.addEventListener("frame", (event) => this.#take(JSON.parse(event.data)));
     this.events.addEventListener("problem", (event) =>
       this.tell("problem", new VitrailError(JSON.parse(event.data))));
     this.events.addEventListener("gone", () => this.tell("lost", {}));
-    this.tell("open");
   }
 
   /** The event may come before the browser has decoded its frame: look twice. */
@@ -132,8 +134,12 @@ class StreamLine extends Line {
   close() {
     super.close();
     this.events?.close();
-    if (this.image) this.image.src = "";
-    this.view?.delete().catch(() => {});
+    if (this.image) this.image.removeAttribute("src");
+    this.#forget();
+  }
+
+  #forget() {
+    this.view?.delete().catch(() => {}); // it would expire by itself
   }
 }
 
@@ -246,11 +252,13 @@ export class Live extends EventTarget {
     this.#line = line;
     this.#tell("state", { state: "wait", label: "connecting" });
     line.addEventListener("open", () => {
-      this.#tries = 0;
       this.#failures = 0;
       this.#tell("state", { state: "on", label: LINES[this.#kind].label });
     });
-    line.addEventListener("frame", (event) => this.#tell("frame", event.detail));
+    line.addEventListener("frame", (event) => {
+      this.#tries = 0;
+      this.#tell("frame", event.detail);
+    });
     line.addEventListener("problem", (event) => this.#tell("problem", event.detail));
     line.addEventListener("lost", () => this.#lost(line));
     line.open(this.#wanted).catch((problem) => this.#refused(line, problem));
@@ -267,9 +275,8 @@ export class Live extends EventTarget {
   }
 
   #lost(line) {
-    const hasOpened = line.hasOpened ?? true;
     line.close();
-    if (!hasOpened && ++this.#tries >= SOCKET_TRIES && this.#kind + 1 < LINES.length) {
+    if (!line.hasShown && ++this.#tries >= TRIES && this.#kind + 1 < LINES.length) {
       this.#kind++;
       this.#tries = 0;
     }

@@ -133,9 +133,11 @@ class Viewer {
   async openLink() {
     const link = stateFromLink(location.hash);
     if (!link || location.hash === this.ownHash) return false;
-    return this.open(link.scene, link.state);
+    await this.open(link.scene, link.state);
+    return true;
   }
 
+  /** A scene, with the state of a link if there is one; without an id, none. */
   async open(id, state) {
     clearProblems();
     if (!id) {
@@ -143,15 +145,13 @@ class Viewer {
       this.stage.clear();
       this.model.open(null);
       history.replaceState(null, "", location.pathname + location.search);
-      return false;
+      return;
     }
     try {
       const [summary, outline] = await Promise.all([this.client.scene(id), this.client.outline(id)]);
       this.model.open(summary, outline, state);
-      return true;
     } catch (problem) {
       showProblem(problem, "The scene cannot be opened");
-      return false;
     }
   }
 

@@ -127,7 +127,8 @@ class Views(ClientTest):
         self.assertIsNone(self.view.image(etag=image.etag))
         self.view.patch({"width": 40})
         self.assertIsNotNone(self.view.image(etag=image.etag))
-        self.assertEqual("image/jpeg", self.view.image(format="jpeg", quality_percent=50).media_type)
+        jpeg = self.view.image(format="jpeg", quality_percent=50)
+        self.assertEqual("image/jpeg", jpeg.media_type)
 
     def test_a_view_is_found_by_its_id_and_gone_after_its_block(self):
         with self.client.create_view(self.view.scene) as view:
