@@ -19,6 +19,7 @@ import { Stage } from "./stage.js";
 import { Vitrail } from "./vitrail.js";
 
 const STREAM = { budget_ms: 120, rest_ms: 200 };
+const BAD_EDITS = ["invalid_request", "not_found", "unsupported", "too_large"];
 const LINES = ["socket", "stream", "stills"];
 
 class Viewer {
@@ -224,7 +225,7 @@ class Viewer {
     byId("busy").hidden = true;
     showProblem(problem, isFirst ? "The server refuses this view" : `No picture with ${this.comparing}`);
     if (!isFirst) this.compare("");
-    else if (problem.status === 0 || problem.pointer) this.model.refuse();
+    else if (BAD_EDITS.includes(problem.code)) this.model.refuse();
   }
 
   #linkState({ state, label }) {

@@ -238,13 +238,16 @@ export class Model extends EventTarget {
     const height = this.bounds[4];
     const [x, , z] = this.center;
     const size = this.camera.sceneSize;
+    const short = (value) => Number(value.toPrecision(3));
+    const side = short(0.2 * size);
+    const candela = short(3 * size * size);
+    const intensity = { directional: 3, rect: short(candela / side ** 2),
+      disk: short((4 * candela) / (Math.PI * side ** 2)) }[type] ?? candela;
     this.edit(`Add ${type} light`, (view) => {
       view.lights.push(lightMembers({
-        type,
-        position: [x, height + 0.25 * size, z].map((value) => Number(value.toPrecision(4))),
+        type, intensity, color: [1, 1, 1], width: side, height: side, radius: side / 2,
+        position: [x, height + 0.25 * size, z].map(short),
         direction: type === "directional" ? [-0.4, -1, -0.3] : [0, -1, 0],
-        color: [1, 1, 1],
-        intensity: type === "directional" ? 3 : Number((3 * size * size).toPrecision(2)),
       }));
     });
   }
@@ -285,15 +288,21 @@ const MEMBERS_OF_TYPE = {
   point: ["position", "range"],
   spot: ["position", "direction", "range", "inner_cone_deg", "outer_cone_deg"],
   directional: ["direction"],
+  rect: ["position", "direction", "width", "height", "up"],
+  disk: ["position", "direction", "radius"],
 };
+const DEFAULT_MEMBERS = {
+  position: [0, 0, 0], direction: [0, -1, 0], width: 1, height: 1, radius: 0.5,
+};
+const ALWAYS_SAID = ["position", "direction", "width", "height", "radius"]; // the service needs them
 
 /** Only the members that a light of its type has: others would be refused. */
 export function lightMembers(light) {
-  const names = ["color", "intensity", "shadow", ...MEMBERS_OF_TYPE[light.type]];
   const kept = { type: light.type };
-  for (const name of names) if (light[name] !== undefined) kept[name] = light[name];
-  if (kept.position === undefined && light.type !== "directional") kept.position = [0, 0, 0];
-  if (kept.direction === undefined && light.type !== "point") kept.direction = [0, -1, 0];
+  for (const name of ["color", "intensity", "shadow", ...MEMBERS_OF_TYPE[light.type]]) {
+    if (light[name] !== undefined) kept[name] = light[name];
+    else if (ALWAYS_SAID.includes(name)) kept[name] = DEFAULT_MEMBERS[name];
+  }
   return kept;
 }
 

@@ -4,8 +4,9 @@ import { button, el, icon, number } from "./dom.js";
 import { checkField, colorField, empty, group, numberField, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
 
-const TYPES = [["point", "point"], ["spot", "spot"], ["directional", "sun"]];
-const UNITS = { point: "cd", spot: "cd", directional: "lx" };
+const TYPES = [["point", "point"], ["spot", "spot"], ["directional", "sun"], ["rect", "front"],
+  ["disk", "disk"]]; // each with its icon
+const UNITS = { point: "cd", spot: "cd", directional: "lx", rect: "nt", disk: "nt" };
 
 export class LightsPanel {
   #open = 0; // index of the light whose fields show; -1: none
@@ -58,8 +59,11 @@ export class LightsPanel {
       light.position && control(vectorField, "position", [0, 0, 0], { label: "Position", unit: "m" }),
       light.direction && control(vectorField, "direction", [0, -1, 0], { label: "Direction" }),
       light.type === "spot" && this.#cones(index),
-      light.type !== "directional" && control(numberField, "range", 0,
-        { label: "Range", unit: "m, 0 = unbounded", least: 0, most: 1e12 }),
+      ["width", "height", "radius"].filter((member) => member in light).map((member) =>
+        control(numberField, member, 1, { label: member[0].toUpperCase() + member.slice(1), unit: "m",
+          least: 1e-9, most: 1e9 })),
+      ["point", "spot"].includes(light.type) && control(numberField, "range", 0,
+        { label: "Range", unit: "m, 0: no end", least: 0, most: 1e12 }),
       control(checkField, "shadow", true, { label: "Casts shadows" }),
       button({ text: "Remove", icon: "remove", onclick: () => this.model.removeLight(index) }));
   }

@@ -88,6 +88,7 @@ export class RenderPanel {
         parameters.shadow_taps.default ?? 4, { label: "Shadow taps", options: allowed("shadow_taps") }),
       allowed("samples").length > 1 && this.#quality(chooser, "samples", parameters.samples.default ?? 0,
         { label: "Samples", options: [["0", "automatic"], ...allowed("samples")] }),
+      this.#quality(checkField, "reference", false, { label: "Reference: the ground truth, ray traced" }),
     ];
   }
 

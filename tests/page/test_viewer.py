@@ -1,0 +1,448 @@
+# SPDX-License-Identifier: MIT
+"""The viewer in a real browser over the real daemon: what a person does, and what comes of it."""
+import json
+import os
+import struct
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../http"))
+
+import support
+from browser import Browser, needs_browser
+
+REAL = os.path.join(support.BIN, "vitraild")
+support.needs(REAL)
+needs_browser()
+
+SETTLED = "return document.getElementById('picture').dataset.exact === 'true'"
+FRAMES = "return Number(document.getElementById('picture').dataset.frames ?? 0)"
+PICTURE = """const canvas = document.getElementById('picture');
+  return canvas.width + 'x' + canvas.height + canvas.toDataURL('image/png');"""
+
+
+def quad(corners):
+    """Two triangles with their normal."""
+    a, b, c, d = corners
+    u, v = ([q - p for p, q in zip(a, e)] for e in (b, d))
+    n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    size = sum(x * x for x in n) ** 0.5
+    points = [a, b, c, a, c, d]
+    return points, [[x / size for x in n]] * 6
+
+
+QUADS = {
+    "Floor": [(-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)],
+    "Wall": [(-2, 0, -2), (2, 0, -2), (2, 3, -2), (-2, 3, -2)],
+    "Pane": [(-0.8, 0.5, 0), (0.8, 0.5, 0), (0.8, 2.2, 0), (-0.8, 2.2, 0)],
+}
+COLORS = {"Floor": [0.5, 0.5, 0.5, 1], "Wall": [0.8, 0.7, 0.5, 1], "Pane": [0.9, 0.1, 0.1, 0.6]}
+
+
+def room():
+    """A floor, a wall and a red pane of glass between them and a lamp, under one root."""
+    binary, views, accessors, meshes, materials = b"", [], [], [], []
+    nodes = [{"name": "Room", "children": [1, 2, 3, 4]}]
+    for name, corners in QUADS.items():
+        points, normals = quad(corners)
+        for values in (points, normals):
+            views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": 72})
+            accessors.append({"bufferView": len(views) - 1, "componentType": 5126, "count": 6,
+                              "type": "VEC3", "min": [min(p[i] for p in values) for i in range(3)],
+                              "max": [max(p[i] for p in values) for i in range(3)]})
+            binary += b"".join(struct.pack("<3f", *point) for point in values)
+        meshes.append({"primitives": [{"attributes": {
+            "POSITION": len(accessors) - 2, "NORMAL": len(accessors) - 1},
+            "material": len(materials)}]})
+        materials.append({"name": f"{name} material", "doubleSided": True,
+                          "alphaMode": "BLEND" if name == "Pane" else "OPAQUE",
+                          "pbrMetallicRoughness": {"baseColorFactor": COLORS[name],
+                                                   "metallicFactor": 0, "roughnessFactor": 0.8}})
+        nodes.append({"name": name, "mesh": len(meshes) - 1})
+    nodes.append({"name": "Lamp", "translation": [0, 2.6, 1.6],
+                  "extensions": {"KHR_lights_punctual": {"light": 0}}})
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes,
+        "meshes": meshes, "materials": materials, "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": len(binary)}], "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 60}]}}}
+    return support.glb(document, binary)
+
+
+class PageTest(unittest.TestCase):
+    """Tests that share a daemon and a window; each begins with the page loaded anew."""
+
+    size = (900, 640)
+    phone = False
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = support.Daemon("--render-timeout-s", "60", program=REAL)
+        cls.addClassCleanup(cls.daemon.__exit__)
+        reply = cls.daemon.raw("GET", "/readyz")
+        if reply.status != 200 and reply.code == "no_device":
+            raise unittest.SkipTest("no graphics device")
+        cls.daemon.wait_ready()
+        cls.scene = cls.daemon.post_scene(*support.multipart({"room.glb": room()})).json()["id"]
+        cls.browser = Browser(*cls.size, phone=cls.phone)
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        self.browser.go("about:blank")
+        self.browser.log()
+
+    def tearDown(self):
+        """Nothing that the page did may have broken its policy or thrown."""
+        self.assertEqual([], [line for line in self.browser.log() if not self.is_expected(line)])
+
+    def is_expected(self, line):
+        return "the server responded with a status of 4" in line and self.expects_refusal
+
+    expects_refusal = False
+
+    def load(self, query="", scene=None):
+        self.browser.go(f"http://127.0.0.1:{self.daemon.port}/{query}#scene={scene or self.scene}")
+        return self.settle()
+
+    def settle(self, after=0):
+        """The exact picture of what shows now, once it came and nothing followed it."""
+        self.browser.wait(f"{SETTLED} && Number(document.getElementById('picture').dataset.frames)"
+                          f" > {after}", "the exact picture is there")
+        while True:
+            frames = self.browser.run(FRAMES)
+            self.browser.run("return new Promise((done) => setTimeout(done, 350))")
+            if frames == self.browser.run(FRAMES) and self.browser.run(SETTLED):
+                return self.browser.run(PICTURE)
+
+    def changed_by(self, action):
+        """The picture after an action that must make a new one."""
+        before = self.browser.run(FRAMES)
+        action()
+        return self.settle(before)
+
+    def panel(self, name):
+        self.browser.click(f"#tab-{name}")
+
+    def press(self, text, within="body"):
+        """Clicks the button of that text or label."""
+        self.browser.run("""const [text, within] = arguments;
+          const found = [...document.querySelector(within).querySelectorAll('button')].find((b) =>
+            b.textContent.trim() === text || b.getAttribute('aria-label') === text);
+          if (!found) throw new Error('no button ' + text);
+          found.click();""", text, within)
+
+    def center(self):
+        box = self.browser.run("""const box = document.getElementById('surface')
+          .getBoundingClientRect(); return [box.x, box.y, box.width, box.height];""")
+        return box[0] + box[2] / 2, box[1] + box[3] / 2
+
+
+class Looking(PageTest):
+    def test_the_page_shows_the_scene_of_its_link_and_names_it(self):
+        picture = self.load()
+        self.assertGreater(len(picture), 3000)
+        self.assertEqual("room.glb – Vitrail", self.browser.run("return document.title"))
+        self.assertIn("room.glb", self.browser.run(
+            "return document.getElementById('picture').getAttribute('aria-label')"))
+
+    def test_dragging_orbits_and_the_wheel_zooms(self):
+        first = self.load()
+        x, y = self.center()
+        orbited = self.changed_by(lambda: self.browser.drag((x, y), (x + 120, y - 30)))
+        self.assertNotEqual(first, orbited)
+        zoomed = self.changed_by(lambda: self.browser.actions([{
+            "type": "wheel", "id": "wheel", "actions": [{
+                "type": "scroll", "x": round(x), "y": round(y), "deltaX": 0, "deltaY": -240}]}]))
+        self.assertNotEqual(orbited, zoomed)
+
+    def test_a_link_brings_back_exactly_the_same_picture(self):
+        self.load()
+        x, y = self.center()
+        picture = self.changed_by(lambda: self.browser.drag((x, y), (x - 90, y + 20)))
+        self.browser.run("return new Promise((done) => setTimeout(done, 500))")
+        url = self.browser.run("return location.href")
+        self.assertIn("&view=", url)
+        self.browser.go("about:blank")
+        self.browser.go(url)
+        self.assertEqual(picture, self.settle())
+
+    def test_standard_views_and_orthographic_change_the_picture_and_fit_keeps_the_direction(self):
+        self.load()
+        front = self.changed_by(lambda: self.browser.run("""
+          const select = document.querySelector('[aria-label="Standard views"]');
+          select.value = 'front'; select.dispatchEvent(new Event('change'));"""))
+        flat = self.changed_by(lambda: self.press("Orthographic (O)"))
+        self.assertNotEqual(front, flat)
+        back = self.changed_by(lambda: self.press("Orthographic (O)"))
+        self.assertEqual(front, back)
+
+    def test_every_line_shows_the_same_exact_picture(self):
+        pictures = [self.load(f"?line={line}") for line in ("socket", "stream", "stills")]
+        self.assertEqual(pictures[0], pictures[1])
+        self.assertEqual(pictures[0], pictures[2])
+        self.assertEqual("stills", self.browser.run(
+            "return document.getElementById('status-link').textContent"))
+
+    def test_statistics_tell_the_passes_of_the_frame(self):
+        self.load()
+        self.press("Statistics (I)")
+        text = self.browser.wait("return document.querySelector('#overlay table')?.innerText",
+                                 "the passes are listed")
+        self.assertIn("shade", text)
+        self.assertIn("ms", text)
+
+    def test_two_techniques_are_compared_with_a_divider(self):
+        self.load()
+        self.press("Compare two techniques (C)")
+        self.browser.wait("return document.getElementById('picture-b').dataset.exact === 'true'",
+                          "the second picture is there")
+        self.browser.run("document.getElementById('divider').focus()")
+        self.browser.keys("Left", "Left")
+        self.assertEqual("46", self.browser.run(
+            "return document.getElementById('divider').getAttribute('aria-valuenow')"))
+        self.press("Compare two techniques (C)")
+        self.assertTrue(self.browser.run("return document.getElementById('divider').hidden"))
+
+
+class Editing(PageTest):
+    def test_a_click_picks_what_is_there_and_shows_its_properties(self):
+        self.load()
+        x, y = self.center()
+        self.browser.drag((x, y), (x, y))
+        text = self.browser.wait("""const text = document.getElementById('panel-properties').innerText;
+          return text.includes('Hit') && text;""", "the hit is shown")
+        self.assertIn("Pane material", text)
+        self.assertIn("Room", text)
+        self.assertFalse(self.browser.run("return document.getElementById('selection').hidden"))
+        selected = self.browser.run(
+            "return document.querySelector('[role=treeitem][aria-selected=true]')?.innerText")
+        self.assertEqual("Pane", selected.strip())
+
+    def test_hiding_a_part_changes_the_picture_and_undo_brings_it_back(self):
+        first = self.load()
+        self.panel("tree")
+        hidden = self.changed_by(lambda: self.press("Hide Pane"))
+        self.assertNotEqual(first, hidden)
+        back = self.changed_by(lambda: self.press("Undo"))
+        self.assertEqual(first, back)
+
+    def test_a_material_edit_changes_the_picture_and_reset_takes_it_back(self):
+        first = self.load()
+        self.press("Pane material", "#panel-properties")
+        edited = self.changed_by(lambda: self.browser.run("""
+          const input = document.querySelector('#panel-properties input[type=color]');
+          input.value = '#2040ff'; input.dispatchEvent(new Event('input'));"""))
+        self.assertNotEqual(first, edited)
+        back = self.changed_by(lambda: self.press("Reset", "#panel-properties"))
+        self.assertEqual(first, back)
+
+    def test_lights_are_edited_added_and_removed(self):
+        first = self.load()
+        self.panel("lights")
+        dimmed = self.changed_by(lambda: self.browser.run("""
+          const input = document.querySelector('#panel-lights .field-slider input[type=number]');
+          input.value = '10'; input.dispatchEvent(new Event('change'));"""))
+        self.assertNotEqual(first, dimmed)
+        added = self.changed_by(lambda: self.press("Add a spot light"))
+        self.assertNotEqual(dimmed, added)
+        self.assertIn("Outer cone", self.browser.run(
+            "return document.getElementById('panel-lights').innerText"))
+        removed = self.changed_by(lambda: self.press("Remove", "#panel-lights"))
+        self.assertEqual(dimmed, removed)
+        back = self.changed_by(lambda: self.press("Lights as in the file"))
+        self.assertEqual(first, back)
+
+    def test_a_clip_plane_cuts_and_flips(self):
+        first = self.load()
+        self.panel("section")
+        cut = self.changed_by(lambda: self.press("Cut X"))
+        flipped = self.changed_by(lambda: self.press("Flip"))
+        self.assertEqual(3, len({first, cut, flipped}))
+
+    def test_techniques_and_quality_reach_the_server(self):
+        self.load()
+        self.panel("render")
+        names = self.browser.run("""return [...document.querySelector('#panel-render select')
+          .options].map((option) => option.value);""")
+        self.assertIn("deep", names)
+        self.changed_by(lambda: self.browser.run("""
+          const select = document.querySelector('#panel-render select');
+          select.value = 'none'; select.dispatchEvent(new Event('change'));"""))
+        self.press("Statistics (I)")
+        text = self.browser.wait("return document.querySelector('#overlay table')?.innerText",
+                                 "the passes are listed")
+        self.assertNotIn("shadow", text)
+
+
+class Bringing(PageTest):
+    expects_refusal = True
+
+    def upload(self, files):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, content in files.items():
+                with open(os.path.join(folder, name), "wb") as file:
+                    file.write(content)
+            self.browser.type("#scene-files", "\n".join(os.path.join(folder, n) for n in files))
+            return self.browser.wait("""
+              const shown = document.querySelector('.message')?.innerText;
+              return document.querySelector('.uploading') ? '' : shown || document.title;""",
+                                     "the upload ended")
+
+    def test_a_glb_is_uploaded_by_its_file_and_opened(self):
+        self.load()
+        self.upload({"triangle.glb": support.triangle("uploaded")})
+        self.browser.wait("return document.title.startsWith('triangle.glb')", "the scene is open")
+        self.panel("tree")
+        self.assertIn("uploaded", self.browser.run(
+            "return document.querySelector('[role=tree]').innerText"))
+
+    def test_a_gltf_is_uploaded_with_its_files(self):
+        self.load()
+        document = support.triangle_document("with files")
+        document["buffers"][0]["uri"] = "geometry.bin"
+        self.upload({"scene.gltf": json.dumps(document).encode(), "geometry.bin": support.TRIANGLE})
+        self.browser.wait("""return [...document.querySelectorAll('.scene-open strong')]
+          .some((name) => name.textContent === 'scene.gltf');""", "the scene is listed")
+
+    def test_a_broken_file_is_refused_in_words_that_can_be_closed(self):
+        self.load()
+        text = self.upload({"broken.glb": b"glTF" + bytes(40)})
+        self.assertIn("broken.glb was not taken", text)
+        self.assertRegex(text, r"4\d\d \w+")
+        self.press("Dismiss", "#messages")
+        self.assertEqual(0, self.browser.run("return document.querySelectorAll('.message').length"))
+
+    def test_a_scene_that_is_not_there_is_said_and_the_page_stays_usable(self):
+        self.browser.go(f"http://127.0.0.1:{self.daemon.port}/#scene={'0' * 64}")
+        text = self.browser.wait("return document.querySelector('.message')?.innerText", "a message")
+        self.assertIn("404 not_found", text)
+        self.browser.click(".scene-open")
+        self.settle()
+
+
+class Reaching(PageTest):
+    def test_the_keyboard_alone_reaches_the_picture_and_moves_it(self):
+        first = self.load()
+        self.browser.keys("Tab")
+        self.assertEqual("Skip to the picture", self.focus("textContent"))
+        self.browser.keys("Enter", "Tab")
+        self.assertEqual("surface", self.focus("id"))
+        turned = self.changed_by(lambda: self.browser.keys("Left", "Left", "Up"))
+        self.assertNotEqual(first, turned)
+        flown = self.changed_by(lambda: self.browser.keys("4"))
+        self.assertNotEqual(turned, flown)
+        self.browser.keys("?")
+        self.assertTrue(self.browser.run("return document.getElementById('help').open"))
+        self.browser.keys("Escape")
+        self.assertEqual("surface", self.focus("id"))
+
+    def focus(self, member):
+        return self.browser.run(f"return document.activeElement.{member}")
+
+    def test_the_tree_is_walked_and_parts_hidden_by_keys(self):
+        first = self.load()
+        self.panel("tree")
+        self.browser.run("document.querySelector('[role=treeitem][tabindex=\"0\"]').focus()")
+        self.browser.keys("Down", "Down", "Down")
+        self.assertEqual("Pane", self.focus("ariaLabel"))
+        hidden = self.changed_by(lambda: self.browser.keys("Space"))
+        self.assertNotEqual(first, hidden)
+        self.assertEqual("Pane", self.focus("ariaLabel"))
+
+    def test_tabs_are_switched_by_arrow_keys(self):
+        self.load()
+        self.browser.run("document.getElementById('tab-properties').focus()")
+        self.browser.keys("Right")
+        self.assertEqual("tab-lights", self.focus("id"))
+        self.assertFalse(self.browser.run("return document.getElementById('panel-lights').hidden"))
+
+    def test_every_control_has_a_name_and_every_reference_a_target(self):
+        self.load()
+        for panel in ("tree", "properties", "lights", "section", "render", "scenes"):
+            self.panel(panel)
+            self.assertEqual([], self.browser.run(LABELS), panel)
+
+    def test_text_stands_out_in_light_and_in_dark(self):
+        for scheme in ("light", "dark"):
+            self.browser.scheme(scheme, motion="reduce")
+            self.load()
+            faint = self.browser.run(CONTRAST)
+            self.assertEqual([], faint, scheme)
+
+
+class Phone(PageTest):
+    size = (390, 780)
+    phone = True
+
+    def test_nothing_is_wider_than_the_screen_and_touch_orbits(self):
+        first = self.load()
+        self.assertEqual(390, self.browser.run("return document.documentElement.scrollWidth"))
+        wide = self.browser.run("""return [...document.querySelectorAll('body *')].filter((e) =>
+          e.offsetParent && e.getBoundingClientRect().right > innerWidth + 1
+          && !e.closest('.skip')).map((e) => e.outerHTML.slice(0, 80));""")
+        self.assertEqual([], wide)
+        x, y = self.center()
+        turned = self.changed_by(lambda: self.browser.drag((x, y), (x + 80, y + 20), kind="touch"))
+        self.assertNotEqual(first, turned)
+
+    def test_panels_open_as_sheets_and_close_again(self):
+        self.load()
+        shown = "return document.querySelector('.dock-right .panels').getClientRects().length"
+        self.assertEqual(0, self.browser.run(shown))
+        self.panel("lights")
+        self.assertEqual(1, self.browser.run(shown))
+        self.assertIn("Lamp", self.browser.run(
+            "return document.getElementById('panel-lights').innerText"))
+        self.panel("lights")
+        self.assertEqual(0, self.browser.run(shown))
+
+
+# What a checker of accessibility would find first: names, references, unique ids.
+LABELS = """
+const faults = [];
+const nameOf = (e) => (e.getAttribute('aria-label') ?? '').trim() || e.textContent.trim()
+  || [...(e.labels ?? [])].map((l) => l.textContent).join('').trim()
+  || (document.getElementById(e.getAttribute('aria-labelledby'))?.textContent ?? '').trim();
+for (const e of document.querySelectorAll('button, input, select, textarea, a[href], dialog[open],'
+    + '[role=tab], [role=slider], [role=tree], [role=treeitem], [role=img], [role=region], aside'))
+  if (!nameOf(e) && e.getAttribute('aria-hidden') !== 'true') faults.push(e.outerHTML.slice(0, 120));
+const seen = new Set();
+for (const e of document.querySelectorAll('[id]')) {
+  if (seen.has(e.id)) faults.push('id twice: ' + e.id);
+  seen.add(e.id);
+}
+for (const name of ['aria-controls', 'aria-labelledby', 'aria-describedby', 'for'])
+  for (const e of document.querySelectorAll(`[${name}]`))
+    if (!document.getElementById(e.getAttribute(name)) && !e.matches('dialog:not([open])'))
+      faults.push(`${name}: ${e.getAttribute(name)}`);
+if (!document.documentElement.lang) faults.push('no language');
+if (document.querySelectorAll('h1').length !== 1) faults.push('not one h1');
+return faults;
+"""
+
+# Contrast of texts with the ground behind them: WCAG 2.2, 1.4.3, at least 4.5.
+CONTRAST = """
+const parse = (text) => (text.match(/[\\d.]+/g) ?? []).map(Number);
+const light = ([r, g, b]) => [r, g, b].map((v) => (v /= 255) <= 0.04045 ? v / 12.92
+  : ((v + 0.055) / 1.055) ** 2.4).reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+const ground = (e) => {
+  for (; e; e = e.parentElement) {
+    const color = parse(getComputedStyle(e).backgroundColor);
+    if (color.length === 3 || color[3] === 1) return color;
+  }
+  return [255, 255, 255];
+};
+const faint = [];
+for (const e of document.querySelectorAll('.tab, .panel:not([hidden]) *, .status *, .bar *')) {
+  const own = [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+  if (!own || !e.offsetParent || e.closest(':disabled, option, .hidden-text')) continue;
+  const [a, b] = [light(parse(getComputedStyle(e).color)), light(ground(e))].sort((x, y) => y - x);
+  const ratio = (a + 0.05) / (b + 0.05);
+  if (ratio < 4.5) faint.push(`${ratio.toFixed(2)} ${e.className || e.tagName}: ${e.textContent}`);
+}
+return faint;
+"""
+
+if __name__ == "__main__":
+    support.run_tests()
