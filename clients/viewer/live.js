@@ -81,35 +81,36 @@ class SocketLine extends Line {
   }
 }
 
-/** Frames as a multipart stream in an <img>, edits as patches, one at a time. */
+/** Frames as a multipart stream, edits as patches, one at a time. */
 class StreamLine extends Line {
   static label = "stream";
+  abort = new AbortController();
 
   async open(wanted) {
     this.sent = wanted;
     this.wanted = wanted;
     this.view = await this.client.createView(wanted);
-    if (this.isClosed) return this.#forget();
-    this.image = new Image();
-    this.image.src = this.view.streamUrl;
-    this.image.onload = () => this.tell("open");
-    this.image.onerror = () => this.tell("lost", {});
-    this.events = this.view.events();
-    this.events.addEventListener("frame", (event) => this.#take(JSON.parse(event.data)));
-    this.events.addEventListener("problem", (event) =>
-      this.tell("problem", new VitrailError(JSON.parse(event.data))));
-    this.events.addEventListener("gone", () => this.tell("lost", {}));
+    if (this.isClosed) this.#forget();
+    else this.#read();
   }
 
-  /** The event may come before the browser has decoded its frame: look twice. */
-  #take({ stats, exact, scale, bytes, revision }) {
-    for (const delay of [60, 400])
-      setTimeout(async () => {
-        const bitmap = await createImageBitmap(this.image).catch(() => null);
-        if (bitmap)
-          this.tell("frame", { bitmap, isExact: exact, width: bitmap.width, height: bitmap.height,
-            scale, frame: stats.id, timings: stats.timings_ms, bytes, revision });
-      }, delay);
+  async #read() {
+    try {
+      for await (const part of this.view.stream({ signal: this.abort.signal })) {
+        const { problem, blob, ...frame } = part;
+        if (problem) {
+          this.tell("problem", problem);
+          continue;
+        }
+        if (!this.hasShown) this.tell("open");
+        const bitmap = await createImageBitmap(blob);
+        this.tell("frame", { ...frame, bitmap, width: bitmap.width, height: bitmap.height,
+          bytes: blob.size, timings: {} });
+      }
+      this.tell("lost", {});
+    } catch {
+      this.tell("lost", {});
+    }
   }
 
   async update(wanted) {
@@ -133,8 +134,7 @@ class StreamLine extends Line {
 
   close() {
     super.close();
-    this.events?.close();
-    if (this.image) this.image.removeAttribute("src");
+    this.abort.abort();
     this.#forget();
   }
 

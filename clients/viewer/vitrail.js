@@ -61,6 +61,45 @@ async function imageOf(response) {
   };
 }
 
+/** Position of a needle in bytes, from some place on; -1 when it is not there. */
+function find(bytes, needle, from) {
+  for (let at = bytes.indexOf(needle[0], from); at >= 0; at = bytes.indexOf(needle[0], at + 1))
+    if (needle.every((byte, i) => bytes[at + i] === byte)) return at;
+  return -1;
+}
+
+/** The parts of a multipart body that says the length of each: {headers, content}. */
+async function* partsOf(body) {
+  const reader = body.getReader();
+  const headEnd = [13, 10, 13, 10];
+  let held = new Uint8Array(0);
+  const more = async () => {
+    const { value, done } = await reader.read();
+    if (done) return false;
+    const grown = new Uint8Array(held.length + value.length);
+    grown.set(held);
+    grown.set(value, held.length);
+    held = grown;
+    return true;
+  };
+  try {
+    for (;;) {
+      let end = find(held, headEnd, 0);
+      for (; end < 0; end = find(held, headEnd, 0)) if (!(await more())) return;
+      const lines = new TextDecoder().decode(held.subarray(0, end)).split("\r\n");
+      const headers = new Map(lines.filter((line) => line.includes(":")).map((line) =>
+        [line.slice(0, line.indexOf(":")).toLowerCase(), line.slice(line.indexOf(":") + 1).trim()]));
+      const start = end + headEnd.length;
+      const length = Number(headers.get("content-length"));
+      while (held.length < start + length) if (!(await more())) return;
+      yield { headers, content: held.slice(start, start + length) };
+      held = held.slice(start + length);
+    }
+  } finally {
+    reader.cancel().catch(() => {});
+  }
+}
+
 /** One server. All methods throw VitrailError when the server says no or is not there. */
 export class Vitrail {
   /** @param {string} [url] of the server; "" is the one this page came from */
@@ -269,6 +308,28 @@ export class View {
   /** For the src of an <img>: moving pictures without any script. */
   get streamUrl() {
     return `${this.client.url}${this.path}/stream`;
+  }
+
+  /**
+   * The same as an async iterator of {blob, revision, isExact, scale, frame}, or of {problem} for a
+   * frame that could not be rendered; leaving its loop, or the signal, ends it.
+   */
+  async *stream({ signal } = {}) {
+    const response = await this.client.request(`${this.path}/stream`, { signal });
+    for await (const { headers, content } of partsOf(response.body)) {
+      const type = headers.get("content-type") ?? "";
+      if (type.startsWith("application/problem+json")) {
+        yield { problem: new VitrailError(JSON.parse(new TextDecoder().decode(content))) };
+        continue;
+      }
+      yield {
+        blob: new Blob([content], { type }),
+        revision: Number(headers.get("x-view-revision")) || null,
+        isExact: headers.get("x-view-exact") === "1",
+        scale: Number(headers.get("x-view-scale") ?? 1),
+        frame: /\/v1\/frames\/([^>]+)>/.exec(headers.get("link") ?? "")?.[1] ?? null,
+      };
+    }
   }
 
   /** Server-sent events of the view: an EventSource with events view, frame, problem, gone. */
