@@ -64,9 +64,13 @@ export class OrbitCamera {
     this.target = add(add(this.target, this.right, right * this.height), this.up, up * this.height);
   }
 
-  /** Below 1 comes nearer. */
+  /** Below 1 comes nearer; at the target, goes on through it. */
   zoom(factor) {
-    this.distance = clamp(this.distance * factor, 1e-4 * this.sceneSize, 1e3 * this.sceneSize);
+    const wanted = this.distance * factor;
+    const least = 2e-3 * this.sceneSize;
+    const isThrough = factor < 1 && wanted < least && !this.isOrthographic;
+    if (isThrough) this.target = add(this.target, this.backward, wanted - this.distance);
+    else this.distance = clamp(wanted, 1e-6 * this.sceneSize, 1e3 * this.sceneSize);
   }
 
   /** Metres along the own axes; the target comes along. */
@@ -91,11 +95,16 @@ export class OrbitCamera {
     this.distance = radius / Math.sin(narrow);
   }
 
-  /** Stands where a camera of the scene stands; its target is put at the depth of `center`. */
-  standAt({ matrix, fov_y_deg, ortho_height }, center) {
+  /**
+   * Stands where a camera of the scene stands. From outside it turns around the middle of the
+   * scene's box; inside, as in a room, nearly on the spot.
+   */
+  standAt({ matrix, fov_y_deg, ortho_height }, bounds) {
     const eye = matrix.slice(12, 15);
     const backward = matrix.slice(8, 11);
-    const depth = dot(add(eye, center, -1), backward);
+    const center = [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
+    const isInside = eye.every((value, axis) => value > bounds[axis] && value < bounds[axis + 3]);
+    const depth = isInside ? 0 : dot(add(eye, center, -1), backward);
     this.pitch = clamp(Math.asin(clamp(backward[1], -1, 1)) / RAD, -UP_LIMIT_DEG, UP_LIMIT_DEG);
     this.yaw = Math.atan2(backward[0], backward[2]) / RAD;
     this.isOrthographic = ortho_height !== undefined;

@@ -31,7 +31,7 @@ class Viewer {
 
   constructor() {
     const asked = LINES.indexOf(new URLSearchParams(location.search).get("line"));
-    this.firstLine = asked < 0 ? LINES.indexOf("stills") : asked;
+    this.firstLine = Math.max(0, asked);
     this.live = this.#newLive(this.stage.canvas, true);
     this.overlay = new Overlay(this.client);
     this.#makePanels();
@@ -275,7 +275,7 @@ class Viewer {
   standBy(name) {
     if (!this.model.scene || !name) return;
     const camera = /^camera-(\d+)$/.exec(name);
-    if (camera) this.model.camera.standAt(this.model.scene.outline.cameras[camera[1]], this.model.center);
+    if (camera) this.model.camera.standAt(this.model.scene.outline.cameras[camera[1]], this.model.bounds);
     else {
       this.model.camera.turnTo(STANDARD_VIEWS[name]);
       this.model.camera.fit(this.model.bounds, this.stage.aspect);

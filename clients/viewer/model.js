@@ -74,7 +74,7 @@ export class Model extends EventTarget {
   #standByDefault() {
     const [camera] = this.scene.outline.cameras;
     if (camera) {
-      this.camera.standAt(camera, this.center);
+      this.camera.standAt(camera, this.bounds);
       return;
     }
     this.camera.turnTo({ yaw: 35, pitch: 20 });

@@ -225,6 +225,23 @@ export class Vitrail {
     return imageOf(await this.send("POST", "/v1/renders", request, { headers, signal }));
   }
 
+  // ---- trade-offs: time against error, measured ----
+
+  /** Has a view measured with every technique; members as in docs/tradeoffs.md. */
+  async createTradeoff(request) {
+    return (await this.send("POST", "/v1/tradeoffs", request)).json();
+  }
+
+  /** State, progress and results so far. */
+  tradeoff(id) {
+    return this.json(`/v1/tradeoffs/${encodeURIComponent(id)}`);
+  }
+
+  /** What is measured stays. */
+  async cancelTradeoff(id) {
+    await this.request(`/v1/tradeoffs/${encodeURIComponent(id)}`, { method: "DELETE" });
+  }
+
   // ---- views ----
 
   async views() {

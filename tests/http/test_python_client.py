@@ -97,6 +97,16 @@ class Renders(ClientTest):
         self.assertGreater(self.client.stats()["uptime_s"], 0)
 
 
+class Tradeoffs(ClientTest):
+    def test_a_trade_off_is_measured_and_read_in_every_form(self):
+        scene = self.client.post_scene(triangle("measured"))["id"]
+        made = self.client.create_tradeoff(scene, width=16, height=16,
+                                           tradeoff={"time_budget_s": 5, "max_settings": 1})
+        found = self.client.wait_tradeoff(made["id"], poll_s=0.05)
+        self.assertIn(found["state"], ("done", "failed"))  # the double has no true ray tracer
+        self.assertTrue(self.client.tradeoff_as(made["id"], "html").startswith(b"<!"))
+
+
 class Views(ClientTest):
     def setUp(self):
         super().setUp()
@@ -129,6 +139,35 @@ class Views(ClientTest):
         self.assertIsNotNone(self.view.image(etag=image.etag))
         jpeg = self.view.image(format="jpeg", quality_percent=50)
         self.assertEqual("image/jpeg", jpeg.media_type)
+
+    def test_a_stream_shows_changes_and_ends_with_an_exact_frame(self):
+        frames = self.view.stream()
+        self.addCleanup(frames.close)
+        first = self.until_exact(frames)
+        self.assertEqual((1, self.view.image().data), (first.revision, first.data))
+        self.view.patch({"width": 48})
+        second = self.until_exact(frames)
+        self.assertEqual(2, second.revision)
+        self.assertEqual(48, self.client.frame(second.frame)["width"])
+
+    def until_exact(self, frames):
+        for frame in frames:
+            if frame.exact:
+                return frame
+        self.fail("the stream ended")
+
+    def test_events_tell_of_changes_frames_and_the_end(self):
+        events = self.view.events()
+        self.addCleanup(events.close)
+        first = next(events)
+        self.assertEqual(("view", {"revision": 1}), (first.name, first.data))
+        self.view.patch({"exposure_ev": 1})
+        self.assertEqual(("view", {"revision": 2}), (lambda e: (e.name, e.data))(next(events)))
+        self.view.image()
+        frame = next(event for event in events if event.name == "frame")
+        self.assertEqual((2, True), (frame.data["revision"], frame.data["exact"]))
+        self.view.delete()
+        self.assertEqual("gone", list(events)[-1].name)
 
     def test_a_view_is_found_by_its_id_and_gone_after_its_block(self):
         with self.client.create_view(self.view.scene) as view:

@@ -206,19 +206,6 @@ class Looking(PageTest):
 
 
 class Editing(PageTest):
-    def test_a_click_picks_what_is_there_and_shows_its_properties(self):
-        self.load()
-        x, y = self.center()
-        self.browser.drag((x, y), (x, y))
-        text = self.browser.wait("""const text = document.getElementById('panel-properties').innerText;
-          return text.includes('Hit') && text;""", "the hit is shown")
-        self.assertIn("Pane material", text)
-        self.assertIn("Room", text)
-        self.assertFalse(self.browser.run("return document.getElementById('selection').hidden"))
-        selected = self.browser.run(
-            "return document.querySelector('[role=treeitem][aria-selected=true]')?.innerText")
-        self.assertEqual("Pane", selected.strip())
-
     def test_hiding_a_part_changes_the_picture_and_undo_brings_it_back(self):
         first = self.load()
         self.panel("tree")
@@ -315,7 +302,8 @@ class Bringing(PageTest):
 
     def test_a_scene_that_is_not_there_is_said_and_the_page_stays_usable(self):
         self.browser.go(f"http://127.0.0.1:{self.daemon.port}/#scene={'0' * 64}")
-        text = self.browser.wait("return document.querySelector('.message')?.innerText", "a message")
+        text = self.browser.wait("return document.querySelector('.message')?.innerText",
+                                 "a message")
         self.assertIn("404 not_found", text)
         self.browser.click(".scene-open")
         self.settle()
@@ -406,7 +394,8 @@ const nameOf = (e) => (e.getAttribute('aria-label') ?? '').trim() || e.textConte
   || (document.getElementById(e.getAttribute('aria-labelledby'))?.textContent ?? '').trim();
 for (const e of document.querySelectorAll('button, input, select, textarea, a[href], dialog[open],'
     + '[role=tab], [role=slider], [role=tree], [role=treeitem], [role=img], [role=region], aside'))
-  if (!nameOf(e) && e.getAttribute('aria-hidden') !== 'true') faults.push(e.outerHTML.slice(0, 120));
+  if (!nameOf(e) && e.getAttribute('aria-hidden') !== 'true')
+    faults.push(e.outerHTML.slice(0, 120));
 const seen = new Set();
 for (const e of document.querySelectorAll('[id]')) {
   if (seen.has(e.id)) faults.push('id twice: ' + e.id);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 import urllib.parse
 from typing import Any, Dict, List, Mapping, Optional, Union
 
@@ -119,6 +120,35 @@ class Client:
         body = {"scene": scene, "format": format, **members}
         reply = self.send("POST", "/v1/renders", body, headers)
         return None if reply.status == 304 else image_from(reply.headers, reply.body)
+
+    # ---- trade-offs: time against error, measured ----
+
+    def create_tradeoff(self, scene: str, *, tradeoff: Optional[Mapping[str, Any]] = None,
+                        **members: Any) -> Dict[str, Any]:
+        """Has a view measured with every technique, as docs/tradeoffs.md says; it takes minutes.
+
+        Later renders of the scene can then ask by quality={"max_error": ...} or "budget_ms"."""
+        body = {"scene": scene, "tradeoff": dict(tradeoff or {}), **members}
+        return self.send("POST", "/v1/tradeoffs", body).json()
+
+    def tradeoff(self, tradeoff: str) -> Dict[str, Any]:
+        """State, progress and results so far."""
+        return self.get(f"/v1/tradeoffs/{tradeoff}")
+
+    def tradeoff_as(self, tradeoff: str, format: str) -> bytes:
+        """The results as "csv", "svg", "html" or "json"."""
+        path = f"/v1/tradeoffs/{tradeoff}?format={format}"
+        return self.connection.request("GET", path).body
+
+    def wait_tradeoff(self, tradeoff: str, *, poll_s: float = 1.0) -> Dict[str, Any]:
+        """The results, once nothing more is measured."""
+        while (found := self.tradeoff(tradeoff))["state"] in ("queued", "running"):
+            time.sleep(poll_s)
+        return found
+
+    def cancel_tradeoff(self, tradeoff: str) -> None:
+        """What is measured stays."""
+        self.connection.request("DELETE", f"/v1/tradeoffs/{tradeoff}")
 
     # ---- views ----
 

@@ -2,12 +2,13 @@
 """HTTP underneath the client: a kept-alive connection per thread, replies whole or as they come."""
 from __future__ import annotations
 
+import contextlib
 import http.client
 import json
 import threading
 import time
 import urllib.parse
-from typing import Any, Dict, Mapping, Optional
+from typing import Any, Dict, Iterator, Mapping, Optional
 
 from .errors import VitrailError, error_of
 
@@ -91,18 +92,21 @@ class Connection:
                 time.sleep(min(problem.retry_after_s or 1.0, 30.0))
         raise AssertionError("not reached")
 
-    def stream(self, path: str, accept: str) -> http.client.HTTPResponse:
-        """A reply that is read as it comes, on a connection of its own; the caller closes it."""
+    @contextlib.contextmanager
+    def stream(self, path: str, accept: str) -> Iterator[http.client.HTTPResponse]:
+        """A reply that is read as it comes, on a connection of its own."""
         connection = self._open()
         try:
-            connection.request("GET", self._prefix + path, headers={"Accept": accept})
-            response = connection.getresponse()
-        except (OSError, http.client.HTTPException) as failure:
+            try:
+                connection.request("GET", self._prefix + path, headers={"Accept": accept})
+                response = connection.getresponse()
+            except (OSError, http.client.HTTPException) as failure:
+                detail = f"GET {path}: {failure or type(failure).__name__}"
+                raise VitrailError({"detail": detail}) from failure
+            with response:
+                if response.status >= 400:
+                    raise error_of(response.status, response.read(),
+                                   response.getheader("Retry-After"))
+                yield response
+        finally:
             connection.close()
-            detail = f"GET {path}: {failure or type(failure).__name__}"
-            raise VitrailError({"detail": detail}) from failure
-        if response.status >= 400:
-            content = response.read()
-            connection.close()
-            raise error_of(response.status, content, response.getheader("Retry-After"))
-        return response

@@ -93,25 +93,18 @@ class View:
 
         Raises the problem of a frame that could not be rendered. Close the iterator, or leave its
         loop, to end the stream."""
-        response = self.client.connection.stream(f"{self._path}/stream",
-                                                 "multipart/x-mixed-replace")
-        try:
-            while True:
-                part = _read_part(response)
-                if part is None:
-                    return
+        with self.client.connection.stream(f"{self._path}/stream",
+                                           "multipart/x-mixed-replace") as response:
+            while (part := _read_part(response)) is not None:
                 headers, content = part
                 if headers.get("content-type", "").startswith("application/problem+json"):
                     raise error_of(json.loads(content).get("status", 500), content, None)
                 yield frame_from(headers, content)
-        finally:
-            response.close()
 
     def events(self) -> Iterator[Event]:
         """Server-sent events: view, frame with its stats, problem, gone (the last)."""
-        response = self.client.connection.stream(f"{self._path}/events", "text/event-stream")
         name, data = "message", []
-        try:
+        with self.client.connection.stream(f"{self._path}/events", "text/event-stream") as response:
             for raw in response:
                 line = raw.decode().rstrip("\r\n")
                 if line.startswith("event:"):
@@ -123,8 +116,6 @@ class View:
                     if name == "gone":
                         return
                     name, data = "message", []
-        finally:
-            response.close()
 
 
 def _read_part(response: http.client.HTTPResponse) -> Any:
