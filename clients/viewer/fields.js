@@ -40,11 +40,12 @@ export function slider({ label, unit, least, most, limit = most, step, value, on
 }
 
 /** One number by keyboard alone. */
-export function numberField({ label, unit, least, most, value, placeholder, onchange, isOptional }) {
+export function numberField(options) {
+  const { label, unit, least, most, value, placeholder, onchange, isOptional, hint } = options;
   const id = freshId();
   const show = (v) => (v === null || v === undefined ? "" : number(v, 6));
   const input = el("input", { type: "number", id, min: least, max: most, step: "any", placeholder,
-    value: show(value), class: "number" });
+    title: hint, value: show(value), class: "number" });
   input.addEventListener("change", () => {
     if (input.value === "" && isOptional) onchange(null);
     else if (Number.isFinite(input.valueAsNumber)) {
@@ -62,22 +63,23 @@ export function numberField({ label, unit, least, most, value, placeholder, onch
   };
 }
 
-/** Three numbers in a row. */
+/** Three numbers in a row; those that are not typed into keep all their digits. */
 export function vectorField({ label, unit, value, onchange }) {
+  let current = [...value];
   const inputs = ["X", "Y", "Z"].map((axis, i) =>
-    el("input", { type: "number", step: "any", value: number(value[i], 6), class: "number",
-      "aria-label": `${label} ${axis}` }));
-  const changed = () => {
-    const numbers = inputs.map((input) => input.valueAsNumber);
-    if (numbers.every(Number.isFinite)) onchange(numbers);
-  };
-  for (const input of inputs) input.addEventListener("change", changed);
+    el("input", { type: "number", step: "any", value: number(value[i]), class: "number",
+      "aria-label": `${label} ${axis}`, onchange: (event) => {
+        if (!Number.isFinite(event.target.valueAsNumber)) return;
+        current = current.map((own, at) => (at === i ? event.target.valueAsNumber : own));
+        onchange(current);
+      } }));
   return {
     row: el("div", { class: "field field-vector", role: "group", "aria-label": label },
       el("span", { class: "label" }, label, unit && el("small", {}, ` ${unit}`)), inputs),
     set(v) {
+      current = [...v];
       inputs.forEach((input, i) => {
-        if (!isFocused(input)) input.value = number(v[i], 6);
+        if (!isFocused(input)) input.value = number(v[i]);
       });
     },
   };

@@ -63,7 +63,7 @@ export class LightsPanel {
         control(numberField, member, 1, { label: member[0].toUpperCase() + member.slice(1), unit: "m",
           least: 1e-9, most: 1e9 })),
       ["point", "spot"].includes(light.type) && control(numberField, "range", 0,
-        { label: "Range", unit: "m, 0: no end", least: 0, most: 1e12 }),
+        { label: "Range", unit: "m", least: 0, most: 1e12, hint: "0 has no end" }),
       control(checkField, "shadow", true, { label: "Casts shadows" }),
       button({ text: "Remove", icon: "remove", onclick: () => this.model.removeLight(index) }));
   }
