@@ -7,6 +7,7 @@
 
 #include "protocol/error.h"
 #include "renderer/frame_report.h"
+#include "renderer/pick.h"
 #include "renderer/image/image.h"
 #include "renderer/plan/plan.h"
 #include "renderer/scene/scene.h"
@@ -72,6 +73,12 @@ void frame_finish(struct frame *frame);
  * code is ERROR_NO_DEVICE (context lost: destroy and create anew). */
 MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, struct error *err);
+
+/* What is at a point of the view's image, or in a rectangle of it (renderer/pick.h). Renders
+ * nothing; keeps the ray tracer's structure for the next call. */
+MUST_CHECK bool renderer_pick(struct renderer *renderer, const char *scene_key,
+                              const struct view *view, const struct pick_desc *desc,
+                              struct pick_result *result, struct error *err);
 
 /* What such a frame requires and the passes that follow, without drawing anything. The plan is that
  * of a frame that finds nothing kept from before. */

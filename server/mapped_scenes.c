@@ -136,6 +136,11 @@ bool mapped_scenes_attach(struct mapped_scenes *scenes, const char *key, int blo
     return mapped->is_attached;
 }
 
+const struct scene *mapped_scenes_newest(const struct mapped_scenes *scenes)
+{
+    return scenes->first ? &scenes->first->scene : NULL;
+}
+
 void mapped_scenes_forget(struct mapped_scenes *scenes, const char *key)
 {
     struct mapped_scene *mapped = take(scenes, key);

@@ -24,6 +24,8 @@ void mapped_scenes_destroy(struct mapped_scenes *scenes); /* before the renderer
  * the caller's. */
 MUST_CHECK bool mapped_scenes_attach(struct mapped_scenes *scenes, const char *key, int blob_fd,
                                      struct error *err);
+const struct scene *mapped_scenes_newest(const struct mapped_scenes *scenes); /* the last one made
+                                                                                 ready; or NULL */
 void mapped_scenes_forget(struct mapped_scenes *scenes, const char *key); /* no-op when absent */
 
 struct mapped_scenes_totals mapped_scenes_get_totals(const struct mapped_scenes *scenes);

@@ -36,7 +36,7 @@ struct render_task {
     int deaths;                   /* workers that died on it */
     struct frame_promise promise; /* told in the stats of the frame */
     /* Owned; NULL: a render. What is asked of the worker instead (server/measure.h,
-     * server/explain.h): once, and its failure says nothing about the scene. */
+     * server/explain.h, server/pick.h): once, and its failure says nothing about the scene. */
     json_t *question;
     int reference_fd; /* owned; of a measurement, -1: none */
     int limit_ms;     /* from its begin to its end; 0: that of the configuration */

@@ -13,6 +13,7 @@
 #include "server/ipc.h"
 #include "server/mapped_scenes.h"
 #include "server/measure.h"
+#include "server/pick.h"
 #include "server/view_mapping.h"
 
 enum { ENCODE_THREADS_MAX = 4 };
@@ -160,6 +161,12 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                                                     .request = request,
                                                     .question = question},
                              fd, err);
+    if (pick_is_step(question))
+        return pick_step(&(struct pick_step_desc){.renderer = worker->renderer,
+                                                  .scene = mapped_scenes_newest(worker->scenes),
+                                                  .request = request,
+                                                  .step = question},
+                         fd, err);
     return measure_step(
         &(struct measure_desc){.renderer = worker->renderer,
                                .request = request,

@@ -39,8 +39,7 @@ uint64_t raytrace_cache_size_bytes(const struct raytrace_cache *cache)
     return rt_scene_size_bytes(&cache->scene);
 }
 
-/* The scene that fits the state: the cached one, or a new one in its place. */
-static bool take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
+bool rt_job_take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
                        struct rt_scene **scene, bool *is_reused, struct error *err)
 {
     *scene = desc->cache ? &desc->cache->scene : own;
@@ -77,7 +76,7 @@ bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
     struct raytrace_stats measured = {0};
     double begin_ms = wall_ms();
     *image = (struct image){0};
-    if (!take_scene(desc, &own, &scene, &measured.is_scene_reused, err))
+    if (!rt_job_take_scene(desc, &own, &scene, &measured.is_scene_reused, err))
         return false;
     double built_ms = wall_ms();
     struct rt_job job = {.desc = desc, .scene = scene, .image = image};

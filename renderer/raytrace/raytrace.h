@@ -44,6 +44,26 @@ struct raytrace_stats {
 MUST_CHECK bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
                                 struct raytrace_stats *stats, struct error *err);
 
+/* A surface on a camera ray. */
+struct raytrace_layer {
+    uint32_t node, material;
+    double position[3], normal[3]; /* world; normal: geometric, unit, on the camera's side */
+    double depth;                  /* m, along the view direction */
+    bool is_front, is_transparent;
+};
+
+/* What camera rays meet, exactly: the points and normals are computed in f64. view: size, camera
+ * and clip planes. Uses desc's cache. `visit` gets the layers of each ray, nearest first, to the
+ * first opaque one; `count` 0: nothing is there. */
+struct raytrace_pick {
+    double x, y;       /* continuous pixel coordinates of the first ray, y down */
+    int width, height; /* rays at steps of one pixel; required */
+    void *context;
+    void (*visit)(void *context, const struct raytrace_layer *layers, size_t count);
+};
+MUST_CHECK bool raytrace_pick(const struct raytrace_desc *desc, const struct raytrace_pick *pick,
+                              struct error *err);
+
 /* Transmittance per channel from each light to given points: the shadow term alone, in f64. Of an
  * area light the mean over its area, by view's quality.area_samples. out: [light][point][3]. */
 struct raytrace_probe_desc {

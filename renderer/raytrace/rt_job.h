@@ -40,6 +40,11 @@ bool rt_production_render(struct rt_job *job, struct error *err);
  * the calling one always works. */
 MUST_CHECK bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err);
 
+/* The scene that fits the state: that of desc's cache, rebuilt where the geometry is another, or
+ * without a cache `own`, which the caller finishes. */
+MUST_CHECK bool rt_job_take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
+                                  struct rt_scene **scene, bool *is_reused, struct error *err);
+
 /* Camera ray through continuous pixel coordinates, y down. */
 void rt_job_camera_ray(const struct rt_job *job, double x, double y, struct rt_ray *ray);
 

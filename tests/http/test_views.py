@@ -290,6 +290,52 @@ class Images(ViewTest):
         self.assertEqual(200, self.get(view).status)
 
 
+class Picking(ViewTest):
+    def pick(self, view, **query):
+        text = "&".join(f"{name}={value}" for name, value in query.items())
+        return self.get(f"{view}/pick?{text}")
+
+    def test_a_point_says_what_is_there_and_null_where_nothing_is(self):
+        view = self.make()
+        found = self.pick(view, x=3.5, y=2.5).json()
+        self.assertEqual({"name": "Triangle", "index": 0, "path": ["Triangle"]},
+                         found["hit"]["node"])
+        self.assertEqual((view, 1, 3.5), (found["view"], found["revision"], found["x"]))
+        nothing = self.pick(view, x=31.5, y=2.5)
+        self.assertEqual((200, None), (nothing.status, nothing.json()["hit"]))
+
+    def test_through_lists_the_layers_nearest_first(self):
+        view = self.make()
+        hits = self.pick(view, x=1, y=1, through=1).json()["hits"]
+        self.assertEqual([(1.0, True), (2.0, False)],
+                         [(hit["depth"], hit["transparent"]) for hit in hits])
+        self.assertEqual([], self.pick(view, x=30, y=1, through=1).json()["hits"])
+
+    def test_a_rectangle_is_clipped_and_names_each_node_once(self):
+        view = self.make()
+        found = self.pick(view, x=0, y=10, width=1000, height=1000).json()
+        self.assertEqual((32, 6), (found["width"], found["height"]))
+        self.assertEqual([("Triangle", 192)],
+                         [(node["node"]["name"], node["pixels"]) for node in found["nodes"]])
+        self.assertEqual([], self.pick(view, x=30, y=0, width=1, height=1).json()["nodes"])
+
+    def test_bad_queries_are_refused(self):
+        view = self.make()
+        for query in ({}, {"x": 1}, {"x": -1, "y": 0}, {"x": "a", "y": 0}, {"x": "nan", "y": 0},
+                      {"x": 33, "y": 0}, {"x": 0, "y": 17}, {"x": 1, "y": 1, "width": 2},
+                      {"x": 1.5, "y": 1, "width": 2, "height": 2}, {"x": 1, "y": 1, "through": 2},
+                      {"x": 32, "y": 0, "width": 1, "height": 1}, {"x": 1, "y": 1, "z": 1}):
+            self.assertEqual(400, self.pick(view, **query).status, query)
+        self.assertEqual(404, self.pick("nobody", x=1, y=1).status)
+        large = self.make(width=4096, height=4096)
+        self.assertEqual(413, self.pick(large, x=0, y=0, width=4096, height=4096).status)
+
+    def test_a_pick_that_ends_its_worker_is_a_problem_and_the_service_goes_on(self):
+        view = self.make(scene=self.daemon.push(triangle("fake:crash")))
+        self.assertEqual("render_failed", self.pick(view, x=1, y=1).code)
+        self.assert_serves()
+
+
 class Limits(ViewTest):
     flags = ("--views", "6", "--views-per-client", "4", "--view-idle-s", "1")
 

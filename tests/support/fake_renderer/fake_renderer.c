@@ -272,6 +272,37 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
     return true;
 }
 
+/* The first node fills the left half of every image, behind a transparent layer of itself. */
+bool renderer_pick(struct renderer *renderer, const char *scene_key, const struct view *view,
+                   const struct pick_desc *desc, struct pick_result *result, struct error *err)
+{
+    *result = (struct pick_result){0};
+    const struct scene *scene = &renderer->scenes[find_scene(renderer, scene_key)].scene;
+    if (!obey_nodes(scene, err))
+        return false;
+    bool is_there = desc->x < view->width_px / 2;
+    size_t layers = !is_there || desc->width ? 0 : desc->is_through ? 2 : 1;
+    result->layers = calloc(2, sizeof *result->layers);
+    result->nodes = calloc(1, sizeof *result->nodes);
+    if (!result->layers || !result->nodes)
+        return error_set(err, ERROR_NO_MEMORY, "fake: pick");
+    for (size_t i = 0; i < layers; i++)
+        result->layers[i] = (struct raytrace_layer){
+            .normal = {0, 0, 1}, .depth = 1.0 + (double)i, .is_transparent = i == 0};
+    result->layer_count = layers;
+    if (is_there && desc->width)
+        result->nodes[result->node_count++] =
+            (struct pick_node){0, (uint64_t)desc->width * (uint64_t)desc->height};
+    return true;
+}
+
+void pick_result_finish(struct pick_result *result)
+{
+    free(result->layers);
+    free(result->nodes);
+    *result = (struct pick_result){0};
+}
+
 /* ---- the importer's faults (linked with --wrap=scene_import) ---- */
 
 bool __real_scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,

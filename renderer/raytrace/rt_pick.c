@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT */
+/* Camera rays that tell what they meet. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "renderer/raytrace/rt_job.h"
+#include "renderer/scene/matrix.h"
+
+static void describe(const struct rt_scene *scene, const struct camera *camera,
+                     const struct rt_ray *ray, const struct rt_hit *hit,
+                     struct raytrace_layer *layer)
+{
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    double side = vec3_dot(hit->normal, ray->direction) > 0 ? -1 : 1;
+    *layer =
+        (struct raytrace_layer){.node = item->node,
+                                .material = item->material,
+                                .depth = hit->t + (camera->is_orthographic ? camera->z_near : 0),
+                                .is_front = hit->is_front,
+                                .is_transparent = !rt_scene_is_opaque(scene, hit)};
+    for (int k = 0; k < 3; k++) {
+        layer->position[k] = ray->origin[k] + ray->direction[k] * hit->t + scene->origin[k];
+        layer->normal[k] = side * hit->normal[k];
+    }
+}
+
+/* Drops what is not seen: hidden surfaces, and masked ones where they are cut out. */
+static size_t collect(const struct rt_scene *scene, const struct camera *camera,
+                      const struct rt_ray *ray, struct rt_hits *hits, struct raytrace_layer *layers)
+{
+    size_t count = 0;
+    rt_scene_collect(scene, ray, hits);
+    for (size_t i = 0; i < hits->count; i++) {
+        const struct rt_hit *hit = &hits->hits[i];
+        bool is_cut_out = scene->meshes[hit->mesh].item->class_ == STATE_MASKED &&
+                          !rt_scene_is_opaque(scene, hit);
+        if (!hit->is_hidden && !is_cut_out)
+            describe(scene, camera, ray, hit, &layers[count++]);
+    }
+    return count;
+}
+
+static bool visit_all(const struct rt_job *job, const struct raytrace_pick *pick, struct error *err)
+{
+    struct rt_hits hits = {0};
+    struct raytrace_layer *layers = malloc(RT_HITS_MAX * sizeof *layers);
+    bool ok = layers ? rt_hits_init(&hits, err) : error_set(err, ERROR_NO_MEMORY, "rays");
+    for (int y = 0; ok && y < pick->height; y++)
+        for (int x = 0; ok && x < pick->width; x++) {
+            struct rt_ray ray;
+            rt_job_camera_ray(job, pick->x + x, pick->y + y, &ray);
+            size_t count = collect(job->scene, job->desc->camera, &ray, &hits, layers);
+            if (hits.has_overflowed)
+                ok = error_set(err, ERROR_OVER_BUDGET, "a ray meets more than %d surfaces",
+                               RT_HITS_MAX);
+            else
+                pick->visit(pick->context, layers, count);
+        }
+    rt_hits_finish(&hits);
+    free(layers);
+    return ok;
+}
+
+bool raytrace_pick(const struct raytrace_desc *desc, const struct raytrace_pick *pick,
+                   struct error *err)
+{
+    struct rt_scene own = {0}, *scene;
+    bool is_reused;
+    struct image size = {.width_px = desc->view->width_px, .height_px = desc->view->height_px};
+    if (!rt_job_take_scene(desc, &own, &scene, &is_reused, err))
+        return false;
+    struct rt_job job = {.desc = desc, .scene = scene, .image = &size};
+    bool ok = visit_all(&job, pick, err);
+    rt_scene_finish(&own);
+    return ok;
+}
