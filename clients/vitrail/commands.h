@@ -6,6 +6,7 @@
 #include "clients/vitrail/options.h"
 
 extern const struct command COMMAND_RENDER;
+extern const struct command COMMAND_EXPLAIN;
 extern const struct command COMMAND_TRADEOFF;
 extern const struct command COMMAND_PUSH;
 extern const struct command COMMAND_SCENES;

@@ -5,6 +5,7 @@
 
 #include <jansson.h>
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "clients/vitrail/failure.h"
 #include "clients/vitrail/options.h"
@@ -20,6 +21,60 @@ struct request_options {
     struct text_list lights, outputs, settings;
     bool no_scene_lights, reference;
 };
+
+/* What their specifications look like. */
+#define REQUEST_HELP                                                                           \
+    "Cameras:  node:NAME   fit:front|top|right|iso   eye=0,1,4 target=0,1,0 up=0,1,0 fov=45\n" \
+    "          ortho=METRES makes any of them orthographic: \"ortho=3 fit:top\"\n"             \
+    "Lights:   point:pos=0,3,0;color=1,0.8,0.6;intensity=100;range=0\n"                        \
+    "          spot:pos=0,4,0;dir=0,-1,0;inner=20;outer=35;intensity=800\n"                    \
+    "          rect:pos=0,4,0;dir=0,-1,0;width=1;height=0.5;intensity=500\n"                   \
+    "          directional:dir=0,-1,-0.3;intensity=5;shadow=false\n"
+
+/* Rows of an option table for all of them; `owner` has a member `request`. */
+#define REQUEST_OPTION(owner, kind, name, argument, help, member)               \
+    {                                                                           \
+        OPTION_##kind, name, 0, argument, help, offsetof(owner, request.member) \
+    }
+#define REQUEST_OPTIONS(owner)                                                                    \
+    REQUEST_OPTION(owner, TEXT, "size", "WxH", "in pixels; default 1280x720", size),              \
+        REQUEST_OPTION(owner, TEXT, "camera", "SPEC", "see below; default: the scene's own",      \
+                       camera),                                                                   \
+        REQUEST_OPTION(owner, LIST, "output", "NAME",                                             \
+                       "color, depth, normal, albedo, node, material\n"                           \
+                       "(several: .exr)",                                                         \
+                       outputs),                                                                  \
+        REQUEST_OPTION(owner, LIST, "light", "SPEC", "one more light, see below", lights),        \
+        REQUEST_OPTION(owner, FLAG, "no-scene-lights", NULL, "leave the lights of the scene out", \
+                       no_scene_lights),                                                          \
+        REQUEST_OPTION(owner, TEXT, "environment", "SKY:GROUND",                                  \
+                       "light from all around, in nits; numbers or r,g,b", environment),          \
+        REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",       \
+                       background),                                                               \
+        REQUEST_OPTION(owner, NUMBER, "exposure", "EV", "in stops; default 0", exposure_ev),      \
+        REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral or none", tone_mapping),     \
+        REQUEST_OPTION(owner, TEXT, "shadows", "NAME",                                            \
+                       "auto, none, map, deep, deep-linked, raytraced", shadows),                 \
+        REQUEST_OPTION(owner, NUMBER, "shadow-resolution", "N", "texels per side; default 1024",  \
+                       shadow_resolution),                                                        \
+        REQUEST_OPTION(owner, NUMBER, "samples", "N",                                             \
+                       "per pixel: 1 or 4; raytraced: also 16, 64, 256", samples),                \
+        REQUEST_OPTION(owner, FLAG, "reference", NULL,                                            \
+                       "the ray-traced ground truth, in double precision", reference),            \
+        REQUEST_OPTION(owner, NUMBER, "area-samples", "N",                                        \
+                       "per area light and point: 1 to 4096; default 16", area_samples),          \
+        REQUEST_OPTION(owner, TEXT, "light-lists", "NAME", "auto, clustered, linked",             \
+                       light_lists),                                                              \
+        REQUEST_OPTION(owner, TEXT, "transparency", "NAME", "auto, lists", transparency),         \
+        REQUEST_OPTION(owner, TEXT, "blend-filter", "NAME", "tint, coverage, kim", blend_filter), \
+        REQUEST_OPTION(owner, NUMBER, "max-error", "E", "the largest error that is acceptable",   \
+                       max_error),                                                                \
+        REQUEST_OPTION(owner, NUMBER, "budget-ms", "B", "the longest time a frame may take",      \
+                       budget_ms),                                                                \
+        REQUEST_OPTION(owner, TEXT, "request", "FILE",                                            \
+                       "a whole request as JSON; the options go over it", base_path),             \
+        REQUEST_OPTION(owner, LIST, "set", "POINTER=JSON",                                        \
+                       "any member, such as /quality/shadow_taps=9", settings)
 
 /* New reference, without "scene". Base first, then the options over it (lights are added to those
  * of the base), then

@@ -168,6 +168,9 @@ static bool require_lights(struct plan *plan, const struct plan_desc *desc, stru
     set_need(plan, PLAN_NEED_FILTERED_SHADOWS, census[1].lights > 0,
              "%zu of %zu lights have transparent casters in reach, %zu in all", census[1].lights,
              lights, census[1].casters);
+    if (desc->view->quality.shadows == VIEW_SHADOWS_NONE)
+        for (int need = PLAN_NEED_OPAQUE_SHADOWS; need <= PLAN_NEED_FILTERED_SHADOWS; need++)
+            set_need(plan, (enum plan_need)need, false, "quality.shadows is none");
     return true;
 }
 

@@ -94,6 +94,23 @@ class DaemonTest(CliTest):
             self.spawn("render", scene, "-o", name, "--size", "64x48")
             self.assertTrue(self.read(name).startswith(magic), name)
 
+    def test_explain_writes_the_plan_in_each_form(self):
+        scene = self.scene(triangle_glb())
+        text, _ = self.spawn("explain", scene, "--size", "64x48", "--shadows", "none")
+        self.assertIn("A frame of 64x48 pixels", text)
+        self.assertIn("gbuffer", text)
+        self.assertLess(text.index("Not required:"), text.index("filtered-shadows"))
+        plan = json.loads(self.spawn("explain", scene, "--json")[0])
+        self.assertEqual((plan["width"], plan["height"]), (1280, 720))
+        for name, start in (("p.txt", b"A frame"), ("p.json", b"{"), ("p.dot", b"digraph"),
+                            ("p.svg", b"<svg")):
+            self.spawn("explain", scene, "-o", name)
+            self.assertTrue(self.read(name).startswith(start), name)
+        _, errors = self.spawn("explain", scene, "-o", "p.gif", code=2)
+        self.assertIn("p.gif", errors)
+        _, errors = self.spawn("explain", scene, "--camera", "node:Nobody", code=1)
+        self.assertIn("Nobody", errors)
+
     def test_scene_kept_in_the_state_dir_is_not_sent_again(self):
         scene = self.scene(triangle_glb(extras={"only": "here"}))
         first, _ = self.spawn("render", scene, "-o", "a.png", "--size", "32x32", "--json")
