@@ -14,13 +14,21 @@ import { RenderPanel, otherTechnique } from "./panel_render.js";
 import { ScenesPanel } from "./panel_scenes.js";
 import { SectionPanel } from "./panel_section.js";
 import { TreePanel } from "./panel_tree.js";
-import { openHelp, openSave, shareLink } from "./save.js";
+import { openHelp, openSave, openTradeoff, shareLink } from "./save.js";
 import { Stage } from "./stage.js";
 import { Vitrail } from "./vitrail.js";
 
 const STREAM = { budget_ms: 120, rest_ms: 200 };
 const BAD_EDITS = ["invalid_request", "not_found", "unsupported", "too_large"];
 const LINES = ["socket", "stream", "stills"];
+
+function storedTheme() {
+  try {
+    return localStorage.getItem("vitrail-theme") ?? "auto";
+  } catch {
+    return "auto"; // a browser that keeps nothing
+  }
+}
 
 class Viewer {
   client = new Vitrail();
@@ -63,7 +71,8 @@ class Viewer {
     this.section = new SectionPanel(right.add("section", "Section", "section"), this.model);
     this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
       compare: (name) => this.compare(name), rescale: (scale) => this.rescale(scale),
-      scale: () => this.stage.scale });
+      scale: () => this.stage.scale,
+      measure: () => this.model.scene && openTradeoff(this.client, this.wanted) });
     left.show("scenes");
     right.show("properties");
   }
@@ -120,7 +129,7 @@ class Viewer {
   // ---- scenes ----
 
   async start() {
-    this.setTheme(localStorage.getItem("vitrail-theme") ?? "auto");
+    this.setTheme(storedTheme());
     this.#sceneChanged();
     this.client.capabilities().then((capabilities) => {
       this.capabilities = capabilities;
@@ -345,7 +354,11 @@ class Viewer {
 
   setTheme(theme) {
     document.documentElement.dataset.theme = theme;
-    localStorage.setItem("vitrail-theme", theme);
+    try {
+      localStorage.setItem("vitrail-theme", theme);
+    } catch {
+      // a browser that keeps nothing: the choice lasts as long as the page
+    }
   }
 
   #updateTools() {

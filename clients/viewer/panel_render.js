@@ -12,7 +12,7 @@ export class RenderPanel {
   #controls = [];
 
   /** @param {{compare: (technique: string) => void, rescale: (scale: number) => void,
-   * scale: () => number}} actions */
+   * scale: () => number, measure: () => void}} actions */
   constructor(panel, model, actions) {
     Object.assign(this, { panel, model, actions });
     this.capabilities = null;
@@ -149,6 +149,8 @@ export class RenderPanel {
           placeholder: "none", isOptional: true }),
         this.#quality(numberField, "budget_ms", null, { label: "Budget", unit: "ms", least: 0.001,
           most: 86400000, placeholder: "none", isOptional: true }),
+        el("div", { class: "row" }, button({ text: "Measure trade-offs", icon: "stats",
+          onclick: () => this.actions.measure() })),
         this.#numbers(),
         selectField({ label: "Picture size", value: String(this.actions.scale()), options:
           [["0.25", "25 %"], ["0.5", "50 %"], ["0.75", "75 %"], ["1", "100 %"]],

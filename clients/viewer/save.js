@@ -62,6 +62,38 @@ export async function shareLink(url) {
   }
 }
 
+const POLL_MS = 700;
+
+/** Has the server measure time against error for the view that shows; it goes on when closed. */
+export async function openTradeoff(client, wanted) {
+  const dialog = byId("help");
+  const { stream: _, quality: { max_error: __, budget_ms: ___, reference: ____, ...quality },
+    ...request } = wanted;
+  const bar = el("progress", { max: 1, value: 0, "aria-label": "Measured" });
+  const said = el("p", { class: "fine", role: "status" }, "Asking the server …");
+  const results = el("p");
+  replace(dialog, el("h2", { id: "help-title" }, "Time against error"),
+    el("p", {}, "Every technique is timed and compared with a ray-traced reference. Afterwards "
+      + "“Largest error” and “Budget” choose by what was measured. This takes minutes."),
+    bar, said, results, el("div", { class: "row row-end" },
+      button({ text: "Close", class: "primary", onclick: () => dialog.close() })));
+  dialog.showModal();
+  try {
+    let found = await client.createTradeoff({ ...request, quality });
+    replace(results, el("a", { href: `/v1/tradeoffs/${found.id}?format=html`, target: "_blank",
+      rel: "noopener" }, "Results so far, on a page of their own"));
+    while (dialog.open && bar.isConnected && ["queued", "running"].includes(found.state)) {
+      await new Promise((done) => setTimeout(done, POLL_MS));
+      found = await client.tradeoff(found.id);
+      bar.value = found.progress;
+      said.textContent = `${found.state}, ${found.stage}: ${Math.round(100 * found.progress)} %`;
+    }
+  } catch (problem) {
+    if (bar.isConnected) dialog.close();
+    showProblem(problem, "Nothing was measured");
+  }
+}
+
 const KEYS = [
   ["Drag", "orbit"], ["Right or middle drag, Shift drag", "pan"], ["Wheel, pinch, Ctrl drag", "zoom"],
   ["Click", "select what is there"], ["Double click", "orbit around that point"],

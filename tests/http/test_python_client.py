@@ -140,6 +140,17 @@ class Views(ClientTest):
         jpeg = self.view.image(format="jpeg", quality_percent=50)
         self.assertEqual("image/jpeg", jpeg.media_type)
 
+    def test_picking_answers_nodes_by_point_layer_and_rectangle(self):
+        hit = self.view.pick(16, 12)
+        layers = self.view.pick_through(16, 12)
+        nodes = self.view.pick_rectangle(0, 0, 32, 24)
+        self.assertEqual("viewed", hit["node"]["name"])
+        self.assertEqual([hit["node"]], [layer["node"] for layer in layers])
+        self.assertEqual(["viewed"], [node["name"] for node in nodes])
+        with self.assertRaises(vitrail.VitrailError) as caught:
+            self.view.pick(-1, 12)
+        self.assertEqual(400, caught.exception.status)
+
     def test_a_stream_shows_changes_and_ends_with_an_exact_frame(self):
         frames = self.view.stream()
         self.addCleanup(frames.close)
@@ -282,6 +293,23 @@ class Examples(ClientTest):
             self.assertIn("3 images", self.run_example("orbit_views", path, folder + "/o_", "3"))
             self.assertEqual(["a.glb", "o_00.png", "o_01.png", "o_02.png"],
                              sorted(os.listdir(folder)))
+
+    def test_watch_stats_prints_a_line_for_each_frame_until_the_view_is_gone(self):
+        scene = self.client.post_scene(triangle("watched"))["id"]
+        view = self.client.create_view(scene, width=16, height=16)
+        said = io.StringIO()
+        events = view.events()
+        next(events)  # by now the server tells its watchers
+        def edit():
+            view.image()
+            view.delete()
+        timer = threading.Timer(0.5, edit)
+        timer.start()
+        with contextlib.redirect_stdout(said):
+            example("watch_stats").main(view.id, f"http://127.0.0.1:{self.daemon.port}")
+        timer.join()
+        events.close()
+        self.assertRegex(said.getvalue(), r"revision +1 exact +\d+ bytes")
 
     def test_a_cad_session_makes_as_many_revisions_as_edits(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -206,6 +206,20 @@ class Looking(PageTest):
 
 
 class Editing(PageTest):
+    def test_a_click_picks_what_is_there_and_shows_its_properties(self):
+        self.load()
+        x, y = self.center()
+        self.browser.drag((x, y), (x, y))
+        text = self.browser.wait("""
+          const text = document.getElementById('panel-properties').innerText;
+          return text.includes('Hit') && text;""", "the hit is shown")
+        self.assertIn("Pane material", text)
+        self.assertIn("Room", text)
+        self.assertFalse(self.browser.run("return document.getElementById('selection').hidden"))
+        selected = self.browser.run(
+            "return document.querySelector('[role=treeitem][aria-selected=true]')?.innerText")
+        self.assertEqual("Pane", selected.strip())
+
     def test_hiding_a_part_changes_the_picture_and_undo_brings_it_back(self):
         first = self.load()
         self.panel("tree")
@@ -260,6 +274,47 @@ class Editing(PageTest):
         text = self.browser.wait("return document.querySelector('#overlay table')?.innerText",
                                  "the passes are listed")
         self.assertNotIn("shadow", text)
+
+
+class Keeping(PageTest):
+    def test_a_picture_is_saved_at_the_size_and_in_the_format_asked_for(self):
+        self.load()
+        with tempfile.TemporaryDirectory() as folder:
+            self.browser.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=folder)
+            self.press("Save the picture")
+            self.browser.run("""
+              const [format] = document.querySelectorAll('#help select');
+              format.value = 'exr'; format.dispatchEvent(new Event('change'));
+              const [width, height] = document.querySelectorAll('#help input');
+              width.value = 64; width.dispatchEvent(new Event('change'));
+              height.value = 48; height.dispatchEvent(new Event('change'));""")
+            self.press("Save", "#help")
+            path = os.path.join(folder, "room.exr")
+            support.wait_until(lambda: os.path.exists(path), "the picture is saved")
+            with open(path, "rb") as file:
+                self.assertEqual(b"\x76\x2f\x31\x01", file.read(4))
+
+    def test_trade_offs_are_measured_from_the_page(self):
+        self.load()
+        self.panel("render")
+        self.press("Measure trade-offs")
+        link = self.browser.wait("return document.querySelector('#help a')?.href", "a link")
+        self.assertRegex(link, r"/v1/tradeoffs/[0-9a-f]+\?format=html$")
+        self.press("Close", "#help")
+        made = link.rsplit("/", 1)[1].split("?")[0]
+        self.assertLess(self.daemon.request("DELETE", f"/v1/tradeoffs/{made}").status, 300)
+
+    def test_the_theme_is_chosen_by_its_button_and_kept(self):
+        self.browser.scheme("dark")
+        self.load()
+        color = "return getComputedStyle(document.body).backgroundColor"
+        dark = self.browser.run(color)
+        self.press("Light, dark, or as the system")
+        light = self.browser.run(color)
+        self.assertNotEqual(dark, light)
+        self.load()
+        self.assertEqual(light, self.browser.run(color))
+        self.browser.run("localStorage.clear()")
 
 
 class Bringing(PageTest):

@@ -381,6 +381,18 @@ static void broken_summaries_are_refused_and_leave_nothing(void **state)
         {"{\"bounds\":7}", "/bounds"},
         {"{\"created\":\"yesterday\"}", "/created"},
         {"{\"triangles\":-3}", "/triangles"},
+        {"{\"outline\":[]}", "/outline"},
+        {"{\"outline\":{\"nodes\":[{\"name\":3}]}}", "/outline/nodes/0/name"},
+        {"{\"outline\":{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\",\"parent\":-2}]}}",
+         "/outline/nodes/1/parent"},
+        {"{\"outline\":{\"nodes\":[{\"name\":\"a\",\"bounds\":[0,1]}]}}",
+         "/outline/nodes/0/bounds"},
+        {"{\"outline\":{\"materials\":[{\"name\":\"a\",\"alpha_mode\":\"wet\"}]}}",
+         "/outline/materials/0/alpha_mode"},
+        {"{\"outline\":{\"lights\":[{\"name\":\"a\",\"intensity\":\"b\"}]}}",
+         "/outline/lights/0/intensity"},
+        {"{\"outline\":{\"cameras\":[{\"name\":\"a\",\"matrix\":[1]}]}}",
+         "/outline/cameras/0/matrix"},
     };
     for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++) {
         struct scene_summary summary;
@@ -392,6 +404,7 @@ static void broken_summaries_are_refused_and_leave_nothing(void **state)
         assert_null(summary.materials.names);
         assert_null(summary.lights);
         assert_null(summary.name);
+        assert_null(summary.outline.nodes);
     }
 }
 
