@@ -316,7 +316,7 @@ export class View {
     return (await this.client.json(`${this.path}/pick${queryOf({ x, y, through: 1 })}`)).hits;
   }
 
-  /** The nodes that show in a rectangle, as [{name, index, pixels, ...}]. */
+  /** The nodes that show in a rectangle, as [{node, pixels}]. */
   async pickRectangle(x, y, width, height, { through } = {}) {
     const query = queryOf({ x, y, width, height, through: through ? 1 : undefined });
     return (await this.client.json(`${this.path}/pick${query}`)).nodes;

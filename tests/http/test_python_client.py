@@ -141,12 +141,12 @@ class Views(ClientTest):
         self.assertEqual("image/jpeg", jpeg.media_type)
 
     def test_picking_answers_nodes_by_point_layer_and_rectangle(self):
-        hit = self.view.pick(16, 12)
-        layers = self.view.pick_through(16, 12)
+        hit = self.view.pick(3.5, 2.5)
+        layers = self.view.pick_through(3.5, 2.5)
         nodes = self.view.pick_rectangle(0, 0, 32, 24)
         self.assertEqual("viewed", hit["node"]["name"])
-        self.assertEqual([hit["node"]], [layer["node"] for layer in layers])
-        self.assertEqual(["viewed"], [node["name"] for node in nodes])
+        self.assertEqual([hit["node"]] * 2, [layer["node"] for layer in layers])
+        self.assertEqual(["viewed"], [found["node"]["name"] for found in nodes])
         with self.assertRaises(vitrail.VitrailError) as caught:
             self.view.pick(-1, 12)
         self.assertEqual(400, caught.exception.status)

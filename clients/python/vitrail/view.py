@@ -82,7 +82,7 @@ class View:
 
     def pick_rectangle(self, x: int, y: int, width: int, height: int, *,
                        through: bool = False) -> List[Dict[str, Any]]:
-        """The nodes that show in a rectangle of pixels."""
+        """The nodes that show in a rectangle of pixels, each with how many show it."""
         query = _query(x=x, y=y, width=width, height=height, through=1 if through else None)
         return self.client.get(f"{self._path}/pick{query}")["nodes"]
 
