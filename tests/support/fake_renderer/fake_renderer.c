@@ -4,7 +4,8 @@
  *
  * Names of nodes and what they do: "fake:crash" ends the process with SIGSEGV, "fake:hang" never
  * returns, "fake:error" fails the render, "fake:lost" loses the context, "fake:slow=N" takes N
- * milliseconds, "fake:tradeoff" gives each setting an error and a time. Device 64 does not exist.
+ * milliseconds, "fake:tradeoff" gives each setting an error and a time, and with it
+ * "fake:crash-at-2048" crashes on shadow maps of that size. Device 64 does not exist.
  * The importer is the real one, but for files that hold "fake:decoder-crash", "fake:decoder-hang",
  * "fake:decoder-open", "fake:decoder-exec", "fake:decoder-socket" or "fake:decoder-memory". */
 #include <errno.h>
@@ -136,6 +137,28 @@ static void sleep_ms(long ms)
     nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000}, NULL);
 }
 
+static void raise_crash(void)
+{
+    signal(SIGSEGV, SIG_DFL);
+    raise(SIGSEGV);
+}
+
+/* Does what a node's name asks for. */
+static bool obey(const char *name, struct error *err)
+{
+    if (strcmp(name, "fake:crash") == 0)
+        raise_crash();
+    while (strcmp(name, "fake:hang") == 0)
+        sleep_ms(1000);
+    if (strncmp(name, "fake:slow=", 10) == 0)
+        sleep_ms(strtol(name + 10, NULL, 10));
+    if (strcmp(name, "fake:lost") == 0)
+        return error_set(err, ERROR_NO_DEVICE, "fake: the context is lost");
+    if (strcmp(name, "fake:error") == 0)
+        return error_set(err, ERROR_INTERNAL, "fake: GL error 0x0502");
+    return true;
+}
+
 /* How far the image of "fake:tradeoff" is off: less with resolution, taps and samples. */
 static double fake_error(const struct view_quality *quality)
 {
@@ -168,6 +191,9 @@ static void weigh(struct fake_scene *scene, const struct view *view, struct fram
 {
     const struct view_quality *quality = &view->quality;
     struct image *color = &frame->outputs[VIEW_OUTPUT_COLOR];
+    if (scene_find_node(&scene->scene, "fake:crash-at-2048") >= 0 &&
+        quality->shadow_resolution == 2048)
+        raise_crash();
     size_t count = color->pixels ? (size_t)color->width_px * (size_t)color->height_px * 4 : 0;
     for (size_t i = 0; i < count; i++)
         if (i % 4 != 3)
@@ -180,24 +206,6 @@ static void weigh(struct fake_scene *scene, const struct view *view, struct fram
     frame->report.error_is_exact = quality->shadows == VIEW_SHADOWS_RAYTRACED;
     frame->report.total_ms = fake_ms(quality, !scene->has_structures);
     scene->has_structures = true;
-}
-
-/* Does what a node's name asks for. */
-static bool obey(const char *name, struct error *err)
-{
-    if (strcmp(name, "fake:crash") == 0) {
-        signal(SIGSEGV, SIG_DFL);
-        raise(SIGSEGV);
-    }
-    while (strcmp(name, "fake:hang") == 0)
-        sleep_ms(1000);
-    if (strncmp(name, "fake:slow=", 10) == 0)
-        sleep_ms(strtol(name + 10, NULL, 10));
-    if (strcmp(name, "fake:lost") == 0)
-        return error_set(err, ERROR_NO_DEVICE, "fake: the context is lost");
-    if (strcmp(name, "fake:error") == 0)
-        return error_set(err, ERROR_INTERNAL, "fake: GL error 0x0502");
-    return true;
 }
 
 static bool obey_nodes(const struct scene *scene, struct error *err)

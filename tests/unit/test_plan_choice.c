@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: MIT */
+/* Choosing a setting by error and time: renderer/plan/choice. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "renderer/plan/choice.h"
+
+#define MAP(resolution, taps, samples)               \
+    {                                                \
+        VIEW_SHADOWS_DEEP, resolution, taps, samples \
+    }
+
+/* Slower is better, but for one row that is worse in both. */
+static const struct choice_row rows[] = {
+    {MAP(256, 1, 1), 10, 0.10},
+    {MAP(512, 4, 1), 20, 0.05},
+    {MAP(512, 4, 4), 90, 0.06},
+    {MAP(1024, 4, 4), 40, 0.02},
+    {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4}, 80, 0.01},
+};
+enum { ROWS = sizeof rows / sizeof rows[0] };
+
+static struct choice choose(const struct choice_wish *wish)
+{
+    struct choice choice;
+    assert_true(choice_make(rows, ROWS, wish, &choice));
+    return choice;
+}
+
+static void max_error_takes_the_fastest_within_it(void **state)
+{
+    (void)state;
+    struct choice choice = choose(&(struct choice_wish){.max_error = 0.05});
+    assert_ptr_equal(choice.row, &rows[1]);
+    assert_true(choice.keeps_error && choice.keeps_budget);
+    assert_ptr_equal(choose(&(struct choice_wish){.max_error = 1}).row, &rows[0]);
+}
+
+static void max_error_below_all_takes_the_most_accurate_and_says_so(void **state)
+{
+    (void)state;
+    struct choice choice = choose(&(struct choice_wish){.max_error = 0.001});
+    assert_ptr_equal(choice.row, &rows[4]);
+    assert_false(choice.keeps_error);
+}
+
+static void budget_takes_the_most_accurate_within_it(void **state)
+{
+    (void)state;
+    assert_ptr_equal(choose(&(struct choice_wish){.budget_ms = 79}).row, &rows[3]);
+    assert_ptr_equal(choose(&(struct choice_wish){.budget_ms = 1000}).row, &rows[4]);
+    struct choice choice = choose(&(struct choice_wish){.budget_ms = 1});
+    assert_ptr_equal(choice.row, &rows[0]);
+    assert_false(choice.keeps_budget);
+}
+
+static void both_take_the_fastest_within_both(void **state)
+{
+    (void)state;
+    struct choice choice = choose(&(struct choice_wish){.max_error = 0.05, .budget_ms = 50});
+    assert_ptr_equal(choice.row, &rows[1]);
+    assert_true(choice.keeps_error && choice.keeps_budget);
+}
+
+static void both_out_of_reach_keep_the_time_before_the_error(void **state)
+{
+    (void)state;
+    struct choice choice = choose(&(struct choice_wish){.max_error = 0.01, .budget_ms = 50});
+    assert_ptr_equal(choice.row, &rows[3]);
+    assert_true(choice.keeps_budget && !choice.keeps_error);
+    choice = choose(&(struct choice_wish){.max_error = 0.05, .budget_ms = 5});
+    assert_ptr_equal(choice.row, &rows[1]);
+    assert_true(choice.keeps_error && !choice.keeps_budget);
+    choice = choose(&(struct choice_wish){.max_error = 0.001, .budget_ms = 5});
+    assert_ptr_equal(choice.row, &rows[0]);
+    assert_true(!choice.keeps_error && !choice.keeps_budget);
+}
+
+static void what_was_said_stays(void **state)
+{
+    (void)state;
+    struct choice_wish wish = {.max_error = 0.5, .samples = 4};
+    assert_ptr_equal(choose(&wish).row, &rows[3]);
+    wish = (struct choice_wish){.max_error = 0.5, .shadows = VIEW_SHADOWS_RAYTRACED};
+    assert_ptr_equal(choose(&wish).row, &rows[4]);
+    wish = (struct choice_wish){.max_error = 0.02, .shadow_resolution = 512};
+    assert_ptr_equal(choose(&wish).row, &rows[4]); /* which has no map to be of another size */
+    struct choice choice;
+    wish = (struct choice_wish){.max_error = 0.5, .shadows = VIEW_SHADOWS_MAP};
+    assert_false(choice_make(rows, ROWS, &wish, &choice));
+    assert_false(choice_make(rows, 0, &(struct choice_wish){.max_error = 1}, &choice));
+}
+
+static void an_unknown_error_is_never_promised(void **state)
+{
+    (void)state;
+    const struct choice_row unknown[] = {{{VIEW_SHADOWS_NONE, 0, 0, 1}, 1, INFINITY}};
+    struct choice choice;
+    assert_true(choice_make(unknown, 1, &(struct choice_wish){.max_error = 1e6}, &choice));
+    assert_false(choice.keeps_error);
+}
+
+static void equal_rows_go_to_the_first(void **state)
+{
+    (void)state;
+    const struct choice_row equal[] = {rows[1], rows[1], rows[1]};
+    struct choice choice;
+    assert_true(choice_make(equal, 3, &(struct choice_wish){.budget_ms = 100}, &choice));
+    assert_ptr_equal(choice.row, &equal[0]);
+}
+
+/* ---- models ---- */
+
+static const struct choice_row *find(const struct choice_row *estimates, size_t count,
+                                     struct choice_setting wanted)
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct choice_setting *setting = &estimates[i].setting;
+        if (setting->shadows == wanted.shadows && setting->samples == wanted.samples &&
+            setting->shadow_resolution == wanted.shadow_resolution &&
+            setting->shadow_taps == wanted.shadow_taps)
+            return &estimates[i];
+    }
+    fail_msg("no estimate");
+    return NULL;
+}
+
+static void models_grow_with_what_they_are_made_of(void **state)
+{
+    (void)state;
+    struct choice_row small[CHOICE_ESTIMATES_MAX], large[CHOICE_ESTIMATES_MAX];
+    const struct choice_wish open = {.max_error = 1};
+    const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
+    struct choice_frame more = frame;
+    size_t count = choice_estimate(&frame, &open, small);
+    const struct choice_row *coarse =
+        find(small, count,
+             (struct choice_setting){.shadow_resolution = 256, .shadow_taps = 4, .samples = 4});
+    const struct choice_row *fine =
+        find(small, count,
+             (struct choice_setting){.shadow_resolution = 2048, .shadow_taps = 4, .samples = 4});
+    assert_true(fine->error < coarse->error && fine->ms > coarse->ms);
+    const struct choice_row *one =
+        find(small, count,
+             (struct choice_setting){.shadow_resolution = 256, .shadow_taps = 4, .samples = 1});
+    assert_true(one->error > coarse->error && one->ms < coarse->ms);
+    more.lights = 40;
+    more.pixels = 1e6;
+    assert_int_equal(choice_estimate(&more, &open, large), count);
+    for (size_t i = 0; i < count; i++) {
+        assert_true(large[i].ms > small[i].ms && isfinite(large[i].ms));
+        assert_true(small[i].error > 0 && isfinite(small[i].error));
+    }
+}
+
+static void models_give_only_what_was_said(void **state)
+{
+    (void)state;
+    struct choice_row estimates[CHOICE_ESTIMATES_MAX];
+    const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
+    static const struct choice_wish wishes[] = {
+        {.max_error = 1, .shadows = VIEW_SHADOWS_DEEP, .shadow_resolution = 700},
+        {.max_error = 1, .shadows = VIEW_SHADOWS_RAYTRACED, .samples = 64},
+        {.max_error = 1, .shadows = VIEW_SHADOWS_NONE},
+        {.max_error = 1, .samples = 1, .shadow_taps = 9},
+    };
+    for (size_t w = 0; w < sizeof wishes / sizeof wishes[0]; w++) {
+        size_t count = choice_estimate(&frame, &wishes[w], estimates);
+        assert_in_range(count, 1, CHOICE_ESTIMATES_MAX);
+        for (size_t i = 0; i < count; i++)
+            assert_true(choice_row_fits(&estimates[i], &wishes[w]));
+    }
+}
+
+static void rows_of_other_views_scale_with_their_pixels(void **state)
+{
+    (void)state;
+    struct choice_row scaled = choice_scale(&rows[3], 1000, 4000);
+    assert_true(scaled.ms == 160 && scaled.error == rows[3].error);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(max_error_takes_the_fastest_within_it),
+        cmocka_unit_test(max_error_below_all_takes_the_most_accurate_and_says_so),
+        cmocka_unit_test(budget_takes_the_most_accurate_within_it),
+        cmocka_unit_test(both_take_the_fastest_within_both),
+        cmocka_unit_test(both_out_of_reach_keep_the_time_before_the_error),
+        cmocka_unit_test(what_was_said_stays),
+        cmocka_unit_test(an_unknown_error_is_never_promised),
+        cmocka_unit_test(equal_rows_go_to_the_first),
+        cmocka_unit_test(models_grow_with_what_they_are_made_of),
+        cmocka_unit_test(models_give_only_what_was_said),
+        cmocka_unit_test(rows_of_other_views_scale_with_their_pixels),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
