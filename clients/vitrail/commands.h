@@ -8,6 +8,8 @@
 extern const struct command COMMAND_RENDER;
 extern const struct command COMMAND_EXPLAIN;
 extern const struct command COMMAND_TRADEOFF;
+extern const struct command COMMAND_VIEW;
+extern const struct command COMMAND_ORBIT;
 extern const struct command COMMAND_PUSH;
 extern const struct command COMMAND_SCENES;
 extern const struct command COMMAND_DELETE;

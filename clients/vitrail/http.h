@@ -33,7 +33,8 @@ struct http_part {
 };
 
 struct http_request {
-    const char *method;            /* required: "GET", "HEAD", "POST", "DELETE" */
+    const char *method;            /* required: "GET", "HEAD", "POST", "PATCH", "DELETE"
+                                    */
     const char *path;              /* required, from the first slash on, already escaped */
     const char *accept;            /* NULL means application/json */
     const char *content_type;      /* of body or body_path */

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""`vitrail view` and `vitrail orbit` against a daemon on the test double."""
+import json
+import os
+import subprocess
+import tempfile
+
+import support
+from support import triangle
+
+support.needs(support.FAKE)
+VITRAIL = os.path.join(support.BIN, "vitrail")
+support.needs(VITRAIL)
+
+
+class CliViews(support.ServiceTest):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.scene = self.path("scene.glb")
+        with open(self.scene, "wb") as file:
+            file.write(triangle())
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def run_cli(self, *arguments, code=0):
+        server = f"http://127.0.0.1:{self.daemon.port}"
+        done = subprocess.run([VITRAIL, *arguments, "--server", server, "--progress", "none"],
+                              capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual(code, done.returncode, (arguments, done.stderr))
+        return done.stdout if code == 0 else done.stderr
+
+    def create(self, *arguments):
+        return self.run_cli("view", "create", self.scene, "--size", "32x16", *arguments).strip()
+
+    def test_a_view_is_made_shown_patched_and_forgotten(self):
+        view = self.create("--camera", "fit:iso")
+        shown = json.loads(self.run_cli("view", "show", view, "--json"))
+        self.assertEqual(("iso", 32, 1), (shown["view"]["camera"]["fit"], shown["width"],
+                                          shown["revision"]))
+        self.run_cli("view", "patch", view, "--set", "/overrides/nodes/Triangle/visible=false",
+                     "--set", "/exposure_ev=2")
+        shown = json.loads(self.run_cli("view", "show", view, "--json"))
+        self.assertEqual((2, 2, False), (
+            shown["revision"], shown["view"]["exposure_ev"],
+            shown["view"]["overrides"]["nodes"]["Triangle"]["visible"]))
+        self.assertIn(view, self.run_cli("view", "show"))
+        self.run_cli("view", "delete", view)
+        self.assertIn("there is no view", self.run_cli("view", "show", view, code=1))
+
+    def test_an_image_is_that_of_the_server(self):
+        view = self.create()
+        for name, query in (("a.png", ""), ("a.webp", "?format=webp")):
+            self.run_cli("view", "image", view, "-o", self.path(name))
+            with open(self.path(name), "rb") as file:
+                body = self.daemon.request("GET", f"/v1/views/{view}/image{query}").body
+                self.assertEqual(body, file.read())
+        self.run_cli("view", "image", view, "--aov", "depth", "-o", self.path("d.exr"))
+
+    def test_a_pick_tells_node_and_layers(self):
+        view = self.create()
+        hit = json.loads(self.run_cli("view", "pick", view, "2.5,3.5", "--json"))["hit"]
+        self.assertEqual("Triangle", hit["node"]["name"])
+        found = json.loads(self.run_cli("view", "pick", view, "2.5,3.5", "--through", "--json"))
+        self.assertEqual(2, len(found["hits"]))
+
+    def test_wrong_calls_are_usage_errors(self):
+        view = "0" * 16
+        for arguments in (("view",), ("view", "jump"), ("view", "create"), ("view", "show", "x"),
+                          ("view", "image", view), ("view", "image", view, "-o", "a.gif"),
+                          ("view", "pick", view), ("view", "pick", view, "5"),
+                          ("view", "delete"), ("orbit", self.scene),
+                          ("orbit", self.scene, "-o", "a.png"),
+                          ("orbit", self.scene, "-o", "%d%d.png"),
+                          ("orbit", self.scene, "-o", "%s.png"),
+                          ("orbit", self.scene, "-o", "%n%d.png"),
+                          ("orbit", self.scene, "-o", "%2d.gif"),
+                          ("orbit", self.scene, "-o", "%d.png", "-n", "0"),
+                          ("orbit", self.scene, "-o", "%d.png", "-n", "1.5"),
+                          ("orbit", self.scene, "-o", "%d.png", "--elevation", "90")):
+            self.run_cli(*arguments, code=2)
+
+    def test_an_orbit_is_one_view_and_leaves_none(self):
+        before = self.daemon.stats()["views"]
+        names = self.run_cli("orbit", self.scene, "-n", "4", "-o", self.path("v_%02d.png"),
+                             "--size", "32x16").split()
+        self.assertEqual([self.path(f"v_0{i}.png") for i in range(4)], names)
+        self.assertTrue(all(os.path.getsize(name) > 0 for name in names))
+        views = self.daemon.stats()["views"]
+        self.assertEqual((before["made"] + 1, before["open"]), (views["made"], views["open"]))
+
+
+if __name__ == "__main__":
+    support.run_tests()
