@@ -8,6 +8,11 @@ layout(local_size_x = 64) in;
 layout(binding = UNIT_LIGHT_ITEMS) uniform usamplerBuffer u_points;
 layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer result_buffer { vec4 results[]; };
 uniform uint u_count;
+#ifdef PROBE_CREASE
+uniform vec4 u_crease; // x, y: for opaque casters, for lists
+#else
+const vec4 u_crease = vec4(0.0);
+#endif
 
 void main()
 {
@@ -17,6 +22,6 @@ void main()
         return;
     uvec4 p = texelFetch(u_points, int(2u * i)), n = texelFetch(u_points, int(2u * i + 1u));
     vec3 at = uintBitsToFloat(p.xyz), normal = uintBitsToFloat(n.xyz);
-    vec3 t = shadow_transmittance(n.w, at, normal, vec2(0.0), p.w);
+    vec3 t = shadow_transmittance(n.w, at, normal, u_crease.xy, p.w);
     results[i] = vec4(t, 1.0);
 }

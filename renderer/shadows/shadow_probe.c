@@ -3,18 +3,33 @@
 #include "renderer/shadows/shadow_probe.h"
 
 #include <epoxy/gl.h>
+#include <stdio.h>
 
 #include "shaders/shared/bindings.h"
 
+static const struct gl_program *probe_program(const struct shadow_system *shadows,
+                                              struct program_cache *programs,
+                                              const struct shadow_probe_desc *desc,
+                                              struct error *err)
+{
+    char defines[320];
+    bool has_crease = desc->crease[0] != 0 || desc->crease[1] != 0;
+    snprintf(defines, sizeof defines, "%s%s", shadow_system_defines(shadows),
+             has_crease ? " PROBE_CREASE" : "");
+    return program_cache_get(programs,
+                             &(struct program_desc){.label = "shadow.probe",
+                                                    .compute = "shadow_probe.comp.glsl",
+                                                    .defines = defines},
+                             err);
+}
+
 bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache *programs,
-                      const struct shadow_probe_point *points, uint32_t count, int repeat,
-                      float (*out)[4], struct error *err)
+                      const struct shadow_probe_desc *desc, float (*out)[4], struct error *err)
 {
     const uint32_t row = 32768; /* groups */
-    struct program_desc desc = {.label = "shadow.probe",
-                                .compute = "shadow_probe.comp.glsl",
-                                .defines = shadow_system_defines(shadows)};
-    const struct gl_program *program = program_cache_get(programs, &desc, err);
+    const struct shadow_probe_point *points = desc->points;
+    const uint32_t count = desc->count;
+    const struct gl_program *program = probe_program(shadows, programs, desc, err);
     struct gl_buffer in = {0}, results = {0};
     struct gl_texture view = {0};
     bool ok = program != NULL;
@@ -33,9 +48,10 @@ bool shadow_probe_run(const struct shadow_system *shadows, struct program_cache 
         gl_program_use(program);
         shadow_system_bind(shadows, program);
         gl_program_set_u(program, "u_count", count);
+        gl_program_set_f4(program, "u_crease", (float[4]){desc->crease[0], desc->crease[1]});
         gl_texture_bind(&view, UNIT_LIGHT_ITEMS);
         gl_buffer_bind_storage(&results, BIND_FRAGMENT_COLORS);
-        for (int i = 0; i < repeat; i++)
+        for (int i = 0; i < (desc->repeat > 1 ? desc->repeat : 1); i++)
             glDispatchCompute(groups < row ? groups : row, (groups + row - 1) / row, 1);
         gl_buffer_read(&results, 0, count * sizeof *out, out);
     }

@@ -14,12 +14,18 @@ struct shadow_probe_point { /* as shadow_probe.comp.glsl reads it */
     uint32_t shadow;        /* shadow_system_record */
 };
 
-/* Writes four floats per point: rgb transmittance and 1. repeat > 1 asks again and again, for
- * measurements. */
+struct shadow_probe_desc {
+    const struct shadow_probe_point *points; /* required */
+    uint32_t count;
+    int repeat;      /* asks so often, for measurements; 0 means once */
+    float crease[2]; /* tolerance as of shadow_query.glsl, for opaque casters and for lists */
+};
+
+/* Writes four floats per point: rgb transmittance and 1. */
 MUST_CHECK bool shadow_probe_run(const struct shadow_system *shadows,
                                  struct program_cache *programs,
-                                 const struct shadow_probe_point *points, uint32_t count,
-                                 int repeat, float (*out)[4], struct error *err);
+                                 const struct shadow_probe_desc *desc, float (*out)[4],
+                                 struct error *err);
 
 /* What stands for a light of the prepared frame (NULL for nothing), and the memory it lies in. */
 const struct shadow_map *shadow_system_map(const struct shadow_system *shadows, size_t light);

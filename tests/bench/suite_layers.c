@@ -202,8 +202,9 @@ static bool measure_lookup(struct layer_case *c, struct lookup *lookup, struct f
     for (int k = 0; k < 2; k++) {
         wall[k] = wall_now_ms();
         cpu[k] = cpu_now_ms();
-        if (!shadow_probe_run(c->rig.shadows, c->rig.programs, lookup->points, count,
-                              k ? 1 + REPEATS : 1, lookup->answers, err))
+        struct shadow_probe_desc desc = {
+            .points = lookup->points, .count = count, .repeat = k ? 1 + REPEATS : 1};
+        if (!shadow_probe_run(c->rig.shadows, c->rig.programs, &desc, lookup->answers, err))
             return false;
         wall[k] = wall_now_ms() - wall[k];
         cpu[k] = cpu_now_ms() - cpu[k];

@@ -126,6 +126,70 @@ static void no_surface_shadows_itself(void **state)
     assert_true(lit > 40000);
 }
 
+static int count_dark(const double (*points)[3], int count, const double n[3])
+{
+    enum { MOST = 500 };
+    float t[MOST][4];
+    int dark = 0;
+    assert_true(count <= MOST);
+    shadow_rig_query(&rig, 0, points, n, (uint32_t)count, UINT32_MAX, t);
+    for (int i = 0; i < count; i++)
+        dark += t[i][0] < 1;
+    return dark;
+}
+
+/* Two panes meet in a valley. Beside its bottom a texel's centre lies below the other pane, which
+ * rises above the receiver's plane: a false shadow but for the tolerance, which is one of texels
+ * and not so wide that it loses a caster some texels away. */
+static void creases_cast_no_shadow_on_their_own_sides(void **state)
+{
+    (void)state;
+    enum { POINTS = 500 };
+    static const struct view_light sun = {.type = SCENE_LIGHT_DIRECTIONAL,
+                                          .direction = {0, -1, 0},
+                                          .color = {1, 1, 1},
+                                          .intensity = 1};
+    const double slope = 0.3, texel_m = 4.1 / 60, n[3] = {slope, 1, 0}; /* of the left pane */
+    for (int opaque = 0; opaque < 2; opaque++) {
+        struct pane_scene panes = {0};
+        for (int side = -1; side <= 1; side += 2) {
+            double half = side < 0 ? 1 : 1.05; /* the bottom lies a quarter off a texel's centre */
+            struct pane pane = {.center = {side * half, slope * half, 0},
+                                .u = {half, side * slope * half, 0},
+                                .v = {0, 0, -2},
+                                .color = {0.5f, 0.5f, 0.5f},
+                                .is_opaque = opaque};
+            pane_scene_add(&panes, &pane);
+        }
+        double points[POINTS][3];
+        uint64_t seed = 31;
+        for (int i = 0; i < POINTS; i++) {
+            points[i][0] = -texel_m * rig_random(&seed);
+            points[i][1] = -slope * points[i][0];
+            points[i][2] = symmetric(&seed);
+        }
+        for (int taps = 1; taps <= 4; taps += 3) {
+            const struct view_quality quality = {.shadow_resolution = 64, .shadow_taps = taps};
+            prepare(&panes, &sun, 1, no_eye, &quality);
+            assert_true(count_dark((const double(*)[3])points, POINTS, n) > POINTS / 10);
+            rig.crease[opaque ? 0 : 1] = 1;
+            assert_int_equal(count_dark((const double(*)[3])points, POINTS, n), 0);
+            rig.crease[0] = rig.crease[1] = 0;
+        }
+        struct pane near_by = {.center = {0, 6 * texel_m, 0},
+                               .u = {1, 0, 0},
+                               .v = {0, 0, -2},
+                               .color = {0.5f, 0.5f, 0.5f},
+                               .is_opaque = opaque};
+        pane_scene_add(&panes, &near_by);
+        prepare(&panes, &sun, 1, no_eye, &(struct view_quality){.shadow_resolution = 64});
+        rig.crease[0] = rig.crease[1] = 1;
+        assert_int_equal(count_dark((const double(*)[3])points, POINTS, n), POINTS);
+        rig.crease[0] = rig.crease[1] = 0;
+        pane_scene_finish(&panes);
+    }
+}
+
 /* A pane all around the light, as a cube would see its own edges: every direction is filtered once.
  */
 static void cube_seams_do_not_show(void **state)
@@ -238,6 +302,7 @@ int main(void)
         return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_surface_shadows_itself),
+        cmocka_unit_test(creases_cast_no_shadow_on_their_own_sides),
         cmocka_unit_test(cube_seams_do_not_show),
         cmocka_unit_test(scale_and_place_do_not_matter),
     };

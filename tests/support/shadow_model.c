@@ -24,6 +24,57 @@ struct reach {
     double depth, rounding;
 }; /* of the receiver along a ray */
 
+/* Where the line is inside a box or a ball: parameters of entering and leaving. False when it
+ * passes by. */
+static bool solid_interval(const struct pane *pane, const struct ray *ray, double interval[2])
+{
+    const double *axes[3] = {pane->u, pane->v, pane->w};
+    double o[3], d[3], offset[3], inverse[3];
+    vec3_sub(ray->origin, pane->center, offset);
+    for (int k = 0; k < 3; k++) { /* in the solid's own axes, which need not be right-angled */
+        vec3_cross(axes[(k + 1) % 3], axes[(k + 2) % 3], inverse);
+        double volume = vec3_dot(axes[k], inverse);
+        o[k] = vec3_dot(offset, inverse) / volume;
+        d[k] = vec3_dot(ray->direction, inverse) / volume;
+    }
+    interval[0] = -INFINITY;
+    interval[1] = INFINITY;
+    if (pane->shape == PANE_BALL) {
+        double a = vec3_dot(d, d), b = vec3_dot(o, d), c = vec3_dot(o, o) - 1;
+        double root = sqrt(fmax(b * b - a * c, 0));
+        interval[0] = (-b - root) / a;
+        interval[1] = (-b + root) / a;
+        return b * b > a * c;
+    }
+    for (int k = 0; k < 3; k++) {
+        double near = (-copysign(1, d[k]) - o[k]) / d[k], far = (copysign(1, d[k]) - o[k]) / d[k];
+        interval[0] = fmax(interval[0], near);
+        interval[1] = fmin(interval[1], far);
+    }
+    return interval[0] < interval[1];
+}
+
+/* Multiplies by what the medium leaves of the light that comes to depth. */
+static void cross_medium(const struct shadow_rig *rig, uint32_t index, const struct ray *ray,
+                         const struct reach *reach, double out[3], bool *is_clear)
+{
+    const struct pane *pane = &rig->panes->panes[index];
+    double t[2], metres = vec3_length(ray->direction);
+    bool filters = pane->color[0] < 1 || pane->color[1] < 1 || pane->color[2] < 1;
+    if (!solid_interval(pane, ray, t))
+        return;
+    for (int i = 0; filters && i < 2; i++)
+        if (fabs(t[i] - reach->depth) < reach->rounding)
+            *is_clear = false;
+    if ((t[1] - t[0]) * metres < 0.05 * vec3_length(pane->u))
+        *is_clear = false; /* a silhouette */
+    double length = fmax(fmin(t[1], reach->depth) - fmax(t[0], 0), 0) * metres;
+    int crossings = (t[0] > 0 && t[0] < reach->depth) + (t[1] > 0 && t[1] < reach->depth);
+    for (int k = 0; k < 3; k++)
+        out[k] *= pow((double)pane->color[k], crossings) *
+                  exp(-rig->state.materials[index].sigma[k] * length);
+}
+
 /* Whether the ray meets the pane before depth; false in *is_clear when that hangs by a hair. */
 static bool pane_is_before(const struct pane *pane, const struct ray *ray,
                            const struct reach *reach, double *n_dot_l, bool *is_clear)
@@ -57,6 +108,10 @@ static bool tap_model(const struct shadow_rig *rig, const struct ray *ray,
     for (uint32_t i = 0; i < rig->panes->count; i++) {
         const struct pane *pane = &rig->panes->panes[i];
         double cosine = 1;
+        if (pane->shape != PANE_FLAT) {
+            cross_medium(rig, i, ray, reach, out, &is_clear);
+            continue;
+        }
         if (!pane_is_before(pane, ray, reach, &cosine, &is_clear))
             continue;
         for (int k = 0; k < 3; k++) {

@@ -3,21 +3,33 @@
 #include "tests/support/shadow_rig.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "renderer/scene/matrix.h"
 
-static const float quad_positions[12] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-static const float quad_normals[12] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
-static const float quad_texcoords[8] = {0, 0, 1, 0, 1, 1, 0, 1};
+enum {
+    SMALL_VERTICES = 12, /* of the rectangle and the box */
+    SMALL_INDICES = 42,
+    BALL_COLUMNS = 2 * BALL_ROWS,
+    BALL_VERTICES = (BALL_ROWS + 1) * BALL_COLUMNS,
+    BALL_INDICES = 6 * (BALL_ROWS - 1) * BALL_COLUMNS,
+};
+static const float small_positions[3 * SMALL_VERTICES] = {
+    -1, -1, 0,  1, -1, 0,  1,  1,  0, -1, 1,  0, -1, -1, -1, 1, -1, -1,
+    -1, 1,  -1, 1, 1,  -1, -1, -1, 1, 1,  -1, 1, -1, 1,  1,  1, 1,  1};
+static const float small_normals[3 * SMALL_VERTICES] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+static const float small_texcoords[2 * SMALL_VERTICES] = {0, 0, 1, 0, 1, 1, 0, 1};
 static const uint8_t checker[16] = {255, 255, 255, 255, 255, 255, 255, 0,
                                     255, 255, 255, 0,   255, 255, 255, 255};
 static const struct scene_image checker_image = {.width_px = 2, .height_px = 2};
 static const struct scene_texture checker_texture = {
     .mag_filter = 9728, .min_filter = 9728, .wrap_s = 33071, .wrap_t = 33071}; /* nearest, clamped
                                                                                 */
-static const uint32_t quad_indices[6] = {0, 1, 2, 0, 2, 3};
+static const uint32_t small_indices[SMALL_INDICES] = {0, 1, 2, 0, 2, 3, 0, 2, 1, 1, 2, 3, 4, 5,
+                                                      6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3,
+                                                      6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
 
 double rig_random(uint64_t *seed)
 {
@@ -32,6 +44,8 @@ void pane_scene_finish(struct pane_scene *panes)
     free(panes->meshes);
     free(panes->primitives);
     free(panes->materials);
+    free(panes->ball_positions);
+    free(panes->ball_indices);
     *panes = (struct pane_scene){0};
 }
 
@@ -42,8 +56,39 @@ static void *grow(void *array, size_t capacity, size_t element)
     return grown;
 }
 
+/* Rows of latitude; those at the poles are points, and lack half their triangles. */
+static void add_ball(struct pane_scene *panes)
+{
+    if (panes->ball_positions)
+        return;
+    float *p = calloc(3 * (SMALL_VERTICES + BALL_VERTICES), sizeof *p);
+    uint32_t *i = calloc(SMALL_INDICES + BALL_INDICES, sizeof *i);
+    assert(p && i);
+    panes->ball_positions = memcpy(p, small_positions, sizeof small_positions);
+    panes->ball_indices = memcpy(i, small_indices, sizeof small_indices);
+    p += 3 * SMALL_VERTICES;
+    i += SMALL_INDICES;
+    for (uint32_t row = 0; row <= BALL_ROWS; row++) {
+        for (uint32_t column = 0; column < BALL_COLUMNS; column++) {
+            bool is_pole = row == 0 || row == BALL_ROWS;
+            double latitude = M_PI * row / BALL_ROWS, turn = 2 * M_PI * column / BALL_COLUMNS;
+            *p++ = is_pole ? 0 : (float)(sin(latitude) * cos(turn));
+            *p++ = is_pole ? 0 : (float)(sin(latitude) * sin(turn));
+            *p++ = (float)cos(latitude);
+            uint32_t a = row * BALL_COLUMNS + column, c = a + BALL_COLUMNS;
+            uint32_t b = row * BALL_COLUMNS + (column + 1) % BALL_COLUMNS, d = b + BALL_COLUMNS;
+            for (int k = 0; k < 3 && row > 0 && row < BALL_ROWS; k++)
+                *i++ = (uint32_t[]){a, c, b}[k];
+            for (int k = 0; k < 3 && row < BALL_ROWS - 1; k++)
+                *i++ = (uint32_t[]){b, c, d}[k];
+        }
+    }
+    assert(i == panes->ball_indices + SMALL_INDICES + BALL_INDICES);
+}
+
 static void refresh(struct pane_scene *panes)
 {
+    bool has_ball = panes->ball_positions != NULL;
     static const char no_strings[1] = "";
     panes->scene = (struct scene){
         .strings = no_strings,
@@ -55,12 +100,12 @@ static void refresh(struct pane_scene *panes)
         .primitive_count = panes->count,
         .materials = panes->materials,
         .material_count = panes->count,
-        .indices = quad_indices,
-        .index_count = 6,
-        .vertex_count = 4,
-        .positions = quad_positions,
-        .normals = quad_normals,
-        .texcoords_0 = quad_texcoords,
+        .indices = has_ball ? panes->ball_indices : small_indices,
+        .index_count = has_ball ? SMALL_INDICES + BALL_INDICES : SMALL_INDICES,
+        .vertex_count = has_ball ? SMALL_VERTICES + BALL_VERTICES : SMALL_VERTICES,
+        .positions = has_ball ? panes->ball_positions : small_positions,
+        .normals = has_ball ? panes->ball_positions : small_normals,
+        .texcoords_0 = has_ball ? NULL : small_texcoords,
         .textures = &checker_texture,
         .texture_count = 1,
         .images = &checker_image,
@@ -70,8 +115,31 @@ static void refresh(struct pane_scene *panes)
     };
 }
 
+static struct scene_primitive primitive_of(enum pane_shape shape, uint32_t index)
+{
+    struct scene_primitive p = {.material = index,
+                                .topology = SCENE_TRIANGLES,
+                                .index_count = 6,
+                                .vertex_count = 4,
+                                .flags =
+                                    SCENE_PRIMITIVE_HAS_NORMALS | SCENE_PRIMITIVE_HAS_TEXCOORDS_0,
+                                .bounds_min = {-1, -1, 0},
+                                .bounds_max = {1, 1, 0}};
+    if (shape == PANE_FLAT)
+        return p;
+    p.first_index = shape == PANE_BOX ? 6 : SMALL_INDICES;
+    p.index_count = shape == PANE_BOX ? SMALL_INDICES - 6 : BALL_INDICES;
+    p.first_vertex = shape == PANE_BOX ? 4 : SMALL_VERTICES;
+    p.vertex_count = shape == PANE_BOX ? SMALL_VERTICES - 4 : BALL_VERTICES;
+    p.flags = SCENE_PRIMITIVE_HAS_NORMALS | SCENE_PRIMITIVE_IS_CLOSED;
+    p.bounds_min[2] = -1;
+    p.bounds_max[2] = 1;
+    return p;
+}
+
 void pane_scene_set(struct pane_scene *panes, uint32_t index, const struct pane *pane)
 {
+    bool is_medium = pane->shape != PANE_FLAT;
     struct scene_node *node = &panes->nodes[index];
     struct scene_material *material = &panes->materials[index];
     panes->panes[index] = *pane;
@@ -82,19 +150,13 @@ void pane_scene_set(struct pane_scene *panes, uint32_t index, const struct pane 
     mat4_identity(node->local_matrix);
     memcpy(node->local_matrix, pane->u, sizeof pane->u);
     memcpy(node->local_matrix + 4, pane->v, sizeof pane->v);
-    memcpy(node->local_matrix + 8, n, sizeof n);
+    memcpy(node->local_matrix + 8, is_medium ? pane->w : n, sizeof n);
     memcpy(node->local_matrix + 12, pane->center, sizeof pane->center);
     memcpy(node->world_matrix, node->local_matrix, sizeof node->world_matrix);
     panes->meshes[index] = (struct scene_mesh){.first_primitive = index, .primitive_count = 1};
-    panes->primitives[index] = (struct scene_primitive){
-        .material = index,
-        .topology = SCENE_TRIANGLES,
-        .index_count = 6,
-        .vertex_count = 4,
-        .flags = SCENE_PRIMITIVE_HAS_NORMALS | SCENE_PRIMITIVE_HAS_TEXCOORDS_0,
-        .bounds_min = {-1, -1, 0},
-        .bounds_max = {1, 1, 0},
-    };
+    if (pane->shape == PANE_BALL)
+        add_ball(panes);
+    panes->primitives[index] = primitive_of(pane->shape, index);
     *material = (struct scene_material){
         .base_color = {pane->color[0], pane->color[1], pane->color[2], 1},
         .roughness = 1,
@@ -104,7 +166,9 @@ void pane_scene_set(struct pane_scene *panes, uint32_t index, const struct pane 
                                                               : SCENE_OPAQUE,
         .alpha_cutoff = 0.5f,
         .ior = 1.5f,
-        .attenuation_color = {1, 1, 1},
+        .attenuation_color = {expf(-pane->sigma[0]), expf(-pane->sigma[1]), expf(-pane->sigma[2])},
+        .attenuation_distance = 1,
+        .thickness = is_medium ? 1 : 0,
         .pass_through = pane->pass_through,
     };
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
@@ -251,7 +315,9 @@ void shadow_rig_query(struct shadow_rig *rig, uint32_t light, const double (*poi
         probes[i].object = object;
         probes[i].shadow = shadow_system_record(rig->shadows, light);
     }
-    bool ok = shadow_probe_run(rig->shadows, rig->programs, probes, count, 1, out, &err);
+    struct shadow_probe_desc desc = {
+        .points = probes, .count = count, .crease = {rig->crease[0], rig->crease[1]}};
+    bool ok = shadow_probe_run(rig->shadows, rig->programs, &desc, out, &err);
     must(ok && gl_context_check(rig->context, "asking for shadows", &err), &err);
     free(probes);
 }

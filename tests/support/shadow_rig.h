@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Scenes of flat panes made in memory, a shadow system to try them on, and an f64 model of what it
- * must answer. */
+/* Scenes of flat panes and of media made in memory, a shadow system to try them on, and an f64
+ * model of what it must answer. */
 #ifndef VITRAIL_TESTS_SUPPORT_SHADOW_RIG_H
 #define VITRAIL_TESTS_SUPPORT_SHADOW_RIG_H
 
@@ -8,8 +8,17 @@
 #include "renderer/shadows/shadow_frame.h"
 #include "renderer/shadows/shadow_probe.h"
 
-struct pane { /* a rectangle center + a * u + b * v, |a|, |b| <= 1 */
-    double center[3], u[3], v[3];
+enum pane_shape {
+    PANE_FLAT, /* a rectangle center + a * u + b * v, |a|, |b| <= 1 */
+    PANE_BOX,  /* a medium in a box, + c * w, |c| <= 1; mirrored where (u x v) * w < 0 */
+    PANE_BALL, /* a medium where a^2 + b^2 + c^2 <= 1, nearly: BALL_ROWS rows of facets */
+};
+enum { BALL_ROWS = 400 };
+
+struct pane {
+    enum pane_shape shape;
+    double center[3], u[3], v[3], w[3];
+    float sigma[3]; /* of a medium [1/m], nearly: rounded by way of its attenuation colour */
     float color[3]; /* transmittance of light: base colour under full transmission */
     bool is_opaque;
     bool is_checkered; /* alpha 0 where a * b < 0: holes in a masked or blended pane */
@@ -25,6 +34,8 @@ struct pane_scene {
     struct scene_mesh *meshes;
     struct scene_primitive *primitives;
     struct scene_material *materials;
+    float *ball_positions; /* all vertices, once there is a ball */
+    uint32_t *ball_indices;
     uint32_t count, capacity;
 };
 
@@ -46,6 +57,7 @@ struct shadow_rig {
     const struct pane_scene *panes; /* borrowed while it is asked about */
     struct scene scene;             /* copy, so that the scene may end before the rig's */
     double eye[3];
+    float crease[2]; /* of queries from now on: shadow_probe_desc */
     struct view_quality quality;
     struct frame_report report;
 };
