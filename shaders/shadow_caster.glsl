@@ -61,8 +61,12 @@ vec3 caster_transmittance()
     uint m = draws[v_draw].material;
     float transmission = materials[m].transmission_f0_thickness.x *
         material_texel(m, SLOT_TRANSMISSION, v_texcoord_0, v_texcoord_1, vec4(1.0)).r;
+#ifdef MEDIUM
+    float thickness_m = 0.0;
+#else
     float thickness_m = materials[m].transmission_f0_thickness.z *
         material_texel(m, SLOT_THICKNESS, v_texcoord_0, v_texcoord_1, vec4(1.0)).g;
+#endif
     float n_dot_l = 1.0;
 #ifdef ANGLED
     vec3 l = u_clip_w.y != 0.0 ? normalize(v_from_light) : u_axis_z.xyz;

@@ -2,7 +2,8 @@
 // A shadow caster as one face of a light sees it. Draw records are relative to the light's origin.
 // COLORS: the primitive has vertex colours; TEXTURES: bit mask of the sampled slots; ANGLED: the
 // filter depends on the angle; CONSTANT: it does not, nor on anything else that varies over the
-// surface, so it is evaluated here.
+// surface, so it is evaluated here. MEDIUM: the primitive bounds a medium, its filter has no
+// thickness.
 #include "draw.glsl"
 #ifdef CONSTANT
 #include "material.glsl"
@@ -49,6 +50,9 @@ void main()
     uint m = draws[slot].material;
     vec4 base = clamp(materials[m].base_color, 0.0, 1.0);
     vec4 t = materials[m].transmission_f0_thickness;
+#ifdef MEDIUM
+    t.z = 0.0;
+#endif
     v_t_enter = material_filter(m, base, t.x, t.z, 1.0, true, u_blend_filter);
     v_t_leave = material_filter(m, base, t.x, t.z, 1.0, false, u_blend_filter);
 #endif

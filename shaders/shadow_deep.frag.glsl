@@ -5,6 +5,9 @@
 //   CERTAIN  every fragment makes an event; two programs then: PASS=0 counts without looking at the
 //            material, PASS=1 scatters
 //   IDS      keep the object of each event
+//   MEDIA    keep the medium that each event enters or leaves: twice the number of its material
+//            record from 1 on, plus 1 where it enters; 0 for a surface without one
+//   MEDIUM   the caster bounds a medium (CERTAIN, too: parity counts, even where the filter is 1)
 // Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque
 // pre-pass").
 #include "shadow_caster.glsl"
@@ -15,6 +18,12 @@ layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]
 layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
 #ifdef IDS
 layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
+#endif
+
+#ifdef MEDIA
+layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
+    uvec4 events_medium[];
+};
 #endif
 
 uniform uint u_first_count;  // of this face: where the counts of its texels start
@@ -33,6 +42,11 @@ void store_event(uint texel, vec3 t)
         return;
     place += u_event_base;
     events[place] = vec4(caster_depth(), t);
+#ifdef MEDIUM
+    events_medium[place].x = 2u * draws[v_draw].material + (gl_FrontFacing ? 3u : 2u);
+#elif defined(MEDIA)
+    events_medium[place].x = 0u;
+#endif
 #ifdef IDS
     uint cast_once = materials[draws[v_draw].material].flags & MATERIAL_CAST_ONCE;
     events_id[place] = draws[v_draw].node | (cast_once != 0u ? 0x80000000u : 0u);

@@ -4,6 +4,11 @@
 // accumulated in fp64 and rounded once: a query is then one search and one fetch, and in practice
 // the order of factors does not show. With IDS raw transmittances stay, for queries that leave
 // objects out; neighbours of one cast-once object count once (Lindbeck 2015, 3.2).
+// With MEDIA the way between two events takes exp(-sigma * length) of the light, sigma the sum of
+// the media entered and not yet left. Each event gets the product up to and including it, and the
+// sigma that acts behind it: transmittance at depth z is P_i * exp(-sigma_i * (z - z_i)). Optical
+// depth and sigma are summed in fp64; a sum that only rounding keeps from zero is zero. With IDS,
+// too, each event gets its own sigma, negative where it leaves.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -11,6 +16,13 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
 layout(std430, binding = BIND_SHADOW_INDEX) writeonly buffer index_buffer { float index_z[]; };
+#ifdef MEDIA
+#include "material.glsl"
+layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
+    uvec4 events_medium[];
+};
+uniform vec4 u_sigma[2]; // where the light stands: the sum of both
+#endif
 #ifdef IDS
 layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
 #endif
@@ -19,6 +31,11 @@ layout(std430, binding = BIND_SCAN) readonly buffer texel_buffer { uint class_te
 layout(std430, binding = BIND_LIST_NODES) buffer scratch_buffer { vec4 scratch[]; }; // z, T
 #ifdef IDS
 layout(std430, binding = BIND_STATISTICS) buffer scratch_id_buffer { uint scratch_id[]; };
+#endif
+#ifdef MEDIA
+layout(std430, binding = BIND_SHADOW_SCRATCH_MEDIA) buffer scratch_media_buffer {
+    uint scratch_medium[];
+};
 #endif
 #endif
 
@@ -34,6 +51,9 @@ struct event {
 #ifdef IDS
     uint id;
 #endif
+#ifdef MEDIA
+    uint medium; // shadow_deep.frag.glsl
+#endif
 };
 
 // A total order without object ids: equal keys are equal events.
@@ -48,6 +68,10 @@ bool is_after(vec4 a, vec4 b)
 
 bool event_is_after(event a, event b)
 {
+#ifdef MEDIA
+    if (a.z_t == b.z_t && a.medium != b.medium)
+        return a.medium > b.medium;
+#endif
 #ifdef IDS
     if (a.z_t == b.z_t)
         return a.id > b.id;
@@ -58,12 +82,46 @@ bool event_is_after(event a, event b)
 struct list_end {
     dvec3 product;
     uint last_id;
+#ifdef MEDIA
+    dvec3 tau, sigma, size; // size: of all that was added to sigma
+    float z;
+#endif
 };
 
 list_end list_end_begin()
 {
-    return list_end(dvec3(1.0), 0xffffffffu);
+    list_end end;
+    end.product = dvec3(1.0);
+    end.last_id = 0xffffffffu;
+#ifdef MEDIA
+    end.tau = dvec3(0.0);
+    end.sigma = dvec3(u_sigma[0].xyz) + dvec3(u_sigma[1].xyz);
+    end.size = end.sigma;
+    end.z = 0.0;
+#endif
+    return end;
 }
+
+#ifdef MEDIA
+dvec3 event_sigma(event e)
+{
+    if (e.medium == 0u)
+        return dvec3(0.0);
+    dvec3 sigma = dvec3(materials[e.medium / 2u - 1u].attenuation.rgb);
+    return (e.medium & 1u) != 0u ? sigma : -sigma;
+}
+
+// Goes on to the event and crosses it.
+void list_advance(inout list_end end, event e)
+{
+    dvec3 change = event_sigma(e);
+    end.tau += max(end.sigma, dvec3(0.0)) * double(e.z_t.x - end.z);
+    end.z = e.z_t.x;
+    end.sigma += change;
+    end.size += abs(change);
+    end.sigma *= dvec3(greaterThan(abs(end.sigma), end.size * 1.5e-11)); // 2^-36
+}
+#endif
 
 // Event i of the list that starts at `first`.
 void list_append(inout list_end end, uint first, uint i, event e)
@@ -75,9 +133,17 @@ void list_append(inout list_end end, uint first, uint i, event e)
         t = vec3(1.0);
     end.last_id = e.id;
     events_id[place] = e.id;
+#ifdef MEDIA
+    events_medium[place] = uvec4(floatBitsToUint(vec3(event_sigma(e))), 0u);
+#endif
 #else
     end.product *= dvec3(t);
     t = vec3(end.product);
+#ifdef MEDIA
+    list_advance(end, e);
+    t *= exp(-vec3(end.tau));
+    events_medium[place] = uvec4(floatBitsToUint(vec3(max(end.sigma, dvec3(0.0)))), 0u);
+#endif
 #endif
     events[place] = vec4(e.z_t.x, t);
     if (i > 0u && i % 4u == 0u) // the list's index
@@ -95,6 +161,9 @@ event scratch_read(uint i)
 #ifdef IDS
     e.id = scratch_id[i];
 #endif
+#ifdef MEDIA
+    e.medium = scratch_medium[i];
+#endif
     return e;
 }
 
@@ -104,6 +173,9 @@ void scratch_write(uint i, event e)
 #ifdef IDS
     scratch_id[i] = e.id;
 #endif
+#ifdef MEDIA
+    scratch_medium[i] = e.medium;
+#endif
 }
 #endif
 
@@ -112,6 +184,9 @@ void stream_write(uint place, event e)
     events[place] = e.z_t;
 #ifdef IDS
     events_id[place] = e.id;
+#endif
+#ifdef MEDIA
+    events_medium[place].x = e.medium;
 #endif
 }
 

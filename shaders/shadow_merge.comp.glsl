@@ -9,6 +9,9 @@ layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_events; // the same
 #ifdef IDS
 layout(binding = UNIT_SHADOW_ID) uniform usamplerBuffer u_id;
 #endif
+#ifdef MEDIA
+layout(binding = UNIT_SHADOW_MEDIA) uniform usamplerBuffer u_media;
+#endif
 
 uniform uint u_width; // of a run
 
@@ -25,6 +28,9 @@ event read_source(uint place)
 #ifdef IDS
     e.id = texelFetch(u_id, int(place)).r;
 #endif
+#ifdef MEDIA
+    e.medium = texelFetch(u_media, int(place)).r;
+#endif
     return e;
 }
 #endif
@@ -35,6 +41,9 @@ event choose(bool is_first, event a, event b)
     e.z_t = mix(b.z_t, a.z_t, bvec4(is_first));
 #ifdef IDS
     e.id = is_first ? a.id : b.id;
+#endif
+#ifdef MEDIA
+    e.medium = is_first ? a.medium : b.medium;
 #endif
     return e;
 }

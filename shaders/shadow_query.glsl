@@ -4,6 +4,7 @@
 //   SHADOW_HAS_MAPS    there is any structure (absent: everything is lit)
 //   SHADOW_HAS_ORTHOGRAPHIC, SHADOW_HAS_PERSPECTIVE, SHADOW_HAS_CUBES (perspective, too)   shapes
 //   SHADOW_HAS_DEEP    contiguous lists; SHADOW_HAS_IDS: some keep raw transmittances and objects
+//   SHADOW_HAS_MEDIA   some deep lists know which extinction acts behind each event
 //   SHADOW_HAS_LINKED  linked lists (Lindbeck 2015, 3.2); SHADOW_FAITHFUL: their elements as
 //                      published
 // Provides: vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
@@ -37,7 +38,7 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
 #else
 #include "shadow_lists.glsl"
 
-// struct shadow_record, five texels each
+// struct shadow_record, SHADOW_RECORD_TEXELS each
 layout(binding = UNIT_SHADOW_RECORDS) uniform usamplerBuffer u_shadow_records;
 layout(binding = UNIT_SHADOW_DEPTH) uniform samplerBuffer u_shadow_depth;
 uniform uint u_shadow_taps; // 1, 4, 9 or 16
@@ -59,6 +60,7 @@ const float SNAPPING = 0.75 / 256.0;
 struct shadow_view {
     vec4 projection;
     uint kind, shape, flags, resolution, depth_base, head_base, event_base;
+    vec3 sigma;
 };
 
 struct shadow_receiver { // in the light's axes
@@ -69,14 +71,19 @@ struct shadow_receiver { // in the light's axes
 
 uvec4 shadow_record_texel(uint shadow, int i)
 {
-    return texelFetch(u_shadow_records, int(shadow) * 5 + i);
+    return texelFetch(u_shadow_records, int(shadow) * SHADOW_RECORD_TEXELS + i);
 }
 
 shadow_view shadow_view_read(uint shadow)
 {
     uvec4 a = shadow_record_texel(shadow, 4);
+#ifdef SHADOW_HAS_MEDIA
+    vec3 sigma = uintBitsToFloat(shadow_record_texel(shadow, 5).xyz);
+#else
+    const vec3 sigma = vec3(0.0);
+#endif
     return shadow_view(uintBitsToFloat(shadow_record_texel(shadow, 3)), a.x & 15u, a.x >> 4 & 15u,
-                       a.x >> 8 & 255u, a.x >> 16, a.y, a.z, a.w);
+                       a.x >> 8 & 255u, a.x >> 16, a.y, a.z, a.w, sigma);
 }
 
 shadow_receiver shadow_receiver_read(uint shadow, vec3 p, vec3 n)
@@ -106,11 +113,11 @@ float shadow_opaque(shadow_view view, uint texel)
     return texelFetch(u_shadow_depth, int(view.depth_base + texel)).r;
 }
 
-// One texel, given the receiver's depth as lists have it.
-vec3 shadow_texel(shadow_view view, uint texel, float depth, uint object)
+// One texel, given the receiver's depth as lists have it: with tolerance, and without.
+vec3 shadow_texel(shadow_view view, uint texel, float depth, float reach, uint object)
 {
     return shadow_list(view.kind, view.flags, view.head_base + texel, view.event_base, depth,
-                       object);
+                       reach, view.sigma, object);
 }
 
 #ifdef SHADOW_HAS_CUBES
@@ -169,6 +176,7 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     float texel_m = 2.0 * abs(p.z) / (size * view.projection.x), z = p.z;
     if (reach * slope > 0.0)
         z = min(reach / slope, p.z + STEEPEST_TEXELS * texel_m);
+    float reach_m = z * ray_length;
     float lean = length(n) * ray_length / max(abs(slope), 1e-6), steepness = min(lean, STEEPEST);
     z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
     z -= SNAPPING * texel_m * (lean - 1.0);
@@ -178,7 +186,7 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     if (z_opaque * shadow_opaque(view, texel) > view.projection.z) // its depth is near / z
         return vec3(0.0);
     z -= crease_m.y;
-    return shadow_texel(view, texel, z * ray_length, object);
+    return shadow_texel(view, texel, z * ray_length, reach_m, object);
 }
 #endif
 
@@ -193,6 +201,7 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
     float z = r.p.z;
     if (slope != 0.0)
         z += min(toward / slope, STEEPEST_TEXELS * texel_m);
+    float reach_m = z;
     float lean = length(r.n) / max(abs(slope), 1e-6), steepness = min(lean, STEEPEST);
     z -= (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
     z -= SNAPPING * texel_m * (lean - 1.0);
@@ -203,7 +212,7 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
     if (nearest > 0.0 && z_opaque > (1.0 - nearest) * range)
         return vec3(0.0);
     z -= crease_m.y;
-    return shadow_texel(view, texel, z, object);
+    return shadow_texel(view, texel, z, reach_m, object);
 }
 #endif
 

@@ -4,8 +4,8 @@
 // order of threads.
 //   PASS=0  one thread per chunk: sums of the chunk
 //   PASS=1  one thread per word: exclusive scan of the chunk sums; totals to the statistics
-//   PASS=2  one thread per chunk: exclusive scan of its counts, and its texels of two or more
-//           events by class
+//   PASS=2  one thread per chunk: exclusive scan of its counts, and its texels of u_shortest or
+//           more events by class
 // A thread loops over u_chunk or u_chunks entries; the host keeps both below 17,000.
 #include "shared/bindings.h"
 
@@ -22,8 +22,10 @@ uniform uint u_chunks;
 uniform uint u_chunk_first; // of the light in sums
 uniform uint u_slot;    // of the light in the statistics
 uniform uint u_list;    // of the light in class_texels
+uniform uint u_shortest; // list to be finished: 2; with media 1
 
-// Words of a chunk and of a slot. Class c: texels of 2^c + 1 to 2^(c + 1) events; class 0: of 2.
+// Words of a chunk and of a slot. Class c: texels of 2^c + 1 to 2^(c + 1) events; class 0: of
+// u_shortest to 2.
 #define WORDS 20u
 #define SUM 0u
 #define HIGH 1u       // bits 32.. of the total
@@ -34,7 +36,7 @@ uniform uint u_list;    // of the light in class_texels
 
 uint length_class(uint n)
 {
-    return min(uint(findMSB(n - 1u)), CLASSES - 1u);
+    return min(uint(findMSB(max(n, 2u) - 1u)), CLASSES - 1u);
 }
 
 #if PASS == 0
@@ -51,7 +53,7 @@ void scan(uint thread)
         sum += n;
         longest = max(longest, n);
         occupied += min(n, 1u);
-        uint class_ = n < 2u ? CLASSES : length_class(n);
+        uint class_ = n < u_shortest ? CLASSES : length_class(n);
         uvec4 c = uvec4(class_) - uvec4(0u, 1u, 2u, 3u); // selects: no indexed memory
         classes[0] += uvec4(equal(c, uvec4(0u)));
         classes[1] += uvec4(equal(c, uvec4(4u)));
@@ -100,7 +102,7 @@ void scan(uint thread)
         uint n = counts[i];
         counts[i] = running;
         running += n;
-        if (n > 1u)
+        if (n >= u_shortest)
             class_texels[place[length_class(n)]++] = i - u_first;
     }
 }

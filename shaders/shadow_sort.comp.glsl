@@ -9,6 +9,9 @@ layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_events; // the same
 #ifdef IDS
 layout(binding = UNIT_SHADOW_ID) uniform usamplerBuffer u_id;
 #endif
+#ifdef MEDIA
+layout(binding = UNIT_SHADOW_MEDIA) uniform usamplerBuffer u_media;
+#endif
 
 #define FAR_AWAY 3.0e38 // pads the list; no event is as deep
 
@@ -20,6 +23,9 @@ void load(int i, uint place, bool is_used)
 #ifdef IDS
     e[i].id = is_used ? texelFetch(u_id, int(place)).r : 0u;
 #endif
+#ifdef MEDIA
+    e[i].medium = is_used ? texelFetch(u_media, int(place)).r : 0u;
+#endif
 }
 
 void exchange(int i, int j, bool is_wrong)
@@ -30,6 +36,10 @@ void exchange(int i, int j, bool is_wrong)
 #ifdef IDS
     e[i].id = is_wrong ? b.id : a.id;
     e[j].id = is_wrong ? a.id : b.id;
+#endif
+#ifdef MEDIA
+    e[i].medium = is_wrong ? b.medium : a.medium;
+    e[j].medium = is_wrong ? a.medium : b.medium;
 #endif
 }
 

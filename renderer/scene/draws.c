@@ -165,6 +165,11 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
     return ok;
 }
 
+void draw_arena_bind_materials(const struct draw_arena *arena)
+{
+    gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
+}
+
 static void fill_record(const struct draw_desc *desc, size_t item_index, struct draw_record *r)
 {
     const struct state_item *item = &desc->state->items[item_index];

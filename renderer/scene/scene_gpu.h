@@ -20,6 +20,8 @@ void draw_arena_destroy(struct draw_arena *arena);
 /* Starts a frame: forgets all draws, uploads the material records of `state` (BIND_MATERIALS). */
 MUST_CHECK bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
                                  struct error *err);
+/* For passes without draws that read materials. */
+void draw_arena_bind_materials(const struct draw_arena *arena);
 
 /* Which programs a submission needs: for each item the caller's hook returns the program, so that
  * variants by material are possible; consecutive items with one program are not re-bound. */

@@ -48,6 +48,7 @@ bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_
         casters->transparent_count++;
         if (material->no_self_shadow || material->cast_once)
             casters->has_exclusions = true;
+        casters->has_media |= item->is_medium;
     }
     return true;
 }
@@ -85,7 +86,9 @@ enum {
     VARIANT_MASKED = 1 << 11,
     VARIANT_IDS = 1 << 12,
     VARIANT_CONSTANT = 1 << 13, /* the filter is evaluated per vertex */
-    VARIANT_PASS = 1 << 14,     /* times enum caster_pass */
+    VARIANT_MEDIA = 1 << 14,    /* keep the medium of each event */
+    VARIANT_MEDIUM = 1 << 15,   /* the caster is one */
+    VARIANT_PASS = 1 << 16,     /* times enum caster_pass */
 };
 
 /* Whether the filter is constant over the surface and darkens some channel at every angle. */
@@ -142,8 +145,10 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
     if (item->class_ == STATE_MASKED)
         return key | VARIANT_MASKED | (slots & (VARIANT_COLORS | 1u));
     bool is_linked = desc->pass == CASTER_LINK || desc->pass == CASTER_LINK_FAITHFUL;
-    bool is_certain = !is_linked && !slots && m->alpha_mode != SCENE_MASK &&
-                      filters_everywhere(m, desc->scene->blend_filter);
+    bool has_media = !is_linked && (desc->build->map->flags & SHADOW_FLAG_MEDIA);
+    bool is_certain = !is_linked && ((has_media && item->is_medium) ||
+                                     (!slots && m->alpha_mode != SCENE_MASK &&
+                                      filters_everywhere(m, desc->scene->blend_filter)));
     if (is_certain && desc->pass == CASTER_COUNT)
         return key | VARIANT_CERTAIN;
     if (!is_certain && desc->pass == CASTER_SCATTER) /* one program for both passes: they must
@@ -156,6 +161,8 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
         key |= VARIANT_CONSTANT;
     if (!is_linked && (desc->build->map->flags & SHADOW_FLAG_RAW))
         key |= VARIANT_IDS;
+    if (has_media)
+        key |= VARIANT_MEDIA | (item->is_medium ? VARIANT_MEDIUM : 0u);
     return key;
 }
 
@@ -164,9 +171,10 @@ static void write_defines(uint32_t key, char *out, size_t size)
     uint32_t pass = key / VARIANT_PASS;
     bool is_flat = pass == CASTER_DEPTH && (key & VARIANT_OPAQUE);
     snprintf(
-        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s", key & 127u, key & VARIANT_COLORS ? " COLORS" : "",
-        key & VARIANT_CONSTANT ? " CONSTANT" : "", key & VARIANT_ANGLED ? " ANGLED" : "",
-        key & VARIANT_IDS ? " IDS" : "",
+        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s", key & 127u,
+        key & VARIANT_COLORS ? " COLORS" : "", key & VARIANT_CONSTANT ? " CONSTANT" : "",
+        key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
+        key & VARIANT_MEDIA ? " MEDIA" : "", key & VARIANT_MEDIUM ? " MEDIUM" : "",
         key & VARIANT_CERTAIN ? (pass == CASTER_SCATTER ? " CERTAIN PASS=1" : " CERTAIN PASS=0")
                               : "",
         pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",

@@ -32,7 +32,7 @@ struct caster_variant {
     const struct gl_program *program;
 };
 
-enum { CASTER_VARIANTS_MAX = 256 };
+enum { CASTER_VARIANTS_MAX = 1024 };
 
 struct caster_painter { /* zeroed, then given its programs; holds no GL name of its own */
     struct program_cache *programs;

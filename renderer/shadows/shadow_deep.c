@@ -17,6 +17,7 @@ static void free_transient(struct shadow_builder *builder)
     gl_buffer_finish(&builder->texels);
     gl_buffer_finish(&builder->scratch);
     gl_buffer_finish(&builder->scratch_objects);
+    gl_buffer_finish(&builder->scratch_media);
 }
 
 void shadow_builder_finish(struct shadow_builder *builder)
@@ -29,6 +30,11 @@ void shadow_builder_finish(struct shadow_builder *builder)
 bool deep_job_has(const struct deep_job *job, size_t build)
 {
     return job->builds[build].map->kind == SHADOW_DEEP;
+}
+
+uint32_t deep_job_shortest(const struct deep_job *job, size_t build)
+{
+    return job->builds[build].map->flags & SHADOW_FLAG_MEDIA ? 1 : 2;
 }
 
 void deep_job_begin(const struct deep_job *job, const char *pass)
@@ -76,8 +82,10 @@ static bool paint(const struct deep_job *job, enum caster_pass pass, struct erro
     gl_buffer_bind_storage(&store->pools[SHADOW_POOL_HEADS].streams[0], BIND_SHADOW_COUNTS);
     if (pass == CASTER_SCATTER) {
         gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_EVENT], BIND_SHADOW_EVENTS);
-        if (store->has_objects)
+        if (store->keeps_objects)
             gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_OBJECT], BIND_SHADOW_EVENTS_ID);
+        if (store->keeps_media)
+            gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_MEDIUM], BIND_SHADOW_MEDIA);
     }
     for (size_t i = 0; i < job->count; i++) {
         struct caster_paint_desc desc = {
@@ -116,7 +124,10 @@ static bool take_events(const struct deep_job *job, struct error *err)
             return error_set(err, ERROR_UNSUPPORTED,
                              "light %u: a ray crosses %u transparent surfaces, the limit is %d",
                              job->builds[i].light, s->longest, DEEP_LONGEST);
-        if ((map->flags & SHADOW_FLAG_RAW) && !shadow_store_keep_objects(store, err))
+        if ((map->flags & SHADOW_FLAG_RAW) && !shadow_store_keep(store, SHADOW_STREAM_OBJECT, err))
+            return false;
+        if ((map->flags & SHADOW_FLAG_MEDIA) &&
+            !shadow_store_keep(store, SHADOW_STREAM_MEDIUM, err))
             return false;
         if (!shadow_store_take(store, SHADOW_POOL_EVENTS, total, &map->events, err))
             return false;

@@ -1,7 +1,22 @@
 /* SPDX-License-Identifier: MIT */
 /* The default deep shadow map: per texel a contiguous, sorted list of transmittance events, built
  * exactly and deterministically by count, scan, scatter and sort for all lights of a frame
- * together. Thread: GL. */
+ * together. Thread: GL.
+ *
+ * Layout. Heads: n + 1 offsets for n texels; the events of texel i lie from head[i] to head[i + 1].
+ *   event   16 bytes  depth [m] (distance from the light; along it for directional ones) and the
+ *                     product of all filters up to and including this one, rgb; with
+ *                     SHADOW_FLAG_RAW this one's own filter
+ *   index    1 byte   of each event, a quarter of a word: SHADOW_INDEX_AT, for searching long lists
+ *   object   4 bytes  SHADOW_FLAG_RAW: node, and bit 31 for one that casts once
+ *   medium  16 bytes  SHADOW_FLAG_MEDIA: sigma, the extinction that acts behind the event, rgb
+ *                     [1/m]; with SHADOW_FLAG_RAW the event's own, negative where it leaves
+ * A medium is two events, where the ray enters and where it leaves, kept even if the interface
+ * filters nothing. Transmittance at depth z, i the last event before it: P_i exp(-sigma_i (z -
+ * z_i)), which is exact for homogeneous media, however they overlap; before the first event P = 1,
+ * z_i = 0 and sigma is that of the light's own place (shadow_media.h), so that lists which opaque
+ * casters cut short need no matching of ends. The last two streams exist once a light needs them.
+ */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_H
 
@@ -12,8 +27,9 @@ struct shadow_builder { /* what the list builders share */
     struct gpu_timeline *timeline;
     struct shadow_store *store;
     struct caster_painter *painter;
-    struct gl_buffer sums, statistics;                 /* of a scan */
-    struct gl_buffer texels, scratch, scratch_objects; /* of a sort; freed after it */
+    struct gl_buffer sums, statistics; /* of a scan */
+    /* of a sort; freed after it */
+    struct gl_buffer texels, scratch, scratch_objects, scratch_media;
     uint64_t first_elements; /* linked: first guess per light; 0 means 4 per texel */
     bool scans_on_host;      /* deep: scan counts in C, where the device is our own cores */
 };

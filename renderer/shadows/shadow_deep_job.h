@@ -6,7 +6,8 @@
 #include "renderer/shadows/shadow_deep.h"
 
 enum {
-    DEEP_CLASSES = 16,    /* class c: lists of 2^c + 1 to 2^(c + 1) events; class 0: of 2 */
+    DEEP_CLASSES = 16,    /* class c: lists of 2^c + 1 to 2^(c + 1) events; class 0: of 2, and with
+                             media of 1 */
     DEEP_RUN = 32,        /* longer lists are merged from runs of this many */
     DEEP_LONGEST = 60000, /* llvmpipe ends all loops of a thread after 65,535 iterations; merging
                              needs one per event */
@@ -26,10 +27,13 @@ struct deep_job {
     const char *because;
     struct deep_statistics *statistics; /* per build */
     uint32_t chunks;                    /* device scan: room for the sums of each build */
-    uint32_t **texels; /* host scan: per build, its texels of two or more events by class */
+    uint32_t **texels; /* host scan: per build, its texels of deep_job_shortest or more events by
+                          class */
 };
 
 bool deep_job_has(const struct deep_job *job, size_t build); /* it is a deep shadow map */
+/* Events from which on a list must be finished: a single one is, where nothing acts behind it. */
+uint32_t deep_job_shortest(const struct deep_job *job, size_t build);
 void deep_job_begin(const struct deep_job *job, const char *pass);
 uint32_t deep_statistics_texels(const struct deep_statistics *statistics); /* of all classes */
 

@@ -22,6 +22,7 @@ struct shadow_map {
     bool is_faithful; /* SHADOW_LINKED as published */
     int resolution;
     struct shadow_range depths, heads, events, nodes;
+    double sigma[3]; /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
     uint64_t event_count, longest_list, occupied_texels;
     uint64_t last_frame; /* number of the last frame that used it */
 };
@@ -38,6 +39,7 @@ struct shadow_casters { /* what one light meets */
     size_t count, capacity;
     size_t opaque_count, transparent_count;
     bool has_exclusions; /* a transparent caster's material is no_self_shadow or cast_once */
+    bool has_media;      /* a transparent caster is a medium */
 };
 
 struct shadow_build { /* a map that must be built in this frame */

@@ -46,6 +46,7 @@ static const struct gl_program *use_scan(const struct deep_job *job, int pass, s
     gl_program_set_u(program, "u_chunks", chunk_count(texels));
     gl_program_set_u(program, "u_chunk_first", job->chunks * (uint32_t)build);
     gl_program_set_u(program, "u_slot", (uint32_t)build);
+    gl_program_set_u(program, "u_shortest", deep_job_shortest(job, build));
     gl_buffer_bind_storage(heads_of(job), BIND_SHADOW_COUNTS);
     gl_buffer_bind_storage(&job->builder->sums, BIND_SCAN);
     gl_buffer_bind_storage(&job->builder->statistics, BIND_STATISTICS);
@@ -116,11 +117,14 @@ static bool place_on_device(struct deep_job *job, struct error *err)
 
 static int length_class(uint32_t n)
 {
-    return 31 - __builtin_clz(n - 1) < DEEP_CLASSES - 1 ? 31 - __builtin_clz(n - 1)
-                                                        : DEEP_CLASSES - 1;
+    if (n <= 2)
+        return 0;
+    int class_ = 31 - __builtin_clz(n - 1);
+    return class_ < DEEP_CLASSES - 1 ? class_ : DEEP_CLASSES - 1;
 }
 
-static void sum_counts(const uint32_t *counts, uint64_t count, struct deep_statistics *s)
+static void sum_counts(const uint32_t *counts, uint64_t count, uint32_t shortest,
+                       struct deep_statistics *s)
 {
     uint64_t total = 0;
     for (uint64_t i = 0; i < count; i++) {
@@ -131,15 +135,15 @@ static void sum_counts(const uint32_t *counts, uint64_t count, struct deep_stati
         s->occupied++;
         if (n > s->longest)
             s->longest = n;
-        if (n > 1)
+        if (n >= shortest)
             s->classes[length_class(n)]++;
     }
     s->total = (uint32_t)total;
     s->total_high = (uint32_t)(total >> 32);
 }
 
-static void place_counts(uint32_t *counts, uint64_t count, const struct deep_statistics *s,
-                         uint32_t *texels)
+static void place_counts(uint32_t *counts, uint64_t count, uint32_t shortest,
+                         const struct deep_statistics *s, uint32_t *texels)
 {
     uint32_t place[DEEP_CLASSES], first = 0, running = 0;
     for (int c = 0; c < DEEP_CLASSES; c++) {
@@ -150,7 +154,7 @@ static void place_counts(uint32_t *counts, uint64_t count, const struct deep_sta
         uint32_t n = counts[i];
         counts[i] = running;
         running += n;
-        if (n > 1)
+        if (n >= shortest)
             texels[place[length_class(n)]++] = (uint32_t)i;
     }
 }
@@ -163,11 +167,12 @@ static bool scan_on_host(struct deep_job *job, size_t build, uint32_t *counts, s
     struct deep_statistics *s = &job->statistics[build];
     uint64_t count = shadow_map_texels(map), offset_bytes = (map->heads.first + 1) * 4;
     gl_buffer_read(heads_of(job), offset_bytes, count * 4, counts);
-    sum_counts(counts, count, s);
+    uint32_t shortest = deep_job_shortest(job, build);
+    sum_counts(counts, count, shortest, s);
     job->texels[build] = malloc(deep_statistics_texels(s) * sizeof *job->texels[build] + 1);
     if (!job->texels[build])
         return error_set(err, ERROR_NO_MEMORY, "scan of a shadow map");
-    place_counts(counts, count, s, job->texels[build]);
+    place_counts(counts, count, shortest, s, job->texels[build]);
     gl_buffer_write(heads_of(job), offset_bytes, count * 4, counts);
     return true;
 }

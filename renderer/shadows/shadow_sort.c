@@ -12,7 +12,7 @@
 
 enum {
     LONG_CLASS = 5,     /* from here on lists are longer than a run */
-    SCRATCH_BYTES = 16, /* per event; 4 more for its object */
+    SCRATCH_BYTES = 16, /* per event; 4 more for its object, and for its medium */
 };
 
 /* The scratch memory is that of the largest light. */
@@ -34,14 +34,17 @@ bool deep_sort_reserve(struct deep_job *job, struct error *err)
     struct gl_buffer_desc events = {.label = "shadow.deep.scratch",
                                     .size_bytes = scratch * SCRATCH_BYTES};
     struct gl_buffer_desc objects = {.label = "shadow.deep.scratch.objects",
-                                     .size_bytes = builder->store->has_objects ? scratch * 4 : 0};
-    uint64_t bytes = lists.size_bytes + events.size_bytes + objects.size_bytes;
+                                     .size_bytes = builder->store->keeps_objects ? scratch * 4 : 0};
+    struct gl_buffer_desc media = {.label = "shadow.deep.scratch.media",
+                                   .size_bytes = builder->store->keeps_media ? scratch * 4 : 0};
+    uint64_t bytes = lists.size_bytes + events.size_bytes + objects.size_bytes + media.size_bytes;
     if (!shadow_store_check_transient(builder->store, bytes, err))
         return false;
     builder->store->transient_bytes = bytes;
     return gl_buffer_reserve(&builder->texels, &lists, false, err) &&
            gl_buffer_reserve(&builder->scratch, &events, false, err) &&
-           gl_buffer_reserve(&builder->scratch_objects, &objects, false, err);
+           gl_buffer_reserve(&builder->scratch_objects, &objects, false, err) &&
+           gl_buffer_reserve(&builder->scratch_media, &media, false, err);
 }
 
 struct class_job { /* one length class of one light */
@@ -54,17 +57,25 @@ static const struct gl_program *use_program(const struct deep_job *job,
                                             const char *variant, struct error *err)
 {
     char defines[64];
-    snprintf(defines, sizeof defines, "%s%s", variant,
-             lists->map->flags & SHADOW_FLAG_RAW ? " IDS" : "");
+    const struct shadow_map *map = lists->map;
+    snprintf(defines, sizeof defines, "%s%s%s", variant, map->flags & SHADOW_FLAG_RAW ? " IDS" : "",
+             map->flags & SHADOW_FLAG_MEDIA ? " MEDIA" : "");
     struct program_desc desc = {.label = "shadow.deep.sort", .compute = file, .defines = defines};
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
     if (!program)
         return NULL;
     gl_program_use(program);
-    gl_program_set_u(program, "u_first_head", (uint32_t)lists->map->heads.first);
-    gl_program_set_u(program, "u_event_base", (uint32_t)lists->map->events.first);
+    gl_program_set_u(program, "u_first_head", (uint32_t)map->heads.first);
+    gl_program_set_u(program, "u_event_base", (uint32_t)map->events.first);
     gl_program_set_u(program, "u_list_first", lists->list_first);
     gl_program_set_u(program, "u_list_count", lists->list_count);
+    float sigma[2][4] = {{0}};
+    for (int k = 0; k < 3; k++) {
+        sigma[0][k] = (float)map->sigma[k];
+        sigma[1][k] = (float)(map->sigma[k] - (double)sigma[0][k]);
+    }
+    gl_program_set_f4(program, "u_sigma[0]", sigma[0]);
+    gl_program_set_f4(program, "u_sigma[1]", sigma[1]);
     return program;
 }
 
@@ -114,10 +125,17 @@ static void bind_streams(const struct deep_job *job)
     gl_buffer_bind_storage(&builder->texels, BIND_SCAN);
     gl_buffer_bind_storage(&builder->scratch, BIND_LIST_NODES);
     gl_buffer_bind_storage(&builder->scratch_objects, BIND_STATISTICS);
+    gl_buffer_bind_storage(&builder->scratch_media, BIND_SHADOW_SCRATCH_MEDIA);
+    draw_arena_bind_materials(job->scene->arena);
     gl_texture_bind(shadow_store_view(store, SHADOW_POOL_HEADS, 0), UNIT_SHADOW_HEADS);
     gl_texture_bind(shadow_store_view(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT),
                     UNIT_SHADOW_EVENTS);
-    if (store->has_objects) {
+    if (store->keeps_media) {
+        gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_MEDIUM], BIND_SHADOW_MEDIA);
+        gl_texture_bind(shadow_store_view(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_MEDIUM),
+                        UNIT_SHADOW_MEDIA);
+    }
+    if (store->keeps_objects) {
         gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_OBJECT], BIND_SHADOW_EVENTS_ID);
         gl_texture_bind(shadow_store_view(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT),
                         UNIT_SHADOW_ID);

@@ -17,15 +17,18 @@ static const struct stream_kind stream_kinds[SHADOW_POOL_COUNT][SHADOW_STREAMS_M
     {{"shadow.heads", GL_R32UI, 4, 0}},
     {{"shadow.deep.events", GL_RGBA32F, 16, 0},
      {"shadow.deep.index", GL_R32F, 4, 4},
-     {"shadow.deep.objects", GL_R32UI, 4, 0}},
+     {"shadow.deep.objects", GL_R32UI, 4, 0},
+     {"shadow.deep.media", GL_RGBA32UI, 16, 0}},
     {{"shadow.linked.nodes", GL_RGBA32UI, 16, 0}},
 };
 
-static int stream_count(const struct shadow_store *store, enum shadow_pool_kind kind)
+static bool has_stream(const struct shadow_store *store, enum shadow_pool_kind kind, int stream)
 {
-    if (kind == SHADOW_POOL_EVENTS)
-        return store->has_objects ? 3 : 2;
-    return 1;
+    if (kind != SHADOW_POOL_EVENTS)
+        return stream == 0;
+    if (stream == SHADOW_STREAM_OBJECT)
+        return store->keeps_objects;
+    return stream != SHADOW_STREAM_MEDIUM || store->keeps_media;
 }
 
 /* Of a stream with room for so many elements of its pool. */
@@ -39,8 +42,9 @@ static uint64_t pool_bytes(const struct shadow_store *store, enum shadow_pool_ki
                            uint64_t capacity)
 {
     uint64_t bytes = 0;
-    for (int i = 0; i < stream_count(store, kind); i++)
-        bytes += stream_bytes(&stream_kinds[kind][i], capacity);
+    for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
+        if (has_stream(store, kind, i))
+            bytes += stream_bytes(&stream_kinds[kind][i], capacity);
     return bytes;
 }
 
@@ -58,7 +62,7 @@ void shadow_store_clear(struct shadow_store *store)
     for (int i = 0; i < SHADOW_POOL_COUNT; i++)
         finish_pool(&store->pools[i]);
     gl_texture_finish(&store->target);
-    store->has_objects = false;
+    store->keeps_objects = store->keeps_media = false;
 }
 
 uint64_t shadow_store_size_bytes(const struct shadow_store *store)
@@ -150,9 +154,9 @@ static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, ui
                       struct error *err)
 {
     struct shadow_pool *pool = &store->pools[kind];
-    for (int i = 0; i < stream_count(store, kind); i++)
-        if (!resize_stream(pool, &stream_kinds[kind][i], i, capacity, store->limits->is_software,
-                           err))
+    for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
+        if (has_stream(store, kind, i) && !resize_stream(pool, &stream_kinds[kind][i], i, capacity,
+                                                         store->limits->is_software, err))
             return false;
     return shadow_ranges_grow(&pool->ranges, capacity, err);
 }
@@ -244,20 +248,20 @@ void shadow_store_trim_target(struct shadow_store *store)
         gl_texture_finish(&store->target);
 }
 
-bool shadow_store_keep_objects(struct shadow_store *store, struct error *err)
+bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, struct error *err)
 {
     struct shadow_pool *pool = &store->pools[SHADOW_POOL_EVENTS];
-    const struct stream_kind *kind = &stream_kinds[SHADOW_POOL_EVENTS][SHADOW_STREAM_OBJECT];
-    if (store->has_objects)
+    const struct stream_kind *kind = &stream_kinds[SHADOW_POOL_EVENTS][stream];
+    bool *keeps = stream == SHADOW_STREAM_OBJECT ? &store->keeps_objects : &store->keeps_media;
+    if (*keeps)
         return true;
     while (!fits(store, stream_bytes(kind, pool->ranges.capacity)))
         if (!make_room(store))
             return over_budget(store, stream_bytes(kind, pool->ranges.capacity), kind->label, err);
-    if (pool->ranges.capacity &&
-        !resize_stream(pool, kind, SHADOW_STREAM_OBJECT, pool->ranges.capacity,
-                       store->limits->is_software, err))
+    if (pool->ranges.capacity && !resize_stream(pool, kind, (int)stream, pool->ranges.capacity,
+                                                store->limits->is_software, err))
         return false;
-    store->has_objects = true;
+    *keeps = true;
     return true;
 }
 

@@ -13,17 +13,18 @@ enum shadow_pool_kind {
     SHADOW_POOL_DEPTHS, /* f32 per texel: nearest opaque caster, as a reversed depth; 0 for none */
     SHADOW_POOL_HEADS,  /* u32 per texel: list offsets, or heads of linked lists */
     SHADOW_POOL_EVENTS, /* depth and transmittance of each event, the index of its list, and, where
-                           kept, its object */
+                           kept, its object, and the extinction behind it */
     SHADOW_POOL_NODES,  /* 16-byte elements of linked lists */
     SHADOW_POOL_COUNT
 };
 
-enum { SHADOW_STREAMS_MAX = 3 };
+enum { SHADOW_STREAMS_MAX = 4 };
 /* Of SHADOW_POOL_EVENTS. */
 enum shadow_stream {
     SHADOW_STREAM_EVENT,
-    SHADOW_STREAM_INDEX, /* f32 per four events: SHADOW_INDEX_AT of records.h */
-    SHADOW_STREAM_OBJECT,
+    SHADOW_STREAM_INDEX,  /* f32 per four events: SHADOW_INDEX_AT of records.h */
+    SHADOW_STREAM_OBJECT, /* u32; these two exist once a map asked for them */
+    SHADOW_STREAM_MEDIUM, /* four words: extinction [1/m] as rgb floats */
 };
 
 struct shadow_pool {
@@ -35,8 +36,8 @@ struct shadow_pool {
 struct shadow_store {
     const struct gl_limits *limits;
     uint64_t budget_bytes;
-    uint64_t transient_bytes; /* of builders, counted against the budget while they last */
-    bool has_objects;         /* SHADOW_STREAM_OBJECT exists */
+    uint64_t transient_bytes;        /* of builders, counted against the budget while they last */
+    bool keeps_objects, keeps_media; /* SHADOW_STREAM_OBJECT, SHADOW_STREAM_MEDIUM exist */
     struct shadow_pool pools[SHADOW_POOL_COUNT];
     struct gl_texture target; /* D32F layers that faces are drawn into, for the length of a build */
     /* Frees the map used longest ago, at least so many frames; false when there is none. */
@@ -63,8 +64,9 @@ MUST_CHECK bool shadow_store_reserve_target(struct shadow_store *store, int reso
                                             uint64_t layers, struct error *err);
 /* Frees a target that is too large to keep for the next edit. */
 void shadow_store_trim_target(struct shadow_store *store);
-/* From now on events have an object stream. */
-MUST_CHECK bool shadow_store_keep_objects(struct shadow_store *store, struct error *err);
+/* From now on events have this optional stream. */
+MUST_CHECK bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream,
+                                  struct error *err);
 /* Makes sure that a builder's transient memory fits beside what is resident. */
 MUST_CHECK bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes,
                                              struct error *err);

@@ -13,6 +13,7 @@
 #include "renderer/scene/matrix.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
+#include "renderer/shadows/shadow_media.h"
 #include "renderer/shadows/shadow_probe.h"
 #include "shaders/shared/layout.h"
 
@@ -38,6 +39,7 @@ struct shadow_system {
     struct shadow_build *builds;
     size_t build_count, build_capacity;
     int resolution, taps;
+    bool has_thick_media; /* a linked map has media among its casters */
     struct gl_buffer records;
     struct gl_texture record_view;
     char defines[256];
@@ -230,9 +232,14 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
         map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
         if (map.kind == SHADOW_DEEP && casters.has_exclusions)
             map.flags |= SHADOW_FLAG_RAW;
+        if (map.kind == SHADOW_DEEP && casters.has_media)
+            map.flags |= SHADOW_FLAG_MEDIA;
+        shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters.has_media;
         map.key = shadow_key_of_map(&map, &casters, state, (uint32_t)desc->quality->blend_filter);
         struct shadow_map *standing = find_map(shadows, map.key);
         if (!standing) {
+            if (map.flags & SHADOW_FLAG_MEDIA)
+                shadow_media_at(state, &casters, &map.frame, map.sigma);
             standing = add_map(shadows, &map, err);
             ok = standing && add_build(shadows, standing, light, &casters, err);
         }
@@ -345,6 +352,7 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
                          struct error *err)
 {
     finish_builds(shadows);
+    shadows->has_thick_media = false;
     if (!reserve_lights(shadows, desc->state->light_count, err))
         return false;
     for (size_t i = 0; i < desc->state->light_count; i++)
@@ -380,6 +388,8 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
         .projection = {{(float)frame->scale[0], (float)frame->scale[1],
                         (float)(is_flat ? frame->depth_m : frame->near_m), 0}},
     };
+    for (int k = 0; k < 3; k++)
+        record->sigma.v[k] = (float)map->sigma[k];
     vec4 *axes[3] = {&record->axis_x, &record->axis_y, &record->axis_z};
     double from_eye[3];
     vec3_sub(eye, frame->origin, from_eye);
@@ -424,10 +434,10 @@ static bool upload_records(struct shadow_system *shadows, const double eye[3], s
  * programs. */
 static void set_defines(struct shadow_system *shadows)
 {
-    static const char *const items[] = {"SHADOW_HAS_MAPS",         " SHADOW_HAS_ORTHOGRAPHIC",
-                                        " SHADOW_HAS_PERSPECTIVE", " SHADOW_HAS_CUBES",
-                                        " SHADOW_HAS_DEEP",        " SHADOW_HAS_IDS",
-                                        " SHADOW_HAS_LINKED",      " SHADOW_FAITHFUL"};
+    static const char *const items[] = {
+        "SHADOW_HAS_MAPS",    " SHADOW_HAS_ORTHOGRAPHIC", " SHADOW_HAS_PERSPECTIVE",
+        " SHADOW_HAS_CUBES",  " SHADOW_HAS_DEEP",         " SHADOW_HAS_IDS",
+        " SHADOW_HAS_LINKED", " SHADOW_FAITHFUL",         " SHADOW_HAS_MEDIA"};
     bool has[sizeof items / sizeof *items] = {false};
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_map *map = shadows->light_maps[i];
@@ -441,6 +451,7 @@ static void set_defines(struct shadow_system *shadows)
         has[5] |= (map->flags & SHADOW_FLAG_RAW) != 0;
         has[6] |= map->kind == SHADOW_LINKED;
         has[7] |= map->is_faithful;
+        has[8] |= (map->flags & SHADOW_FLAG_MEDIA) != 0;
     }
     size_t length = 0, size = sizeof shadows->defines;
     shadows->defines[0] = 0;
@@ -498,6 +509,10 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
             report_add_reused(report, names[map->kind]);
         is_reused[map->kind] = true;
     }
+    if (shadows->has_thick_media)
+        report_warn(report,
+                    "deep-linked has no room for media: closed volumes keep the thickness of "
+                    "their material; 'deep' follows the light inside");
     report->counts.shadow_maps_built += shadows->build_count;
     report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
     report_bytes(&shadows->store, report);
@@ -565,6 +580,7 @@ void shadow_system_bind(const struct shadow_system *shadows, const struct gl_pro
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, UNIT_SHADOW_EVENTS},
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_INDEX, UNIT_SHADOW_INDEX},
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, UNIT_SHADOW_ID},
+        {SHADOW_POOL_EVENTS, SHADOW_STREAM_MEDIUM, UNIT_SHADOW_MEDIA},
         {SHADOW_POOL_NODES, 0, UNIT_SHADOW_NODES},
     };
     if (!shadows->defines[0])

@@ -18,9 +18,11 @@
 #define BIND_FRAGMENT_SURFACE_2 9
 
 /* building shadows and lists; numbers above are not in use at that time and may be shared */
-#define BIND_SHADOW_COUNTS 9  /* deep build: u32 per texel */
-#define BIND_SHADOW_EVENTS 10 /* vec4 per event: depth, transmittance */
-#define BIND_SHADOW_INDEX 11  /* float per four events: depth */
+#define BIND_SHADOW_MEDIA 7         /* uvec4 per event: medium, later extinction */
+#define BIND_SHADOW_SCRATCH_MEDIA 8 /* u32 per event */
+#define BIND_SHADOW_COUNTS 9        /* deep build: u32 per texel */
+#define BIND_SHADOW_EVENTS 10       /* vec4 per event: depth, transmittance */
+#define BIND_SHADOW_INDEX 11        /* float per four events: depth */
 #define BIND_SHADOW_EVENTS_ID 12
 #define BIND_SCAN 13        /* block sums of a scan */
 #define BIND_LIGHT_HEADS 13 /* linked light lists: counter and heads under construction */
@@ -44,6 +46,7 @@
 #define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, 5 texels each */
 #define UNIT_LIGHT_RECORDS 20  /* linked light lists: samplerBuffer RGBA32F, 6 texels per light */
 #define UNIT_LIGHT_MESH 21     /* linked light lists: samplerBuffer RGBA32F, triangle soup */
+#define UNIT_SHADOW_MEDIA 23   /* usamplerBuffer RGBA32UI: extinction behind each event */
 #define UNIT_LIGHT_FRONT 22    /* linked light lists: sampler2D R32F, depth of front faces */
 
 #endif

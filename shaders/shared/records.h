@@ -79,14 +79,16 @@ LAYOUT_SIZE(light_record, 64)
 #define SHADOW_CUBE 1u     /* six perspective faces, +X -X +Y -Y +Z -Z */
 #define SHADOW_ORTHOGRAPHIC 2u
 
-#define SHADOW_FLAG_RAW 1u /* raw transmittances and objects are kept, to leave objects out */
+#define SHADOW_FLAG_RAW 1u   /* raw transmittances and objects are kept, to leave objects out */
+#define SHADOW_FLAG_MEDIA 2u /* events say which extinction acts behind them */
+#define SHADOW_RECORD_TEXELS 6
 
 /* A list of deep events that starts at `event` of the pool has an index beside it: the depths of
  * its events 4, 8, 12, ... (counted from 0) in consecutive words, which no other list uses. */
 #define SHADOW_INDEX_AT(event) (((event) + 3) / 4)
 #define SHADOW_INDEX_COUNT(events) (((events)-1) / 4) /* of an int; 0 for 0 events */
 
-struct shadow_record {           /* read as five texels of UNIT_SHADOW_RECORDS */
+struct shadow_record {           /* read as SHADOW_RECORD_TEXELS of UNIT_SHADOW_RECORDS */
     vec4 axis_x, axis_y, axis_z; /* rows of light_from_eye: light coordinate = dot(axis.xyz, p) +
                                     axis.w for p relative to the eye, world axes; the light looks
                                     along +z */
@@ -97,9 +99,11 @@ struct shadow_record {           /* read as five texels of UNIT_SHADOW_RECORDS *
     uint depth_base; /* of a texel: depth_base + (face * resolution + y) * resolution + x */
     uint head_base;  /* likewise */
     uint event_base; /* first event in the pools */
+    vec4 sigma;      /* rgb: extinction where the light stands [1/m], with SHADOW_FLAG_MEDIA */
 };
 LAYOUT(shadow_record, projection, 48)
 LAYOUT(shadow_record, kind_shape_flags_resolution, 64)
-LAYOUT_SIZE(shadow_record, 80)
+LAYOUT(shadow_record, sigma, 80)
+LAYOUT_SIZE(shadow_record, 96)
 
 #endif

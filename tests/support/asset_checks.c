@@ -151,6 +151,16 @@ static bool is_transparent(const struct scene *scene)
     return false;
 }
 
+/* Linked lists know no media (docs/architecture.md). */
+static bool has_media(const struct scene *scene)
+{
+    for (uint32_t i = 0; i < scene->primitive_count; i++)
+        if ((scene->primitives[i].flags & SCENE_PRIMITIVE_IS_CLOSED) &&
+            scene_material_attenuates(&scene->materials[scene->primitives[i].material]))
+            return true;
+    return false;
+}
+
 static void check_techniques(struct lamps *lamps, const struct image *both)
 {
     struct view_quality quality = lamps->view.quality;
@@ -166,7 +176,8 @@ static void check_techniques(struct lamps *lamps, const struct image *both)
     lamps->view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
     struct image linked = shoot_lamps(lamps, 0, 2, 1);
     /* Half a step of 16 bits per filter and lookup, relative to light that passes at all. */
-    assert_images_close(&deep, &linked, 0.05, 1e-3);
+    if (!has_media(&lamps->scene->imported.scene))
+        assert_images_close(&deep, &linked, 0.05, 1e-3);
     lamps->view.quality = quality;
     lamps->view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     struct image listed = shoot_lamps(lamps, 0, 2, 1);

@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT */
+/* Which media a light stands in. Thread: any. */
+#ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_MEDIA_H
+#define VITRAIL_RENDERER_SHADOWS_SHADOW_MEDIA_H
+
+#include "renderer/shadows/shadow_map.h"
+
+/* The summed extinction [1/m] at the light's own place, where the lists of its texels begin: each
+ * medium among the casters counts as often as its surface winds around the light, by the sum of the
+ * solid angles of its triangles (van Oosterom and Strackee 1983, "The solid angle of a plane
+ * triangle", eq. 8), in f64. Zero for directional lights, whose lists begin outside of everything.
+ */
+void shadow_media_at(const struct scene_state *state, const struct shadow_casters *casters,
+                     const struct shadow_frame *frame, double sigma[3]);
+
+#endif
