@@ -46,8 +46,10 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
                                 texelFetch(u_surface_1, pixel, 0), depth, u_sample_positions[0]);
 }
 #else
-// Each distinct surface among the samples is shaded once, at the first of its samples: samples of
-// one signature and nearly one depth are one surface.
+// Each distinct surface among the samples is shaded once: samples of one signature and nearly one
+// depth are one surface. It is shaded in the middle of them, which is the pixel's middle when it
+// has them all; any single sample would shift its shadows and textures by up to half a pixel. Depth
+// is linear over a plane on the screen, so its mean lies on the surface.
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
     for (int j = 0; j < SAMPLES; j++)
@@ -57,19 +59,26 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
         int i = findLSB(remaining);
         uint signature = texelFetch(u_signature, pixel, i).x;
         float depth = texelFetch(u_depth_map, pixel, i).x;
-        vec4 shaded = IS_FIRST_SLICE ? u_background : vec4(0.0);
-        BRANCH (depth > 0.0)
-            shaded = shade_sample(pixel, texelFetch(u_surface_0, pixel, i),
-                                  texelFetch(u_surface_1, pixel, i), depth, u_sample_positions[i]);
+        uint same = 0u;
+        vec3 sum = vec3(0.0); // of positions in the pixel, and of depths
         for (int j = 0; j < SAMPLES; j++) {
             float other = texelFetch(u_depth_map, pixel, j).x;
             bool is_same = texelFetch(u_signature, pixel, j).x == signature &&
                            abs(other - depth) <= 0.02 * max(other, depth);
             if ((remaining & 1u << j) != 0u && (j == i || is_same)) {
-                color[j] = shaded;
-                remaining &= ~(1u << j);
+                same |= 1u << j;
+                sum += vec3(u_sample_positions[j], other);
             }
         }
+        vec3 middle = sum / float(bitCount(same));
+        vec4 shaded = IS_FIRST_SLICE ? u_background : vec4(0.0);
+        BRANCH (depth > 0.0)
+            shaded = shade_sample(pixel, texelFetch(u_surface_0, pixel, i),
+                                  texelFetch(u_surface_1, pixel, i), middle.z, middle.xy);
+        for (int j = 0; j < SAMPLES; j++)
+            if ((same & 1u << j) != 0u)
+                color[j] = shaded;
+        remaining &= ~same;
     }
 }
 #endif

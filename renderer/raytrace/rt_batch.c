@@ -98,16 +98,39 @@ static uint32_t find_fragment(struct rt_batch *batch, const struct rt_sample *sa
     fragment->x = sample->x;
     fragment->y = sample->y;
     fragment->is_opaque = is_opaque;
-    double relative[3];
+    memset(&fragment->sum, 0, sizeof fragment->sum);
+    return (uint32_t)batch->fragment_count++;
+}
+
+static void add_to_fragment(struct rt_fragment *fragment, const struct rt_sample *sample,
+                            const struct rt_hit *hit)
+{
+    if (fragment->hit.triangle != hit->triangle)
+        return; /* its neighbour: barycentric weights mean something else there */
+    fragment->sum.u += hit->u;
+    fragment->sum.v += hit->v;
     for (int k = 0; k < 3; k++) {
-        fragment->point[k] = sample->ray->origin[k] + sample->ray->direction[k] * hit->t;
-        fragment->view[k] = -sample->ray->direction[k];
+        fragment->sum.point[k] += sample->ray->origin[k] + sample->ray->direction[k] * hit->t;
+        fragment->sum.direction[k] += sample->ray->direction[k];
+    }
+    fragment->sum.count++;
+}
+
+/* Any single sample would shift shadows and textures by up to half a pixel; the middle of all of
+ * them is the pixel's middle inside a surface. */
+static void place_in_the_middle(const struct rt_batch *batch, struct rt_fragment *fragment)
+{
+    double count = fragment->sum.count, relative[3];
+    fragment->hit.u = fragment->sum.u / count;
+    fragment->hit.v = fragment->sum.v / count;
+    for (int k = 0; k < 3; k++) {
+        fragment->point[k] = fragment->sum.point[k] / count;
+        fragment->view[k] = -fragment->sum.direction[k];
         relative[k] =
             fragment->point[k] + batch->desc.scene->origin[k] - batch->desc.camera->eye[k];
     }
     vec3_normalize(fragment->view);
     fragment->view_z = -vec3_dot(relative, batch->desc.camera->back);
-    return (uint32_t)batch->fragment_count++;
 }
 
 static void begin_media(struct rt_batch *batch, const struct rt_sample *sample, double sigma[3])
@@ -142,6 +165,7 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
             continue;
         struct rt_step *step = &batch->steps[batch->step_count++];
         step->fragment = find_fragment(batch, sample, hit, is_opaque, i);
+        add_to_fragment(&batch->fragments[step->fragment], sample, hit);
         for (int k = 0; k < 3; k++)
             step->through[k] = (float)through[k], through[k] = 1;
     }
@@ -201,6 +225,8 @@ static void write_pixels(const struct rt_batch *batch, struct image *image)
 
 void rt_batch_shade(struct rt_batch *batch, struct image *image)
 {
+    for (size_t i = 0; i < batch->fragment_count; i++)
+        place_in_the_middle(batch, &batch->fragments[i]);
     rt_batch_light(batch);
     write_pixels(batch, image);
     batch->fragment_count = batch->step_count = batch->sample_count = batch->pixel_count = 0;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* A batch of surfaces that some pixels show: gathered from sorted hits, lit together, composited
- * per sample. Opaque surfaces are shaded once per pixel and surface, at the first sample that shows
- * it; transparent triangles once per pixel. Thread: one per batch. */
+ * per sample. Opaque surfaces are shaded once per pixel and surface, transparent triangles once per
+ * pixel, both in the middle of the samples that show the triangle seen first. Thread: one per
+ * batch. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 
@@ -19,6 +20,10 @@ struct rt_fragment { /* one surface in one pixel */
     double view_z;
     int x, y;
     bool is_opaque;
+    struct { /* over the samples that show the triangle of `hit`: rt_batch_shade takes the mean */
+        double u, v, point[3], direction[3];
+        int count;
+    } sum;
 };
 
 struct rt_step { /* of one sample, front to back */

@@ -73,10 +73,10 @@ static const struct technique techniques[] = {
      false},
     {"deep-linked", SAME_SAMPLES, {LINKED, .samples = 1}, {0.025, 0.11}, {0.0075, 0.15}, false},
     {"raytraced", SAME_SAMPLES, {TRACED, .samples = 1}, {0.001, 0.005}, {0.001, 0.001}, false},
-    {"deep", PICTURES, {DEEP, .samples = 4}, {0.11, 0.15}, {0}, false},
+    {"deep", PICTURES, {DEEP, .samples = 4}, {0.12, 0.13}, {0}, false},
     {"deep, 1 sample", PICTURES, {DEEP, .samples = 1}, {0.12, 0.2}, {0}, false},
-    {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.13, 0.18}, {0}, false},
-    {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.13, 0.2}, {0}, false},
+    {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.12, 0.17}, {0}, false},
+    {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.12, 0.17}, {0}, false},
 };
 
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
