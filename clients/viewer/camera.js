@@ -97,21 +97,22 @@ export class OrbitCamera {
 
   /**
    * Stands where a camera of the scene stands. From outside it turns around the middle of the
-   * scene's box; inside, as in a room, nearly on the spot.
+   * scene's box; inside, as in a room, around a point `near` metres away: nearly on the spot.
    */
-  standAt({ matrix, fov_y_deg, ortho_height }, bounds) {
+  standAt({ matrix, fov_y_deg, ortho_height }, bounds, near) {
     const eye = matrix.slice(12, 15);
     const backward = matrix.slice(8, 11);
     const center = [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
     const isInside = eye.every((value, axis) => value > bounds[axis] && value < bounds[axis + 3]);
     const depth = isInside ? 0 : dot(add(eye, center, -1), backward);
+    const least = isInside ? near : 0.05 * this.sceneSize;
     this.pitch = clamp(Math.asin(clamp(backward[1], -1, 1)) / RAD, -UP_LIMIT_DEG, UP_LIMIT_DEG);
     this.yaw = Math.atan2(backward[0], backward[2]) / RAD;
     this.isOrthographic = ortho_height !== undefined;
     this.fov = fov_y_deg ?? DEFAULT_FOV_DEG;
     this.distance = this.isOrthographic
       ? ortho_height / 2 / Math.tan((this.fov * RAD) / 2)
-      : Math.max(depth, 0.05 * this.sceneSize);
+      : Math.max(depth, least);
     this.target = add(eye, this.backward, -this.distance);
   }
 

@@ -74,11 +74,20 @@ export class Model extends EventTarget {
   #standByDefault() {
     const [camera] = this.scene.outline.cameras;
     if (camera) {
-      this.camera.standAt(camera, this.bounds);
+      this.standAt(camera);
       return;
     }
     this.camera.turnTo({ yaw: 35, pitch: 20 });
     this.camera.fit(this.bounds, 1.6);
+  }
+
+  /** Stands where a camera of the scene stands; what is near is told by where the parts are. */
+  standAt(camera) {
+    const eye = camera.matrix.slice(12, 15);
+    const away = this.scene.outline.nodes.filter(({ bounds }) => bounds).map(({ bounds }) =>
+      Math.hypot(...eye.map((value, axis) => (bounds[axis] + bounds[axis + 3]) / 2 - value)));
+    const median = away.sort((a, b) => a - b)[Math.floor(away.length / 2)] ?? this.camera.sceneSize;
+    this.camera.standAt(camera, this.bounds, 0.15 * median);
   }
 
   /** Of the whole scene: least x y z, greatest x y z. */
