@@ -160,6 +160,8 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
         rt_media_attenuate(sigma, (hit->t - t) * length, through);
         rt_media_cross(scene, hit, sigma);
         t = hit->t;
+        if (hit->is_left_unseen)
+            rt_filter_unseen(scene, hit, sample->ray->direction, through);
         bool is_opaque = !hit->is_hidden && rt_scene_is_opaque(scene, hit);
         if (hit->is_hidden || (!is_opaque && scene->meshes[hit->mesh].item->class_ == STATE_MASKED))
             continue;
@@ -169,6 +171,10 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
         for (int k = 0; k < 3; k++)
             step->through[k] = (float)through[k], through[k] = 1;
     }
+    struct rt_step *last = &batch->steps[batch->step_count++];
+    last->fragment = RT_BACKGROUND;
+    for (int k = 0; k < 3; k++)
+        last->through[k] = (float)through[k];
     batch->sample_ends[batch->sample_count++] = (uint32_t)batch->step_count;
     return true;
 }
@@ -188,9 +194,11 @@ static void composite(const struct rt_batch *batch, size_t first, size_t end, do
     behind[3] = (double)b[3];
     for (size_t i = first; i < end; i++) {
         const struct rt_step *step = &batch->steps[i];
-        const struct rt_fragment *fragment = &batch->fragments[step->fragment];
         for (int k = 0; k < 3; k++)
             through[k] *= (double)step->through[k];
+        if (step->fragment == RT_BACKGROUND)
+            break;
+        const struct rt_fragment *fragment = &batch->fragments[step->fragment];
         if (fragment->is_opaque) {
             memcpy(behind, fragment->radiance, sizeof fragment->radiance);
             behind[3] = 1;

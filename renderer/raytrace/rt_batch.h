@@ -26,9 +26,11 @@ struct rt_fragment { /* one surface in one pixel */
     } sum;
 };
 
-struct rt_step { /* of one sample, front to back */
-    uint32_t fragment;
-    float through[3]; /* of the media since the step before */
+#define RT_BACKGROUND UINT32_MAX
+
+struct rt_step {       /* of one sample, front to back; the last one is the background */
+    uint32_t fragment; /* or RT_BACKGROUND */
+    float through[3];  /* of the media since the step before */
 };
 
 struct rt_ray_job { /* one shadow ray, waiting */

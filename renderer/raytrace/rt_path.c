@@ -39,6 +39,18 @@ void rt_media_attenuate(const double sigma[3], double length_m, double through[3
             through[k] *= exp(-sigma[k] * length_m);
 }
 
+void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
+                      const double direction[3], double through[3])
+{
+    struct rt_surface surface;
+    double filter[3];
+    rt_surface_evaluate(scene, hit, &surface);
+    double cosine = fabs(vec3_dot(surface.normal, direction)) / vec3_length(direction);
+    rt_surface_light_filter(&surface, cosine, false, VIEW_BLEND_COVERAGE, filter);
+    for (int k = 0; k < 3; k++)
+        through[k] *= filter[k] * (1 - surface.alpha * surface.metallic);
+}
+
 void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
                            const double direction[3], double t_max, const double sigma_end[3],
                            enum view_blend_filter blend, double out[3])

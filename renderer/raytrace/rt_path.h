@@ -18,6 +18,11 @@ void rt_media_cross(const struct rt_scene *scene, const struct rt_hit *hit, doub
 /* Multiplies by exp(-sigma * length); a sum below zero counts as zero. */
 void rt_media_attenuate(const double sigma[3], double length_m, double through[3]);
 
+/* Multiplies by the filter of a face that is_left_unseen; it reflects nothing (docs/shading.md,
+ * section 2). */
+void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
+                      const double direction[3], double through[3]);
+
 /* From a point along a unit direction to a light at t_max. hits: in order, none of them opaque.
  * sigma_end: rt_media_at of the light, zeros for one infinitely far away. */
 void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,

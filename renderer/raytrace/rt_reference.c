@@ -37,6 +37,8 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double co
         rt_media_attenuate(sigma, (hit->t - t) * length, through);
         rt_media_cross(job->scene, hit, sigma);
         t = hit->t;
+        if (hit->is_left_unseen)
+            rt_filter_unseen(job->scene, hit, view, through);
         if (hit->is_hidden)
             continue;
         enum state_class class_ = job->scene->meshes[hit->mesh].item->class_;

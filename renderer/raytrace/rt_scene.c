@@ -272,8 +272,9 @@ bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, ui
     /* a medium entered before the camera's near plane is entered all the same */
     if (hit.t <= ray->t_min && !(is_medium && ray->culls_back_faces))
         return false;
-    hit.is_hidden = ray->only_media || hit.t <= ray->t_min || !is_drawn(scene, ray, &hit) ||
-                    is_clipped(scene, ray, hit.t);
+    bool is_cut = ray->only_media || hit.t <= ray->t_min || is_clipped(scene, ray, hit.t);
+    hit.is_hidden = is_cut || !is_drawn(scene, ray, &hit);
+    hit.is_left_unseen = hit.is_hidden && !is_cut;
     if (hit.is_hidden && !is_medium)
         return false;
     if (hits->count == RT_HITS_MAX) {

@@ -37,8 +37,9 @@ struct rt_hit {
     double u, v;      /* barycentric weights of the second and third vertex */
     double normal[3]; /* geometric, unit, counter-clockwise side */
     uint32_t mesh, triangle;
-    bool is_front;  /* the ray's origin sees the front face */
-    bool is_hidden; /* not drawn (a culled face, or clipped away): it only bounds its medium */
+    bool is_front;       /* the ray's origin sees the front face */
+    bool is_hidden;      /* not drawn (a culled face, or clipped away): it only bounds its medium */
+    bool is_left_unseen; /* hidden as the culled face of a medium: what leaves there is filtered */
 };
 
 /* Every hit of one ray with t in (t_min, t_max), nearest first; opaque surfaces end the list. */

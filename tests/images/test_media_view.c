@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
+#include "tests/support/closed_form_catalog.h"
 #include "tests/support/closed_form_internal.h"
-#include "tests/support/closed_form_media.h"
 #include "tests/support/image_checks.h"
 #include "tests/support/render_support.h"
 
@@ -283,32 +283,7 @@ static void a_sphere_attenuates_along_its_chord(void **state)
 
 /* A5 and all that: boxes and wedges at random, overlapping, nested, sharing faces, mirrored, with
  * coloured surfaces in some; the camera anywhere, inside of several of them too. */
-enum { BODIES = 7 };
-
-static void random_bodies(uint64_t *seed, bool has_filters, struct closed_form_body *bodies)
-{
-    for (int i = 0; i < BODIES; i++) {
-        struct closed_form_body *b = &bodies[i];
-        *b = (struct closed_form_body){.distance = 0.5f,
-                                       .shape = i % 3 == 2 ? BODY_WEDGE : BODY_BOX,
-                                       .is_mirrored = i % 3 == 1,
-                                       .is_double_sided = i % 2 == 1};
-        for (int k = 0; k < 3; k++) {
-            b->low[k] = (double)(float)closed_form_random(seed, -1, 0.4);
-            b->high[k] = b->low[k] + 0.25 + (int)closed_form_random(seed, 0, 4) / 4.0;
-            b->remains[k] = (float)closed_form_random(seed, 0.5, 1);
-            if (has_filters && i % 2)
-                b->filter[k] = roundf((float)closed_form_random(seed, 45000, 65535)) / 65535;
-        }
-    }
-    bodies[5] = bodies[0]; /* one body twice, one that shares a face, one inside */
-    bodies[6].low[0] = bodies[0].high[0];
-    bodies[6].high[0] = bodies[0].high[0] + 0.5;
-    for (int k = 0; k < 3; k++) {
-        bodies[4].low[k] = bodies[0].low[k] + 0.0625;
-        bodies[4].high[k] = bodies[0].high[k] - 0.0625;
-    }
-}
+enum { BODIES = RANDOM_BODIES };
 
 static struct view random_view(uint64_t seed, bool is_near)
 {
@@ -326,7 +301,7 @@ static void random_views_of_random_media_are_exact(void **state)
     for (uint64_t round = 1; round <= 12; round++) {
         struct closed_form_body bodies[BODIES];
         uint64_t seed = round;
-        random_bodies(&seed, round % 2, bodies);
+        closed_form_random_bodies(&seed, round % 2, bodies);
         struct view view = random_view(round, round % 3);
         char name[40];
         snprintf(name, sizeof name, "media_random_%d", (int)round);
@@ -340,7 +315,7 @@ static void compare_with_glowing(struct renderer *renderer, uint64_t round, stru
 {
     struct closed_form_body bodies[BODIES + 2];
     uint64_t seed = round;
-    random_bodies(&seed, round % 2, bodies);
+    closed_form_random_bodies(&seed, round % 2, bodies);
     for (int i = BODIES; i < BODIES + 2; i++) {
         bodies[i] = (struct closed_form_body){.glows = true};
         for (int k = 0; k < 3; k++) {
@@ -411,6 +386,45 @@ static void antialiased_views_average_the_ways_of_their_samples(void **state)
     }
 }
 
+/* The ray tracer shares no code with the lists: the same picture, lit surfaces and glowing bodies
+ * included, but where a pixel's middle is within rounding of an edge. */
+static void the_reference_sees_the_same(void **state)
+{
+    for (uint64_t round = 1; round <= 6; round++) {
+        struct closed_form_body bodies[BODIES + 1];
+        uint64_t seed = round;
+        closed_form_random_bodies(&seed, true, bodies);
+        bodies[BODIES] = (struct closed_form_body){
+            .low = {-0.25, -0.3, -0.2}, .high = {0.1, 0.2, 0.3}, .glows = true};
+        struct media_scene_desc desc = {.bodies = bodies, .count = BODIES + 1};
+        struct view view = random_view(round + 400, round % 2);
+        struct view_light sun = {.type = SCENE_LIGHT_DIRECTIONAL,
+                                 .direction = {0.3, -1, -0.2},
+                                 .color = {1, 1, 1},
+                                 .intensity = 2,
+                                 .casts_no_shadow = true};
+        view.lights = &sun;
+        view.light_count = 1;
+        struct frame lists = render(*state, &desc, &view);
+        view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+        view.quality.reference = round > 3; /* else the production form, in packets */
+        struct frame traced = render(*state, &desc, &view);
+        int apart = 0;
+        for (int i = 0; i < view.width_px * view.height_px; i++) {
+            const float *p = (const float *)lists.outputs[VIEW_OUTPUT_COLOR].pixels + 4 * i;
+            const float *q = (const float *)traced.outputs[VIEW_OUTPUT_COLOR].pixels + 4 * i;
+            bool is_apart = false;
+            for (int k = 0; k < 4; k++)
+                is_apart |= !(fabs((double)(p[k] - q[k])) <= 5e-5 * (1 + (double)q[k]));
+            apart += is_apart;
+        }
+        print_message("round %d: %d pixels differ\n", (int)round, apart);
+        assert_true(apart <= view.width_px * view.height_px / 200);
+        frame_finish(&lists);
+        frame_finish(&traced);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -421,6 +435,7 @@ int main(void)
         cmocka_unit_test(an_opaque_surface_inside_a_medium_shows_through_what_is_before_it),
         cmocka_unit_test(a_clip_plane_cuts_through_media),
         cmocka_unit_test(antialiased_views_average_the_ways_of_their_samples),
+        cmocka_unit_test(the_reference_sees_the_same),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
