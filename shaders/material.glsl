@@ -58,6 +58,16 @@ vec4 material_texel(uint m, int slot, vec2 uv_0, vec2 uv_1, vec4 otherwise)
 #define BLEND_COVERAGE 1
 #define BLEND_KIM 2
 
+// t^power; near 1 by the series of ln(1 + x), because f32's log has no digits left there and
+// grazing light raises to powers of up to a million. 0 stays 0.
+vec3 filter_power(vec3 t, float power)
+{
+    vec3 x = t - 1.0;
+    vec3 series = x * (1.0 + x * (-0.5 + x * (1.0 / 3.0 + x * (-0.25 + x * 0.2))));
+    vec3 ln = mix(log(max(t, 1e-37)), series, greaterThan(t, vec3(0.9375)));
+    return mix(exp(ln * power), vec3(0.0), lessThanEqual(t, vec3(0.0)));
+}
+
 // Transmittance of one crossing of the surface by light, per channel in [0,1].
 // base: base colour and alpha after textures; transmission: factor times texture; thickness_m:
 // factor times texture; n_dot_l: |cosine| between light and normal; enters: the ray goes into the
@@ -83,9 +93,9 @@ vec3 material_filter(uint m, vec4 base, float transmission, float thickness_m, f
         else
             t = (1.0 - a) * base.rgb;
     }
-    float c = clamp(n_dot_l, 1e-4, 1.0);
+    float c = clamp(n_dot_l, 1e-6, 1.0);
     if ((r.flags & MATERIAL_PASS_SLAB) != 0u)
-        t = pow(t, vec3(1.0 / c));
+        t = filter_power(t, 1.0 / c);
     else if ((r.flags & MATERIAL_PASS_EDGE) != 0u)
         t = mix(r.edge_color.rgb * t, t, pow(c, r.transmission_f0_thickness.w));
     return clamp(t, 0.0, 1.0);

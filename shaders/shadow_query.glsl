@@ -176,10 +176,10 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     float texel_m = 2.0 * abs(p.z) / (size * view.projection.x), z = p.z;
     if (reach * slope > 0.0)
         z = min(reach / slope, p.z + STEEPEST_TEXELS * texel_m);
-    float reach_m = z * ray_length;
-    float lean = length(n) * ray_length / max(abs(slope), 1e-6), steepness = min(lean, STEEPEST);
+    float reach_m = z * ray_length, across = max(abs(slope), 1e-6);
+    float steepness = min(length(n) * ray_length / across, STEEPEST);
     z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
-    z -= SNAPPING * texel_m * (lean - 1.0);
+    z -= SNAPPING * texel_m * (abs(n.x) + abs(n.y)) / across;
     vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, p.z) - crease_m.x : z;
     uint texel = shadow_texel_index(view, face, at);
@@ -201,10 +201,11 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
     float z = r.p.z;
     if (slope != 0.0)
         z += min(toward / slope, STEEPEST_TEXELS * texel_m);
-    float reach_m = z;
-    float lean = length(r.n) / max(abs(slope), 1e-6), steepness = min(lean, STEEPEST);
+    float reach_m = z, across = max(abs(slope), 1e-6);
+    float steepness = min(length(r.n) / across, STEEPEST);
     z -= (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
-    z -= SNAPPING * texel_m * (lean - 1.0);
+    vec2 texels_m = 2.0 / (float(view.resolution) * view.projection.xy);
+    z -= SNAPPING * dot(texels_m, abs(r.n.xy)) / across;
     vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, r.p.z) - crease_m.x : z;
     uint texel = shadow_texel_index(view, 0u, at);

@@ -274,7 +274,7 @@ static void transmissive_filter(const struct rt_surface *s, bool enters, double 
 static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
 {
     const struct scene_material *m = s->material;
-    double c = fmin(fmax(cosine, 1e-4), 1);
+    double c = fmin(fmax(cosine, 1e-6), 1);
     for (int k = 0; k < 3; k++) {
         if (m->pass_through == SCENE_PASS_SLAB) {
             t[k] = pow(t[k], 1 / c);

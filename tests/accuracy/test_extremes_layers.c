@@ -301,6 +301,42 @@ static void coplanar_copies_all_count_and_never_shadow_their_own_plane(void **st
                    worst);
 }
 
+/* A slab of even thickness under light that grazes it: T^(1/cos), A2 of the closed forms. */
+static void slabs_follow_their_law_at_grazing_angles(void **state)
+{
+    (void)state;
+    static const double angles[] = {0, 60, 80, 89, 89.9, 89.99, 89.999};
+    for (size_t i = 0; i < sizeof angles / sizeof *angles; i++) {
+        struct pane_scene panes = {0};
+        struct error err = {0};
+        double radians = angles[i] * 0.017453292519943295, c = cos(radians), worst = 0;
+        const struct view_light sun = {.type = SCENE_LIGHT_DIRECTIONAL,
+                                       .direction = {sin(radians), -c, 0},
+                                       .color = {1, 1, 1},
+                                       .intensity = 1};
+        struct pane pane = {.center = {0, 1, 0},
+                            .u = {1000, 0, 0},
+                            .v = {0, 0, -1000},
+                            .pass_through = SCENE_PASS_SLAB};
+        for (int k = 0; k < 3; k++) /* optical depths of 0.25, 0.5 and 0.75 along the light */
+            pane.color[k] = (float)exp(-0.25 * (k + 1) * c);
+        pane_scene_add(&panes, &pane);
+        if (!shadow_rig_prepare(&rig, &panes, &sun, 1, no_eye,
+                                &(struct view_quality){.shadow_resolution = 64}, &err))
+            fail_msg("%s", err.message);
+        for (int p = 0; p < 16; p++) {
+            float t[3];
+            ask(0, (double[3]){10.0 * p, 1 - 50 * c, 7.0 * p}, up, t); /* 50 m behind it */
+            for (int k = 0; k < 3; k++)
+                worst = fmax(worst, relative_error(t[k], pow((double)pane.color[k], 1 / c)));
+        }
+        char name[64];
+        snprintf(name, sizeof name, "a slab at %g degrees", angles[i]);
+        extreme_expect(&(struct extreme_row){name, "deep", "relative error of T", 1e-5}, worst);
+        pane_scene_finish(&panes);
+    }
+}
+
 /* More layers than a list may have: refused with the light and the limit, and the next is served.
  */
 static void too_many_layers_are_refused_by_number(void **state)
@@ -331,6 +367,7 @@ int main(void)
         cmocka_unit_test(total_absorption_stops_light_at_its_own_depth),
         cmocka_unit_test(clear_layers_make_no_event_and_change_no_bit),
         cmocka_unit_test(coplanar_copies_all_count_and_never_shadow_their_own_plane),
+        cmocka_unit_test(slabs_follow_their_law_at_grazing_angles),
         cmocka_unit_test(too_many_layers_are_refused_by_number),
     };
     int failures = cmocka_run_group_tests(tests, NULL, NULL);

@@ -13,10 +13,10 @@
 #include <cmocka.h>
 
 #include "clients/glb/shapes.h"
-#include "tests/support/accuracy_log.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/extreme_scene.h"
 #include "tests/support/image_checks.h"
+#include "tests/support/shadow_rig.h"
 
 static double processor_ms(void)
 {
@@ -170,6 +170,103 @@ static void shadowed_lights_add_up_and_tell_their_memory(void **state)
     extreme_scene_finish(&scene, *state);
 }
 
+/* Triangles of random place and direction in a ball over a floor, as `objects` nodes of one mesh
+ * each; a fifth of them of glass. */
+static void open_soup(struct rig_scene *scene, struct renderer *renderer, size_t triangles,
+                      size_t objects)
+{
+    struct error err = {0};
+    struct glb_builder *b = glb_builder_create("Soup", &err);
+    size_t each = triangles / objects;
+    float *positions = malloc(each * 9 * sizeof *positions);
+    uint64_t seed = 1;
+    void *bytes;
+    size_t size;
+    assert_non_null(positions);
+    int materials[2];
+    for (int i = 0; i < 2; i++)
+        materials[i] = glb_builder_add_material(
+            b, &(struct glb_material_desc){.base_color = {0.7, 0.5 + 0.4 * i, 0.6, 1},
+                                           .transmission = i,
+                                           .roughness = 0.6,
+                                           .is_double_sided = true});
+    double edge = 4 / sqrt((double)triangles); /* half as much area as the ball's shadow */
+    for (size_t o = 0; o < objects; o++) {
+        for (size_t i = 0; i < each * 9; i += 9) {
+            float center[3];
+            for (int k = 0; k < 3; k++)
+                center[k] = (float)(rig_random(&seed) * 2 - 1 + (k == 1 ? 1.2 : 0));
+            for (size_t k = 0; k < 9; k++)
+                positions[i + k] = center[k % 3] + (float)(edge * (rig_random(&seed) - 0.5));
+        }
+        struct glb_primitive_desc primitive = {
+            .material = materials[o % 5 == 0], .vertex_count = each * 3, .positions = positions};
+        struct glb_node_desc node = {.mesh = glb_builder_add_mesh(b, "Soup", &primitive, 1)};
+        glb_builder_add_node(b, &node);
+    }
+    free(positions);
+    struct shape floor = {0};
+    shape_add_quad(&floor, (double[]){-3, 0, 3}, (double[]){6, 0, 0}, (double[]){0, 0, -6});
+    glb_builder_add_node(
+        b, &(struct glb_node_desc){.mesh = shape_give_mesh(&floor, b, "Floor", materials[0])});
+    if (!glb_builder_finish(b, &bytes, &size, &err))
+        fail_msg("%s", err.message);
+    glb_builder_destroy(b);
+    rig_scene_open(scene, renderer, "soup", bytes, size);
+    free(bytes);
+}
+
+static void check_soup(struct renderer *renderer, size_t triangles, size_t objects)
+{
+    struct rig_scene scene;
+    char name[96];
+    double before_ms = processor_ms();
+    open_soup(&scene, renderer, triangles, objects);
+    double load_ms = processor_ms() - before_ms;
+    const struct view_light lamp = {.type = SCENE_LIGHT_SPOT,
+                                    .position = {0.5, 5, 1},
+                                    .direction = {-0.1, -1, -0.2},
+                                    .color = {1, 1, 1},
+                                    .intensity = 30,
+                                    .outer_cone_deg = 40};
+    struct view view = {
+        .width_px = 128,
+        .height_px = 96,
+        .lights = &lamp,
+        .light_count = 1,
+        .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 2.5, 5}, .target = {0, 0.8, 0}},
+        .quality = {.samples = 1, .shadow_resolution = 256}};
+    struct frame frame;
+    before_ms = processor_ms();
+    shoot(renderer, &scene, &view, &frame);
+    double frame_ms = processor_ms() - before_ms;
+    assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
+    assert_true(frame.report.counts.triangles >= triangles);
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    struct image truth = shoot_color(renderer, &scene, &view);
+    double mean[3], expected[3], worst = 0;
+    const double whole[4] = {0, 0, 1, 1};
+    image_mean(&frame.outputs[VIEW_OUTPUT_COLOR], whole, mean);
+    image_mean(&truth, whole, expected);
+    for (int k = 0; k < 3; k++)
+        worst = fmax(worst, fabs(mean[k] / expected[k] - 1));
+    snprintf(name, sizeof name, "%zu triangles in %zu objects against ray tracing", triangles,
+             objects);
+    print_message("%.0f ms to load, %.0f ms: ", load_ms, frame_ms);
+    extreme_expect(&(struct extreme_row){name, "deep", "energy, relative", 0.01}, worst);
+    image_finish(&truth);
+    frame_finish(&frame);
+    rig_scene_finish(&scene, renderer);
+}
+
+static void soups_of_triangles_and_crowds_of_objects_are_drawn(void **state)
+{
+    check_soup(*state, 15600 * 4, 15600);
+    check_soup(*state, 1000000, 40);
+    if (extreme_is_full())
+        check_soup(*state, 12000000, 240);
+}
+
 static int setup(void **state)
 {
     *state = render_rig_create();
@@ -188,6 +285,7 @@ int main(void)
         cmocka_unit_test(no_light_is_lost_from_none_to_65536),
         cmocka_unit_test(a_million_lights_are_served_or_refused_by_number),
         cmocka_unit_test(shadowed_lights_add_up_and_tell_their_memory),
+        cmocka_unit_test(soups_of_triangles_and_crowds_of_objects_are_drawn),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

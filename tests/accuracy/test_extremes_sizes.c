@@ -92,6 +92,27 @@ static void images_beyond_the_limit_are_refused_by_number(void **state)
     image_finish(&after);
 }
 
+/* 4 GiB of pixels in 128 windows: minutes, so in the full version only. */
+static void a_picture_of_16k_by_16k_pixels_is_made(void **state)
+{
+    const struct fixture *fixture = *state;
+    struct view view = fixture->scene.view;
+    double mean[2][3];
+    const double whole[4] = {0, 0, 1, 1};
+    if (!extreme_is_full())
+        skip();
+    view.quality.samples = 1;
+    for (int i = 0; i < 2; i++) {
+        view.width_px = view.height_px = i ? 16384 : 512;
+        struct image picture = shoot_view(fixture, &view);
+        image_mean(&picture, whole, mean[i]);
+        image_finish(&picture);
+    }
+    extreme_expect(&(struct extreme_row){"image of 16384x16384 pixels against 512x512", "deep",
+                                         "energy, relative", 1e-2},
+                   fabs(mean[1][0] / mean[0][0] - 1));
+}
+
 /* One texel per face: the whole map is one product. Where a light sees no edge in that texel, it is
  * even right. */
 static void maps_of_one_texel_are_sound(void **state)
@@ -156,6 +177,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(images_of_any_shape_show_the_same_scene),
         cmocka_unit_test(images_beyond_the_limit_are_refused_by_number),
+        cmocka_unit_test(a_picture_of_16k_by_16k_pixels_is_made),
         cmocka_unit_test(maps_of_one_texel_are_sound),
         cmocka_unit_test(maps_of_16k_texels_are_made_or_refused_by_number),
     };

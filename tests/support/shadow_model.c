@@ -116,7 +116,7 @@ static bool tap_model(const struct shadow_rig *rig, const struct ray *ray,
             continue;
         for (int k = 0; k < 3; k++) {
             double t = pane->is_opaque ? 0 : (double)pane->color[k];
-            out[k] *= pane->pass_through == SCENE_PASS_SLAB ? pow(t, 1 / fmax(cosine, 1e-4)) : t;
+            out[k] *= pane->pass_through == SCENE_PASS_SLAB ? pow(t, 1 / fmax(cosine, 1e-6)) : t;
         }
     }
     return is_clear;
@@ -180,7 +180,7 @@ static bool plane_reach(const struct shadow_frame *frame, const struct ray *ray,
     reach->rounding = HAIR * steepness * (is_flat ? frame->depth_m : fabs(reach->depth));
     double texel = 2 * (is_flat ? 1 : vec3_length(offset)) /
                    (resolution * fmin(frame->scale[0], frame->scale[1]));
-    reach->rounding += SNAPPING * texel * (steepness - 1);
+    reach->rounding += SNAPPING * texel * 1.42 * sqrt(fmax(steepness * steepness - 1, 0));
     if (steepness >= 50)
         return false;
     if (is_flat)
