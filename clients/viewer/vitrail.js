@@ -108,10 +108,10 @@ export class Vitrail {
   }
 
   /** A request as fetch does it, with failures as VitrailError. */
-  async request(path, { method = "GET", headers = {}, body, signal } = {}) {
+  async request(path, { method = "GET", headers = {}, body, signal, keepalive } = {}) {
     let response;
     try {
-      response = await fetch(this.url + path, { method, headers, body, signal });
+      response = await fetch(this.url + path, { method, headers, body, signal, keepalive });
     } catch (failure) {
       if (failure.name === "AbortError") throw failure;
       throw new VitrailError({ detail: "the server cannot be reached" });
@@ -295,8 +295,9 @@ export class View {
     return this.summary;
   }
 
+  /** Forgets it, also when the page is just being left. */
   async delete() {
-    await this.client.request(this.path, { method: "DELETE" });
+    await this.client.request(this.path, { method: "DELETE", keepalive: true });
   }
 
   /** The exact image of the present revision. */

@@ -184,6 +184,14 @@ class Looking(PageTest):
         self.assertEqual("stills", self.browser.run(
             "return document.getElementById('status-link').textContent"))
 
+    def test_a_page_that_is_left_takes_its_view_along(self):
+        self.load()
+        for _ in range(3):
+            self.load()
+        self.browser.go("about:blank")
+        support.wait_until(lambda: not self.daemon.request("GET", "/v1/views").json()["views"],
+                           "no view is left behind")
+
     def test_statistics_tell_the_passes_of_the_frame(self):
         self.load()
         self.press("Statistics (I)")
@@ -260,6 +268,26 @@ class Editing(PageTest):
         cut = self.changed_by(lambda: self.press("Cut X"))
         flipped = self.changed_by(lambda: self.press("Flip"))
         self.assertEqual(3, len({first, cut, flipped}))
+
+    def test_an_edit_that_the_server_refuses_is_said_and_taken_back(self):
+        first = self.load()
+        self.panel("render")
+        self.changed_by(lambda: self.browser.run("""
+          const select = document.querySelector('#panel-render select');
+          select.value = 'none'; select.dispatchEvent(new Event('change'));"""))
+        self.browser.run("return new Promise((done) => setTimeout(done, 1100))")  # another step
+        self.browser.run("""
+          const label = [...document.querySelectorAll('#panel-render .field-check label')]
+            .find((one) => one.textContent.startsWith('Reference'));
+          document.getElementById(label.htmlFor).click();""")
+        text = self.browser.wait("return document.querySelector('.message')?.innerText",
+                                 "a message")
+        self.assertIn("The server refuses this view", text)
+        self.assertIn("reference", text)
+        self.browser.wait("""return ![...document.querySelectorAll('#panel-render input')]
+          .some((input) => input.type === 'checkbox' && input.checked);""", "the edit is undone")
+        back = self.changed_by(lambda: self.press("Undo"))
+        self.assertEqual(first, back)
 
     def test_techniques_and_quality_reach_the_server(self):
         self.load()
