@@ -117,7 +117,7 @@ static void write_rules(FILE *out, const struct tradeoff *tradeoff)
 static void write_times(FILE *out, const struct tradeoff_times *times)
 {
     if (times->count)
-        fprintf(out, "<td>%.4g</td><td>%.2g</td>", tradeoff_times_median(times),
+        fprintf(out, "<td>%.1f</td><td>%.1f</td>", tradeoff_times_median(times),
                 tradeoff_times_spread(times));
     else
         fputs("<td>–</td><td>–</td>", out);

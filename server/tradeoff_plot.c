@@ -179,9 +179,9 @@ static void write_title(struct plot *plot)
     fprintf(out, "<text class=\"subtitle\" x=\"%d\" y=\"52\">", LEFT);
     xml_write(out, t->device[0] ? t->device : "device not known yet");
     fprintf(out, "</text>\n<text class=\"subtitle\" x=\"%d\" y=\"70\">", LEFT);
-    fprintf(out, "%d settings, reference ray-traced with %d samples per pixel%s%s</text>\n",
-            t->row_count, t->options.reference_samples, t->is_partial ? ", partial: " : "",
-            t->is_partial ? tradeoff_state_name((int)t->state) : "");
+    fprintf(out, "%d settings, reference ray-traced with %d samples per pixel", t->row_count,
+            t->options.reference_samples);
+    fprintf(out, "%s</text>\n", t->is_partial ? "; partial" : "");
 }
 
 /* ---- points ---- */

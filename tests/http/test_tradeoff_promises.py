@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""Promises kept: measures shared scenes, asks for errors and times, and measures what was chosen.
+
+Given --all after the folder of programs, takes every shared scene."""
+import os
+import sys
+import time
+import unittest
+
+import support
+
+ASSETS = os.path.join(os.path.dirname(__file__), "..", "..", "..", "shared", "assets")
+DAEMON = os.path.join(support.BIN, "vitraild")
+ALL = "--all" in sys.argv
+
+# Glass, cloth, lamps, a sun, boxes: what differs most, and is quick.
+FEW = (
+    "CornellBox",
+    "Lights-playcanvas",
+    "glass-table",
+    "TransmissionTest",
+    "BoxVertexColors",
+)
+VIEW = {"width": 96, "height": 64}
+KEPT_SHARE = 0.95
+
+support.needs(DAEMON)
+
+
+def scenes():
+    """{folder: path of its GLB}"""
+    found = {}
+    for folder, _, files in sorted(os.walk(ASSETS)):
+        name = os.path.relpath(folder, ASSETS).split(os.sep)[0]
+        for file in sorted(files):
+            if file.endswith(".glb") and name not in found and (ALL or name in FEW):
+                found[name] = os.path.join(folder, file)
+    return found
+
+
+def median(values):
+    return sorted(values)[len(values) // 2]
+
+
+class Scene:
+    def __init__(self, daemon, content):
+        self.daemon = daemon
+        self.id = daemon.push(content)
+
+    def measure(self, quality, **options):
+        """The settings of a trade-off that has ended."""
+        body = {
+            "scene": self.id,
+            **VIEW,
+            "quality": quality,
+            "tradeoff": {"keep_images": False, **options},
+        }
+        path = self.daemon.request("POST", "/v1/tradeoffs", body).header("Location")
+        while True:
+            document = self.daemon.request("GET", path).json()
+            if document["state"] not in ("queued", "running"):
+                return path, [s for s in document["settings"] if s["cold_ms"]]
+            time.sleep(0.05)
+
+    def choose(self, **quality):
+        reply = self.daemon.render(self.id, **VIEW, quality=quality)
+        assert reply.status == 200, reply.body
+        link = reply.header("Link")
+        return self.daemon.request("GET", link[link.index("<") + 1 : link.index(">")]).json()
+
+    def promises(self):
+        """Yields (wish, asked, got) for every promise that was made."""
+        path, settings = self.measure({}, repeats=3, max_settings=10, time_budget_s=60)
+        if not settings:
+            return
+        errors = sorted(s["error"]["rmse"] for s in settings)
+        times = sorted(s["cold_ms"]["max"] for s in settings)
+        wishes = [("max_error", e * 1.02) for e in (errors[0], errors[len(errors) // 2])]
+        wishes += [("budget_ms", t * 1.25) for t in (times[len(times) // 2], times[-1])]
+        frames = [
+            (wish, asked, self.choose(**{wish: asked})) for wish, asked in wishes if asked > 1e-9
+        ]
+        self.daemon.request("DELETE", path + "?forget=true")
+        for wish, asked, frame in frames:
+            chosen = frame["chosen"]
+            fixed = {
+                k: chosen[k]
+                for k in ("shadows", "samples", "shadow_resolution", "shadow_taps")
+                if chosen[k]
+            }
+            again, measured = self.measure(fixed, repeats=3, time_budget_s=600)
+            self.daemon.request("DELETE", again + "?forget=true")
+            assert len(measured) == 1 and frame["error"]["source"] == "measured", (chosen, measured)
+            got = (
+                measured[0]["error"]["rmse"]
+                if wish == "max_error"
+                else median(measured[0]["cold_ms"]["runs"])
+            )
+            yield wish, asked, got
+
+
+class Promises(unittest.TestCase):
+    def test_what_was_measured_is_kept(self):
+        found = scenes()
+        if not found:
+            self.skipTest("the shared scenes are not there")
+        kept, misses = 0, []
+        with support.Daemon(program=DAEMON) as daemon:
+            daemon.wait_ready()
+            for name, path in found.items():
+                with open(path, "rb") as file:
+                    content = file.read()
+                if daemon.post_scene(content).status not in (200, 201):
+                    print(f"{name}: not a scene that this version takes", flush=True)
+                    continue
+                for wish, asked, got in Scene(daemon, content).promises():
+                    if got <= asked:
+                        kept += 1
+                    else:
+                        misses.append(
+                            f"{name}: {wish} {asked:.4g}, got {got:.4g} ({got / asked:.2f} times)"
+                        )
+        print(f"{kept} of {kept + len(misses)} promises over {len(found)} scenes were kept")
+        print("\n".join(misses))
+        self.assertGreaterEqual(kept, KEPT_SHARE * (kept + len(misses)), misses)
+
+
+class Real(unittest.TestCase):
+    def test_an_opaque_scene_is_measured_with_maps_only(self):
+        lamp = {"type": "point", "position": [0.3, 0.3, 1], "intensity": 5}
+        body = {**VIEW, "lights": [lamp], "tradeoff": {"max_settings": 12, "repeats": 1}}
+        with support.Daemon(program=DAEMON) as daemon:
+            body["scene"] = daemon.wait_ready().push(support.triangle())
+            path = daemon.request("POST", "/v1/tradeoffs", body).header("Location")
+            support.wait_until(
+                lambda: daemon.request("GET", path).json()["state"] == "done", "it is done", 120
+            )
+            document = daemon.request("GET", path).json()
+        techniques = {setting["shadows"] for setting in document["settings"]}
+        self.assertEqual({"none", "raytraced"}, techniques - {"map"})
+        self.assertFalse(document["counts"]["transparent_casters"])
+        self.assertEqual(VIEW["height"], document["reference"]["rows_done"])
+        for setting in document["settings"]:
+            self.assertGreater(setting["error"]["rmse"], 0)  # edges of one or four samples
+            self.assertLess(setting["error"]["rmse"], 0.1)  # and nothing else is wrong
+            self.assertGreater(setting["warm_ms"]["median"], 0)
+
+
+support.run_tests()
