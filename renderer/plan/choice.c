@@ -78,15 +78,15 @@ bool choice_make(const struct choice_row *rows, size_t count, const struct choic
 
 /* ---- models ---- */
 
-/* Fitted to measurements of the shared scenes; see choice.h. */
+/* Set by measurements of the demo scene; see choice.h. */
 static const double CAMERA_CONTRAST = 0.06; /* RMSE of one sample per pixel */
 static const double SHADOW_CONTRAST = 0.35; /* RMSE of a map with one texel */
 static const double FRAME_MS = 6;           /* of an empty frame */
-static const double NS_PER_SAMPLE = 90;     /* a pixel's sample without lights */
-static const double NS_PER_LOOKUP = 45;     /* a pixel, a light, a tap */
-static const double NS_PER_TEXEL = 60;      /* of a shadow map, built and sorted */
+static const double NS_PER_SAMPLE = 300;    /* a pixel's sample without lights */
+static const double NS_PER_LOOKUP = 60;     /* a pixel, a light, a tap */
+static const double NS_PER_TEXEL = 150;     /* of a shadow map, built and sorted */
 static const double NS_PER_TRIANGLE = 120;  /* drawn once for the view and once per light */
-static const double NS_PER_RAY = 900;       /* per level of the triangles' tree */
+static const double NS_PER_RAY = 300;       /* per level of the triangles' tree */
 static const double SHADE_LIGHTS_MAX = 8;   /* of all lights, those that reach one pixel */
 
 static double camera_error(int samples)

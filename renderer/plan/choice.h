@@ -59,8 +59,8 @@ struct choice_frame {
     uint64_t triangles; /* of the scene */
 };
 
-/* Models, fitted to the shared scenes on a software rasteriser with two cores (docs/tradeoffs.md
- * has the fit and its misses), so promises by them are called estimated:
+/* Models, set by the demo scene on a software rasteriser with two busy cores and within a factor of
+ * three of it (docs/tradeoffs.md), so what they promise is called estimated:
  *   error of an edge that is off by w of an image: sqrt(w) of its contrast, since RMSE is the root
  *   of the area that is wrong. Camera edges are off by 1 / sqrt(samples) of a pixel; shadow edges
  *   by sqrt(taps) / shadow_resolution of a map.
