@@ -6,6 +6,7 @@ import importlib.util
 import io
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -260,6 +261,20 @@ class Package(support.unittest.TestCase):
                             if argument.arg != "self":
                                 self.assertIsNotNone(argument.annotation, where)
         self.assertTrue(os.path.exists(os.path.join(PYTHON, "vitrail", "py.typed")))
+
+    def test_pip_installs_it_from_the_folder_without_a_network(self):
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copytree(PYTHON, os.path.join(folder, "source"))
+            done = subprocess.run(
+                [sys.executable, "-m", "pip", "install", "-q", "--no-index", "--target",
+                 os.path.join(folder, "target"), os.path.join(folder, "source")],
+                capture_output=True, text=True, check=False)
+            if "No module named pip" in done.stderr:
+                self.skipTest("this Python has no pip")
+            self.assertEqual(0, done.returncode, done.stderr)
+            installed = os.listdir(os.path.join(folder, "target", "vitrail"))
+            self.assertIn("py.typed", installed)
+            self.assertIn("client.py", installed)
 
     def test_importing_needs_nothing_but_the_standard_library(self):
         code = ("import sys; sys.path.insert(0, sys.argv[1]); import vitrail; "
