@@ -76,9 +76,14 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
     struct views *views = view->views;
     struct live *live = &view->live;
     pthread_mutex_lock(&views->mutex);
-    live->tried_revision = live->flight_revision;
-    live->tried_exact = launch->is_exact;
+    bool is_unwanted = live->is_unwanted && !image;
+    if (!is_unwanted) {
+        live->tried_revision = live->flight_revision;
+        live->tried_exact = launch->is_exact;
+    }
     live->flight = FLIGHT_NONE;
+    live->is_unwanted = false;
+    live->shown_ms = views_now_ms();
     if (image && live->watcher_count > 0) {
         show(&live->newest, &(struct live_frame){.image = image,
                                                  .number = ++live->frame_number,
@@ -92,7 +97,7 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
             live->scale = next_scale(live->flight_scale, image->cost_ms,
                                      view_document_stream(view->document));
         }
-    } else if (!image) {
+    } else if (!image && !is_unwanted) {
         live->problem = *problem;
         live->problem_number++;
         views->totals.failed_frames++;
@@ -139,11 +144,40 @@ static struct launch *prepare(struct view *view, bool is_exact)
     live->flight = is_exact ? FLIGHT_EXACT : FLIGHT_QUICK;
     live->flight_revision = view->revision;
     live->flight_scale = scale;
+    live->flight_ticket = launch->ticket = view_images_next_ticket(view->views->desc.images);
     return launch;
+}
+
+/* Under the mutex: an exact frame of what was before need not be begun any more. */
+static struct launch *cancel_exact(struct view *view)
+{
+    struct live *live = &view->live;
+    struct launch *launch = calloc(1, sizeof *launch);
+    if (!launch)
+        return NULL;
+    live->is_unwanted = true;
+    launch->view = view;
+    launch->unwanted = live->flight_ticket;
+    view->references++;
+    return launch;
+}
+
+static void cancel(struct launch *launch)
+{
+    struct views *views = launch->view->views;
+    view_images_cancel(views->desc.images, launch->unwanted);
+    pthread_mutex_lock(&views->mutex);
+    view_release(launch->view);
+    pthread_mutex_unlock(&views->mutex);
+    free(launch);
 }
 
 void live_launch(struct launch *launch)
 {
+    if (launch->unwanted) {
+        cancel(launch);
+        return;
+    }
     struct view_images *images = launch->view->views->desc.images;
     struct view_picture *picture = &launch->picture;
     view_images_ask(images,
@@ -159,7 +193,7 @@ void live_launch(struct launch *launch)
                                                  .promise = &picture->promise,
                                                  .context = launch,
                                                  .done = frame_done},
-                    view_images_next_ticket(images));
+                    launch->ticket);
 }
 
 static void sooner(int64_t *until_ms, int64_t ms)
@@ -192,13 +226,19 @@ struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms)
 {
     struct live *live = &view->live;
     beat(view, now_ms, until_ms);
+    if (live->flight == FLIGHT_EXACT && live->flight_revision != view->revision &&
+        !live->is_unwanted)
+        return cancel_exact(view);
     if (live->active_count == 0 || live->flight != FLIGHT_NONE || !is_wanted(live))
         return NULL;
     if (live->tried_revision != view->revision)
         return prepare(view, false);
     if (live->tried_exact)
         return NULL;
-    int64_t due_ms = view->changed_ms + view_document_stream(view->document)->rest_ms;
+    /* Counted from the last frame, too: a client that moves on as soon as it sees one is not at
+     * rest while it waits for it. */
+    int64_t since_ms = view->changed_ms > live->shown_ms ? view->changed_ms : live->shown_ms;
+    int64_t due_ms = since_ms + view_document_stream(view->document)->rest_ms;
     if (now_ms >= due_ms)
         return prepare(view, true);
     sooner(until_ms, due_ms);

@@ -97,20 +97,18 @@ static void send_frame(struct view_socket *session, const struct live_frame *fra
         image->height_px, "format", image_format_media_type(image->format), "frame", image->frame,
         "bytes", (json_int_t)image->size_bytes, "timings_ms", "queue", image->queue_ms, "render",
         image->cost_ms, "total", image->total_ms);
-    char *text = header ? json_dumps(header, JSON_COMPACT) : NULL;
-    size_t length = text ? strlen(text) : 0;
-    char *message = text ? malloc(4 + length + image->size_bytes) : NULL;
+    size_t length = header ? json_dumpb(header, NULL, 0, JSON_COMPACT) : 0;
+    size_t size_bytes = 4 + length + image->size_bytes;
+    char *message = length ? malloc(size_bytes) : NULL;
     if (message) {
         uint32_t length_be = htonl((uint32_t)length);
         memcpy(message, &length_be, 4);
-        memcpy(message + 4, text, length);
+        json_dumpb(header, message + 4, length, JSON_COMPACT);
         memcpy(message + 4 + length, image->bytes, image->size_bytes);
-        websocket_send_binary(atomic_load(&session->socket), message,
-                              4 + length + image->size_bytes);
+        websocket_send_binary(atomic_load(&session->socket), message, size_bytes);
         session->credit--;
     }
     free(message);
-    free(text);
     json_decref(header);
 }
 

@@ -26,13 +26,15 @@ struct live {
     struct live_frame noted;  /* of /image, for passive watchers; image NULL: none */
     uint64_t frame_number;
     enum live_flight flight;
-    uint64_t flight_revision;
+    uint64_t flight_revision, flight_ticket;
+    bool is_unwanted; /* the flight is cancelled */
     double flight_scale;
     uint64_t tried_revision; /* what the last flight was of, whether it failed or not */
     bool tried_exact;
     struct error problem; /* of the last flight that failed */
     uint64_t problem_number;
-    double scale; /* of quick frames */
+    double scale;     /* of quick frames */
+    int64_t shown_ms; /* when the last frame was made */
 };
 
 struct view {
@@ -90,6 +92,8 @@ struct launch {
     struct view_picture picture;
     enum image_format format;
     bool is_exact;
+    uint64_t ticket;
+    uint64_t unwanted; /* if not 0, all that this launch does is to cancel that ticket */
 };
 
 /* Under the mutex: what to do for a view; *until_ms is lowered to when to look again. NULL:

@@ -161,6 +161,21 @@ class Sockets(WatchTest):
         eye = self.ask("GET", view).json()["view"]["camera"]["eye"]
         self.assertEqual([0, 0, 6], eye)
 
+    def test_a_change_takes_the_place_of_an_exact_frame_on_its_way(self):
+        view = self.make(scene=self.daemon.push(triangle("fake:slow=150")))
+        client = self.open(view, "socket")
+        client.until_type("frame", exact=False)
+        time.sleep(0.12)  # 50 ms of rest, and the exact frame has begun
+        client.send(type="camera", seq=1, camera=LOOK)
+        while True:
+            message = client.receive()
+            self.assertNotEqual("error", message["type"], message)
+            if message["type"] == "frame":
+                break
+        self.assertEqual((1, False), (message["seq"], message["exact"]))
+        client.send(type="ack", count=2)
+        self.assertEqual(self.exact(client, seq=1)["image"], self.image(view))
+
     def test_a_camera_replaces_the_old_one(self):
         view = self.make(camera={**LOOK, "fov_y_deg": 20, "up": [1, 0, 0]})
         client = self.open(view, "socket")

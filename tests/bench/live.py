@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Measures live views over loopback: camera to image, frames per second, memory, a slow client.
+
+usage: live.py BIN SCENE.glb [--size WxH] [--seconds S] [--json]
+
+Starts a vitraild of its own. Each viewer is a thread with a WebSocket to a view of its own, which
+sends a camera, waits for the frame that shows it, and sends the next: the time between is the
+latency. The clients run in this process, so their share of the processor is in all numbers.
+"""
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import urllib.error
+import urllib.request
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "http"))
+WANTED = argparse.ArgumentParser(description="live views over loopback")
+WANTED.add_argument("bin")
+WANTED.add_argument("scene")
+WANTED.add_argument("--size", default="640x360")
+WANTED.add_argument("--seconds", type=float, default=5)
+WANTED.add_argument("--json", action="store_true")
+
+
+def import_sockets():
+    from sockets import WebSocket
+    return WebSocket
+
+
+class Server:
+    def __init__(self, binaries):
+        self.folder = tempfile.TemporaryDirectory()
+        self.process = subprocess.Popen(
+            [os.path.join(binaries, "vitraild"), "--listen", "127.0.0.1:0", "--state-dir",
+             self.folder.name, "--log-level", "error"], stdout=subprocess.PIPE, text=True)
+        self.port = int(self.process.stdout.readline().rsplit(":", 1)[1])
+        deadline = time.monotonic() + 180
+        while not self.is_ready():
+            if time.monotonic() > deadline:
+                raise SystemExit("the server does not become ready")
+            time.sleep(0.1)
+
+    def is_ready(self):
+        try:
+            self.ask("/readyz")
+            return True
+        except urllib.error.HTTPError:
+            return False
+
+    def ask(self, path, body=None, media_type="application/json", method=None):
+        request = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", body,
+                                         {"Content-Type": media_type}, method=method)
+        with urllib.request.urlopen(request, timeout=300) as reply:
+            return reply.read()
+
+    def ask_json(self, path, body=None):
+        return json.loads(self.ask(path, json.dumps(body).encode() if body else None))
+
+    def resident_kib(self):
+        with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as statm:
+            return int(statm.read().split()[1]) * os.sysconf("SC_PAGESIZE") // 1024
+
+    def stop(self):
+        self.process.terminate()
+        self.process.wait(30)
+        self.process.stdout.close()
+        self.folder.cleanup()
+
+
+def camera(turn, radius):
+    return {"eye": [radius * math.sin(turn), 0.4 * radius, radius * math.cos(turn)],
+            "target": [0, 0.3 * radius, 0]}
+
+
+class Viewer(threading.Thread):
+    def __init__(self, server, view, phase, seconds):
+        super().__init__()
+        self.server, self.view, self.phase, self.seconds = server, view, phase, seconds
+        self.latencies_ms, self.scales, self.queue_ms = [], [], []
+
+    def run(self):
+        socket_type = import_sockets()
+        with socket_type(self.server.port, f"/v1/views/{self.view}/socket", timeout=120) as client:
+            client.until_type("hello")
+            until, seq = time.monotonic() + self.seconds, 0
+            while time.monotonic() < until:
+                seq += 1
+                began = time.monotonic()
+                client.send(type="camera", seq=seq, camera=camera(self.phase + 0.05 * seq, 6))
+                frame = client.until_type("frame", seq=seq)
+                self.latencies_ms.append(1e3 * (time.monotonic() - began))
+                self.scales.append(frame["scale"])
+
+
+class Slow(threading.Thread):
+    """Watches a view's multipart stream at 64 KiB/s while its camera turns."""
+
+    def __init__(self, server, view):
+        super().__init__(daemon=True)
+        self.server, self.view, self.is_over = server, view, False
+
+    def run(self):
+        import socket
+        with socket.create_connection(("127.0.0.1", self.server.port)) as peer:
+            path = f"/v1/views/{self.view}/stream"
+            peer.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
+            while not self.is_over and peer.recv(6554):
+                time.sleep(0.1)
+
+
+def measure(server, scene, size, viewers, seconds, is_slow_there=False):
+    width, height = size
+    body = {"scene": scene, "width": width, "height": height, "camera": camera(0, 6)}
+    views = [server.ask_json("/v1/views", body)["id"] for _ in range(viewers + is_slow_there)]
+    before = server.resident_kib()
+    slow = Slow(server, views[-1]) if is_slow_there else None
+    if slow:
+        slow.start()
+    threads = [Viewer(server, views[i], i, seconds) for i in range(viewers)]
+    for thread in threads:
+        thread.start()
+    time.sleep(0.8 * seconds)
+    during = server.resident_kib()
+    for thread in threads:
+        thread.join()
+    if slow:
+        slow.is_over = True
+        slow.join(5)
+    for view in views:
+        server.ask(f"/v1/views/{view}", method="DELETE")
+    latencies = sorted(x for thread in threads for x in thread.latencies_ms)
+    return {"viewers": viewers, "slow": is_slow_there, "frames": len(latencies),
+            "p50_ms": round(statistics.median(latencies), 1),
+            "p95_ms": round(latencies[int(0.95 * (len(latencies) - 1))], 1),
+            "frames_per_s": round(len(latencies) / seconds, 1),
+            "scale": statistics.median(x for thread in threads for x in thread.scales),
+            "kib_per_viewer": round((during - before) / viewers)}
+
+
+def patch_times(server):
+    """Milliseconds of the front for a one-node patch of an assembly of 10,000 nodes, and what the
+    next frame kept."""
+    side, nodes = 100, []
+    for i in range(side * side):
+        nodes.append({"name": f"n{i}", "mesh": 0, "translation": [i % side, 0, i // side]})
+    import support
+    document = support.triangle_document()
+    document["nodes"], document["scenes"] = nodes, [{"nodes": list(range(len(nodes)))}]
+    content = support.glb(document, support.TRIANGLE)
+    scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary"))["id"]
+    view = server.ask_json("/v1/views", {
+        "scene": scene, "width": 320, "height": 180, "camera": {"fit": "iso"},
+        "lights": [{"type": "directional", "direction": [0, -1, 0.2]}]})["id"]
+    server.ask(f"/v1/views/{view}/image")
+    times = []
+    for i in range(200):
+        matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, i % 7, 0.5, 0, 1]
+        patch = {"overrides": {"nodes": {f"n{i}": {"matrix": matrix}}}}
+        began = time.monotonic()
+        server.ask(f"/v1/views/{view}", json.dumps(patch).encode(), method="PATCH")
+        times.append(1e3 * (time.monotonic() - began))
+    times.sort()
+    return {"patch_p50_ms": round(times[100], 2), "patch_p95_ms": round(times[190], 2)}
+
+
+def main():
+    arguments = WANTED.parse_args()
+    size = tuple(int(side) for side in arguments.size.split("x"))
+    server = Server(arguments.bin)
+    try:
+        with open(arguments.scene, "rb") as file:
+            content = file.read()
+        scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary"))["id"]
+        measure(server, scene, size, 1, 2)  # compiles the shaders
+        rows = [measure(server, scene, size, n, arguments.seconds) for n in (1, 4, 16)]
+        rows += [measure(server, scene, size, 4, arguments.seconds, slow)
+                 for slow in (False, True, False, True)]
+        result = {"scene": os.path.basename(arguments.scene), "size": arguments.size,
+                  "device": server.ask_json("/v1/capabilities")["device"]["renderer"],
+                  "viewers": rows, **patch_times(server)}
+    finally:
+        server.stop()
+    if arguments.json:
+        print(json.dumps(result))
+        return
+    print(f"{result['scene']}, {result['size']}, {result['device']}")
+    for row in rows:
+        print(f"{row['viewers']:3} viewers{' + slow' if row['slow'] else '       '}: "
+              f"p50 {row['p50_ms']:7} ms  p95 {row['p95_ms']:7} ms  {row['frames_per_s']:5} /s  "
+              f"scale {row['scale']}  {row['kib_per_viewer']} KiB per viewer")
+    print(f"patch of one node of 10,000: p50 {result['patch_p50_ms']} ms, "
+          f"p95 {result['patch_p95_ms']} ms, HTTP included")
+
+
+if __name__ == "__main__":
+    main()
