@@ -32,7 +32,7 @@ struct websocket {
     size_t extra_bytes, extra_used;
     bool is_broken; /* the connection, or our memory */
     bool is_closing, was_idle;
-    bool has_failed; /* framing is out of step: nothing is read but to be thrown away */
+    bool has_failed; /* the last is said: what is read is thrown away */
     atomic_bool is_poked;
     int64_t heard_ms, pinged_ms, progress_ms, closing_ms;
 };
@@ -249,8 +249,6 @@ static void socket_turn(struct websocket *socket, short events, int64_t now)
         fail(socket, was_idle);
         return;
     }
-    if (!socket->is_closing && wslay_event_get_close_sent(socket->framing))
-        socket->is_closing = true, socket->closing_ms = now;
     bool is_idle = websocket_is_idle(socket);
     if ((atomic_exchange(&socket->is_poked, false) || (is_idle && !socket->was_idle)) &&
         !socket->is_closing && !socket->is_broken)
@@ -260,8 +258,14 @@ static void socket_turn(struct websocket *socket, short events, int64_t now)
     if (!socket->is_broken && wslay_event_want_write(socket->framing) &&
         wslay_event_send(socket->framing) != 0)
         socket->is_broken = true;
-    if (!wslay_event_want_read(socket->framing) && !wslay_event_want_write(socket->framing))
+    if (wslay_event_want_read(socket->framing) || wslay_event_want_write(socket->framing))
+        return;
+    if (!socket->is_closing)
+        socket->closing_ms = now;
+    socket->is_closing = true;
+    if (wslay_event_get_close_received(socket->framing))
         socket->is_broken = true; /* the closing handshake is done */
+    socket->has_failed = true;
 }
 
 /* ---- the loop ---- */

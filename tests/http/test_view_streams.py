@@ -243,7 +243,7 @@ class Sockets(WatchTest):
             "a continuation of nothing": (1002, lambda c: c.send_frame(0, b"x")),
             "binary": (1003, lambda c: c.send_frame(BINARY, b"x")),
             "not UTF-8": (1007, lambda c: c.send_frame(TEXT, b"\xff\xfe")),
-            "too long": (1009, lambda c: c.send_frame(TEXT, b"", length=1 << 30)),
+            "too long": (1009, lambda c: c.send_frame(TEXT, b"x", length=1 << 30)),
             "a goodbye": (1000, lambda c: c.send_frame(CLOSE, b"\x03\xe8bye")),
         }
         view = self.make()
