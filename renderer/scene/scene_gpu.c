@@ -65,6 +65,23 @@ static int level_count(uint32_t width, uint32_t height)
     return levels;
 }
 
+static uint8_t least_alpha(const struct scene *scene, const struct scene_image *image)
+{
+    const uint8_t *pixels = scene->pixels + image->offset_bytes;
+    size_t count = (size_t)image->width_px * image->height_px;
+    uint8_t least = 255;
+    for (size_t i = 0; i < count && least > 0; i++)
+        if (pixels[4 * i + 3] < least)
+            least = pixels[4 * i + 3];
+    return least;
+}
+
+float scene_gpu_least_alpha(const struct scene_gpu *gpu, int32_t texture)
+{
+    int32_t image = texture >= 0 ? gpu->scene->textures[texture].image : -1;
+    return image >= 0 ? (float)gpu->least_alpha[image] / 255 : 1;
+}
+
 /* One GL texture per image and colour space in use; levels only where some sampler reads them. */
 static bool upload_image(struct scene_gpu *gpu, uint32_t image, bool is_srgb, bool needs_levels,
                          struct error *err)
@@ -107,8 +124,9 @@ static bool upload_images(struct scene_gpu *gpu, struct error *err)
 {
     const struct scene *s = gpu->scene;
     gpu->images = calloc(2 * (size_t)s->image_count + 1, sizeof *gpu->images);
+    gpu->least_alpha = calloc((size_t)s->image_count + 1, 1);
     unsigned char *uses = calloc(2 * (size_t)s->image_count + 1, 1);
-    bool ok = gpu->images && uses;
+    bool ok = gpu->images && gpu->least_alpha && uses;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "%u images", s->image_count);
     for (uint32_t m = 0; ok && m < s->material_count; m++) {
@@ -123,8 +141,11 @@ static bool upload_images(struct scene_gpu *gpu, struct error *err)
         }
     }
     for (uint32_t i = 0; ok && i < 2 * s->image_count; i++)
-        if (uses[i])
+        if (uses[i]) {
             ok = upload_image(gpu, i / 2, i & 1, uses[i] & IMAGE_NEEDS_LEVELS, err);
+            if (i & 1)
+                gpu->least_alpha[i / 2] = least_alpha(s, &s->images[i / 2]);
+        }
     free(uses);
     return ok;
 }
@@ -192,6 +213,7 @@ void scene_gpu_destroy(struct scene_gpu *gpu)
         gl_sampler_finish(&gpu->samplers[i]);
     gl_texture_finish(&gpu->white);
     free(gpu->images);
+    free(gpu->least_alpha);
     free(gpu->samplers);
     free(gpu);
 }

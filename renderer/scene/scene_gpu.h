@@ -12,6 +12,9 @@ struct scene_gpu;
 struct scene_gpu *scene_gpu_create(const struct scene *scene, struct error *err);
 void scene_gpu_destroy(struct scene_gpu *gpu);
 uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu);
+/* Of a base colour texture, in [0, 1]: no filter of it samples less. 1 for -1 or a missing image.
+ */
+float scene_gpu_least_alpha(const struct scene_gpu *gpu, int32_t texture);
 
 /* Per-frame store of draw and material records. */
 struct draw_arena;

@@ -13,6 +13,7 @@ struct scene_gpu {
     struct gl_buffer indices;
     struct gl_vertex_array vertex_array;
     struct gl_texture *images;   /* [2 * image + is_srgb]; unnamed where unused */
+    uint8_t *least_alpha;        /* per image, of those sampled as base colours; else 0 */
     struct gl_sampler *samplers; /* per texture */
     struct gl_texture white;
     uint64_t size_bytes;

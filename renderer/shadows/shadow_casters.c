@@ -91,14 +91,16 @@ enum {
     VARIANT_PASS = 1 << 16,     /* times enum caster_pass */
 };
 
-/* Whether the filter is constant over the surface and darkens some channel at every angle. */
-static bool filters_everywhere(const struct scene_material *m, uint32_t blend_filter)
+/* Whether the filter darkens some channel wherever the surface is and at every angle: textures and
+ * vertex colours only darken transmission, and coverage is no less than the least alpha. */
+static bool filters_everywhere(const struct scene_material *m, float least_alpha,
+                               uint32_t blend_filter)
 {
     const float darkens = 0.999f;
-    float a = m->base_color[3];
+    float a = m->base_color[3] * least_alpha;
     float least = 1;
     for (int k = 0; k < 3; k++) {
-        float base = m->base_color[k];
+        float base = m->base_color[k]; /* at most */
         float t = m->transmission > 0 ? m->transmission * base : 0;
         if (m->alpha_mode == SCENE_BLEND) {
             if (m->transmission > 0)
@@ -127,6 +129,11 @@ static uint32_t sampled_slots(const struct scene *scene, const struct scene_mate
     return mask;
 }
 
+static float least_alpha(const struct caster_paint_desc *desc, const struct scene_material *m)
+{
+    return scene_gpu_least_alpha(desc->scene->gpu, m->textures[SCENE_TEXTURE_BASE_COLOR].texture);
+}
+
 struct paint_context {
     struct caster_painter *painter;
     const struct caster_paint_desc *desc;
@@ -146,9 +153,11 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
         return key | VARIANT_MASKED | (slots & (VARIANT_COLORS | 1u));
     bool is_linked = desc->pass == CASTER_LINK || desc->pass == CASTER_LINK_FAITHFUL;
     bool has_media = !is_linked && (desc->build->map->flags & SHADOW_FLAG_MEDIA);
-    bool is_certain = !is_linked && ((has_media && item->is_medium) ||
-                                     (!slots && m->alpha_mode != SCENE_MASK &&
-                                      filters_everywhere(m, desc->scene->blend_filter)));
+    bool is_certain =
+        !is_linked &&
+        ((has_media && item->is_medium) ||
+         (m->alpha_mode != SCENE_MASK &&
+          filters_everywhere(m, has_colors ? 0 : least_alpha(desc, m), desc->scene->blend_filter)));
     if (is_certain && desc->pass == CASTER_COUNT)
         return key | VARIANT_CERTAIN;
     if (!is_certain && desc->pass == CASTER_SCATTER) /* one program for both passes: they must
