@@ -84,7 +84,7 @@ class Viewer(threading.Thread):
     def __init__(self, server, view, phase, seconds):
         super().__init__()
         self.server, self.view, self.phase, self.seconds = server, view, phase, seconds
-        self.latencies_ms, self.scales, self.queue_ms = [], [], []
+        self.latencies_ms, self.scales = [], []
 
     def run(self):
         socket_type = import_sockets()
