@@ -190,7 +190,7 @@ static bool linearise(struct compare_input *input, const struct image *decoded, 
 {
     static const char names[4][2] = {"R", "G", "B", "A"};
     struct error err = {0};
-    if (wanted && strcmp(wanted, "color"))
+    if (wanted && strcmp(wanted, "color") != 0)
         return fail(failure, EXIT_CODE_REFUSED,
                     "'%s' has no output '%s': a %s file holds one picture, compared as color",
                     input->file, wanted, input->format);
@@ -200,7 +200,7 @@ static bool linearise(struct compare_input *input, const struct image *decoded, 
         memcpy(input->image.channel_names[i], names[i], sizeof names[i]);
     snprintf(input->layer, sizeof input->layer, "color");
     input->is_display = true;
-    return strcmp(input->format, "jpeg") || compare_input_cut(input, 3, failure);
+    return strcmp(input->format, "jpeg") != 0 || compare_input_cut(input, 3, failure);
 }
 
 static bool decode(struct compare_input *input, const uint8_t *bytes, size_t size_bytes,

@@ -31,7 +31,7 @@ static enum metric metric_of(const char *name)
     int i = 0;
     if (!name)
         return METRIC_RMSE;
-    while (i < METRIC_COUNT && strcmp(metric_names[i], name))
+    while (i < METRIC_COUNT && strcmp(metric_names[i], name) != 0)
         i++;
     return (enum metric)i;
 }
@@ -51,7 +51,7 @@ bool compare_options_check(const struct compare_options *options, struct failure
         return fail(failure, EXIT_CODE_USAGE, "--metric needs --max-error");
     if (options->max_error.value < 0)
         return fail(failure, EXIT_CODE_USAGE, "--max-error: an error, from 0");
-    if (strcmp(map, "flip") && strcmp(map, "absolute") && strcmp(map, "signed"))
+    if (strcmp(map, "flip") != 0 && strcmp(map, "absolute") != 0 && strcmp(map, "signed") != 0)
         return fail(failure, EXIT_CODE_USAGE, "--map: '%s' is none of flip, absolute, signed", map);
     if ((options->map || options->scale.is_given) && !options->output_file)
         return fail(failure, EXIT_CODE_USAGE, "--map and --scale need a picture: -o FILE.png");
@@ -88,7 +88,7 @@ static bool has_alpha(const struct compare_input *input)
 static bool match(struct comparison *c, struct failure *failure)
 {
     struct error err = {0};
-    if (strcmp(c->image.layer, c->reference.layer))
+    if (strcmp(c->image.layer, c->reference.layer) != 0)
         return fail(failure, EXIT_CODE_REFUSED,
                     "the images cannot be compared: '%s' holds %s, '%s' holds %s", c->image.file,
                     c->image.layer, c->reference.file, c->reference.layer);
