@@ -82,6 +82,15 @@ static bool is_same_surface(const struct rt_fragment *fragment, const struct rt_
     return fabs(known->t - hit->t) <= SAME_SURFACE * fmax(known->t, hit->t);
 }
 
+static uint32_t add_texel(struct rt_batch *batch, size_t index, const struct rt_hit *hit)
+{
+    struct rt_fragment *fragment = &batch->fragments[index];
+    if (fragment->texel_count < RT_TEXELS_MAX - 1)
+        fragment->texels[fragment->texel_count++] =
+            (struct rt_texel){hit->triangle, (float)hit->u, (float)hit->v};
+    return (uint32_t)index;
+}
+
 /* The pixel's fragment for a hit: one that an earlier sample made, or a new one. guess: where to
  * look first, since samples of a pixel mostly cross the same surfaces in the same order. */
 static uint32_t find_fragment(struct rt_batch *batch, const struct rt_sample *sample,
@@ -89,15 +98,16 @@ static uint32_t find_fragment(struct rt_batch *batch, const struct rt_sample *sa
 {
     guess += batch->pixel_fragments;
     if (guess < batch->fragment_count && is_same_surface(&batch->fragments[guess], hit, is_opaque))
-        return (uint32_t)guess;
+        return add_texel(batch, guess, hit);
     for (size_t i = batch->pixel_fragments; sample->index && i < batch->fragment_count; i++)
         if (is_same_surface(&batch->fragments[i], hit, is_opaque))
-            return (uint32_t)i;
+            return add_texel(batch, i, hit);
     struct rt_fragment *fragment = &batch->fragments[batch->fragment_count];
     fragment->hit = *hit;
     fragment->x = sample->x;
     fragment->y = sample->y;
     fragment->is_opaque = is_opaque;
+    fragment->texel_count = 0;
     memset(&fragment->sum, 0, sizeof fragment->sum);
     return (uint32_t)batch->fragment_count++;
 }

@@ -11,6 +11,13 @@
 #include "renderer/raytrace/rt_packet.h"
 #include "renderer/raytrace/rt_surface.h"
 
+enum { RT_TEXELS_MAX = 4 };
+
+struct rt_texel { /* where another sample of the pixel meets the surface */
+    uint32_t triangle;
+    float u, v;
+};
+
 struct rt_fragment { /* one surface in one pixel */
     struct rt_hit hit;
     struct rt_surface surface;
@@ -24,6 +31,8 @@ struct rt_fragment { /* one surface in one pixel */
         double u, v, point[3], direction[3];
         int count;
     } sum;
+    struct rt_texel texels[RT_TEXELS_MAX - 1]; /* the base colour is the mean over these and hit */
+    int texel_count;
 };
 
 #define RT_BACKGROUND UINT32_MAX

@@ -161,12 +161,36 @@ static void ask_lights(struct rt_batch *batch, uint32_t index)
     }
 }
 
+/* One sample of a texture that is finer than the pixel would flicker. */
+static void average_base(const struct rt_scene *scene, struct rt_fragment *fragment)
+{
+    struct rt_surface *surface = &fragment->surface;
+    double sum[4] = {surface->base[0], surface->base[1], surface->base[2], surface->alpha};
+    if (surface->material->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0)
+        return;
+    for (int i = 0; i < fragment->texel_count; i++) {
+        const struct rt_hit hit = {.mesh = fragment->hit.mesh,
+                                   .triangle = fragment->texels[i].triangle,
+                                   .u = (double)fragment->texels[i].u,
+                                   .v = (double)fragment->texels[i].v};
+        double base[4];
+        rt_surface_base(scene, &hit, base);
+        for (int k = 0; k < 4; k++)
+            sum[k] += base[k];
+    }
+    for (int k = 0; k < 3; k++)
+        surface->base[k] = sum[k] / (fragment->texel_count + 1);
+    if (surface->material->alpha_mode == SCENE_BLEND)
+        surface->alpha = sum[3] / (fragment->texel_count + 1);
+}
+
 static void begin_fragment(struct rt_batch *batch, uint32_t index)
 {
     struct rt_fragment *fragment = &batch->fragments[index];
     struct rt_surface *surface = &fragment->surface;
     const struct scene_state *state = batch->desc.scene->state;
     rt_surface_evaluate(batch->desc.scene, &fragment->hit, surface);
+    average_base(batch->desc.scene, fragment);
     if (fragment->is_opaque)
         surface->alpha = 1, surface->transmission = 0;
     else

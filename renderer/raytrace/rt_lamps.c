@@ -41,10 +41,19 @@ static bool find_media(struct rt_lamps *lamps, const struct rt_scene *scene, str
     return true;
 }
 
-bool rt_lamps_init(struct rt_lamps *lamps, const struct rt_scene *scene, const struct view *view,
-                   const struct camera *camera, struct error *err)
+static bool list_all(struct rt_lamps *lamps, struct error *err)
+{
+    lamps->all = calloc(lamps->state->light_count + 1, sizeof *lamps->all);
+    for (size_t i = 0; lamps->all && i < lamps->state->light_count; i++)
+        lamps->all[i] = (uint32_t)i;
+    return lamps->all || error_set(err, ERROR_NO_MEMORY, "list of all lights");
+}
+
+bool rt_lamps_init(struct rt_lamps *lamps, const struct rt_scene *scene,
+                   const struct raytrace_desc *desc, struct error *err)
 {
     const struct scene_state *state = scene->state;
+    const struct view *view = desc->view;
     struct camera_window window = {
         0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
     lamps->state = state;
@@ -56,10 +65,12 @@ bool rt_lamps_init(struct rt_lamps *lamps, const struct rt_scene *scene, const s
         fill_lamp(scene, &state->lights[i], &view->quality, &lamps->lamps[i]);
     if (state->medium_count && !find_media(lamps, scene, err))
         return false;
+    if (desc->asks_all_lights)
+        return list_all(lamps, err);
     return clusters_build(&lamps->clusters,
                           &(struct clusters_desc){.lights = state->lights,
                                                   .light_count = state->light_count,
-                                                  .camera = camera,
+                                                  .camera = desc->camera,
                                                   .window = &window},
                           err);
 }
@@ -69,12 +80,15 @@ void rt_lamps_finish(struct rt_lamps *lamps)
     clusters_finish(&lamps->clusters);
     free(lamps->lamps);
     free(lamps->sigma);
+    free(lamps->all);
     *lamps = (struct rt_lamps){0};
 }
 
 struct rt_lamp_list rt_lamps_near(const struct rt_lamps *lamps, int x, int y, double view_z)
 {
     const struct clusters *clusters = &lamps->clusters;
+    if (lamps->all)
+        return (struct rt_lamp_list){.items = {lamps->all}, .counts = {lamps->state->light_count}};
     size_t cluster = clusters_find(clusters, x, lamps->height_px - 1 - y, (float)view_z);
     const uint32_t *head = clusters->heads + 2 * cluster;
     return (struct rt_lamp_list){.items = {clusters->items, clusters->items + head[0]},

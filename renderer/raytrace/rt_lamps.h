@@ -5,6 +5,7 @@
 #define VITRAIL_RENDERER_RAYTRACE_RT_LAMPS_H
 
 #include "renderer/lights/clusters.h"
+#include "renderer/raytrace/raytrace.h"
 #include "renderer/raytrace/rt_scene.h"
 
 struct rt_lamp {
@@ -19,12 +20,12 @@ struct rt_lamps { /* zeroed before init */
     struct rt_lamp *lamps; /* by light */
     struct clusters clusters;
     double (*sigma)[3]; /* by light: rt_media_at; NULL without media */
+    uint32_t *all;      /* every light's number; NULL where the clusters are asked */
     int height_px;
 };
 
 MUST_CHECK bool rt_lamps_init(struct rt_lamps *lamps, const struct rt_scene *scene,
-                              const struct view *view, const struct camera *camera,
-                              struct error *err);
+                              const struct raytrace_desc *desc, struct error *err);
 void rt_lamps_finish(struct rt_lamps *lamps); /* accepts zeroed */
 
 /* Lights that may reach what the pixel (y down) shows at a depth: two runs of light numbers. */

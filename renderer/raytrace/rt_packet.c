@@ -13,11 +13,42 @@ struct packet_context { /* Embree hands its first member to filters */
 
 /* Where a packet's parts lie (Embree 3, rtcore_ray.h): arrays of N in the order of the members of
  * RTCRay and RTCHit. The header has accessors for C++ only. */
-enum { RAY_ID = 10, HIT_TRIANGLE = 5, HIT_MESH = 6 };
+enum { RAY_DIRECTION = 4, RAY_TFAR = 8, RAY_ID = 10, HIT_TRIANGLE = 5, HIT_MESH = 6 };
 
 static uint32_t packet_word(const void *packet, unsigned n, unsigned member, unsigned lane)
 {
     return ((const uint32_t *)packet)[member * n + lane];
+}
+
+static float packet_float(const void *packet, unsigned n, unsigned member, unsigned lane)
+{
+    return ((const float *)packet)[member * n + lane];
+}
+
+/* Whether a camera ray certainly ends at this candidate, as most do: an opaque face that looks its
+ * way, beyond the near plane. Only the last of these is recomputed, when the packet is through. */
+static bool is_plain_end(const struct rt_packet *packet,
+                         const struct RTCFilterFunctionNArguments *args, unsigned i,
+                         const struct rt_ray *ray)
+{
+    const struct rt_scene *scene = packet->scene;
+    const struct state_item *item =
+        scene->meshes[packet_word(args->hit, args->N, HIT_MESH, i)].item;
+    if (!ray->culls_back_faces || item->class_ != STATE_OPAQUE || scene->clip_plane_count)
+        return false;
+    double t = (double)packet_float(args->ray, args->N, RAY_TFAR, i);
+    if (t < ray->t_min * 1.0001 || t * 1.0001 > ray->t_max)
+        return false;
+    double along = 0, square = 0;
+    for (unsigned k = 0; k < 3; k++) { /* the hit's first members are its normal */
+        double n = (double)packet_float(args->hit, args->N, k, i);
+        double d = (double)packet_float(args->ray, args->N, RAY_DIRECTION + k, i);
+        along += n * d;
+        square += n * n * d * d;
+    }
+    if (item->is_mirrored)
+        along = -along;
+    return along < 0 && along * along > 1e-8 * square;
 }
 
 /* Lanes are told by their ray id, because Embree also filters parts of a packet. */
@@ -28,6 +59,8 @@ static void filter_lanes(const struct RTCFilterFunctionNArguments *args)
         if (args->valid[i] != -1)
             continue;
         uint32_t lane = packet_word(args->ray, args->N, RAY_ID, i);
+        if (is_plain_end(packet, args, i, &packet->rays[lane]))
+            continue;
         bool ends = rt_scene_add_hit(
             packet->scene, &packet->rays[lane], packet_word(args->hit, args->N, HIT_MESH, i),
             packet_word(args->hit, args->N, HIT_TRIANGLE, i), &packet->hits[lane]);
@@ -115,9 +148,16 @@ void rt_packet_collect(struct rt_packet *packet)
         struct RTCRayHit one = {.ray = lane_ray(&query.ray, i),
                                 .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
         rtcIntersect1(packet->scene->scene, &context.embree, &one);
+        query.hit.geomID[i] = one.hit.geomID;
+        query.hit.primID[i] = one.hit.primID;
     }
-    for (int i = 0; i < packet->count; i++)
+    for (int i = 0; i < packet->count; i++) {
+        /* the end of the ray; where the filter kept it already, it is known twice */
+        if (query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+            rt_scene_add_hit(packet->scene, &packet->rays[i], query.hit.geomID[i],
+                             query.hit.primID[i], &packet->hits[i]);
         rt_scene_order_hits(packet->scene, &packet->hits[i]);
+    }
 }
 
 void rt_packet_occlude(struct rt_packet *packet)

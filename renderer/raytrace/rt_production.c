@@ -161,7 +161,7 @@ bool rt_production_render(struct rt_job *job, struct error *err)
     place_samples(shared, desc->samples_per_side);
     job->unit_count = shared->columns * shared->rows;
     job->shared = shared;
-    bool ok = rt_lamps_init(&shared->lamps, job->scene, desc->view, desc->camera, err) &&
+    bool ok = rt_lamps_init(&shared->lamps, job->scene, desc, err) &&
               find_eye_media(shared, job, err) && rt_job_run(job, &form, err);
     rt_lamps_finish(&shared->lamps);
     job->shared = NULL;

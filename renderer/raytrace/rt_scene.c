@@ -212,19 +212,20 @@ static bool refine_hit(const struct rt_scene *scene, const struct rt_ray *ray, s
     double along = vec3_dot(n, ray->direction);
     vec3_sub(v[index[0]], ray->origin, to_plane);
     double area2 = vec3_dot(n, n);
-    if (along == 0 || !(area2 > 0))
+    if (along == 0 || !(area2 > DBL_MIN)) /* its inverse is finite */
         return false;
     hit->t = vec3_dot(n, to_plane) / along;
     double at[3];
     for (int k = 0; k < 3; k++)
         at[k] = ray->direction[k] * hit->t - to_plane[k]; /* from the first vertex */
     vec3_cross(at, e2, q);
-    hit->u = vec3_dot(q, n) / area2;
+    double inverse = 1 / area2;
+    hit->u = vec3_dot(q, n) * inverse;
     vec3_cross(e1, at, q);
-    hit->v = vec3_dot(q, n) / area2;
+    hit->v = vec3_dot(q, n) * inverse;
     bool is_mirrored = scene->meshes[hit->mesh].item->is_mirrored;
     hit->is_front = (along < 0) != is_mirrored;
-    double scale = (is_mirrored ? -1 : 1) / sqrt(area2);
+    double scale = is_mirrored ? -sqrt(inverse) : sqrt(inverse);
     for (int k = 0; k < 3; k++)
         hit->normal[k] = n[k] * scale;
     return true;
@@ -309,7 +310,7 @@ static int compare_hits(const void *a, const void *b)
 /* In a robust scene a ray through an edge meets the triangles on both sides of it. */
 static bool is_at_border(const struct rt_hit *hit)
 {
-    return fmin(fmin(hit->u, hit->v), 1 - hit->u - hit->v) < 1e-5;
+    return hit->u < 1e-5 || hit->v < 1e-5 || hit->u + hit->v > 1 - 1e-5;
 }
 
 static int count_shared_corners(const struct rt_scene *scene, const struct rt_hit *a,
@@ -371,6 +372,8 @@ static void sort_hits(struct rt_hits *hits)
 
 void rt_scene_order_hits(const struct rt_scene *scene, struct rt_hits *hits)
 {
+    if (hits->count <= 1)
+        return;
     sort_hits(hits);
     size_t kept = 0;
     for (size_t i = 0; i < hits->count; i++) {

@@ -14,6 +14,8 @@ static const struct suite suites[] = {
     {"both", "5 to 25 shadowed spot lights at 512^2, moving and static", suite_both},
     {"layers", "build and lookup at 1 to 64 layers, against the targets", suite_layers},
     {"demo", "the demo scene at 1280x720: first frame, warm frames, moving camera", suite_demo},
+    {"raytrace", "ray tracing: against bare Embree, without clusters, and against deep maps",
+     suite_raytrace},
     {"linear", "frame time against the number of lights", suite_linear},
 };
 enum { SUITES = sizeof suites / sizeof *suites };
