@@ -172,7 +172,7 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
         t = hit->t;
         if (hit->is_left_unseen)
             rt_filter_unseen(scene, hit, sample->ray->direction, through);
-        bool is_opaque = !hit->is_hidden && rt_scene_is_opaque(scene, hit);
+        bool is_opaque = hit->is_opaque;
         if (hit->is_hidden || (!is_opaque && scene->meshes[hit->mesh].item->class_ == STATE_MASKED))
             continue;
         struct rt_step *step = &batch->steps[batch->step_count++];

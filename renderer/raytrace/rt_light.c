@@ -61,7 +61,7 @@ void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arr
     lighting->shadow_rays++;
     lighting->has_overflowed |= hits->has_overflowed;
     const struct rt_hit *last = hits->count ? &hits->hits[hits->count - 1] : NULL;
-    if (last && !last->is_hidden && rt_scene_is_opaque(scene, last))
+    if (last && last->is_opaque)
         out[0] = out[1] = out[2] = 0;
     else
         rt_path_transmittance(scene, hits, ray.direction, ray.t_max, sigma,

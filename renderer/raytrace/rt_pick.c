@@ -17,7 +17,7 @@ static void describe(const struct rt_scene *scene, const struct camera *camera,
                                 .material = item->material,
                                 .depth = hit->t + (camera->is_orthographic ? camera->z_near : 0),
                                 .is_front = hit->is_front,
-                                .is_transparent = !rt_scene_is_opaque(scene, hit)};
+                                .is_transparent = !hit->is_opaque};
     for (int k = 0; k < 3; k++) {
         layer->position[k] = ray->origin[k] + ray->direction[k] * hit->t + scene->origin[k];
         layer->normal[k] = side * hit->normal[k];
@@ -32,8 +32,7 @@ static size_t collect(const struct rt_scene *scene, const struct camera *camera,
     rt_scene_collect(scene, ray, hits);
     for (size_t i = 0; i < hits->count; i++) {
         const struct rt_hit *hit = &hits->hits[i];
-        bool is_cut_out = scene->meshes[hit->mesh].item->class_ == STATE_MASKED &&
-                          !rt_scene_is_opaque(scene, hit);
+        bool is_cut_out = scene->meshes[hit->mesh].item->class_ == STATE_MASKED && !hit->is_opaque;
         if (!hit->is_hidden && !is_cut_out)
             describe(scene, camera, ray, hit, &layers[count++]);
     }

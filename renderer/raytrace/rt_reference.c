@@ -42,7 +42,7 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double co
         if (hit->is_hidden)
             continue;
         enum state_class class_ = job->scene->meshes[hit->mesh].item->class_;
-        bool is_opaque = rt_scene_is_opaque(job->scene, hit);
+        bool is_opaque = hit->is_opaque;
         if (class_ == STATE_MASKED && !is_opaque)
             continue;
         struct rt_surface surface;

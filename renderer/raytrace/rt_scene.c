@@ -259,6 +259,20 @@ static bool is_drawn(const struct rt_scene *scene, const struct rt_ray *ray,
     return !ray->culls_back_faces || hit->is_front || (m->flags & SCENE_MATERIAL_DOUBLE_SIDED);
 }
 
+/* Opaque, or masked with enough alpha. */
+static bool ends_rays(const struct rt_scene *scene, const struct rt_hit *hit)
+{
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    if (item->class_ == STATE_OPAQUE)
+        return true;
+    if (item->class_ != STATE_MASKED)
+        return false;
+    const struct scene_material *m = &scene->state->materials[item->material].base;
+    double base[4];
+    rt_surface_base(scene, hit, base);
+    return base[3] >= (double)m->alpha_cutoff;
+}
+
 bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, uint32_t mesh,
                       uint32_t triangle, struct rt_hits *hits)
 {
@@ -282,8 +296,9 @@ bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, ui
         hits->has_overflowed = true;
         return false;
     }
+    hit.is_opaque = !hit.is_hidden && ends_rays(scene, &hit);
     hits->hits[hits->count++] = hit;
-    return !hit.is_hidden && rt_scene_is_opaque(scene, &hit);
+    return hit.is_opaque;
 }
 
 /* Rejects every hit after recording it, so that Embree shows them all; an opaque one is accepted,
@@ -381,7 +396,7 @@ void rt_scene_order_hits(const struct rt_scene *scene, struct rt_hits *hits)
         if (is_known(scene, hits, kept, &hit))
             continue;
         hits->hits[kept++] = hit;
-        if (!hit.is_hidden && rt_scene_is_opaque(scene, &hit))
+        if (hit.is_opaque)
             break;
     }
     hits->count = kept;
@@ -412,17 +427,4 @@ void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, st
     context.embree.filter = on_hit;
     rtcIntersect1(scene->scene, &context.embree, &query);
     rt_scene_order_hits(scene, hits);
-}
-
-bool rt_scene_is_opaque(const struct rt_scene *scene, const struct rt_hit *hit)
-{
-    const struct state_item *item = scene->meshes[hit->mesh].item;
-    if (item->class_ == STATE_OPAQUE)
-        return true;
-    if (item->class_ != STATE_MASKED)
-        return false;
-    const struct scene_material *m = &scene->state->materials[item->material].base;
-    double base[4];
-    rt_surface_base(scene, hit, base);
-    return base[3] >= (double)m->alpha_cutoff;
 }

@@ -38,6 +38,7 @@ struct rt_hit {
     double normal[3]; /* geometric, unit, counter-clockwise side */
     uint32_t mesh, triangle;
     bool is_front;       /* the ray's origin sees the front face */
+    bool is_opaque;      /* ends the ray: opaque, or masked with enough alpha, and not hidden */
     bool is_hidden;      /* not drawn (a culled face, or clipped away): it only bounds its medium */
     bool is_left_unseen; /* hidden as the culled face of a medium: what leaves there is filtered */
 };
@@ -87,8 +88,5 @@ void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, st
 /* The three vertex numbers (in the scene's streams) of a triangle. */
 void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t triangle,
                        uint32_t vertices[3]);
-
-/* Whether the surface ends a ray at the hit: opaque, or masked with enough alpha. */
-bool rt_scene_is_opaque(const struct rt_scene *scene, const struct rt_hit *hit);
 
 #endif
