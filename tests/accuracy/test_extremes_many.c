@@ -122,7 +122,8 @@ static void shadowed_lights_add_up_and_tell_their_memory(void **state)
     for (size_t i = 0; i < MOST; i++) {
         lights[i] = scene.lights[0];
         lights[i].position[0] = -1.4 + 0.175 * (double)(i % 16);
-        lights[i].position[2] = -1.4 + 0.175 * (double)(i / 16);
+        size_t row = i / 16;
+        lights[i].position[2] = -1.4 + 0.175 * (double)row;
         lights[i].intensity = 0.1f;
     }
     size_t next = 0;
