@@ -93,12 +93,13 @@ static void thousands_of_layers_give_their_product(void **state)
         for (uint32_t light = 0; light < LAMPS; light++) {
             for (int part = 0; part <= 10; part++) {
                 float t[3];
-                double layers = part * n / 10;
+                int layers = part * n / 10;
                 double point[3] = {0.1, 4.05 - 0.3 * part, 0.2};
                 ask(light, point, up, t);
                 for (int k = 0; k < 3; k++)
-                    worst[light][k] = fmax(worst[light][k],
-                                           relative_error(t[k], pow((double)filters[k], layers)));
+                    worst[light][k] =
+                        fmax(worst[light][k],
+                             relative_error(t[k], pow((double)filters[k], (double)layers)));
             }
         }
         for (uint32_t light = 0; light < LAMPS; light++)
