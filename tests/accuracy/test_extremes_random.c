@@ -249,9 +249,10 @@ static void the_scan_by_shader_gives_the_lists_of_the_scan_in_c(void **state)
         }
         for (int light = 0; light < LIGHTS; light++) {
             compared += lists[0][light] != NULL;
-            differing += words[0][light] != words[1][light] ||
-                         (lists[0][light] && memcmp(lists[0][light], lists[1][light],
-                                                    words[0][light] * sizeof *lists[0][light]));
+            differing +=
+                words[0][light] != words[1][light] ||
+                (lists[0][light] && memcmp(lists[0][light], lists[1][light],
+                                           words[0][light] * sizeof *lists[0][light]) != 0);
             free(lists[0][light]);
             free(lists[1][light]);
         }
