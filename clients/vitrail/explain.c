@@ -56,18 +56,6 @@ static bool choose_form(struct explaining *explaining, struct failure *failure)
                 "cannot tell the form of '%s': use .txt, .json, .dot or .svg", output);
 }
 
-static bool bring_scene(struct explaining *explaining, struct failure *failure)
-{
-    if (scene_source_is_id(explaining->source))
-        memcpy(explaining->scene.id, explaining->source, SCENE_ID_BYTES);
-    else if (!scene_source_push(&explaining->session, explaining->source, false, &explaining->scene,
-                                failure))
-        return false;
-    return json_object_set_new(explaining->request, "scene", json_string(explaining->scene.id)) ==
-               0 ||
-           fail_no_memory(failure);
-}
-
 static bool ask_for_plan(struct explaining *explaining, struct failure *failure)
 {
     char *body = json_dumps(explaining->request, JSON_COMPACT);
@@ -100,7 +88,9 @@ static bool explain_run(void *context, const struct text_list *operands, struct 
         (scene_source_is_id(explaining.source) || scene_source_check(explaining.source, failure)) &&
         output_file_open(&explaining.output, output ? output : "-", failure) &&
         session_begin(&explaining.session, &explaining.options->common, failure) &&
-        bring_scene(&explaining, failure) && ask_for_plan(&explaining, failure);
+        scene_source_bring(&explaining.session, explaining.source, false, explaining.request,
+                           &explaining.scene, failure) &&
+        ask_for_plan(&explaining, failure);
     progress_hide(&explaining.session.progress);
     is_ok = is_ok && output_file_commit(&explaining.output, failure);
     session_end(&explaining.session);

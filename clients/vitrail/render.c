@@ -90,12 +90,8 @@ static bool prepare(struct render *render, struct failure *failure)
 
 static bool bring_scene(struct render *render, bool force, struct failure *failure)
 {
-    if (scene_source_is_id(render->source))
-        memcpy(render->scene.id, render->source, SCENE_ID_BYTES);
-    else if (!scene_source_push(&render->session, render->source, force, &render->scene, failure))
-        return false;
-    return json_object_set_new(render->request, "scene", json_string(render->scene.id)) == 0 ||
-           fail_no_memory(failure);
+    return scene_source_bring(&render->session, render->source, force, render->request,
+                              &render->scene, failure);
 }
 
 static bool ask_for_image(struct render *render, struct failure *failure)

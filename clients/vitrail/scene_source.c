@@ -186,3 +186,14 @@ bool scene_source_push(struct session *session, const char *path, bool force,
     gltf_files_finish(&files);
     return is_ok;
 }
+
+bool scene_source_bring(struct session *session, const char *source, bool force, json_t *request,
+                        struct scene_push *push, struct failure *failure)
+{
+    if (scene_source_is_id(source))
+        memcpy(push->id, source, SCENE_ID_BYTES);
+    else if (!scene_source_push(session, source, force, push, failure))
+        return false;
+    return json_object_set_new(request, "scene", json_string(push->id)) == 0 ||
+           fail_no_memory(failure);
+}

@@ -30,4 +30,9 @@ bool scene_source_check(const char *path, struct failure *failure);
 bool scene_source_push(struct session *session, const char *path, bool force,
                        struct scene_push *push, struct failure *failure);
 
+/* Makes sure that the server has what `source` names, a file or an id, and names it in `request` as
+ * "scene". `force` as above. */
+bool scene_source_bring(struct session *session, const char *source, bool force, json_t *request,
+                        struct scene_push *push, struct failure *failure);
+
 #endif

@@ -108,14 +108,8 @@ static bool prepare(struct measuring *measuring, struct failure *failure)
 
 static bool bring_scene(struct measuring *measuring, bool force, struct failure *failure)
 {
-    if (scene_source_is_id(measuring->source))
-        memcpy(measuring->scene.id, measuring->source, SCENE_ID_BYTES);
-    else if (!scene_source_push(&measuring->session, measuring->source, force, &measuring->scene,
-                                failure))
-        return false;
-    return json_object_set_new(measuring->request, "scene", json_string(measuring->scene.id)) ==
-               0 ||
-           fail_no_memory(failure);
+    return scene_source_bring(&measuring->session, measuring->source, force, measuring->request,
+                              &measuring->scene, failure);
 }
 
 static bool begin(struct measuring *measuring, struct failure *failure)

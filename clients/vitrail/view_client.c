@@ -53,15 +53,8 @@ json_t *view_client_make(struct session *session, const char *scene, json_t *mem
     struct scene_push push = {0};
     struct http_reply reply = {0};
     json_t *summary = NULL;
-    bool is_ok = members != NULL;
-
-    if (is_ok && scene_source_is_id(scene))
-        memcpy(push.id, scene, SCENE_ID_BYTES);
-    else if (is_ok)
-        is_ok = scene_source_push(session, scene, false, &push, failure);
-    is_ok = is_ok && (json_object_set_new(members, "scene", json_string(push.id)) == 0 ||
-                      fail_no_memory(failure));
-    if (is_ok && send_json(session, "POST", "/v1/views", members, "the view", &reply, failure))
+    if (members && scene_source_bring(session, scene, false, members, &push, failure) &&
+        send_json(session, "POST", "/v1/views", members, "the view", &reply, failure))
         summary = reply_json(&reply, "the view", failure);
     http_reply_finish(&reply);
     json_decref(members);

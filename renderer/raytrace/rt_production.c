@@ -36,8 +36,9 @@ static void place_samples(struct shared *shared, int side)
     side = side ? side : 1;
     shared->samples = side * side;
     for (int s = 0; s < shared->samples; s++) {
-        shared->positions[s][0] = side == 2 ? standard[s][0] : (s % side + 0.5) / side;
-        shared->positions[s][1] = side == 2 ? standard[s][1] : (s / side + 0.5) / side;
+        int column = s % side, row = s / side;
+        shared->positions[s][0] = side == 2 ? standard[s][0] : (column + 0.5) / side;
+        shared->positions[s][1] = side == 2 ? standard[s][1] : (row + 0.5) / side;
     }
 }
 

@@ -328,6 +328,11 @@ static bool is_at_border(const struct rt_hit *hit)
     return hit->u < 1e-5 || hit->v < 1e-5 || hit->u + hit->v > 1 - 1e-5;
 }
 
+static bool is_same_point(const double a[3], const double b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 static int count_shared_corners(const struct rt_scene *scene, const struct rt_hit *a,
                                 const struct rt_hit *b)
 {
@@ -337,8 +342,8 @@ static int count_shared_corners(const struct rt_scene *scene, const struct rt_hi
     int shared = 0;
     for (size_t i = 0; i < 3; i++)
         for (size_t j = 0; j < 3; j++)
-            shared += !memcmp(position[index[3 * (size_t)a->triangle + i]],
-                              position[index[3 * (size_t)b->triangle + j]], sizeof *position);
+            shared += is_same_point(position[index[3 * (size_t)a->triangle + i]],
+                                    position[index[3 * (size_t)b->triangle + j]]);
     return shared;
 }
 

@@ -27,18 +27,6 @@ enum { SIDE_PX = 24, RESOLUTION = 1024, EVEN_RESOLUTION = 128 };
 
 static const double pi = 3.14159265358979323846;
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 /* Points of the receiver under the pixels of a small view. */
 struct probes {
     double points[SIDE_PX * SIDE_PX][3];
@@ -361,5 +349,5 @@ int main(void)
         cmocka_unit_test(the_shadow_of_a_wedge_has_the_slope_of_the_wedge),
         cmocka_unit_test(lights_fall_off_as_their_formula_says),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

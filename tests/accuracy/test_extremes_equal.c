@@ -84,23 +84,11 @@ static void a_turned_scene_gives_the_same_picture(void **state)
     }
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(colour_channels_do_not_know_of_each_other),
         cmocka_unit_test(a_turned_scene_gives_the_same_picture),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

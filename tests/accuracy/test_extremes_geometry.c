@@ -204,18 +204,6 @@ static void near_and_far_may_be_a_billion_apart(void **state)
     }
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -223,5 +211,5 @@ int main(void)
         cmocka_unit_test(needles_leave_next_to_nothing),
         cmocka_unit_test(near_and_far_may_be_a_billion_apart),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -251,18 +251,6 @@ static void a_light_at_infinity_is_a_directional_one(void **state)
     rig_scene_finish(&scene, *state);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -271,5 +259,5 @@ int main(void)
         cmocka_unit_test(light_that_grazes_a_floor_leaves_no_acne),
         cmocka_unit_test(a_light_at_infinity_is_a_directional_one),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -268,18 +268,6 @@ static void soups_of_triangles_and_crowds_of_objects_are_drawn(void **state)
         check_soup(*state, 12000000, 240);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -288,5 +276,5 @@ int main(void)
         cmocka_unit_test(shadowed_lights_add_up_and_tell_their_memory),
         cmocka_unit_test(soups_of_triangles_and_crowds_of_objects_are_drawn),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -122,18 +122,6 @@ static void powers_of_ten_move_edges_by_their_snapping_only(void **state)
     }
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -141,5 +129,5 @@ int main(void)
         cmocka_unit_test(powers_of_two_from_1e_minus_6_to_1e6_give_the_same_picture),
         cmocka_unit_test(powers_of_ten_move_edges_by_their_snapping_only),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -131,18 +131,6 @@ static void more_layers_than_a_list_holds_are_refused_by_number(void **state)
     rig_scene_finish(&scene, *state);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -150,5 +138,5 @@ int main(void)
         cmocka_unit_test(a_window_of_too_many_layers_is_split_and_shows_the_same),
         cmocka_unit_test(more_layers_than_a_list_holds_are_refused_by_number),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -452,5 +452,5 @@ int main(void)
         cmocka_unit_test(flowers_in_glass_vases),
         cmocka_unit_test(stained_glass_lamp),
     };
-    return cmocka_run_group_tests(tests, setup, asset_teardown);
+    return cmocka_run_group_tests(tests, setup, render_rig_teardown);
 }

@@ -175,18 +175,6 @@ static void nothing_transparent_costs_no_list(void **state)
     free(glb);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -195,5 +183,5 @@ int main(void)
         cmocka_unit_test(blended_layers_cover),
         cmocka_unit_test(nothing_transparent_costs_no_list),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

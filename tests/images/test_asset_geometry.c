@@ -245,5 +245,5 @@ int main(void)
     };
     if (!assets_are_present())
         return 77;
-    return cmocka_run_group_tests(tests, asset_setup, asset_teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -15,18 +15,6 @@
 
 static const double pi = 3.14159265358979323846;
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 static struct view look(const double eye[3], const double target[3], double ortho_height,
                         double fov_y_deg)
 {
@@ -437,5 +425,5 @@ int main(void)
         cmocka_unit_test(antialiased_views_average_the_ways_of_their_samples),
         cmocka_unit_test(the_reference_sees_the_same),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -303,18 +303,6 @@ static void order_of_overlapping_panes_does_not_change_a_bit(void **state)
     }
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -324,5 +312,5 @@ int main(void)
         cmocka_unit_test(slab_darkens_towards_grazing_light),
         cmocka_unit_test(order_of_overlapping_panes_does_not_change_a_bit),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

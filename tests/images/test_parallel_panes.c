@@ -315,18 +315,6 @@ static void clear_passes_all_and_black_nothing(void **state)
     closed_form_scene_finish(&scene);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -335,5 +323,5 @@ int main(void)
         cmocka_unit_test(each_pane_is_lit_through_the_panes_above_it),
         cmocka_unit_test(clear_passes_all_and_black_nothing),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -183,18 +183,6 @@ static void an_unknown_node_is_named_without_drawing(void **state)
     close_scene(&scene, *state);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -204,5 +192,5 @@ int main(void)
         cmocka_unit_test(the_known_memory_is_what_the_frame_takes),
         cmocka_unit_test(an_unknown_node_is_named_without_drawing),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -216,18 +216,6 @@ static void a_cancelled_render_leaves_nothing(void **state)
     closed_form_scene_finish(&scene);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -236,5 +224,5 @@ int main(void)
         cmocka_unit_test(shading_equals_the_ground_truth),
         cmocka_unit_test(a_cancelled_render_leaves_nothing),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

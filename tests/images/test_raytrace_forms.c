@@ -416,18 +416,6 @@ static void more_surfaces_than_a_ray_holds_are_refused(void **state)
     closed_form_scene_finish(&scene);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -438,5 +426,5 @@ int main(void)
         cmocka_unit_test(an_unchanged_scene_is_kept),
         cmocka_unit_test(more_surfaces_than_a_ray_holds_are_refused),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -278,18 +278,6 @@ static void a_light_that_reaches_nothing_in_view_costs_no_shadow(void **state)
     close_panes(&f);
 }
 
-static int setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -301,5 +289,5 @@ int main(void)
         cmocka_unit_test(a_moved_light_rebuilds_its_own_map_only),
         cmocka_unit_test(a_light_that_reaches_nothing_in_view_costs_no_shadow),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -12,18 +12,6 @@
 
 #include "renderer/scene/matrix.h"
 
-int asset_setup(void **state)
-{
-    *state = render_rig_create();
-    return 0;
-}
-
-int asset_teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 struct view asset_view(const double eye[3], const double target[3], double fov_y_deg)
 {
     return (struct view){

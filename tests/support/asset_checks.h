@@ -5,10 +5,6 @@
 
 #include "tests/support/image_checks.h"
 
-/* Every asset test's main: skips with 77 when the folder or a GL device is absent. */
-int asset_setup(void **state); /* *state: struct renderer */
-int asset_teardown(void **state);
-
 /* A perspective LOOK_AT view of 480 x 270 with every output. */
 struct view asset_view(const double eye[3], const double target[3], double fov_y_deg);
 /* From this direction (towards the eye), as near as the bounds of the scene allow. */

@@ -26,6 +26,18 @@ struct renderer *render_rig_create(void)
     return renderer;
 }
 
+int render_rig_setup(void **state)
+{
+    *state = render_rig_create();
+    return 0;
+}
+
+int render_rig_teardown(void **state)
+{
+    renderer_destroy(*state);
+    return 0;
+}
+
 static bool attach(struct rig_scene *scene, struct renderer *renderer, const char *key,
                    struct error *err)
 {

@@ -11,6 +11,10 @@
  * device. */
 struct renderer *render_rig_create(void);
 
+/* For cmocka_run_group_tests: *state is such a renderer. */
+int render_rig_setup(void **state);
+int render_rig_teardown(void **state);
+
 /* A scene resident on the renderer under `key`, with the memory behind it. Zeroed = empty. */
 struct rig_scene {
     struct imported_scene imported;
