@@ -20,12 +20,15 @@ static const struct form {
     {"linked-faithful", "linked-faithful, static", VIEW_SHADOWS_DEEP_LINKED, true},
 };
 
-/* What one frame's maps take: 16 bytes an event, and per texel a head and, in the forms that cull
- * behind opaque casters, an opaque depth. The pools of the store hold the maps of all variants. */
-static uint64_t map_bytes(const struct frame_report *report, int resolution, bool faithful)
+/* What one frame's maps take: 16 bytes an event (deep: one more for the index), and per texel a
+ * head and, in the forms that cull behind opaque casters, an opaque depth. The pools of the store
+ * hold the maps of all variants. */
+static uint64_t map_bytes(const struct frame_report *report, int resolution,
+                          enum view_shadows technique, bool faithful)
 {
     uint64_t texels = (uint64_t)resolution * (uint64_t)resolution * report->counts.shadowed_lights;
-    return report->counts.events * 16 + texels * (faithful ? 4 : 8);
+    uint64_t event_bytes = technique == VIEW_SHADOWS_DEEP ? 17 : 16;
+    return report->counts.events * event_bytes + texels * (faithful ? 4 : 8);
 }
 
 static struct summary stage_summary(const struct frame_variant *variant, const char *part)
@@ -96,18 +99,18 @@ static bool run_case(struct bench *bench, const struct bench_scene *scene,
     if (ok && !variants[0].measurement.report.counts.events)
         ok = error_set(err, ERROR_INTERNAL, "%s: no light meets a curtain", c->subject);
     for (int i = 0; ok && i < 2 * FORMS; i++)
-        bench_result(bench,
-                     &(struct result){
-                         .scene = scene->name,
-                         .subject = c->subject,
-                         .variant = variants[i].name,
-                         .width = size[0],
-                         .height = size[1],
-                         .stage = PART_SHADOW,
-                         .structure_bytes = map_bytes(&variants[i].measurement.report,
-                                                      c->resolution, forms[i % FORMS].faithful),
-                         .measurement = &variants[i].measurement,
-                     });
+        bench_result(bench, &(struct result){
+                                .scene = scene->name,
+                                .subject = c->subject,
+                                .variant = variants[i].name,
+                                .width = size[0],
+                                .height = size[1],
+                                .stage = PART_SHADOW,
+                                .structure_bytes =
+                                    map_bytes(&variants[i].measurement.report, c->resolution,
+                                              forms[i % FORMS].shadows, forms[i % FORMS].faithful),
+                                .measurement = &variants[i].measurement,
+                            });
     if (ok)
         check_ratios(bench, scene->name, c->subject, variants);
     for (int i = 0; ok && i < FORMS; i++)

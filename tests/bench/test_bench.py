@@ -64,7 +64,17 @@ class Bench(unittest.TestCase):
 class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
-        self.assertEqual(["lights", "deep", "both", "layers", "demo", "linear"], names)
+        self.assertEqual(["lights", "deep", "both", "layers", "demo", "raytrace", "linear"],
+                         names)
+
+    def test_ray_tracing_states_its_overhead_and_its_gain(self):
+        done = run("raytrace", "--quick", "--json", "--size", "96x64")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = json.loads(done.stdout)["checks"]
+        overheads = [c["value"] for c in checks if c["name"] == "cpu ours / kernel alone"]
+        self.assertEqual(2, len(overheads), checks)
+        for value in overheads:
+            self.assertTrue(0.5 < value < 20, checks)
 
     def test_unknown_suites_and_options_are_refused(self):
         for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],
