@@ -11,11 +11,12 @@
 #include "renderer/lights/light_reach.h"
 #include "renderer/shading/geometry.h"
 #include "renderer/shadows/shadow_casters.h"
+#include "renderer/shadows/shadows.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
 
-enum { SAMPLES_DEFAULT = 4, RESOLUTION_DEFAULT = 1024 };
+enum { SAMPLES_DEFAULT = 4 };
 
 int plan_samples(const struct view *view, const struct gl_limits *limits)
 {
@@ -116,13 +117,10 @@ static bool count_light(struct plan *plan, const struct plan_desc *desc,
                         struct error *err)
 {
     const struct view_quality *quality = &desc->view->quality;
-    int resolution =
-        quality->shadow_resolution > 0 ? quality->shadow_resolution : RESOLUTION_DEFAULT;
+    int resolution = shadow_resolution(quality, desc->limits);
     struct shadow_frame frame;
     struct shadow_casters casters = {0};
     uint32_t kind = SHADOW_MAP;
-    if (resolution > desc->limits->max_texture_size)
-        resolution = desc->limits->max_texture_size;
     if (!light->casts_shadow || quality->shadows == VIEW_SHADOWS_NONE ||
         !shadow_frame_init(&frame, light, desc->state, resolution)) {
         plan->unshadowed_lights++;
@@ -193,7 +191,8 @@ static void plan_shadows(struct plan *plan, const struct plan_desc *desc)
 static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
-    uint64_t samples = (uint64_t)plan->samples;
+    /* beside a traced colour, auxiliary outputs take one */
+    uint64_t samples = needs(plan, PLAN_NEED_COLOR) ? (uint64_t)plan->samples : 1;
     return pixels * (samples * (16 + 16 + 4) + (samples > 1 ? samples * 4 : 0) + 16);
 }
 

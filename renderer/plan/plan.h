@@ -43,7 +43,7 @@ struct plan {
     struct plan_requirement requirements[PLAN_NEED_COUNT]; /* by enum plan_need */
     struct plan_pass passes[PLAN_PASSES_MAX];              /* in the order of execution */
     int pass_count;
-    int samples;                                   /* per pixel, of the rasterised colour */
+    int samples;                                   /* per pixel, of the colour */
     size_t opaque_items, transparent_items;        /* in view */
     size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
     size_t unshadowed_lights;                      /* shine without a structure */

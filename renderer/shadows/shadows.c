@@ -518,18 +518,17 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
     report_bytes(&shadows->store, report);
 }
 
-static int clamp_resolution(const struct shadow_system *shadows, int resolution)
+int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits)
 {
-    int largest = shadows->store.limits->max_texture_size;
-    int wanted = resolution > 0 ? resolution : DEFAULT_RESOLUTION;
-    return wanted < largest ? wanted : largest;
+    int wanted = quality->shadow_resolution > 0 ? quality->shadow_resolution : DEFAULT_RESOLUTION;
+    return wanted < limits->max_texture_size ? wanted : limits->max_texture_size;
 }
 
 bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                            struct frame_report *report, struct error *err)
 {
     shadows->frame++;
-    shadows->resolution = clamp_resolution(shadows, desc->quality->shadow_resolution);
+    shadows->resolution = shadow_resolution(desc->quality, shadows->store.limits);
     shadows->taps = desc->quality->shadow_taps > 0 ? desc->quality->shadow_taps : DEFAULT_TAPS;
     for (int attempt = 0;; attempt++) {
         struct error failure = {0};

@@ -42,6 +42,8 @@ struct shadow_prepare_desc {
 MUST_CHECK bool shadow_system_prepare(struct shadow_system *shadows,
                                       const struct shadow_prepare_desc *desc,
                                       struct frame_report *report, struct error *err);
+/* Texels per side of a map face: what the quality asks for, within what the device has. */
+int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits);
 /* Index of the light's shadow_record, or NO_SHADOW. */
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);
 /* #define items for programs that include shaders/shadow_query.glsl, and their bindings. */
