@@ -5,6 +5,7 @@
 // eq. 15; D and V after Walter et al. 2007 and Heitz 2014 (separable form of B.3.2 in its
 // height-correlated shape).
 // n, v, l: unit vectors; roughness is perceptual, alpha = roughness^2.
+#include "fresnel.glsl"
 const float PI = 3.14159265358979;
 const float MIN_ALPHA = 1e-3; // keeps the lobe of a perfect mirror finite for punctual lights
 
@@ -21,21 +22,6 @@ float ggx_v(float n_dot_l, float n_dot_v, float alpha)
     float l = n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);
     float v = n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - a2) + a2);
     return 0.5 / max(l + v, 1e-10);
-}
-
-float schlick_weight(float cosine)
-{
-    float m = clamp(1.0 - cosine, 0.0, 1.0);
-    float m2 = m * m;
-    return m2 * m2 * m;
-}
-
-// Fresnel term of a dielectric. At grazing angles it rises to 1, but to less for an index of
-// refraction below water's (f0 = 0.02); ior 1 is no interface at all.
-float dielectric_fresnel(float f0, float cosine)
-{
-    float f90 = min(50.0 * f0, 1.0);
-    return f0 + (f90 - f0) * schlick_weight(cosine);
 }
 
 struct brdf_input {

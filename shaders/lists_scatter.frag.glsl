@@ -4,6 +4,7 @@
 // Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target with post-depth coverage);
 // IS_MEDIUM, and with it IS_HIDDEN (drawn behind the opaque depth) and CUT_PLANES (count).
 #include "evaluate.glsl"
+#include "camera_filter.glsl"
 layout(early_fragment_tests) in;
 #ifdef HAS_COVERAGE
 layout(post_depth_coverage) in;
@@ -19,6 +20,7 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_1) writeonly buffer s1_buffer {
 layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
     uvec4 surfaces_2[];
 };
+layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer color_buffer { vec4 colors[]; };
 uniform uint u_width_px;
 #ifdef CUT_PLANES
 uniform vec4 u_clip_planes[CUT_PLANES]; // eye-relative
@@ -48,6 +50,31 @@ bool is_hidden()
 }
 #endif
 
+// The back face of a medium whose material is single-sided: crossed, but not drawn.
+bool is_left_unseen(surface s)
+{
+#ifdef IS_MEDIUM
+    return !s.is_front && (materials[s.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;
+#else
+    return false;
+#endif
+}
+
+// Its word is written here, where the surface still has all its bits.
+vec3 filter_to_camera(surface s, float transmission, float thickness_m)
+{
+#ifdef IS_ORTHOGRAPHIC
+    vec3 view = -u_view_direction;
+#else
+    vec3 view = normalize(-v_position);
+#endif
+#ifdef IS_MEDIUM
+    thickness_m = 0.0; // the way through it attenuates instead: shade_pixels.comp.glsl
+#endif
+    return camera_filter(s, transmission, thickness_m, abs(dot(s.normal, view)),
+                         is_left_unseen(s));
+}
+
 void main()
 {
     surface s = evaluate_surface();
@@ -75,6 +102,7 @@ void main()
 #else
     uint coverage = 1u;
 #endif
+    vec3 filter_ = filter_to_camera(s, transmission, thickness_m);
     uvec2 extra = uvec2(floatBitsToUint(transmission), floatBitsToUint(thickness_m));
 #ifdef IS_MEDIUM
     extra = pack_factor_and_pair(transmission, slope); // no thickness: media have no use for it
@@ -88,4 +116,5 @@ void main()
     surfaces_0[entry] = surface_pack_0(s);
     surfaces_1[entry] = surface_pack_1(s);
     surfaces_2[entry] = uvec4(extra, pixel, floatBitsToUint(depth));
+    colors[2u * entry + 1u] = vec4(filter_, is_left_unseen(s) ? 0.0 : s.alpha);
 }

@@ -4,6 +4,9 @@
 #include "branch.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
+#ifdef HAS_TRANSPARENT
+#include "filter_word.glsl"
+#endif
 layout(local_size_x = 8, local_size_y = 8) in;
 #if SAMPLES > 1
 layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
@@ -89,10 +92,10 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
                     out vec3 through[SAMPLES])
 {
     float depth[SAMPLES];
-    dvec3 product[SAMPLES];
+    dvec3 product[SAMPLES], sum[SAMPLES];
     for (int i = 0; i < SAMPLES; i++) {
         depth[i] = texelFetch(u_depth_map, pixel, i).x;
-        radiance[i] = vec3(0.0);
+        sum[i] = dvec3(0.0LF);
         product[i] = dvec3(1.0LF);
     }
     media_begin(pixel, depth);
@@ -104,7 +107,8 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
 #endif
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
-        vec3 layer = colors[2u * key.z].rgb, filter_ = colors[2u * key.z + 1u].rgb;
+        vec3 layer = colors[2u * key.z].rgb;
+        dvec3 filter_ = filter_unpack(colors[2u * key.z + 1u].rgb);
         medium_event e = media_event(key.z, uintBitsToFloat(key.x));
         bool is_seen = (key.w & FRAGMENT_HIDDEN) == 0u;
         for (int i = 0; i < SAMPLES; i++) {
@@ -114,8 +118,8 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
             media_cross(i, e);
             if (!is_seen)
                 continue;
-            radiance[i] += vec3(product[i]) * media_transmittance(i) * layer;
-            product[i] *= dvec3(filter_);
+            sum[i] += product[i] * dvec3(media_transmittance(i) * layer);
+            product[i] *= filter_;
         }
     }
     for (int i = 0; i < SAMPLES; i++) {
@@ -126,29 +130,34 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
             media_advance(i, media_ends[i].y); // else nothing is left around the ray
 #endif
         through[i] = vec3(product[i]) * media_transmittance(i);
+        radiance[i] = vec3(sum[i]);
     }
 }
 #elif defined HAS_TRANSPARENT
 void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES],
                     out vec3 through[SAMPLES])
 {
-    dvec3 product[SAMPLES]; // fp64: the product does not depend on the order of the layers
+    // fp64: no layer is lost among ten thousand, and products do not depend on their order
+    dvec3 product[SAMPLES], sum[SAMPLES];
     for (int i = 0; i < SAMPLES; i++) {
-        radiance[i] = vec3(0.0);
+        sum[i] = dvec3(0.0LF);
         product[i] = dvec3(1.0LF);
     }
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
-        vec3 layer = colors[2u * key.z].rgb, filter_ = colors[2u * key.z + 1u].rgb;
+        vec3 layer = colors[2u * key.z].rgb;
+        dvec3 filter_ = filter_unpack(colors[2u * key.z + 1u].rgb);
         for (int i = 0; i < SAMPLES; i++) {
             if ((key.w & 1u << i) == 0u)
                 continue;
-            radiance[i] += vec3(product[i]) * layer;
-            product[i] *= dvec3(filter_);
+            sum[i] += product[i] * dvec3(layer);
+            product[i] *= filter_;
         }
     }
-    for (int i = 0; i < SAMPLES; i++)
+    for (int i = 0; i < SAMPLES; i++) {
+        radiance[i] = vec3(sum[i]);
         through[i] = vec3(product[i]);
+    }
 }
 #endif
 

@@ -99,10 +99,9 @@ static void layers_multiply_at_any_depth(void **state)
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
         for (int samples = 1; samples <= 4; samples += 3) {
             int n = counts[k];
-            for (int i = 0; i < 3 * n; i++) /* representable in the 16 bits that a surface is stored
-                                               with */
+            for (int i = 0; i < 3 * n; i++)
                 t[i] = 1 - (double)(n > 1000 ? i % 2 : (1 + (i * 7919) % 97) * (n > 64 ? 1 : 20)) /
-                               65535.0;
+                               65521.0;
             void *glb;
             size_t size;
             struct frame frame;

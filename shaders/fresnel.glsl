@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Reflection at an interface. Schlick 1994, "An Inexpensive BRDF Model for Physically-based
+// Rendering", eq. 15.
+float schlick_weight(float cosine)
+{
+    float m = clamp(1.0 - cosine, 0.0, 1.0);
+    float m2 = m * m;
+    return m2 * m2 * m;
+}
+
+// Fresnel term of a dielectric. At grazing angles it rises to 1, but to less for an index of
+// refraction below water's (f0 = 0.02); ior 1 is no interface at all.
+float dielectric_fresnel(float f0, float cosine)
+{
+    float f90 = min(50.0 * f0, 1.0);
+    return f0 + (f90 - f0) * schlick_weight(cosine);
+}
