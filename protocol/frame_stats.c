@@ -53,6 +53,8 @@ static const struct count_member count_members[] = {
     COUNT(light_list_entries),
     COUNT(shadow_maps_built),
     COUNT(shadow_maps_reused),
+    COUNT(plans_made),
+    COUNT(plans_reused),
     COUNT(programs_built),
     COUNT(programs_reused),
 };

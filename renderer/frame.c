@@ -1,18 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* One frame: state, camera, shadows, then windows of the image one by one. */
+/* The door to frames: the view is checked, its plan made or found, and run. */
 #include <assert.h>
-#include <epoxy/gl.h>
-#include <stdlib.h>
+#include <stdio.h>
+#include <string.h>
 
-#include "renderer/frame_raytrace.h"
-#include "renderer/plan/plan.h"
+#include "renderer/frame_run.h"
+#include "renderer/plan/view_key.h"
 #include "renderer/wall_clock.h"
-
-enum {
-    WINDOW_SIDE_MAX = 4096,
-    WINDOW_PIXELS_MAX = 1 << 21, /* 300 MB of 4x multisampled targets */
-    WINDOWS_MAX = 8192,
-};
 
 static bool check_quality(const struct view_quality *quality, struct error *err)
 {
@@ -48,15 +42,6 @@ static bool check_view(const struct view *view, struct error *err)
     return check_quality(&view->quality, err);
 }
 
-static int choose_samples(const struct renderer *renderer, const struct view *view,
-                          struct frame_report *report)
-{
-    int samples = plan_samples(view, gl_context_limits(renderer->context));
-    if (samples == 1 && view->quality.samples == 4 && view->outputs & 1u << VIEW_OUTPUT_COLOR)
-        report_warn(report, "the device cannot antialias transparent lists: 1 sample per pixel");
-    return samples;
-}
-
 static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
 {
     static const struct {
@@ -72,129 +57,6 @@ static bool create_outputs(const struct view *view, struct frame *frame, struct 
             !image_init(&frame->outputs[i], view->width_px, view->height_px, shapes[i].channels,
                         shapes[i].component, err))
             return false;
-    return true;
-}
-
-static void read_sample_positions(const struct targets *targets, float positions[4][2])
-{
-    for (int i = 0; i < 4; i++)
-        positions[i][0] = positions[i][1] = 0.5f;
-    if (targets->samples < 2)
-        return;
-    glBindFramebuffer(GL_FRAMEBUFFER, targets->gbuffer.name);
-    for (GLuint i = 0; i < 4; i++)
-        glGetMultisamplefv(GL_SAMPLE_POSITION, i, positions[i]);
-}
-
-struct frame_pass {
-    struct renderer *renderer;
-    struct window_frame window; /* without the window itself */
-    int samples;
-    struct image *outputs;
-};
-
-static bool prepare_lights(struct renderer *renderer, const struct window_frame *frame,
-                           struct error *err)
-{
-    if (!frame->state->light_count)
-        return true;
-    return light_lists_prepare(renderer->lists,
-                               &(struct light_lists_desc){
-                                   .technique = frame->view->quality.light_lists,
-                                   .faithful = frame->view->quality.faithful,
-                                   .lights = frame->state->lights,
-                                   .light_count = frame->state->light_count,
-                                   .camera = frame->camera,
-                                   .window = &frame->window,
-                               },
-                               frame->report, err);
-}
-
-static bool shade_and_read(struct frame_pass *pass, const struct window_frame *frame,
-                           struct error *err)
-{
-    struct renderer *renderer = pass->renderer;
-    struct shade_desc desc = {
-        .frame = frame,
-        .lists = renderer->lists,
-        .shadows = renderer->shadows,
-        .pixels = &renderer->pixels,
-    };
-    uint32_t color_bit = 1u << VIEW_OUTPUT_COLOR;
-    if (frame->view->outputs & color_bit &&
-        (!prepare_lights(renderer, frame, err) || !shade_window(&renderer->shade, &desc, err) ||
-         !shade_read_color(frame, &pass->outputs[VIEW_OUTPUT_COLOR], err)))
-        return false;
-    if (frame->view->outputs & ~color_bit &&
-        !shade_read_aovs(&renderer->shade, &desc, pass->outputs, err))
-        return false;
-    return gl_context_check(renderer->context, "rendering", err);
-}
-
-/* Sets *must_split when the window has more transparent fragments than one pass can hold. */
-static bool render_window(struct frame_pass *pass, const struct camera_window *window,
-                          bool *must_split, struct error *err)
-{
-    struct renderer *renderer = pass->renderer;
-    struct window_frame frame = pass->window;
-    struct geometry_items items = {0};
-    frame.window = *window;
-    if (!targets_prepare(&renderer->targets, window->width, window->height, pass->samples, err))
-        return false;
-    read_sample_positions(&renderer->targets, frame.sample_positions);
-    bool ok = geometry_cull(&frame, &items, err) && geometry_draw_opaque(&frame, &items, err);
-    enum pixel_lists_outcome outcome = PIXEL_LISTS_FAILED;
-    if (ok)
-        outcome = pixel_lists_build(&renderer->pixels, &frame, &items, err);
-    geometry_items_finish(&items);
-    *must_split = outcome == PIXEL_LISTS_TOO_MANY;
-    if (outcome == PIXEL_LISTS_BUILT)
-        return shade_and_read(pass, &frame, err);
-    return *must_split;
-}
-
-static void split_window(const struct camera_window *w, struct camera_window halves[2])
-{
-    halves[0] = halves[1] = *w;
-    if (w->height >= w->width) {
-        halves[0].height = w->height / 2;
-        halves[1].y += halves[0].height;
-        halves[1].height -= halves[0].height;
-    } else {
-        halves[0].width = w->width / 2;
-        halves[1].x += halves[0].width;
-        halves[1].width -= halves[0].width;
-    }
-}
-
-/* A stack of windows: each is rendered, or split where it is too large for one pass. */
-static bool render_windows(struct frame_pass *pass, struct error *err)
-{
-    const struct view *view = pass->window.view;
-    struct camera_window stack[64]; /* halving from 16384^2 to one pixel takes 28 levels */
-    int depth = 1, rendered = 0;
-    stack[0] = (struct camera_window){
-        0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
-    while (depth) {
-        struct camera_window w = stack[--depth];
-        bool must_split = w.width > WINDOW_SIDE_MAX || w.height > WINDOW_SIDE_MAX ||
-                          w.width * w.height > WINDOW_PIXELS_MAX;
-        if (!must_split && !render_window(pass, &w, &must_split, err))
-            return false;
-        if (!must_split) {
-            rendered++;
-            continue;
-        }
-        if (w.width * w.height == 1 || rendered > WINDOWS_MAX)
-            return error_set(err, ERROR_OVER_BUDGET,
-                             "more than %d transparent fragments in a window of %dx%d pixels",
-                             PIXEL_LISTS_ENTRIES_MAX, w.width, w.height);
-        split_window(&w, &stack[depth]);
-        depth += 2;
-        assert(depth < 62);
-    }
-    if (rendered > 1)
-        report_warn(pass->window.report, "the image was rendered in %d windows", rendered);
     return true;
 }
 
@@ -216,135 +78,115 @@ static void fill_report(const struct renderer *renderer, const struct resident_s
                     state->open_volume_count);
 }
 
-/* The rasterised outputs of the view: its windows, after the shadows that its color needs. */
-static bool render_rasterised(struct renderer *renderer, struct resident_scene *scene,
-                              const struct view *view, const struct scene_state *state,
-                              const struct camera *camera, struct frame *frame, struct error *err)
+/* In tests: every pass that ran is one of the plan. */
+static void check_passes(const struct plan *plan, const struct frame_report *report)
 {
-    if (!draw_arena_begin(renderer->arena, state, err))
-        return false;
-    bool wants_color = view->outputs & 1u << VIEW_OUTPUT_COLOR;
-    if (wants_color)
-        frame_warn_of_areas(state, &frame->report);
-    if (wants_color && view->clip_plane_count)
-        report_warn(&frame->report,
-                    "clip planes cut the view; shadow maps still hold the whole scene");
-    if (wants_color &&
-        !light_reach_collect(&renderer->reach, state->lights, state->light_count, camera, err))
-        return false;
-    if (wants_color)
-        frame->report.counts.unseen_lights = renderer->reach.unseen_count;
-    struct shadow_prepare_desc shadow_desc = {
-        .scene_key = scene->key,
-        .gpu = scene->gpu,
-        .state = state,
-        .arena = renderer->arena,
-        .eye = {camera->eye[0], camera->eye[1], camera->eye[2]},
-        .quality = &view->quality,
-        .is_in_view = renderer->reach.is_in_view,
-    };
-    if (wants_color &&
-        (!shadow_system_prepare(renderer->shadows, &shadow_desc, &frame->report, err) ||
-         !shade_upload_lights(&renderer->shade, state, renderer->shadows, camera->eye, err)))
-        return false;
-    struct frame_pass pass = {
-        .renderer = renderer,
-        .samples = choose_samples(renderer, view, &frame->report),
-        .outputs = frame->outputs,
-        .window =
-            {
-                .programs = renderer->programs,
-                .timeline = renderer->timeline,
-                .limits = gl_context_limits(renderer->context),
-                .view = view,
-                .state = state,
-                .gpu = scene->gpu,
-                .arena = renderer->arena,
-                .camera = camera,
-                .targets = &renderer->targets,
-                .report = &frame->report,
-            },
-    };
-    if (!render_windows(&pass, err))
-        return false;
-    return true;
+    for (int i = 0; i < report->pass_count; i++) {
+        const struct report_pass *ran = &report->passes[i];
+        int k = 0;
+        while (k < plan->pass_count && (strcmp(plan->passes[k].pass, ran->pass) != 0 ||
+                                        strcmp(plan->passes[k].technique, ran->technique) != 0))
+            k++;
+        if (k == plan->pass_count)
+            fprintf(stderr, "pass '%s' (%s) is not in the plan\n", ran->pass, ran->technique);
+        assert(k < plan->pass_count);
+    }
 }
 
-static bool render_state(struct renderer *renderer, struct resident_scene *scene,
-                         const struct view *view, const struct scene_state *state,
-                         struct frame *frame, struct error *err)
-{
+/* A view of a scene, checked and evaluated: what a plan is made from. */
+struct opened_view {
+    struct resident_scene *scene;
+    struct view view; /* with its defaults */
+    struct scene_state state;
     struct camera camera;
-    struct view rasterised = *view;
-    if (!camera_resolve(&camera, view, state, err) || !create_outputs(view, frame, err))
-        return false;
-    char because[REPORT_TEXT_BYTES];
-    if (frame_is_raytraced(view, state, because)) {
-        if (!frame_raytrace(renderer, scene->key, view, state, &camera, because, frame, err))
-            return false;
-        rasterised.outputs &= ~(1u << VIEW_OUTPUT_COLOR);
-    }
-    if (rasterised.outputs &&
-        !render_rasterised(renderer, scene, &rasterised, state, &camera, frame, err))
-        return false;
-    fill_report(renderer, scene, state, &frame->report);
-    return true;
+    const struct frame_plan *plan; /* of the cache */
+};
+
+static bool plan_opened(struct renderer *renderer, struct opened_view *opened, struct error *err)
+{
+    struct content_key key =
+        view_plan_key(view_state_key(opened->scene->key, &opened->view), &opened->view);
+    opened->plan =
+        plan_cache_get(&renderer->plans, key,
+                       &(struct frame_plan_desc){.view = &opened->view,
+                                                 .state = &opened->state,
+                                                 .camera = &opened->camera,
+                                                 .limits = gl_context_limits(renderer->context)},
+                       err);
+    return opened->plan;
 }
 
-/* The scene under its key and the view with its defaults; err names what is wrong. */
-static struct resident_scene *open_view(struct renderer *renderer, const char *scene_key,
-                                        const struct view *view, struct view *checked,
-                                        struct scene_state *state, struct error *err)
+/* err names what is wrong. */
+static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      struct opened_view *opened, struct error *err)
 {
-    struct resident_scene *scene = scene_cache_find(&renderer->scenes, scene_key);
-    if (!scene) {
-        error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
-        return NULL;
-    }
-    *checked = *view;
-    if (!checked->outputs)
-        checked->outputs = 1u << VIEW_OUTPUT_COLOR;
-    return check_view(checked, err) && scene_state_init(state, &scene->scene, checked, err) ? scene
-                                                                                            : NULL;
+    *opened = (struct opened_view){.scene = scene_cache_find(&renderer->scenes, scene_key),
+                                   .view = *view};
+    if (!opened->scene)
+        return error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
+    if (!opened->view.outputs)
+        opened->view.outputs = 1u << VIEW_OUTPUT_COLOR;
+    if (!check_view(&opened->view, err) ||
+        !scene_state_init(&opened->state, &opened->scene->scene, &opened->view, err))
+        return false;
+    if (camera_resolve(&opened->camera, &opened->view, &opened->state, err) &&
+        plan_opened(renderer, opened, err))
+        return true;
+    scene_state_finish(&opened->state);
+    return false;
 }
 
 bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
                       struct plan *plan, struct error *err)
 {
-    struct view checked;
-    struct scene_state state;
-    struct camera camera;
-    if (!open_view(renderer, scene_key, view, &checked, &state, err))
+    struct opened_view opened;
+    if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
-    bool ok = camera_resolve(&camera, &checked, &state, err) &&
-              plan_make(plan,
-                        &(struct plan_desc){.view = &checked,
-                                            .state = &state,
-                                            .camera = &camera,
-                                            .limits = gl_context_limits(renderer->context)},
-                        err);
-    scene_state_finish(&state);
-    return ok;
+    *plan = opened.plan->plan;
+    scene_state_finish(&opened.state);
+    return true;
+}
+
+/* What the caches gave since `before`. */
+static void count_caches(const struct renderer *renderer, const struct program_cache_stats *before,
+                         uint64_t plans_made, struct frame_report *report)
+{
+    struct program_cache_stats after;
+    program_cache_get_stats(renderer->programs, &after);
+    report->counts.programs_built = after.misses - before->misses;
+    report->counts.programs_reused = after.hits - before->hits;
+    report->counts.plans_made = renderer->plans.misses - plans_made;
+    report->counts.plans_reused = 1 - report->counts.plans_made;
 }
 
 bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
                      struct frame *frame, struct error *err)
 {
     double begin_ms = wall_ms();
+    struct opened_view opened;
+    struct program_cache_stats before;
+    uint64_t plans_made = renderer->plans.misses;
     *frame = (struct frame){0};
-    struct view checked;
-    struct scene_state state;
-    struct resident_scene *scene = open_view(renderer, scene_key, view, &checked, &state, err);
-    if (!scene)
-        return false;
-    struct program_cache_stats before, after;
     program_cache_get_stats(renderer->programs, &before);
-    bool ok = render_state(renderer, scene, &checked, &state, frame, err);
-    program_cache_get_stats(renderer->programs, &after);
-    frame->report.counts.programs_built = after.misses - before.misses;
-    frame->report.counts.programs_reused = after.hits - before.hits;
+    if (!open_view(renderer, scene_key, view, &opened, err))
+        return false;
+    const struct frame_run run = {
+        .renderer = renderer,
+        .scene = opened.scene,
+        .frame_plan = opened.plan,
+        .view = &opened.view,
+        .state = &opened.state,
+        .camera = &opened.camera,
+        .frame = frame,
+    };
+    bool ok = create_outputs(&opened.view, frame, err) && frame_run(&run, err);
+    if (ok)
+        fill_report(renderer, opened.scene, &opened.state, &frame->report);
+    count_caches(renderer, &before, plans_made, &frame->report);
     gpu_timeline_collect(renderer->timeline, &frame->report);
-    scene_state_finish(&state);
+    if (ok && renderer->is_strict)
+        check_passes(&opened.plan->plan, &frame->report);
+    scene_state_finish(&opened.state);
     frame->report.total_ms = wall_ms() - begin_ms;
     if (!ok)
         frame_finish(frame);

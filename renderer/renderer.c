@@ -18,6 +18,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
         error_set(err, ERROR_NO_MEMORY, "renderer");
         return NULL;
     }
+    renderer->is_strict = desc->is_strict;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->context = gl_context_create(
         &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
@@ -60,7 +61,7 @@ void renderer_destroy(struct renderer *renderer)
     targets_finish(&renderer->targets);
     shadow_system_destroy(renderer->shadows);
     light_lists_destroy(renderer->lists);
-    light_reach_finish(&renderer->reach);
+    plan_cache_clear(&renderer->plans);
     draw_arena_destroy(renderer->arena);
     gpu_timeline_destroy(renderer->timeline);
     program_cache_destroy(renderer->programs);
@@ -101,6 +102,13 @@ void renderer_forget_traced(struct renderer *renderer, const char *key)
         raytrace_cache_clear(renderer->traced);
 }
 
+void renderer_forget_kept(struct renderer *renderer, const char *key)
+{
+    shadow_system_forget(renderer->shadows, key);
+    renderer_forget_traced(renderer, key);
+    plan_cache_clear(&renderer->plans);
+}
+
 bool renderer_has_scene(const struct renderer *renderer, const char *key)
 {
     for (size_t i = 0; i < renderer->scenes.count; i++)
@@ -116,8 +124,7 @@ static void evict_scenes(struct renderer *renderer, const char *keep)
         const char *oldest = scene_cache_oldest(&renderer->scenes, keep);
         if (!oldest)
             return;
-        shadow_system_forget(renderer->shadows, oldest);
-        renderer_forget_traced(renderer, oldest);
+        renderer_forget_kept(renderer, oldest);
         scene_cache_remove(&renderer->scenes, oldest);
     }
 }
@@ -147,8 +154,7 @@ void renderer_detach_scene(struct renderer *renderer, const char *key)
 {
     if (!renderer_has_scene(renderer, key))
         return;
-    shadow_system_forget(renderer->shadows, key);
-    renderer_forget_traced(renderer, key);
+    renderer_forget_kept(renderer, key);
     scene_cache_remove(&renderer->scenes, key);
 }
 
@@ -156,8 +162,7 @@ void renderer_drop_structures(struct renderer *renderer, const char *key)
 {
     if (!renderer_has_scene(renderer, key))
         return;
-    shadow_system_forget(renderer->shadows, key);
-    renderer_forget_traced(renderer, key);
+    renderer_forget_kept(renderer, key);
 }
 
 void frame_finish(struct frame *frame)

@@ -3,7 +3,7 @@
 #ifndef VITRAIL_RENDERER_RENDERER_INTERNAL_H
 #define VITRAIL_RENDERER_RENDERER_INTERNAL_H
 
-#include "renderer/lights/light_reach.h"
+#include "renderer/plan/frame_plan.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer.h"
 #include "renderer/scene_cache.h"
@@ -16,7 +16,7 @@ struct renderer {
     struct draw_arena *arena;
     struct light_lists *lists;
     struct shadow_system *shadows;
-    struct light_reach reach;
+    struct plan_cache plans;
     struct targets targets;
     struct pixel_lists pixels;
     struct shade shade;
@@ -24,7 +24,11 @@ struct renderer {
     struct raytrace_cache *traced; /* of the scene with traced_key */
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
+    bool is_strict;
 };
+
+/* Drops all that is kept of a scene between its frames, but the scene. */
+void renderer_forget_kept(struct renderer *renderer, const char *key);
 
 /* Drops the ray tracer's structure when it is of this scene, or of any with NULL. */
 void renderer_forget_traced(struct renderer *renderer, const char *key);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Requirements of a frame, from its scene, view and quality, and the passes in their order. */
-#include "renderer/plan/plan.h"
+#include "renderer/plan/frame_plan.h"
 
 #include <assert.h>
 #include <stdarg.h>
@@ -8,9 +8,6 @@
 #include <string.h>
 
 #include "renderer/frame_raytrace.h"
-#include "renderer/lights/light_reach.h"
-#include "renderer/shading/geometry.h"
-#include "renderer/shadows/shadow_casters.h"
 #include "renderer/shadows/shadows.h"
 #include "shaders/shared/layout.h"
 
@@ -55,21 +52,24 @@ static bool follows_count(const char *pass)
     return false;
 }
 
-static void add_pass(struct plan *plan, enum plan_need need, const char *pass,
+/* Passes of one step must be added one after the other. */
+static void add_pass(struct plan *plan, enum plan_need need, enum plan_step step, const char *pass,
                      const char *technique, uint64_t bytes)
 {
     if (!needs(plan, need))
         return;
     assert(plan->pass_count < PLAN_PASSES_MAX);
+    assert(!plan->pass_count || plan->passes[plan->pass_count - 1].step <= step);
     struct plan_pass *line = &plan->passes[plan->pass_count++];
-    *line = (struct plan_pass){.need = need, .bytes = bytes, .is_conditional = follows_count(pass)};
+    *line = (struct plan_pass){
+        .need = need, .step = step, .bytes = bytes, .is_conditional = follows_count(pass)};
     snprintf(line->pass, sizeof line->pass, "%s", pass);
     snprintf(line->technique, sizeof line->technique, "%s", technique);
 }
 
 /* ---- requirements ---- */
 
-static void require_outputs(struct plan *plan, const struct plan_desc *desc)
+static void require_outputs(struct plan *plan, const struct frame_plan_desc *desc)
 {
     uint32_t color = 1u << VIEW_OUTPUT_COLOR, outputs = desc->view->outputs;
     int auxiliary = __builtin_popcount(outputs & ~color);
@@ -85,23 +85,25 @@ static void require_outputs(struct plan *plan, const struct plan_desc *desc)
              auxiliary == 1 ? " was" : "s were");
 }
 
-static bool require_geometry(struct plan *plan, const struct plan_desc *desc, struct error *err)
+static bool require_geometry(struct frame_plan *made, const struct frame_plan_desc *desc,
+                             struct error *err)
 {
-    struct geometry_items items = {0};
+    struct plan *plan = &made->plan;
+    const struct geometry_items *items = &made->items;
     struct window_frame frame = {.state = desc->state, .camera = desc->camera};
     bool is_drawn = needs(plan, PLAN_NEED_COLOR) || needs(plan, PLAN_NEED_AUXILIARY);
-    if (is_drawn && !geometry_cull(&frame, &items, err))
+    if (is_drawn && !geometry_cull(&frame, &made->items, err))
         return false;
-    plan->opaque_items = items.opaque_count;
-    plan->transparent_items = items.transparent_count;
-    geometry_items_finish(&items);
+    plan->opaque_items = items->opaque_count;
+    plan->transparent_items = items->transparent_count + items->medium_count;
     set_need(plan, PLAN_NEED_SURFACES, is_drawn, "%zu of %zu drawables are opaque and in view",
              plan->opaque_items, desc->state->item_count);
     set_need(plan, PLAN_NEED_LAYERS, plan->transparent_items > 0,
              "%zu of %zu drawables are transparent and in view", plan->transparent_items,
              desc->state->item_count);
-    plan->samples = plan_samples(desc->view, desc->limits);
     bool has_choice = needs(plan, PLAN_NEED_COLOR);
+    plan->samples = plan_samples(desc->view, desc->limits);
+    plan->target_samples = has_choice ? plan->samples : 1; /* auxiliary outputs take one */
     set_need(plan, PLAN_NEED_ANTIALIASING, has_choice && plan->samples > 1, "%d sample%s per pixel",
              plan->samples, plan->samples == 1 ? "" : "s");
     return true;
@@ -112,51 +114,47 @@ struct shadow_census {
     size_t lights, casters;
 };
 
-static bool count_light(struct plan *plan, const struct plan_desc *desc,
-                        const struct state_light *light, struct shadow_census census[2],
-                        struct error *err)
+static void count_light(struct plan *plan, const struct shadow_need *light, int resolution,
+                        struct shadow_census census[2])
 {
-    const struct view_quality *quality = &desc->view->quality;
-    int resolution = shadow_resolution(quality, desc->limits);
-    struct shadow_frame frame;
-    struct shadow_casters casters = {0};
-    uint32_t kind = SHADOW_MAP;
-    if (!light->casts_shadow || quality->shadows == VIEW_SHADOWS_NONE ||
-        !shadow_frame_init(&frame, light, desc->state, resolution)) {
+    size_t *counts[] = {&plan->map_lights, &plan->deep_lights, &plan->linked_lights};
+    if (!light->has_structure) {
         plan->unshadowed_lights++;
-        return true;
+        return;
     }
-    bool ok = shadow_casters_collect(&casters, &frame, desc->state, err);
-    if (ok && !shadow_casters_kind(&casters, quality, &kind)) {
-        plan->unshadowed_lights++;
-    } else if (ok) {
-        size_t *counts[] = {&plan->map_lights, &plan->deep_lights, &plan->linked_lights};
-        ++*counts[kind];
-        plan->shadow_texels +=
-            (uint64_t)frame.face_count * (uint64_t)resolution * (uint64_t)resolution;
-        census[0].lights += casters.opaque_count > 0;
-        census[0].casters += casters.opaque_count;
-        census[1].lights += kind != SHADOW_MAP;
-        census[1].casters += kind != SHADOW_MAP ? casters.transparent_count : 0;
-    }
-    shadow_casters_finish(&casters);
-    return ok;
+    ++*counts[light->kind];
+    plan->shadow_texels +=
+        (uint64_t)light->frame.face_count * (uint64_t)resolution * (uint64_t)resolution;
+    census[0].lights += light->casters.opaque_count > 0;
+    census[0].casters += light->casters.opaque_count;
+    census[1].lights += light->kind != SHADOW_MAP;
+    census[1].casters += light->kind != SHADOW_MAP ? light->casters.transparent_count : 0;
 }
 
-static bool require_lights(struct plan *plan, const struct plan_desc *desc, struct error *err)
+static bool require_lights(struct frame_plan *made, const struct frame_plan_desc *desc,
+                           struct error *err)
 {
+    struct plan *plan = &made->plan;
     struct shadow_census census[2] = {{0}};
     bool is_lit = needs(plan, PLAN_NEED_COLOR);
     size_t lights = desc->state->light_count;
-    struct light_reach reach = {0};
-    bool ok =
-        !is_lit || light_reach_collect(&reach, desc->state->lights, lights, desc->camera, err);
-    for (size_t i = 0; ok && is_lit && i < lights; i++)
-        ok = !reach.is_in_view[i] || count_light(plan, desc, &desc->state->lights[i], census, err);
-    plan->unseen_lights = reach.unseen_count;
-    light_reach_finish(&reach);
-    if (!ok)
+    int resolution = shadow_resolution(&desc->view->quality, desc->limits);
+    if (is_lit &&
+        !light_reach_collect(&made->reach, desc->state->lights, lights, desc->camera, err))
         return false;
+    if (is_lit && !shadow_needs_init(&made->shadows,
+                                     &(struct shadow_needs_desc){
+                                         .state = desc->state,
+                                         .quality = &desc->view->quality,
+                                         .is_in_view = made->reach.is_in_view,
+                                         .resolution = resolution,
+                                     },
+                                     err))
+        return false;
+    for (size_t i = 0; i < made->shadows.light_count; i++)
+        if (!made->shadows.lights[i].is_unseen)
+            count_light(plan, &made->shadows.lights[i], resolution, census);
+    plan->unseen_lights = made->reach.unseen_count;
     set_need(plan, PLAN_NEED_LIGHTS, is_lit && lights > 0, "%zu light%s, %zu of them out of view",
              lights, lights == 1 ? "" : "s", plan->unseen_lights);
     set_need(plan, PLAN_NEED_OPAQUE_SHADOWS,
@@ -174,53 +172,76 @@ static bool require_lights(struct plan *plan, const struct plan_desc *desc, stru
 
 /* ---- passes ---- */
 
-static void plan_shadows(struct plan *plan, const struct plan_desc *desc)
+static void plan_shadows(struct plan *plan, const struct frame_plan_desc *desc)
 {
     static const char *const deep[] = {"shadow.deep.count", "shadow.deep.scan",
                                        "shadow.deep.scatter", "shadow.deep.sort"};
     static const char *const linked[] = {"shadow.linked", "shadow.linked.walk"};
+    const enum plan_step step = PLAN_STEP_SHADOWS;
     bool is_faithful = desc->view->quality.faithful;
     if (!plan->linked_lights || !is_faithful)
-        add_pass(plan, PLAN_NEED_OPAQUE_SHADOWS, "shadow.depth", "map", plan->shadow_texels * 4);
+        add_pass(plan, PLAN_NEED_OPAQUE_SHADOWS, step, "shadow.depth", "map",
+                 plan->shadow_texels * 4);
     for (int i = 0; i < 4 && plan->deep_lights; i++)
-        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, deep[i], "deep", 0);
+        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, deep[i], "deep", 0);
     for (int i = 0; i < 2 && plan->linked_lights; i++)
-        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, linked[i], "deep-linked", 0);
+        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, linked[i], "deep-linked", 0);
 }
 
 static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
-    /* beside a traced colour, auxiliary outputs take one */
-    uint64_t samples = needs(plan, PLAN_NEED_COLOR) ? (uint64_t)plan->samples : 1;
+    uint64_t samples = (uint64_t)plan->target_samples;
     return pixels * (samples * (16 + 16 + 4) + (samples > 1 ? samples * 4 : 0) + 16);
 }
 
-static void plan_passes(struct plan *plan, const struct plan_desc *desc)
+static void plan_layers(struct plan *plan)
 {
-    bool is_linked = desc->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED;
-    const char *form = desc->view->quality.reference ? "reference" : "raytraced";
-    add_pass(plan, PLAN_NEED_TRACED, "raytrace.build", form, 0);
-    add_pass(plan, PLAN_NEED_TRACED, "raytrace.trace", form, 0);
-    plan_shadows(plan, desc);
-    add_pass(plan, PLAN_NEED_SURFACES, "gbuffer", "", targets_bytes(plan, desc->view));
-    add_pass(plan, PLAN_NEED_LAYERS, "transparency.count", "lists", 0);
-    add_pass(plan, PLAN_NEED_LAYERS, "transparency.scatter", "lists", 0);
-    add_pass(plan, PLAN_NEED_LAYERS, "transparency.sort", "lists", 0);
-    add_pass(plan, PLAN_NEED_LIGHTS, "light_list", is_linked ? "linked" : "clustered", 0);
-    if (needs(plan, PLAN_NEED_COLOR))
-        add_pass(plan, PLAN_NEED_LAYERS, "shade.transparent", "lists", 0);
-    add_pass(plan, PLAN_NEED_COLOR, "shade.opaque", plan->samples > 1 ? "msaa4" : "", 0);
-    add_pass(plan, PLAN_NEED_COLOR, "readback", "", 0);
-    add_pass(plan, PLAN_NEED_AUXILIARY, "aov", "", 0);
+    static const char *const passes[] = {"transparency.count", "transparency.scatter",
+                                         "transparency.sort"};
+    for (int i = 0; i < 3; i++)
+        add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_LAYERS, passes[i], "lists", 0);
 }
 
-bool plan_make(struct plan *plan, const struct plan_desc *desc, struct error *err)
+static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 {
-    *plan = (struct plan){0};
-    require_outputs(plan, desc);
-    if (!require_geometry(plan, desc, err) || !require_lights(plan, desc, err))
+    const struct view_quality *quality = &desc->view->quality;
+    bool is_linked = quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
+    const char *lists = is_linked ? "linked" : "clustered";
+    if (is_linked && quality->faithful)
+        lists = "linked-faithful";
+    const char *form = quality->reference ? "reference" : "raytraced";
+    add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.build", form, 0);
+    add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.trace", form, 0);
+    plan_shadows(plan, desc);
+    add_pass(plan, PLAN_NEED_SURFACES, PLAN_STEP_SURFACES, "gbuffer", "",
+             targets_bytes(plan, desc->view));
+    plan_layers(plan);
+    add_pass(plan, PLAN_NEED_LIGHTS, PLAN_STEP_LIGHT_LISTS, "light_list", lists, 0);
+    if (needs(plan, PLAN_NEED_COLOR))
+        add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_SHADE, "shade.transparent", "lists", 0);
+    add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
+             plan->samples > 1 ? "msaa4" : "", 0);
+    add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_READ, "readback", "", 0);
+    add_pass(plan, PLAN_NEED_AUXILIARY, PLAN_STEP_AUXILIARY, "aov", "", 0);
+}
+
+bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc, struct error *err)
+{
+    *plan = (struct frame_plan){0};
+    require_outputs(&plan->plan, desc);
+    if (!require_geometry(plan, desc, err) || !require_lights(plan, desc, err)) {
+        frame_plan_finish(plan);
         return false;
-    plan_passes(plan, desc);
+    }
+    plan_passes(&plan->plan, desc);
     return true;
+}
+
+void frame_plan_finish(struct frame_plan *plan)
+{
+    geometry_items_finish(&plan->items);
+    light_reach_finish(&plan->reach);
+    shadow_needs_finish(&plan->shadows);
+    *plan = (struct frame_plan){0};
 }

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* What a frame requires and the passes that follow, known before anything is drawn: the renderer
- * models nothing else. Requirements decide passes and shader variants as in Lexolights (Peciva
- * 2012, 3.2). CPU only. Thread: any. */
+/* What a frame requires and the passes that follow, known before anything is drawn. The renderer
+ * walks this list and models nothing else (frame.c). Requirements decide passes and shader variants
+ * as in Lexolights (Peciva 2012, 3.2). Plain data. Thread: any. */
 #ifndef VITRAIL_RENDERER_PLAN_PLAN_H
 #define VITRAIL_RENDERER_PLAN_PLAN_H
 
 #include "renderer/frame_report.h"
 #include "renderer/gl/context.h"
-#include "renderer/plan/camera.h"
+#include "renderer/view.h"
 
 enum plan_need {                           /* about in the order in which passes follow from them */
                  PLAN_NEED_TRACED,         /* colour comes from the ray tracer */
@@ -29,10 +29,23 @@ struct plan_requirement {
     char because[REPORT_TEXT_BYTES]; /* why, or why not */
 };
 
+enum plan_step { /* what the executor calls: a step runs its passes, which are neighbours */
+                 PLAN_STEP_TRACE, /* once a frame: */
+                 PLAN_STEP_SHADOWS,
+                 PLAN_STEP_SURFACES, /* once a window: */
+                 PLAN_STEP_LAYERS,
+                 PLAN_STEP_LIGHT_LISTS,
+                 PLAN_STEP_SHADE,
+                 PLAN_STEP_READ,
+                 PLAN_STEP_AUXILIARY,
+                 PLAN_STEP_COUNT
+};
+
 struct plan_pass {
     char pass[REPORT_NAME_BYTES]; /* as the frame report will call it */
     char technique[REPORT_NAME_BYTES];
     enum plan_need need; /* the requirement that calls for it */
+    enum plan_step step; /* that runs it */
     bool is_conditional; /* left out where the pass that counts finds nothing */
     uint64_t bytes;      /* memory that it takes, as far as it is known before; else 0 */
 };
@@ -44,23 +57,13 @@ struct plan {
     struct plan_pass passes[PLAN_PASSES_MAX];              /* in the order of execution */
     int pass_count;
     int samples;                                   /* per pixel, of the colour */
+    int target_samples;                            /* per pixel, of the rasterised targets */
     size_t opaque_items, transparent_items;        /* in view */
     size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
     size_t unshadowed_lights;                      /* shine without a structure */
     size_t unseen_lights;                          /* brighten nothing in view */
     uint64_t shadow_texels;
 };
-
-struct plan_desc {
-    const struct view *view;         /* required; outputs not 0 */
-    const struct scene_state *state; /* required */
-    const struct camera *camera;     /* required */
-    const struct gl_limits *limits;  /* required */
-};
-
-/* A plan for a frame that finds nothing kept from before. What one with kept structures leaves out
- * of it is in its report's `reused`. */
-MUST_CHECK bool plan_make(struct plan *plan, const struct plan_desc *desc, struct error *err);
 
 const char *plan_need_name(int need); /* "color", "layers", ...; NULL past the last */
 

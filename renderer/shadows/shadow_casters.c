@@ -6,6 +6,7 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/scene/matrix.h"
 #include "shaders/shared/layout.h"
@@ -69,6 +70,23 @@ void shadow_casters_finish(struct shadow_casters *casters)
     free(casters->items);
     free(casters->faces);
     *casters = (struct shadow_casters){0};
+}
+
+bool shadow_casters_copy(const struct shadow_casters *casters, struct shadow_casters *copy,
+                         struct error *err)
+{
+    size_t count = casters->count;
+    *copy = *casters;
+    copy->capacity = count;
+    copy->items = malloc((count + 1) * sizeof *copy->items);
+    copy->faces = malloc(count + 1);
+    if (!copy->items || !copy->faces) {
+        shadow_casters_finish(copy);
+        return error_set(err, ERROR_NO_MEMORY, "%zu shadow casters", count);
+    }
+    memcpy(copy->items, casters->items, count * sizeof *copy->items);
+    memcpy(copy->faces, casters->faces, count);
+    return true;
 }
 
 void caster_painter_finish(struct caster_painter *painter)

@@ -12,6 +12,9 @@ MUST_CHECK bool shadow_casters_collect(struct shadow_casters *casters,
                                        const struct shadow_frame *frame,
                                        const struct scene_state *state, struct error *err);
 void shadow_casters_finish(struct shadow_casters *casters);
+/* copy must be zeroed or finished by the caller. */
+MUST_CHECK bool shadow_casters_copy(const struct shadow_casters *casters,
+                                    struct shadow_casters *copy, struct error *err);
 
 /* SHADOW_MAP, SHADOW_DEEP or SHADOW_LINKED for a light with these casters. False: it needs no
  * structure. */

@@ -197,9 +197,8 @@ static struct shadow_map *add_map(struct shadow_system *shadows, const struct sh
     return map;
 }
 
-/* Takes over the casters. */
 static bool add_build(struct shadow_system *shadows, struct shadow_map *map, uint32_t light,
-                      struct shadow_casters *casters, struct error *err)
+                      const struct shadow_casters *casters, struct error *err)
 {
     void *builds = shadows->builds;
     bool ok = reserve(&builds, &shadows->build_capacity, shadows->build_count + 1,
@@ -207,9 +206,11 @@ static bool add_build(struct shadow_system *shadows, struct shadow_map *map, uin
     shadows->builds = builds;
     if (!ok)
         return false;
-    shadows->builds[shadows->build_count++] =
-        (struct shadow_build){.map = map, .casters = *casters, .light = light};
-    *casters = (struct shadow_casters){0};
+    struct shadow_build *build = &shadows->builds[shadows->build_count];
+    *build = (struct shadow_build){.map = map, .light = light};
+    if (!shadow_casters_copy(casters, &build->casters, err))
+        return false;
+    shadows->build_count++;
     return true;
 }
 
@@ -217,39 +218,37 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
                           uint32_t light, struct error *err)
 {
     const struct scene_state *state = desc->state;
-    struct shadow_casters casters = {0};
+    const struct shadow_need *need = &desc->needs->lights[light];
+    const struct shadow_casters *casters = &need->casters;
     struct shadow_map map = {.resolution = shadows->resolution,
                              .last_frame = shadows->frame,
-                             .scene = shadow_key_of_text(desc->scene_key)};
-    bool ok = true;
-    if ((desc->is_in_view && !desc->is_in_view[light]) || !state->lights[light].casts_shadow ||
-        desc->quality->shadows == VIEW_SHADOWS_NONE ||
-        !shadow_frame_init(&map.frame, &state->lights[light], state, map.resolution))
+                             .scene = shadow_key_of_text(desc->scene_key),
+                             .frame = need->frame,
+                             .kind = need->kind};
+    if (!need->has_structure)
         return true;
-    if (!shadow_casters_collect(&casters, &map.frame, state, err)) {
-        ok = false;
-    } else if (shadow_casters_kind(&casters, desc->quality, &map.kind)) {
-        map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
-        if (map.kind == SHADOW_DEEP && casters.has_exclusions)
-            map.flags |= SHADOW_FLAG_RAW;
-        if (map.kind == SHADOW_DEEP && casters.has_media)
-            map.flags |= SHADOW_FLAG_MEDIA;
-        shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters.has_media;
-        map.key = shadow_key_of_map(&map, &casters, state, (uint32_t)desc->quality->blend_filter);
-        struct shadow_map *standing = find_map(shadows, map.key);
-        if (!standing) {
-            if (map.flags & SHADOW_FLAG_MEDIA)
-                shadow_media_at(state, &casters, &map.frame, map.sigma);
-            standing = add_map(shadows, &map, err);
-            ok = standing && add_build(shadows, standing, light, &casters, err);
-        }
-        if (ok) {
-            standing->last_frame = shadows->frame;
-            shadows->light_maps[light] = standing;
+    map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
+    if (map.kind == SHADOW_DEEP && casters->has_exclusions)
+        map.flags |= SHADOW_FLAG_RAW;
+    if (map.kind == SHADOW_DEEP && casters->has_media)
+        map.flags |= SHADOW_FLAG_MEDIA;
+    shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters->has_media;
+    map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
+    struct shadow_map *standing = find_map(shadows, map.key);
+    if (!standing) {
+        if (map.flags & SHADOW_FLAG_MEDIA)
+            shadow_media_at(state, casters, &map.frame, map.sigma);
+        standing = add_map(shadows, &map, err);
+        if (!standing)
+            return false;
+        if (!add_build(shadows, standing, light, casters, err)) {
+            drop_map(shadows, shadows->map_count - 1);
+            return false;
         }
     }
-    shadow_casters_finish(&casters);
-    return ok;
+    standing->last_frame = shadows->frame;
+    shadows->light_maps[light] = standing;
+    return true;
 }
 
 static const char *light_name(const struct scene_state *state, uint32_t light)
@@ -524,27 +523,52 @@ int shadow_resolution(const struct view_quality *quality, const struct gl_limits
     return wanted < limits->max_texture_size ? wanted : limits->max_texture_size;
 }
 
-bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
-                           struct frame_report *report, struct error *err)
+/* Tried twice: the second time in an empty, unfragmented store. */
+static bool prepare_within_budget(struct shadow_system *shadows,
+                                  const struct shadow_prepare_desc *desc, struct error *err)
 {
-    shadows->frame++;
-    shadows->resolution = shadow_resolution(desc->quality, shadows->store.limits);
-    shadows->taps = desc->quality->shadow_taps > 0 ? desc->quality->shadow_taps : DEFAULT_TAPS;
     for (int attempt = 0;; attempt++) {
         struct error failure = {0};
         if (prepare_maps(shadows, desc, &failure))
-            break;
+            return true;
         drop_builds(shadows);
         if (failure.code != ERROR_OVER_BUDGET || attempt > 0)
             return error_set(err, failure.code, "%s", failure.message);
-        drop_all(shadows); /* once more in an empty, unfragmented store */
+        drop_all(shadows);
     }
-    if (!upload_records(shadows, desc->eye, err))
+}
+
+bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                           struct frame_report *report, struct error *err)
+{
+    struct shadow_prepare_desc complete = *desc;
+    struct shadow_needs own = {0};
+    shadows->frame++;
+    shadows->resolution = shadow_resolution(desc->quality, shadows->store.limits);
+    shadows->taps = desc->quality->shadow_taps > 0 ? desc->quality->shadow_taps : DEFAULT_TAPS;
+    const struct shadow_needs_desc needs_desc = {
+        .state = desc->state, .quality = desc->quality, .resolution = shadows->resolution};
+    if (!desc->needs && !shadow_needs_init(&own, &needs_desc, err))
+        return false;
+    if (!desc->needs)
+        complete.needs = &own;
+    bool ok = prepare_within_budget(shadows, &complete, err);
+    shadow_needs_finish(&own);
+    if (!ok || !upload_records(shadows, desc->eye, err))
         return false;
     gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
     set_defines(shadows);
     fill_report(shadows, report);
     return true;
+}
+
+bool shadow_system_prepare_none(struct shadow_system *shadows, size_t light_count,
+                                struct error *err)
+{
+    shadows->frame++;
+    shadows->defines[0] = 0;
+    finish_builds(shadows);
+    return reserve_lights(shadows, light_count, err);
 }
 
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light)

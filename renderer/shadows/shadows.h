@@ -8,6 +8,7 @@
 #include "renderer/gl/program.h"
 #include "renderer/gl/scope.h"
 #include "renderer/scene/scene_gpu.h"
+#include "renderer/shadows/shadow_needs.h"
 
 struct shadow_system;
 
@@ -32,7 +33,8 @@ struct shadow_prepare_desc {
     struct draw_arena *arena;
     double eye[3]; /* shadow_record origins are relative to it */
     const struct view_quality *quality;
-    const bool *is_in_view; /* per light: false needs no structure; NULL: all may */
+    const struct shadow_needs *needs; /* of the state and quality; NULL: found here, for all
+                                         lights */
 };
 
 /* Makes every shadow structure of state->lights valid: reuses, or rebuilds. A light without a
@@ -42,6 +44,9 @@ struct shadow_prepare_desc {
 MUST_CHECK bool shadow_system_prepare(struct shadow_system *shadows,
                                       const struct shadow_prepare_desc *desc,
                                       struct frame_report *report, struct error *err);
+/* For a frame without any structure: no light has a record. */
+MUST_CHECK bool shadow_system_prepare_none(struct shadow_system *shadows, size_t light_count,
+                                           struct error *err);
 /* Texels per side of a map face: what the quality asks for, within what the device has. */
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits);
 /* Index of the light's shadow_record, or NO_SHADOW. */

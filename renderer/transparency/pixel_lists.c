@@ -147,11 +147,17 @@ static bool sort_lists(struct pixel_lists *lists, const struct window_frame *fra
     return ok;
 }
 
+void pixel_lists_clear(struct pixel_lists *lists)
+{
+    lists->entry_count = lists->longest = lists->keys_offset = 0;
+    lists->has_media = lists->may_surround = false;
+}
+
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items, struct error *err)
 {
-    lists->entry_count = lists->longest = lists->keys_offset = 0;
+    pixel_lists_clear(lists);
     lists->has_media = items->medium_count > 0;
     lists->may_surround = items->may_surround;
     if (!items->transparent_count && !items->medium_count)

@@ -31,6 +31,8 @@ enum pixel_lists_outcome { PIXEL_LISTS_FAILED, PIXEL_LISTS_BUILT, PIXEL_LISTS_TO
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items, struct error *err);
+/* Empty lists, as of a window without anything transparent. */
+void pixel_lists_clear(struct pixel_lists *lists);
 /* For the programs that read the lists: bindings and u_keys_offset. */
 void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *program);
 void pixel_lists_finish(struct pixel_lists *lists);

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "clients/glb/demo_scene.h"
+#include "tests/support/closed_form_media.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
 
@@ -180,6 +181,62 @@ static void the_known_memory_is_what_the_frame_takes(void **state)
     close_scene(&scene, *state);
 }
 
+static uint64_t plans_made(struct renderer *renderer, const struct scene_case *scene,
+                           const struct view *view)
+{
+    struct frame frame;
+    shoot(renderer, &scene->rig, view, &frame);
+    uint64_t made = frame.report.counts.plans_made;
+    assert_int_equal(made + frame.report.counts.plans_reused, 1);
+    frame_finish(&frame);
+    return made;
+}
+
+/* Only what decides the plan makes a new one; what it was decided from is kept with it. */
+static void equal_views_share_one_plan(void **state)
+{
+    struct scene_case scene = {0};
+    struct view view = small_view();
+    struct view_light lamp = {
+        .type = SCENE_LIGHT_POINT, .position = {0, 1, 2}, .color = {1, 1, 1}, .intensity = 50};
+    view.lights = &lamp;
+    view.light_count = 1;
+    open_demo(&scene, *state);
+    assert_int_equal(plans_made(*state, &scene, &view), 1);
+    struct view_light same = lamp; /* the same content at another place */
+    view.lights = &same;
+    assert_int_equal(plans_made(*state, &scene, &view), 0);
+    view.background[1] = 0.5f;
+    assert_int_equal(plans_made(*state, &scene, &view), 0);
+    same.position[0] = 0.25;
+    assert_int_equal(plans_made(*state, &scene, &view), 1);
+    view.quality.samples = 1;
+    assert_int_equal(plans_made(*state, &scene, &view), 1);
+    view.height_px++;
+    assert_int_equal(plans_made(*state, &scene, &view), 1);
+    close_scene(&scene, *state);
+    open_demo(&scene, *state); /* a key may stand for another scene then */
+    assert_int_equal(plans_made(*state, &scene, &view), 1);
+    close_scene(&scene, *state);
+}
+
+/* Bodies of a medium are listed as layers are, also where they are all that there is. */
+static void a_medium_calls_for_layers(void **state)
+{
+    static const struct closed_form_body ball = {
+        .shape = BODY_BOX, .high = {1, 1, 1}, .remains = {0.5f, 0.25f, 0.0625f}, .distance = 0.25f};
+    struct scene_case scene = {0};
+    struct view view = small_view();
+    view.camera = (struct view_camera){.kind = VIEW_CAMERA_FIT};
+    media_scene_build(&(struct media_scene_desc){.bodies = &ball, .count = 1}, &scene.closed_form);
+    rig_scene_open(&scene.rig, *state, "medium", scene.closed_form.glb,
+                   scene.closed_form.size_bytes);
+    struct plan plan = check_plan(*state, &scene, &view, false);
+    assert_true(plan.requirements[PLAN_NEED_LAYERS].is_met);
+    assert_true(plan.transparent_items > 0);
+    close_scene(&scene, *state);
+}
+
 static void an_unknown_node_is_named_without_drawing(void **state)
 {
     struct scene_case scene = {0};
@@ -200,6 +257,8 @@ int main(void)
         cmocka_unit_test(nothing_is_planned_that_the_scene_does_not_require),
         cmocka_unit_test(a_traced_frame_plans_no_shadow_map),
         cmocka_unit_test(the_known_memory_is_what_the_frame_takes),
+        cmocka_unit_test(equal_views_share_one_plan),
+        cmocka_unit_test(a_medium_calls_for_layers),
         cmocka_unit_test(an_unknown_node_is_named_without_drawing),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);

@@ -196,6 +196,8 @@ static void reports_reach_the_stats_whole(void **state)
                           &report->counts.light_list_entries,
                           &report->counts.shadow_maps_built,
                           &report->counts.shadow_maps_reused,
+                          &report->counts.plans_made,
+                          &report->counts.plans_reused,
                           &report->counts.programs_built,
                           &report->counts.programs_reused};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
@@ -235,6 +237,8 @@ static void reports_reach_the_stats_whole(void **state)
                           stats->counts.light_list_entries,
                           stats->counts.shadow_maps_built,
                           stats->counts.shadow_maps_reused,
+                          stats->counts.plans_made,
+                          stats->counts.plans_reused,
                           stats->counts.programs_built,
                           stats->counts.programs_reused};
     for (size_t i = 0; i < sizeof arrived / sizeof *arrived; i++)

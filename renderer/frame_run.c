@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: MIT */
+/* Walking a plan. A step is a function; which steps there are, and what they draw, the plan says.
+ */
+#include "renderer/frame_run.h"
+
+#include <assert.h>
+#include <epoxy/gl.h>
+
+#include "renderer/frame_raytrace.h"
+
+enum {
+    WINDOW_SIDE_MAX = 4096,
+    WINDOW_PIXELS_MAX = 1 << 21, /* 300 MB of 4x multisampled targets */
+    WINDOWS_MAX = 8192,
+};
+
+/* What the steps of one window share. */
+struct window_run {
+    const struct frame_run *run;
+    struct window_frame frame;
+    bool must_split; /* the window holds more than one pass can */
+};
+
+static bool needs(const struct frame_run *run, enum plan_need need)
+{
+    return run->frame_plan->plan.requirements[need].is_met;
+}
+
+/* ---- steps of the whole frame ---- */
+
+static bool trace(const struct frame_run *run, struct error *err)
+{
+    const char *because = run->frame_plan->plan.requirements[PLAN_NEED_TRACED].because;
+    return frame_raytrace(run->renderer, run->scene->key, run->view, run->state, run->camera,
+                          because, run->frame, err);
+}
+
+static bool prepare_shadows(const struct frame_run *run, struct error *err)
+{
+    const double *eye = run->camera->eye;
+    return shadow_system_prepare(run->renderer->shadows,
+                                 &(struct shadow_prepare_desc){
+                                     .scene_key = run->scene->key,
+                                     .gpu = run->scene->gpu,
+                                     .state = run->state,
+                                     .arena = run->renderer->arena,
+                                     .eye = {eye[0], eye[1], eye[2]},
+                                     .quality = &run->view->quality,
+                                     .needs = &run->frame_plan->shadows,
+                                 },
+                                 &run->frame->report, err);
+}
+
+/* ---- steps of one window ---- */
+
+static struct shade_desc shade_of(const struct window_run *window)
+{
+    struct renderer *renderer = window->run->renderer;
+    return (struct shade_desc){
+        .frame = &window->frame,
+        .lists = renderer->lists,
+        .shadows = renderer->shadows,
+        .pixels = &renderer->pixels,
+    };
+}
+
+static bool draw_surfaces(struct window_run *window, struct error *err)
+{
+    return geometry_draw_opaque(&window->frame, &window->run->frame_plan->items, err);
+}
+
+static bool build_layers(struct window_run *window, struct error *err)
+{
+    enum pixel_lists_outcome outcome = pixel_lists_build(
+        &window->run->renderer->pixels, &window->frame, &window->run->frame_plan->items, err);
+    window->must_split = outcome == PIXEL_LISTS_TOO_MANY;
+    return outcome != PIXEL_LISTS_FAILED;
+}
+
+static bool prepare_lights(struct window_run *window, struct error *err)
+{
+    const struct window_frame *frame = &window->frame;
+    return light_lists_prepare(window->run->renderer->lists,
+                               &(struct light_lists_desc){
+                                   .technique = frame->view->quality.light_lists,
+                                   .faithful = frame->view->quality.faithful,
+                                   .lights = frame->state->lights,
+                                   .light_count = frame->state->light_count,
+                                   .camera = frame->camera,
+                                   .window = &frame->window,
+                               },
+                               frame->report, err);
+}
+
+static bool shade(struct window_run *window, struct error *err)
+{
+    struct shade_desc desc = shade_of(window);
+    return shade_window(&window->run->renderer->shade, &desc, err);
+}
+
+static bool read_color(struct window_run *window, struct error *err)
+{
+    return shade_read_color(&window->frame, &window->run->frame->outputs[VIEW_OUTPUT_COLOR], err);
+}
+
+static bool read_auxiliary(struct window_run *window, struct error *err)
+{
+    struct shade_desc desc = shade_of(window);
+    return shade_read_aovs(&window->run->renderer->shade, &desc, window->run->frame->outputs, err);
+}
+
+/* ---- the walk ---- */
+
+static const struct {
+    bool (*of_frame)(const struct frame_run *run, struct error *err);
+    bool (*of_window)(struct window_run *window, struct error *err);
+} steps[PLAN_STEP_COUNT] = {
+    [PLAN_STEP_TRACE] = {.of_frame = trace},
+    [PLAN_STEP_SHADOWS] = {.of_frame = prepare_shadows},
+    [PLAN_STEP_SURFACES] = {.of_window = draw_surfaces},
+    [PLAN_STEP_LAYERS] = {.of_window = build_layers},
+    [PLAN_STEP_LIGHT_LISTS] = {.of_window = prepare_lights},
+    [PLAN_STEP_SHADE] = {.of_window = shade},
+    [PLAN_STEP_READ] = {.of_window = read_color},
+    [PLAN_STEP_AUXILIARY] = {.of_window = read_auxiliary},
+};
+
+/* Passes of one step are neighbours: the step begins where the one before it was another. */
+static bool begins_step(const struct plan *plan, int pass)
+{
+    return pass == 0 || plan->passes[pass].step != plan->passes[pass - 1].step;
+}
+
+static bool walk_frame(const struct frame_run *run, struct error *err)
+{
+    const struct plan *plan = &run->frame_plan->plan;
+    for (int i = 0; i < plan->pass_count; i++) {
+        enum plan_step step = plan->passes[i].step;
+        if (begins_step(plan, i) && steps[step].of_frame && !steps[step].of_frame(run, err))
+            return false;
+    }
+    return true;
+}
+
+static bool walk_window(struct window_run *window, struct error *err)
+{
+    const struct plan *plan = &window->run->frame_plan->plan;
+    for (int i = 0; i < plan->pass_count && !window->must_split; i++) {
+        enum plan_step step = plan->passes[i].step;
+        if (begins_step(plan, i) && steps[step].of_window && !steps[step].of_window(window, err))
+            return false;
+    }
+    return true;
+}
+
+static void read_sample_positions(const struct targets *targets, float positions[4][2])
+{
+    for (int i = 0; i < 4; i++)
+        positions[i][0] = positions[i][1] = 0.5f;
+    if (targets->samples < 2)
+        return;
+    glBindFramebuffer(GL_FRAMEBUFFER, targets->gbuffer.name);
+    for (GLuint i = 0; i < 4; i++)
+        glGetMultisamplefv(GL_SAMPLE_POSITION, i, positions[i]);
+}
+
+/* Sets *must_split when the window has more transparent fragments than one pass can hold. */
+static bool run_window(const struct frame_run *run, const struct camera_window *rectangle,
+                       bool *must_split, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    struct window_run window = {
+        .run = run,
+        .frame =
+            {
+                .programs = renderer->programs,
+                .timeline = renderer->timeline,
+                .limits = gl_context_limits(renderer->context),
+                .view = run->view,
+                .state = run->state,
+                .gpu = run->scene->gpu,
+                .arena = renderer->arena,
+                .camera = run->camera,
+                .window = *rectangle,
+                .targets = &renderer->targets,
+                .report = &run->frame->report,
+            },
+    };
+    if (!targets_prepare(&renderer->targets, rectangle->width, rectangle->height,
+                         run->frame_plan->plan.target_samples, err))
+        return false;
+    read_sample_positions(&renderer->targets, window.frame.sample_positions);
+    pixel_lists_clear(&renderer->pixels);
+    if (!walk_window(&window, err))
+        return false;
+    *must_split = window.must_split;
+    return *must_split || gl_context_check(renderer->context, "rendering", err);
+}
+
+static void split_window(const struct camera_window *w, struct camera_window halves[2])
+{
+    halves[0] = halves[1] = *w;
+    if (w->height >= w->width) {
+        halves[0].height = w->height / 2;
+        halves[1].y += halves[0].height;
+        halves[1].height -= halves[0].height;
+    } else {
+        halves[0].width = w->width / 2;
+        halves[1].x += halves[0].width;
+        halves[1].width -= halves[0].width;
+    }
+}
+
+/* A stack of windows: each is rendered, or split where it is too large for one pass. */
+static bool run_windows(const struct frame_run *run, struct error *err)
+{
+    const struct view *view = run->view;
+    struct camera_window stack[64]; /* halving from 16384^2 to one pixel takes 28 levels */
+    int depth = 1, rendered = 0;
+    stack[0] = (struct camera_window){
+        0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
+    while (depth) {
+        struct camera_window w = stack[--depth];
+        bool must_split = w.width > WINDOW_SIDE_MAX || w.height > WINDOW_SIDE_MAX ||
+                          w.width * w.height > WINDOW_PIXELS_MAX;
+        if (!must_split && !run_window(run, &w, &must_split, err))
+            return false;
+        if (!must_split) {
+            rendered++;
+            continue;
+        }
+        if (w.width * w.height == 1 || rendered > WINDOWS_MAX)
+            return error_set(err, ERROR_OVER_BUDGET,
+                             "more than %d transparent fragments in a window of %dx%d pixels",
+                             PIXEL_LISTS_ENTRIES_MAX, w.width, w.height);
+        split_window(&w, &stack[depth]);
+        depth += 2;
+        assert(depth < 62);
+    }
+    if (rendered > 1)
+        report_warn(&run->frame->report, "the image was rendered in %d windows", rendered);
+    return true;
+}
+
+static void warn_of_approximations(const struct frame_run *run)
+{
+    struct frame_report *report = &run->frame->report;
+    frame_warn_of_areas(run->state, report);
+    if (run->view->clip_plane_count)
+        report_warn(report, "clip planes cut the view; shadow maps still hold the whole scene");
+    if (run->frame_plan->plan.samples == 1 && run->view->quality.samples == 4)
+        report_warn(report, "the device cannot antialias transparent lists: 1 sample per pixel");
+}
+
+/* What steps rely on, whichever there are. */
+static bool begin_rasterised(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    if (!draw_arena_begin(renderer->arena, run->state, err))
+        return false;
+    if (!needs(run, PLAN_NEED_COLOR))
+        return true;
+    warn_of_approximations(run);
+    return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err);
+}
+
+bool frame_run(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    const struct plan *plan = &run->frame_plan->plan;
+    bool is_rasterised = needs(run, PLAN_NEED_COLOR) || needs(run, PLAN_NEED_AUXILIARY);
+    run->frame->report.counts.unseen_lights = plan->unseen_lights;
+    if (is_rasterised && !begin_rasterised(run, err))
+        return false;
+    if (!walk_frame(run, err))
+        return false;
+    if (needs(run, PLAN_NEED_COLOR) &&
+        !shade_upload_lights(&renderer->shade, run->state, renderer->shadows, run->camera->eye,
+                             err))
+        return false;
+    return !is_rasterised || run_windows(run, err);
+}

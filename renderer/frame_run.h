@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT */
+/* The execution of a plan: its steps in their order, those of windows once for each. Thread: GL. */
+#ifndef VITRAIL_RENDERER_FRAME_RUN_H
+#define VITRAIL_RENDERER_FRAME_RUN_H
+
+#include "renderer/plan/frame_plan.h"
+#include "renderer/renderer_internal.h"
+
+struct frame_run {
+    struct renderer *renderer;           /* required */
+    struct resident_scene *scene;        /* required */
+    const struct frame_plan *frame_plan; /* required */
+    const struct view *view;             /* required; of the plan */
+    const struct scene_state *state;     /* required; of the plan */
+    const struct camera *camera;         /* required; of the plan */
+    struct frame *frame;                 /* required; outputs are created, the report is filled */
+};
+
+/* Runs what the plan lists and nothing else. */
+MUST_CHECK bool frame_run(const struct frame_run *run, struct error *err);
+
+#endif

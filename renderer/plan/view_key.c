@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/* Keys of views. Whole structs are taken, with the texts that they point at in the place of the
+ * pointers, so that a new field is part of the key from its first day. */
+#include "renderer/plan/view_key.h"
+
+static void add_nodes(struct content_key *key, const struct view *view)
+{
+    content_key_add(key, &view->node_override_count, sizeof view->node_override_count);
+    for (size_t i = 0; i < view->node_override_count; i++) {
+        struct view_node_override copy = view->nodes[i];
+        content_key_add_text(key, copy.node);
+        copy.node = NULL;
+        content_key_add(key, &copy, sizeof copy);
+    }
+}
+
+static void add_materials(struct content_key *key, const struct view *view)
+{
+    content_key_add(key, &view->material_override_count, sizeof view->material_override_count);
+    for (size_t i = 0; i < view->material_override_count; i++) {
+        struct view_material_override copy = view->materials[i];
+        content_key_add_text(key, copy.material);
+        copy.material = NULL;
+        content_key_add(key, &copy, sizeof copy);
+    }
+}
+
+/* Of the view's own fields; arrays are added apart. */
+static struct view without_pointers(const struct view *view)
+{
+    struct view copy = *view;
+    copy.camera.node = NULL;
+    copy.lights = NULL;
+    copy.nodes = NULL;
+    copy.materials = NULL;
+    copy.clip_planes = NULL;
+    return copy;
+}
+
+struct content_key view_state_key(const char *scene_key, const struct view *view)
+{
+    struct content_key key = content_key_begin();
+    struct view own = without_pointers(view);
+    own.width_px = own.height_px = own.first_row_px = own.row_count_px = 0;
+    own.outputs = 0;
+    own.camera = (struct view_camera){0};
+    own.clip_plane_count = 0;
+    own.quality = (struct view_quality){0};
+    for (int k = 0; k < 4; k++)
+        own.background[k] = 0;
+    content_key_add_text(&key, scene_key);
+    content_key_add(&key, &own, sizeof own);
+    add_nodes(&key, view);
+    add_materials(&key, view);
+    content_key_add(&key, view->lights, view->light_count * sizeof *view->lights);
+    return key;
+}
+
+struct content_key view_plan_key(struct content_key state_key, const struct view *view)
+{
+    struct content_key key = state_key;
+    struct view own = without_pointers(view);
+    for (int k = 0; k < 4; k++)
+        own.background[k] = 0; /* decides pixels, no pass */
+    content_key_add(&key, &own, sizeof own);
+    content_key_add_text(&key, view->camera.node);
+    content_key_add(&key, view->clip_planes, view->clip_plane_count * sizeof *view->clip_planes);
+    return key;
+}

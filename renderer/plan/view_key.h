@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: MIT */
+/* What decides a frame, as keys: from the scene's key and the view alone, before either is
+ * evaluated. Thread: any. */
+#ifndef VITRAIL_RENDERER_PLAN_VIEW_KEY_H
+#define VITRAIL_RENDERER_PLAN_VIEW_KEY_H
+
+#include "renderer/plan/content_key.h"
+#include "renderer/view.h"
+
+/* Of all that decides scene_state_init: the scene, nodes, materials, lights, environment. */
+struct content_key view_state_key(const char *scene_key, const struct view *view);
+/* Of all that decides the plan: the state, the camera, the size, outputs, planes and quality. */
+struct content_key view_plan_key(struct content_key state_key, const struct view *view);
+
+#endif

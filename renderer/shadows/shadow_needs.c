@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT */
+/* The decision which lights have a shadow structure, and of which kind. */
+#include "renderer/shadows/shadow_needs.h"
+
+#include <stdlib.h>
+
+#include "renderer/shadows/shadow_casters.h"
+
+static bool decide(struct shadow_need *need, const struct shadow_needs_desc *desc, size_t light,
+                   struct error *err)
+{
+    const struct state_light *source = &desc->state->lights[light];
+    need->is_unseen = desc->is_in_view && !desc->is_in_view[light];
+    if (need->is_unseen || !source->casts_shadow || desc->quality->shadows == VIEW_SHADOWS_NONE ||
+        !shadow_frame_init(&need->frame, source, desc->state, desc->resolution))
+        return true;
+    if (!shadow_casters_collect(&need->casters, &need->frame, desc->state, err))
+        return false;
+    need->has_structure = shadow_casters_kind(&need->casters, desc->quality, &need->kind);
+    return true;
+}
+
+bool shadow_needs_init(struct shadow_needs *needs, const struct shadow_needs_desc *desc,
+                       struct error *err)
+{
+    size_t count = desc->state->light_count;
+    *needs = (struct shadow_needs){.lights = calloc(count + 1, sizeof *needs->lights)};
+    if (!needs->lights)
+        return error_set(err, ERROR_NO_MEMORY, "shadows of %zu lights", count);
+    needs->light_count = count;
+    for (size_t i = 0; i < count; i++) {
+        if (!decide(&needs->lights[i], desc, i, err)) {
+            shadow_needs_finish(needs);
+            return false;
+        }
+    }
+    return true;
+}
+
+void shadow_needs_finish(struct shadow_needs *needs)
+{
+    for (size_t i = 0; i < needs->light_count; i++)
+        shadow_casters_finish(&needs->lights[i].casters);
+    free(needs->lights);
+    *needs = (struct shadow_needs){0};
+}
+
+uint64_t shadow_needs_size_bytes(const struct shadow_needs *needs)
+{
+    uint64_t bytes = needs->light_count * sizeof *needs->lights;
+    for (size_t i = 0; i < needs->light_count; i++)
+        bytes += needs->lights[i].casters.capacity * (sizeof(uint32_t) + sizeof(uint8_t));
+    return bytes;
+}

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/* Which shadow structure each light of a frame needs, and what would be drawn into it: decided
+ * once, for the plan and for those who build. CPU only. Thread: any. */
+#ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_NEEDS_H
+#define VITRAIL_RENDERER_SHADOWS_SHADOW_NEEDS_H
+
+#include "renderer/shadows/shadow_map.h"
+
+struct shadow_need {           /* of one light */
+    bool is_unseen;            /* it brightens nothing in view; all else is empty */
+    bool has_structure;        /* else it shines without one */
+    uint32_t kind;             /* SHADOW_MAP, SHADOW_DEEP, SHADOW_LINKED */
+    struct shadow_frame frame; /* how it looks at the scene */
+    struct shadow_casters casters;
+};
+
+/* Zeroed = empty. Indices are those of the state that it was made from. */
+struct shadow_needs {
+    struct shadow_need *lights; /* per light of the state */
+    size_t light_count;
+};
+
+struct shadow_needs_desc {
+    const struct scene_state *state;    /* required */
+    const struct view_quality *quality; /* required */
+    const bool *is_in_view;             /* per light: false is unseen; NULL: all may be seen */
+    int resolution;                     /* required; texels per side of a map face */
+};
+
+/* Zeroed or finished before. ERROR_NO_MEMORY. */
+MUST_CHECK bool shadow_needs_init(struct shadow_needs *needs, const struct shadow_needs_desc *desc,
+                                  struct error *err);
+void shadow_needs_finish(struct shadow_needs *needs);
+uint64_t shadow_needs_size_bytes(const struct shadow_needs *needs);
+
+#endif

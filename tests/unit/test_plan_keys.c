@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: MIT */
+/* Keys of views: equal content gives equal keys wherever it lies, and every field counts. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "renderer/plan/view_key.h"
+
+/* A view with one of everything, in memory of its own. */
+struct full_view {
+    struct view view;
+    struct view_light light;
+    struct view_node_override node;
+    struct view_material_override material;
+    double planes[1][4];
+    char node_name[8], material_name[8], camera_name[8];
+};
+
+static struct full_view *full_view_create(void)
+{
+    struct full_view *full = calloc(1, sizeof *full);
+    assert_non_null(full);
+    strcpy(full->node_name, "chair");
+    strcpy(full->material_name, "glass");
+    strcpy(full->camera_name, "front");
+    full->node.node = full->node_name;
+    full->material.material = full->material_name;
+    full->planes[0][1] = 1;
+    full->view = (struct view){
+        .width_px = 64,
+        .height_px = 32,
+        .outputs = 1,
+        .camera = {.kind = VIEW_CAMERA_NODE, .node = full->camera_name},
+        .lights = &full->light,
+        .light_count = 1,
+        .nodes = &full->node,
+        .node_override_count = 1,
+        .materials = &full->material,
+        .material_override_count = 1,
+        .clip_planes = (const double(*)[4])full->planes,
+        .clip_plane_count = 1,
+    };
+    return full;
+}
+
+static struct content_key plan_key(const struct full_view *full)
+{
+    return view_plan_key(view_state_key("scene", &full->view), &full->view);
+}
+
+static void equal_views_have_equal_keys_wherever_they_lie(void **state)
+{
+    (void)state;
+    struct full_view *a = full_view_create(), *b = full_view_create();
+    assert_true(content_key_equals(plan_key(a), plan_key(b)));
+    assert_true(content_key_is_set(plan_key(a)));
+    free(a);
+    free(b);
+}
+
+/* Changes one thing of the view; whether it is also one of the scene's state. */
+#define CHANGES(name, statement)                \
+    static void name(struct full_view *changed) \
+    {                                           \
+        statement;                              \
+    }
+CHANGES(change_light, changed->light.position[2] = 1)
+CHANGES(change_node, changed->node.has_visible = true)
+CHANGES(change_node_name, changed->node_name[0] = 'b')
+CHANGES(change_material, changed->material.roughness = 0.5f)
+CHANGES(change_material_name, changed->material_name[0] = 'b')
+CHANGES(change_sky, changed->view.sky[1] = 1)
+CHANGES(change_default_lights, changed->view.ignore_scene_lights = true)
+CHANGES(drop_light, changed->view.light_count = 0)
+CHANGES(change_camera, changed->view.camera.fov_y_deg = 30)
+CHANGES(change_camera_name, changed->camera_name[0] = 'b')
+CHANGES(change_plane, changed->planes[0][3] = 2)
+CHANGES(change_size, changed->view.width_px++)
+CHANGES(change_outputs, changed->view.outputs |= 2)
+CHANGES(change_quality, changed->view.quality.shadow_taps = 9)
+
+static void every_change_makes_another_key(void **state)
+{
+    (void)state;
+    static const struct {
+        void (*apply)(struct full_view *changed);
+        bool is_of_state;
+    } changes[] = {
+        {change_light, true},          {change_node, true},          {change_node_name, true},
+        {change_material, true},       {change_material_name, true}, {change_sky, true},
+        {change_default_lights, true}, {drop_light, true},           {change_camera, false},
+        {change_camera_name, false},   {change_plane, false},        {change_size, false},
+        {change_outputs, false},       {change_quality, false},
+    };
+    struct full_view *plain = full_view_create();
+    for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
+        struct full_view *changed = full_view_create();
+        changes[i].apply(changed);
+        assert_false(content_key_equals(plan_key(plain), plan_key(changed)));
+        bool is_equal = content_key_equals(view_state_key("scene", &plain->view),
+                                           view_state_key("scene", &changed->view));
+        assert_int_equal(is_equal, !changes[i].is_of_state);
+        free(changed);
+    }
+    assert_false(content_key_equals(view_state_key("scene", &plain->view),
+                                    view_state_key("other", &plain->view)));
+    free(plain);
+}
+
+static void what_only_colours_pixels_shares_the_plan(void **state)
+{
+    (void)state;
+    struct full_view *plain = full_view_create(), *changed = full_view_create();
+    changed->view.background[0] = 1;
+    assert_true(content_key_equals(plan_key(plain), plan_key(changed)));
+    free(plain);
+    free(changed);
+}
+
+static void parts_of_a_key_do_not_run_together(void **state)
+{
+    (void)state;
+    struct content_key a = content_key_begin(), b = a;
+    content_key_add_text(&a, "ab");
+    content_key_add_text(&a, "c");
+    content_key_add_text(&b, "a");
+    content_key_add_text(&b, "bc");
+    assert_false(content_key_equals(a, b));
+    a = b = content_key_begin();
+    content_key_add_text(&a, NULL);
+    content_key_add_text(&b, "");
+    assert_false(content_key_equals(a, b));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(equal_views_have_equal_keys_wherever_they_lie),
+        cmocka_unit_test(every_change_makes_another_key),
+        cmocka_unit_test(what_only_colours_pixels_shares_the_plan),
+        cmocka_unit_test(parts_of_a_key_do_not_run_together),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
