@@ -56,8 +56,7 @@ const char *request_blend_filter_name(int filter)
 
 const char *request_output_name(int output)
 {
-    NAME_OF(output, "color", "depth", "normal", "albedo", "node", "material", "position",
-            "transmittance", "lights", "layers");
+    NAME_OF(output, "color", "depth", "normal", "albedo", "node", "material");
 }
 
 const char *request_format_name(int format)

@@ -140,6 +140,7 @@ static void place_in_the_middle(const struct rt_batch *batch, struct rt_fragment
             fragment->point[k] + batch->desc.scene->origin[k] - batch->desc.camera->eye[k];
     }
     vec3_normalize(fragment->view);
+    rt_scene_normal(batch->desc.scene, &fragment->hit, fragment->normal);
     fragment->view_z = -vec3_dot(relative, batch->desc.camera->back);
 }
 

@@ -22,6 +22,7 @@ struct rt_fragment { /* one surface in one pixel */
     struct rt_hit hit;
     struct rt_surface surface;
     double point[3], view[3]; /* relative to rt_scene.origin; unit, to the viewer */
+    double normal[3];         /* rt_scene_normal */
     double radiance[3];       /* out, nt, before coverage */
     double filter[3];         /* of what lies behind */
     double view_z;

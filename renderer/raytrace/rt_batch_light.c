@@ -4,6 +4,7 @@
 
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
+#include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/scene/matrix.h"
@@ -21,14 +22,14 @@ static void place_ray(const struct rt_batch *batch, const struct rt_ray_job *job
                       struct rt_ray *ray)
 {
     const struct rt_fragment *fragment = &batch->fragments[job->fragment];
-    const double *normal = fragment->hit.normal;
+    const double *normal = fragment->normal;
     struct rt_arrival arrival = {.distance_m = (double)job->distance_m};
     for (int k = 0; k < 3; k++)
         arrival.direction[k] = (double)job->direction[k];
     rt_shadow_ray(batch->desc.scene, &arrival, fragment->point, &fragment->hit, ray);
     double nudge = batch->desc.scene->nudge_m;
     if (isfinite(job->distance_m))
-        ray->t_max = fmax(ray->t_max - 8 * nudge, ray->t_min);
+        ray->t_max = rt_max(ray->t_max - 8 * nudge, ray->t_min);
     if (vec3_dot(normal, arrival.direction) < 0)
         nudge = -nudge;
     for (int k = 0; k < 3; k++)
@@ -209,7 +210,11 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
 
 void rt_batch_light(struct rt_batch *batch)
 {
-    for (uint32_t i = 0; i < batch->fragment_count; i++)
+    enum { AHEAD = 4 };
+    for (uint32_t i = 0; i < batch->fragment_count; i++) {
+        if (i + AHEAD < batch->fragment_count)
+            rt_surface_prefetch(batch->desc.scene, &batch->fragments[i + AHEAD].hit);
         begin_fragment(batch, i);
+    }
     flush_jobs(batch);
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "renderer/raytrace/rt_emitter.h"
+#include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/scene/matrix.h"
 
@@ -13,7 +14,7 @@ static void fill_lamp(const struct rt_scene *scene, const struct state_light *li
                       const struct view_quality *quality, struct rt_lamp *lamp)
 {
     double outer = cos((double)light->outer_cone_rad);
-    double scale = 1 / fmax(cos((double)light->inner_cone_rad) - outer, 1e-3);
+    double scale = 1 / rt_max(cos((double)light->inner_cone_rad) - outer, 1e-3);
     *lamp = (struct rt_lamp){.cone_scale = (float)scale,
                              .cone_offset = (float)(-outer * scale),
                              .inverse_range = light->range > 0 ? 1 / light->range : 0,
@@ -109,16 +110,16 @@ float rt_lamp_arrive(const struct rt_lamps *lamps, uint32_t light, const float p
     for (int k = 0; k < 3; k++)
         l[k] = lamp->position[k] - point[k];
     float square = l[0] * l[0] + l[1] * l[1] + l[2] * l[2];
-    float distance = sqrtf(square), gain = 1 / fmaxf(square, 1e-24f);
+    float distance = sqrtf(square), gain = 1 / rt_max_f32(square, 1e-24f);
     float q = distance * lamp->inverse_range;
-    gain *= fmaxf(0, 1 - q * q * q * q);
-    float inverse = 1 / fmaxf(distance, 1e-30f);
+    gain *= rt_max_f32(1 - q * q * q * q, 0);
+    float inverse = 1 / rt_max_f32(distance, 1e-30f);
     for (int k = 0; k < 3; k++)
         l[k] *= inverse;
     if (type == SCENE_LIGHT_SPOT) {
         const float *d = lamp->direction;
         float cosine = -(d[0] * l[0] + d[1] * l[1] + d[2] * l[2]);
-        float cone = fminf(fmaxf(cosine * lamp->cone_scale + lamp->cone_offset, 0), 1);
+        float cone = rt_min_f32(rt_max_f32(cosine * lamp->cone_scale + lamp->cone_offset, 0), 1);
         gain *= cone * cone;
     }
     *distance_m = distance;

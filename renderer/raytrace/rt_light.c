@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/scene/matrix.h"
@@ -33,7 +34,7 @@ void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arriva
     double size = 4 * vec3_length(diagonal), distance = arrival->distance_m;
     /* a light on a caster's plane is not behind it by the rounding of f64 */
     ray->t_max = isfinite(distance) ? distance * (1 - 1e-9) : size;
-    ray->t_min = scene->epsilon * fmin(ray->t_max, size);
+    ray->t_min = scene->epsilon * rt_min(ray->t_max, size);
 }
 
 void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arrival,

@@ -6,14 +6,22 @@
 
 #include "renderer/raytrace/rt_scene.h"
 
-enum { RT_LANES = 8 };
+enum { RT_LANES = 8, RT_WAITING_MAX = 24 };
+
+struct rt_candidate { /* a transparent triangle that Embree found on a ray */
+    float t;
+    uint32_t mesh, triangle;
+};
 
 struct rt_packet { /* zeroed before init */
     const struct rt_scene *scene;
     struct rt_ray rays[RT_LANES];  /* set by the caller; the first `count` are traced */
-    struct rt_hits hits[RT_LANES]; /* out, in order */
+    struct rt_hits hits[RT_LANES]; /* out, in order; parts of one allocation, the first one's */
     bool is_occluded[RT_LANES];    /* out of rt_packet_occlude: an opaque surface is between */
     int count;
+    struct rt_candidate waiting[RT_LANES][RT_WAITING_MAX]; /* until the ray's end is known */
+    int waiting_counts[RT_LANES];
+    int wary; /* so many packets more look at each opaque hit: a ray met one that it passes */
 };
 
 MUST_CHECK bool rt_packet_init(struct rt_packet *packet, const struct rt_scene *scene,

@@ -69,11 +69,12 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
         if (hit->is_hidden || scene->meshes[hit->mesh].item->class_ == STATE_MASKED)
             continue; /* clipped away, or a hole of the mask */
         struct rt_surface surface;
-        double filter[3];
+        double filter[3], normal[3];
         rt_surface_evaluate_filter(scene, hit, &surface);
+        rt_scene_normal(scene, hit, normal);
         /* the light comes from the far end of this ray: it enters where the ray sees the back */
-        rt_surface_light_filter(&surface, fabs(vec3_dot(hit->normal, direction)), !hit->is_front,
-                                blend, filter);
+        rt_surface_light_filter(&surface, fabs(vec3_dot(normal, direction)), !hit->is_front, blend,
+                                filter);
         for (int k = 0; k < 3; k++)
             out[k] *= filter[k];
     }

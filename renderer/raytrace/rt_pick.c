@@ -11,7 +11,9 @@ static void describe(const struct rt_scene *scene, const struct camera *camera,
                      struct raytrace_layer *layer)
 {
     const struct state_item *item = scene->meshes[hit->mesh].item;
-    double side = vec3_dot(hit->normal, ray->direction) > 0 ? -1 : 1;
+    double normal[3];
+    rt_scene_normal(scene, hit, normal);
+    double side = vec3_dot(normal, ray->direction) > 0 ? -1 : 1;
     *layer =
         (struct raytrace_layer){.node = item->node,
                                 .material = item->material,
@@ -20,7 +22,7 @@ static void describe(const struct rt_scene *scene, const struct camera *camera,
                                 .is_transparent = !hit->is_opaque};
     for (int k = 0; k < 3; k++) {
         layer->position[k] = ray->origin[k] + ray->direction[k] * hit->t + scene->origin[k];
-        layer->normal[k] = side * hit->normal[k];
+        layer->normal[k] = side * normal[k];
     }
 }
 

@@ -16,7 +16,7 @@ static const struct scene_primitive *mesh_primitive(const struct rt_scene *scene
 
 bool rt_hits_init(struct rt_hits *hits, struct error *err)
 {
-    *hits = (struct rt_hits){.hits = calloc(RT_HITS_MAX, sizeof *hits->hits)};
+    *hits = (struct rt_hits){.hits = calloc(RT_HITS_MAX + 1, sizeof *hits->hits)};
     return hits->hits || error_set(err, ERROR_NO_MEMORY, "hits of a ray");
 }
 
@@ -24,6 +24,19 @@ void rt_hits_finish(struct rt_hits *hits)
 {
     free(hits->hits);
     *hits = (struct rt_hits){0};
+}
+
+static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
+                      const struct state_item *item)
+{
+    const struct scene *source = scene->state->scene;
+    uint32_t flags = scene->state->materials[item->material].base.flags;
+    mesh->item = item;
+    mesh->triangles = source->indices + source->primitives[item->primitive].first_index;
+    mesh->class_ = item->class_;
+    mesh->is_mirrored = item->is_mirrored;
+    mesh->is_medium = item->is_medium;
+    mesh->is_double_sided = flags & SCENE_MATERIAL_DOUBLE_SIDED;
 }
 
 static bool add_mesh(struct rt_scene *scene, const struct state_item *item, struct error *err)
@@ -39,7 +52,7 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item, stru
                                                 RTC_FORMAT_UINT3, 12, p->index_count / 3);
     scene->mesh_count++;
     scene->vertex_bytes += p->vertex_count * sizeof *mesh->positions;
-    mesh->item = item;
+    bind_item(scene, mesh, item);
     if (!mesh->positions || !vertices || !indices) {
         rtcReleaseGeometry(geometry);
         return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices", p->vertex_count);
@@ -55,12 +68,29 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item, stru
             vertices[3 * i + (uint32_t)k] = (float)mesh->positions[i][k];
     }
     memcpy(indices, source->indices + p->first_index, (size_t)p->index_count / 3 * 12);
-    if (item->class_ != STATE_OPAQUE) /* rays in packets stop at opaque ones by themselves */
+    if (item->class_ != STATE_OPAQUE) { /* rays in packets stop at opaque ones by themselves */
+        rtcSetGeometryIntersectFilterFunction(geometry, rt_packet_filter);
         rtcSetGeometryOccludedFilterFunction(geometry, rt_packet_filter);
+    }
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene->scene, geometry, (unsigned)(scene->mesh_count - 1));
     rtcReleaseGeometry(geometry);
     return true;
+}
+
+static bool add_mask(struct rt_scene *scene, const struct state_item *item, struct error *err)
+{
+    const struct scene *s = scene->state->scene;
+    const struct scene_material *m = &scene->state->materials[item->material].base;
+    int32_t texture = m->textures[SCENE_TEXTURE_BASE_COLOR].texture;
+    int32_t image = texture < 0 ? -1 : s->textures[texture].image;
+    if (item->class_ != STATE_MASKED || image < 0 || scene->masks[image].bounds)
+        return true;
+    const struct scene_image *from = &s->images[image];
+    scene->vertex_bytes +=
+        (uint64_t)from->width_px * from->height_px / (RT_MASK_BLOCK * RT_MASK_BLOCK) * 2;
+    return rt_mask_init(&scene->masks[image], s->pixels + from->offset_bytes, from->width_px,
+                        from->height_px, err);
 }
 
 /* FNV-1a by words: of the geometry alone, so that a change of colours keeps it. */
@@ -106,7 +136,7 @@ bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
     size_t mesh = 0;
     for (size_t i = 0; i < state->item_count; i++)
         if (state->items[i].casts_shadow)
-            scene->meshes[mesh++].item = &state->items[i];
+            bind_item(scene, &scene->meshes[mesh++], &state->items[i]);
     return true;
 }
 
@@ -150,7 +180,9 @@ bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, cons
     set_constants(scene, state);
     scene->meshes = calloc(state->item_count + 1, sizeof *scene->meshes);
     scene->device = rtcNewDevice("threads=1");
-    if (!scene->meshes || !scene->device) {
+    scene->mask_count = state->scene->image_count;
+    scene->masks = calloc(scene->mask_count + 1, sizeof *scene->masks);
+    if (!scene->meshes || !scene->masks || !scene->device) {
         error_set(err, ERROR_NO_MEMORY, "ray tracing %zu drawables", state->item_count);
         goto fail;
     }
@@ -161,7 +193,8 @@ bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, cons
     rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_MEDIUM); /* no spatial splits */
     for (size_t i = 0; i < state->item_count; i++)
-        if (state->items[i].casts_shadow && !add_mesh(scene, &state->items[i], err))
+        if (state->items[i].casts_shadow &&
+            (!add_mesh(scene, &state->items[i], err) || !add_mask(scene, &state->items[i], err)))
             goto fail;
     rtcCommitScene(scene->scene);
     if (rtcGetDeviceError(scene->device) != RTC_ERROR_NONE) {
@@ -185,6 +218,9 @@ void rt_scene_finish(struct rt_scene *scene)
     for (size_t i = 0; scene->meshes && i < scene->mesh_count; i++)
         free(scene->meshes[i].positions);
     free(scene->meshes);
+    for (size_t i = 0; scene->masks && i < scene->mask_count; i++)
+        rt_mask_finish(&scene->masks[i]);
+    free(scene->masks);
     *scene = (struct rt_scene){0};
 }
 
@@ -197,38 +233,43 @@ void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t tri
             p->first_vertex + scene->state->scene->indices[p->first_index + 3 * triangle + k];
 }
 
-/* The plane of the triangle in f64. Inside or outside is Embree's decision: its edge tests are
- * watertight, f64 ones on their own would leave cracks. False for a triangle seen edge-on. */
-static bool refine_hit(const struct rt_scene *scene, const struct rt_ray *ray, struct rt_hit *hit)
+/* Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", in f64 and without
+ * its edge tests: inside or outside is Embree's decision, whose tests are watertight; f64 ones on
+ * their own would leave cracks. False for a triangle seen edge-on. */
+static bool refine_hit(const struct rt_mesh *mesh, const struct rt_ray *ray, struct rt_hit *hit)
 {
-    const struct scene_primitive *p = mesh_primitive(scene, hit->mesh);
-    const uint32_t *index =
-        scene->state->scene->indices + p->first_index + 3 * (size_t)hit->triangle;
-    const double(*v)[3] = (const double(*)[3])scene->meshes[hit->mesh].positions;
-    double e1[3], e2[3], n[3], to_plane[3], q[3];
+    const uint32_t *index = mesh->triangles + 3 * (size_t)hit->triangle;
+    const double(*v)[3] = (const double(*)[3])mesh->positions;
+    double e1[3], e2[3], across[3], from[3], q[3];
     vec3_sub(v[index[1]], v[index[0]], e1);
     vec3_sub(v[index[2]], v[index[0]], e2);
-    vec3_cross(e1, e2, n);
-    double along = vec3_dot(n, ray->direction);
-    vec3_sub(v[index[0]], ray->origin, to_plane);
-    double area2 = vec3_dot(n, n);
-    if (along == 0 || !(area2 > DBL_MIN)) /* its inverse is finite */
+    vec3_sub(ray->origin, v[index[0]], from);
+    vec3_cross(ray->direction, e2, across);
+    double det = vec3_dot(e1, across); /* the normal against the ray, times its length */
+    if (!(fabs(det) > DBL_MIN))        /* its inverse is finite */
         return false;
-    hit->t = vec3_dot(n, to_plane) / along;
-    double at[3];
-    for (int k = 0; k < 3; k++)
-        at[k] = ray->direction[k] * hit->t - to_plane[k]; /* from the first vertex */
-    vec3_cross(at, e2, q);
-    double inverse = 1 / area2;
-    hit->u = vec3_dot(q, n) * inverse;
-    vec3_cross(e1, at, q);
-    hit->v = vec3_dot(q, n) * inverse;
-    bool is_mirrored = scene->meshes[hit->mesh].item->is_mirrored;
-    hit->is_front = (along < 0) != is_mirrored;
-    double scale = is_mirrored ? -sqrt(inverse) : sqrt(inverse);
-    for (int k = 0; k < 3; k++)
-        hit->normal[k] = n[k] * scale;
+    double inverse = 1 / det;
+    vec3_cross(from, e1, q);
+    hit->t = vec3_dot(e2, q) * inverse;
+    hit->u = vec3_dot(from, across) * inverse;
+    hit->v = vec3_dot(ray->direction, q) * inverse;
+    hit->is_front = (det > 0) != mesh->is_mirrored;
     return true;
+}
+
+void rt_scene_normal(const struct rt_scene *scene, const struct rt_hit *hit, double normal[3])
+{
+    const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
+    const uint32_t *index = mesh->triangles + 3 * (size_t)hit->triangle;
+    const double(*v)[3] = (const double(*)[3])mesh->positions;
+    double e1[3], e2[3];
+    vec3_sub(v[index[1]], v[index[0]], e1);
+    vec3_sub(v[index[2]], v[index[0]], e2);
+    vec3_cross(e1, e2, normal);
+    double length = vec3_length(normal);
+    double scale = length > 0 ? (mesh->is_mirrored ? -1 : 1) / length : 0;
+    for (int k = 0; k < 3; k++)
+        normal[k] *= scale;
 }
 
 static bool is_clipped(const struct rt_scene *scene, const struct rt_ray *ray, double t)
@@ -251,54 +292,47 @@ struct collect_context {
     struct rt_hits *hits;
 };
 
-static bool is_drawn(const struct rt_scene *scene, const struct rt_ray *ray,
-                     const struct rt_hit *hit)
+static bool is_drawn(const struct rt_mesh *mesh, const struct rt_ray *ray, const struct rt_hit *hit)
 {
-    const struct state_item *item = scene->meshes[hit->mesh].item;
-    const struct scene_material *m = &scene->state->materials[item->material].base;
-    return !ray->culls_back_faces || hit->is_front || (m->flags & SCENE_MATERIAL_DOUBLE_SIDED);
+    return !ray->culls_back_faces || hit->is_front || mesh->is_double_sided;
 }
 
-/* Opaque, or masked with enough alpha. */
-static bool ends_rays(const struct rt_scene *scene, const struct rt_hit *hit)
+/* Opaque, or a solid place of a mask. */
+static bool ends_rays(const struct rt_scene *scene, const struct rt_mesh *mesh,
+                      const struct rt_hit *hit)
 {
-    const struct state_item *item = scene->meshes[hit->mesh].item;
-    if (item->class_ == STATE_OPAQUE)
-        return true;
-    if (item->class_ != STATE_MASKED)
-        return false;
-    const struct scene_material *m = &scene->state->materials[item->material].base;
-    double base[4];
-    rt_surface_base(scene, hit, base);
-    return base[3] >= (double)m->alpha_cutoff;
+    return mesh->class_ == STATE_OPAQUE ||
+           (mesh->class_ == STATE_MASKED && rt_surface_is_solid(scene, hit));
 }
 
 bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, uint32_t mesh,
                       uint32_t triangle, struct rt_hits *hits)
 {
-    struct rt_hit hit = {.mesh = mesh, .triangle = triangle};
-    bool is_medium = scene->meshes[mesh].item->is_medium;
-    if (hit.mesh == ray->skip_mesh && hit.triangle == ray->skip_triangle)
+    const struct rt_mesh *m = &scene->meshes[mesh];
+    if (mesh == ray->skip_mesh && triangle == ray->skip_triangle)
         return false;
-    if (ray->only_media && !is_medium)
+    if (ray->only_media && !m->is_medium)
         return false;
-    if (!refine_hit(scene, ray, &hit) || hit.t <= 0 || hit.t >= ray->t_max)
+    struct rt_hit *hit = &hits->hits[hits->count]; /* filled in its place */
+    hit->mesh = mesh;
+    hit->triangle = triangle;
+    if (!refine_hit(m, ray, hit) || hit->t <= 0 || hit->t >= ray->t_max)
         return false;
     /* a medium entered before the camera's near plane is entered all the same */
-    if (hit.t <= ray->t_min && !(is_medium && ray->culls_back_faces))
+    if (hit->t <= ray->t_min && !(m->is_medium && ray->culls_back_faces))
         return false;
-    bool is_cut = ray->only_media || hit.t <= ray->t_min || is_clipped(scene, ray, hit.t);
-    hit.is_hidden = is_cut || !is_drawn(scene, ray, &hit);
-    hit.is_left_unseen = hit.is_hidden && !is_cut;
-    if (hit.is_hidden && !is_medium)
+    bool is_cut = ray->only_media || hit->t <= ray->t_min || is_clipped(scene, ray, hit->t);
+    hit->is_hidden = is_cut || !is_drawn(m, ray, hit);
+    hit->is_left_unseen = hit->is_hidden && !is_cut;
+    if (hit->is_hidden && !m->is_medium)
         return false;
     if (hits->count == RT_HITS_MAX) {
         hits->has_overflowed = true;
         return false;
     }
-    hit.is_opaque = !hit.is_hidden && ends_rays(scene, &hit);
-    hits->hits[hits->count++] = hit;
-    return hit.is_opaque;
+    hit->is_opaque = !hit->is_hidden && ends_rays(scene, m, hit);
+    hits->count++;
+    return hit->is_opaque;
 }
 
 /* Rejects every hit after recording it, so that Embree shows them all; an opaque one is accepted,

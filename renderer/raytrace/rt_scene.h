@@ -7,11 +7,16 @@
 #include <embree3/rtcore.h>
 #include <stdatomic.h>
 
+#include "renderer/raytrace/rt_mask.h"
 #include "renderer/scene/scene_state.h"
 
 struct rt_mesh { /* one state item, triangles only */
     const struct state_item *item;
-    double (*positions)[3]; /* relative to rt_scene.origin */
+    double (*positions)[3];    /* relative to rt_scene.origin */
+    const uint32_t *triangles; /* three numbers of positions each; borrowed from the scene */
+    /* what each hit asks for, at hand */
+    enum state_class class_;
+    bool is_mirrored, is_medium, is_double_sided;
 };
 
 struct rt_scene {
@@ -20,6 +25,8 @@ struct rt_scene {
     RTCScene scene;
     struct rt_mesh *meshes; /* by Embree geometry id */
     size_t mesh_count;
+    struct rt_mask *masks; /* by image; of those that masked materials take their alpha from */
+    size_t mask_count;
     uint64_t key;     /* of the geometry: what the Embree scene was built from */
     bool has_packets; /* the processor has what rays in packets of 8 need */
     atomic_llong embree_bytes;
@@ -33,9 +40,8 @@ struct rt_scene {
 };
 
 struct rt_hit {
-    double t;         /* along the ray, in units of its direction */
-    double u, v;      /* barycentric weights of the second and third vertex */
-    double normal[3]; /* geometric, unit, counter-clockwise side */
+    double t;    /* along the ray, in units of its direction */
+    double u, v; /* barycentric weights of the second and third vertex */
     uint32_t mesh, triangle;
     bool is_front;       /* the ray's origin sees the front face */
     bool is_opaque;      /* ends the ray: opaque, or masked with enough alpha, and not hidden */
@@ -46,7 +52,8 @@ struct rt_hit {
 /* Every hit of one ray with t in (t_min, t_max), nearest first; opaque surfaces end the list. */
 enum { RT_HITS_MAX = 16384 };
 struct rt_hits {
-    struct rt_hit *hits; /* owned, capacity RT_HITS_MAX; pages are touched as they are needed */
+    struct rt_hit *hits; /* owned, one more than RT_HITS_MAX; pages are touched as they are needed
+                          */
     size_t count;
     bool has_overflowed;
 };
@@ -72,6 +79,21 @@ bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
 
 uint64_t rt_scene_size_bytes(const struct rt_scene *scene);
 
+/* Has what rt_scene_add_hit reads of a triangle brought into the cache: ask for several triangles
+ * before the first is added. Step 0, for all of them, then step 1. */
+static inline void rt_scene_prefetch(const struct rt_scene *scene, uint32_t mesh, uint32_t triangle,
+                                     int step)
+{
+    const struct rt_mesh *m = &scene->meshes[mesh];
+    const uint32_t *index = m->triangles + 3 * (size_t)triangle;
+    if (step == 0) {
+        __builtin_prefetch(index);
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        __builtin_prefetch(m->positions[index[k]]);
+}
+
 /* Adds a candidate triangle to the hits, recomputed in f64, if the ray counts it. Returns whether
  * it ends the ray. */
 bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, uint32_t mesh,
@@ -84,6 +106,9 @@ void rt_scene_order_hits(const struct rt_scene *scene, struct rt_hits *hits);
 
 /* Both of the above for all that the ray meets. */
 void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, struct rt_hits *hits);
+
+/* The triangle's unit normal, on its counter-clockwise side; zero for one without area. */
+void rt_scene_normal(const struct rt_scene *scene, const struct rt_hit *hit, double normal[3]);
 
 /* The three vertex numbers (in the scene's streams) of a triangle. */
 void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t triangle,

@@ -2,6 +2,7 @@
 /* Texture lookups and material evaluation for rays. */
 #include "renderer/raytrace/rt_surface.h"
 
+#include "renderer/raytrace/rt_math.h"
 #include "renderer/scene/matrix.h"
 
 enum { WRAP_CLAMP = 33071, WRAP_MIRROR = 33648, FILTER_NEAREST = 9728 }; /* numbers of glTF */
@@ -13,8 +14,10 @@ static double clamp01(double x)
 
 static int64_t wrap_texel(int64_t i, int64_t size, uint32_t mode)
 {
+    if (i >= 0 && i < size)
+        return i;
     if (mode == WRAP_CLAMP)
-        return i < 0 ? 0 : i >= size ? size - 1 : i;
+        return i < 0 ? 0 : size - 1;
     if (mode == WRAP_MIRROR) {
         int64_t k = ((i % (2 * size)) + 2 * size) % (2 * size);
         return k < size ? k : 2 * size - 1 - k;
@@ -22,40 +25,53 @@ static int64_t wrap_texel(int64_t i, int64_t size, uint32_t mode)
     return ((i % size) + size) % size;
 }
 
-static void read_texel(const struct rt_scene *rt, const struct scene_texture *texture, int64_t x,
-                       int64_t y, bool is_srgb, double out[4])
+/* A texture coordinate in texels, as the two texels around it and the second one's weight; nearest:
+ * both are the one it lies in. */
+struct texel_pair {
+    size_t at[2];
+    double weight;
+};
+
+static struct texel_pair find_texels(double x, int64_t size, uint32_t wrap, bool is_nearest)
+{
+    double from = is_nearest ? x : x - 0.5;
+    int64_t low = (int64_t)from;
+    low -= from < (double)low; /* floor, without a call */
+    struct texel_pair pair = {.weight = is_nearest ? 0 : from - (double)low};
+    pair.at[0] = (size_t)wrap_texel(low, size, wrap);
+    pair.at[1] = is_nearest ? pair.at[0] : (size_t)wrap_texel(low + 1, size, wrap);
+    return pair;
+}
+
+struct texel_square {
+    const uint8_t *texels[4]; /* RGBA */
+    double weights[4];
+    int count;
+    uint32_t image;
+    size_t x, y;   /* of the first */
+    bool is_whole; /* the others are its neighbours to the right and below */
+};
+
+/* Bilinear at the finest level; supersampling does the rest of the filtering. */
+static void find_texel_square(const struct rt_scene *rt, const struct scene_texture *texture,
+                              const double uv[2], struct texel_square *square)
 {
     const struct scene *scene = rt->state->scene;
     const struct scene_image *image = &scene->images[texture->image];
-    x = wrap_texel(x, image->width_px, texture->wrap_s);
-    y = wrap_texel(y, image->height_px, texture->wrap_t);
-    const uint8_t *texel =
-        scene->pixels + image->offset_bytes + 4 * ((size_t)y * image->width_px + (size_t)x);
-    for (int k = 0; k < 4; k++)
-        out[k] = is_srgb && k < 3 ? rt->linear_from_srgb[texel[k]] : texel[k] / 255.0;
-}
-
-/* Bilinear at the finest level; supersampling does the rest of the filtering. */
-static void sample_texture(const struct rt_scene *rt, const struct scene_texture *texture,
-                           const double uv[2], bool is_srgb, double out[4])
-{
-    const struct scene_image *image = &rt->state->scene->images[texture->image];
-    double x = uv[0] * image->width_px, y = uv[1] * image->height_px;
-    if (texture->mag_filter == FILTER_NEAREST) {
-        read_texel(rt, texture, (int64_t)floor(x), (int64_t)floor(y), is_srgb, out);
-        return;
-    }
-    x -= 0.5;
-    y -= 0.5;
-    double fx = x - floor(x), fy = y - floor(y);
-    for (int k = 0; k < 4; k++)
-        out[k] = 0;
-    for (int corner = 0; corner < 4; corner++) {
-        double texel[4], weight = (corner & 1 ? fx : 1 - fx) * (corner & 2 ? fy : 1 - fy);
-        read_texel(rt, texture, (int64_t)floor(x) + (corner & 1), (int64_t)floor(y) + (corner >> 1),
-                   is_srgb, texel);
-        for (int k = 0; k < 4; k++)
-            out[k] += weight * texel[k];
+    const uint8_t *texels = scene->pixels + image->offset_bytes;
+    bool is_nearest = texture->mag_filter == FILTER_NEAREST;
+    struct texel_pair x =
+        find_texels(uv[0] * image->width_px, image->width_px, texture->wrap_s, is_nearest);
+    struct texel_pair y =
+        find_texels(uv[1] * image->height_px, image->height_px, texture->wrap_t, is_nearest);
+    square->count = is_nearest ? 1 : 4;
+    square->image = (uint32_t)texture->image;
+    square->x = x.at[0];
+    square->y = y.at[0];
+    square->is_whole = is_nearest || (x.at[1] == x.at[0] + 1 && y.at[1] == y.at[0] + 1);
+    for (int i = 0; i < square->count; i++) {
+        square->texels[i] = texels + 4 * (y.at[i >> 1] * image->width_px + x.at[i & 1]);
+        square->weights[i] = (i & 1 ? x.weight : 1 - x.weight) * (i & 2 ? y.weight : 1 - y.weight);
     }
 }
 
@@ -93,13 +109,11 @@ static bool slot_is_sampled(const struct rt_scene *scene, const struct rt_hit *h
            (hit_primitive(scene, hit)->flags & uv);
 }
 
-static void sample_slot(const struct rt_scene *scene, const struct rt_hit *hit, int slot,
-                        double out[4])
+static bool find_slot(const struct rt_scene *scene, const struct rt_hit *hit, int slot,
+                      struct texel_square *square)
 {
-    for (int k = 0; k < 4; k++)
-        out[k] = 1;
     if (!slot_is_sampled(scene, hit, slot))
-        return;
+        return false;
     const struct scene *s = scene->state->scene;
     const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[slot];
     const float *stream = ref->texcoord ? s->texcoords_1 : s->texcoords_0;
@@ -110,8 +124,64 @@ static void sample_slot(const struct rt_scene *scene, const struct rt_hit *hit, 
         const float *m = ref->uv_transform + 3 * row;
         uv[row] = (double)m[0] * raw[0] + (double)m[1] * raw[1] + (double)m[2];
     }
+    find_texel_square(scene, &s->textures[ref->texture], uv, square);
+    return true;
+}
+
+static void sample_slot(const struct rt_scene *scene, const struct rt_hit *hit, int slot,
+                        double out[4])
+{
+    struct texel_square square;
     bool is_srgb = slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
-    sample_texture(scene, &s->textures[ref->texture], uv, is_srgb, out);
+    bool is_found = find_slot(scene, hit, slot, &square);
+    for (int k = 0; k < 4; k++)
+        out[k] = is_found ? 0 : 1;
+    for (int i = 0; is_found && i < square.count; i++)
+        for (int k = 0; k < 4; k++) {
+            uint8_t byte = square.texels[i][k];
+            out[k] += square.weights[i] *
+                      (is_srgb && k < 3 ? scene->linear_from_srgb[byte] : byte / 255.0);
+        }
+}
+
+void rt_surface_prefetch(const struct rt_scene *scene, const struct rt_hit *hit)
+{
+    struct texel_square square;
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        if (!find_slot(scene, hit, slot, &square))
+            continue;
+        __builtin_prefetch(square.texels[0]);
+        if (square.count == 4)
+            __builtin_prefetch(square.texels[2]); /* the row below */
+    }
+}
+
+/* Alpha is a mean of the square's texels. One that their bounds, further out by far more than
+ * rounding, put on one side of the cutoff is decided without them. */
+bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
+{
+    static const double slack = 1e-9;
+    const struct scene_material *m = hit_material(scene, hit);
+    double alpha = 1, cutoff = (double)m->alpha_cutoff, factor = (double)m->base_color[3];
+    struct texel_square square;
+    bool is_found = find_slot(scene, hit, SCENE_TEXTURE_BASE_COLOR, &square);
+    if (hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_COLORS) {
+        double color[4];
+        interpolate(scene, hit, scene->state->scene->colors, 4, color);
+        factor *= color[3];
+    }
+    if (is_found && square.is_whole && factor >= 0 && scene->masks[square.image].bounds) {
+        const uint8_t *b = rt_mask_bounds(&scene->masks[square.image], square.x, square.y);
+        if (clamp01(b[0] / 255.0 * factor) >= cutoff + slack)
+            return true;
+        if (clamp01(b[1] / 255.0 * factor) < cutoff - slack)
+            return false;
+    }
+    if (is_found)
+        alpha = 0;
+    for (int i = 0; is_found && i < square.count; i++)
+        alpha += square.weights[i] * (square.texels[i][3] / 255.0);
+    return clamp01(alpha * factor) >= cutoff;
 }
 
 void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4])
@@ -203,7 +273,7 @@ static void evaluate_normal(const struct rt_scene *scene, const struct rt_hit *h
     interpolate(scene, hit, scene->state->scene->normals, 3, local);
     transform_normal(scene, hit, local, normal);
     if (!vec3_normalize(normal))
-        memcpy(normal, hit->normal, sizeof hit->normal);
+        rt_scene_normal(scene, hit, normal);
     for (int k = 0; k < 3 && !hit->is_front; k++)
         normal[k] = -normal[k];
     double t[3], b[3], texel[4];
@@ -266,7 +336,7 @@ static void transmissive_filter(const struct rt_surface *s, bool enters, double 
     for (int k = 0; k < 3; k++) {
         t[k] = s->transmission * s->base[k];
         if (enters && s->thickness_m > 0 && m->attenuation_distance > 0)
-            t[k] *= pow(fmax((double)m->attenuation_color[k], 1e-30),
+            t[k] *= pow(rt_max((double)m->attenuation_color[k], 1e-30),
                         s->thickness_m / (double)m->attenuation_distance);
     }
 }
@@ -274,7 +344,7 @@ static void transmissive_filter(const struct rt_surface *s, bool enters, double 
 static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
 {
     const struct scene_material *m = s->material;
-    double c = fmin(fmax(cosine, 1e-6), 1);
+    double c = rt_min(rt_max(cosine, 1e-6), 1);
     for (int k = 0; k < 3; k++) {
         if (m->pass_through == SCENE_PASS_SLAB) {
             t[k] = pow(t[k], 1 / c);
@@ -288,7 +358,7 @@ static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
 
 double rt_surface_fresnel(const struct rt_surface *s, double cosine)
 {
-    double f90 = fmin(50 * s->f0, 1);
+    double f90 = rt_min(50 * s->f0, 1);
     double c = 1 - clamp01(cosine), c2 = c * c;
     return s->f0 + (f90 - s->f0) * c2 * c2 * c;
 }

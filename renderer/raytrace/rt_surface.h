@@ -18,6 +18,12 @@ struct rt_surface {
 /* Base colour and alpha after texture and vertex colour, each in [0, 1]. */
 void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4]);
 
+/* Of a masked surface: whether its alpha reaches the cutoff. */
+bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit);
+
+/* Has the texels that rt_surface_evaluate reads brought into the cache. */
+void rt_surface_prefetch(const struct rt_scene *scene, const struct rt_hit *hit);
+
 /* Only what rt_surface_light_filter needs: material, base, alpha, transmission and thickness. */
 void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
                                 struct rt_surface *surface);

@@ -48,6 +48,7 @@ static bool kernel_init(struct kernel *kernel, const struct traced *traced, bool
         return false;
     for (unsigned i = 0; is_bare && i < kernel->scene.mesh_count; i++) {
         RTCGeometry geometry = rtcGetGeometry(kernel->scene.scene, i);
+        rtcSetGeometryIntersectFilterFunction(geometry, NULL);
         rtcSetGeometryOccludedFilterFunction(geometry, NULL);
         rtcCommitGeometry(geometry);
     }

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/* Least and largest alpha of the blocks of an image: most lookups of a mask need no texel, and a
+ * mask's blocks fit where its texels do not. Thread: built by one, then read by any. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_MASK_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_MASK_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+
+enum { RT_MASK_BLOCK = 8 }; /* texels a side */
+
+struct rt_mask {
+    uint8_t (*bounds)[2]; /* owned; of each block and one texel more to the right and below; NULL:
+                             there is no mask */
+    uint32_t columns;
+};
+
+/* texels: RGBA, 8 bits. */
+MUST_CHECK bool rt_mask_init(struct rt_mask *mask, const uint8_t *texels, uint32_t width,
+                             uint32_t height, struct error *err);
+void rt_mask_finish(struct rt_mask *mask); /* accepts zeroed */
+
+/* Bounds of the alpha of the texels x to x + 1, y to y + 1, all of them in the image. */
+static inline const uint8_t *rt_mask_bounds(const struct rt_mask *mask, size_t x, size_t y)
+{
+    return mask->bounds[y / RT_MASK_BLOCK * mask->columns + x / RT_MASK_BLOCK];
+}
+
+#endif
