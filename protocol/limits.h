@@ -18,7 +18,7 @@ enum limits {
     LIMIT_JSON_CONTAINERS = 1 << 20, /* in a body: 786,440 hold every list above at its cap */
     LIMIT_JSON_VALUES = 6 << 20,     /* in a body: 4.6 Mi hold the same; some 32 bytes each */
     LIMIT_AREA_SAMPLES = 4096,       /* per area light and point: errors below 1e-3 */
-    LIMIT_OUTPUTS = 8,               /* outputs of one render */
+    LIMIT_OUTPUTS = 10,              /* outputs of one render */
     LIMIT_FRAMES_KEPT = 1024,        /* frame reports kept for /v1/frames/{id} */
     LIMIT_TRADEOFFS_KEPT = 128,      /* with their rows, some 90 KiB of memory each */
     LIMIT_TRADEOFFS_WAITING = 16,    /* each may take an hour; more are a 503 */

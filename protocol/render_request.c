@@ -56,7 +56,8 @@ const char *request_blend_filter_name(int filter)
 
 const char *request_output_name(int output)
 {
-    NAME_OF(output, "color", "depth", "normal", "albedo", "node", "material");
+    NAME_OF(output, "color", "depth", "normal", "albedo", "node", "material", "position",
+            "transmittance", "lights", "layers");
 }
 
 const char *request_format_name(int format)

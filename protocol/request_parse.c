@@ -140,8 +140,7 @@ static bool read_background(const struct json_node *node, double *background)
 
 static bool read_output(const struct json_node *node, uint32_t *outputs)
 {
-    static const char *const planned[] = {"position", "transmittance", "lights", NULL};
-    const struct json_choice choice = {.name = request_output_name, .planned = planned};
+    const struct json_choice choice = {.name = request_output_name};
     int index = 0;
     if (!json_read_choice(node, &choice, &index))
         return false;

@@ -44,19 +44,14 @@ static bool check_view(const struct view *view, struct error *err)
 
 static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
 {
-    static const struct {
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++) {
         int channels;
         enum image_component component;
-    } shapes[] = {
-        [VIEW_OUTPUT_COLOR] = {4, IMAGE_F32},  [VIEW_OUTPUT_DEPTH] = {1, IMAGE_F32},
-        [VIEW_OUTPUT_NORMAL] = {3, IMAGE_F32}, [VIEW_OUTPUT_ALBEDO] = {3, IMAGE_F32},
-        [VIEW_OUTPUT_NODE] = {1, IMAGE_U32},   [VIEW_OUTPUT_MATERIAL] = {1, IMAGE_U32},
-    };
-    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
-        if (view->outputs & 1u << i &&
-            !image_init(&frame->outputs[i], view->width_px, view->height_px, shapes[i].channels,
-                        shapes[i].component, err))
+        aov_shape((enum view_output)i, &channels, &component);
+        if (view->outputs & 1u << i && !image_init(&frame->outputs[i], view->width_px,
+                                                   view->height_px, channels, component, err))
             return false;
+    }
     return true;
 }
 

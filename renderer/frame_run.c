@@ -106,7 +106,7 @@ static bool read_color(struct window_run *window, struct error *err)
 static bool read_auxiliary(struct window_run *window, struct error *err)
 {
     struct shade_desc desc = shade_of(window);
-    return shade_read_aovs(&window->run->renderer->shade, &desc, window->run->frame->outputs, err);
+    return aov_read(&window->run->renderer->aov, &desc, window->run->frame->outputs, err);
 }
 
 /* ---- the walk ---- */

@@ -56,6 +56,7 @@ void renderer_destroy(struct renderer *renderer)
         return;
     raytrace_cache_destroy(renderer->traced); /* borrows a scene */
     scene_cache_finish(&renderer->scenes);
+    aov_finish(&renderer->aov);
     shade_finish(&renderer->shade);
     pixel_lists_finish(&renderer->pixels);
     targets_finish(&renderer->targets);

@@ -7,6 +7,7 @@
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer.h"
 #include "renderer/scene_cache.h"
+#include "renderer/shading/aov.h"
 #include "renderer/shading/shade.h"
 
 struct renderer {
@@ -20,6 +21,7 @@ struct renderer {
     struct targets targets;
     struct pixel_lists pixels;
     struct shade shade;
+    struct aov aov;
     struct scene_cache scenes;
     struct raytrace_cache *traced; /* of the scene with traced_key */
     char traced_key[SCENE_KEY_BYTES];

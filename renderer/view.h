@@ -123,6 +123,10 @@ enum view_output {
     VIEW_OUTPUT_ALBEDO,   /* F32 RGB, linear base colour */
     VIEW_OUTPUT_NODE,     /* U32, index + 1 of the scene's node; 0 where nothing is */
     VIEW_OUTPUT_MATERIAL, /* U32, index + 1 */
+    VIEW_OUTPUT_POSITION, /* F32 RGB, world space [m]; +inf where nothing is */
+    VIEW_OUTPUT_TRANSMITTANCE, /* F32 RGB, of all transparent layers to the first opaque surface */
+    VIEW_OUTPUT_LIGHTS, /* U32, entries of the light list at the nearest surface; 0 where none is */
+    VIEW_OUTPUT_LAYERS, /* U32, entries of the pixel's transparent list */
     VIEW_OUTPUT_COUNT
 };
 

@@ -22,6 +22,10 @@ static const char *const channel_names[VIEW_OUTPUT_COUNT][5] = {
     [VIEW_OUTPUT_ALBEDO] = {"albedo.R", "albedo.G", "albedo.B"},
     [VIEW_OUTPUT_NODE] = {"node.id"},
     [VIEW_OUTPUT_MATERIAL] = {"material.id"},
+    [VIEW_OUTPUT_POSITION] = {"position.X", "position.Y", "position.Z"},
+    [VIEW_OUTPUT_TRANSMITTANCE] = {"transmittance.R", "transmittance.G", "transmittance.B"},
+    [VIEW_OUTPUT_LIGHTS] = {"lights.count"},
+    [VIEW_OUTPUT_LAYERS] = {"layers.count"},
 };
 
 static const uint32_t ID_OUTPUTS = 1u << VIEW_OUTPUT_NODE | 1u << VIEW_OUTPUT_MATERIAL;
@@ -30,6 +34,8 @@ unsigned frame_image_formats(uint32_t outputs)
 {
     if (outputs & (outputs - 1))
         return 1u << IMAGE_FORMAT_EXR;
+    if (outputs & 1u << VIEW_OUTPUT_POSITION)
+        return 1u << IMAGE_FORMAT_EXR; /* metres of any size have no place on a screen */
     if (outputs & ID_OUTPUTS)
         return 1u << IMAGE_FORMAT_PNG | 1u << IMAGE_FORMAT_EXR;
     return (1u << IMAGE_FORMAT_COUNT) - 1;
@@ -139,23 +145,53 @@ static bool show_normal(struct image *image, const struct image *normal, struct 
     return true;
 }
 
-/* Linear base colour as sRGB, opaque. */
-static bool show_albedo(struct image *image, const struct image *albedo, struct error *err)
+/* Linear RGB in [0, 1] as sRGB, opaque. */
+static bool show_linear(struct image *image, const struct image *rgb, struct error *err)
 {
     struct image linear = {0};
-    if (!image_init(&linear, albedo->width_px, albedo->height_px, 4, IMAGE_F32, err))
+    if (!image_init(&linear, rgb->width_px, rgb->height_px, 4, IMAGE_F32, err))
         return false;
     float *target = linear.pixels;
-    const float *source = albedo->pixels;
-    size_t pixels = pixel_count(albedo);
+    const float *source = rgb->pixels;
+    size_t pixels = pixel_count(rgb);
     for (size_t i = 0; i < pixels; i++) {
-        memcpy(target + 4 * i, source + i * (size_t)albedo->channels, 3 * sizeof(float));
+        memcpy(target + 4 * i, source + i * (size_t)rgb->channels, 3 * sizeof(float));
         target[4 * i + 3] = 1;
     }
     bool is_good =
         tone_map(&linear, &(struct tone_map_desc){.operator_ = TONE_MAPPING_NONE}, image, err);
     image_finish(&linear);
     return is_good;
+}
+
+/* A heat map on one scale for all images: black is 0, and each colour of the ramp is four times the
+ * count of the one before it. */
+static bool show_counts(struct image *image, const struct image *counts, struct error *err)
+{
+    static const uint8_t ramp[][3] = {
+        {0, 0, 0},      /* 0 */
+        {28, 40, 150},  /* 1 */
+        {0, 140, 200},  /* 4 */
+        {20, 170, 70},  /* 16 */
+        {245, 215, 40}, /* 64 */
+        {220, 40, 30},  /* 256 */
+        {255, 255, 255} /* 1024 and more */
+    };
+    enum { LAST = sizeof ramp / sizeof *ramp - 1 };
+    if (!image_init(image, counts->width_px, counts->height_px, 3, IMAGE_U8, err))
+        return false;
+    const uint32_t *count = counts->pixels;
+    uint8_t *shown = image->pixels;
+    size_t pixels = pixel_count(counts);
+    for (size_t i = 0; i < pixels; i++) {
+        float at = count[i] ? fminf(1 + log2f((float)count[i]) / 2, LAST) : 0;
+        int below = at < LAST ? (int)at : LAST - 1;
+        for (int c = 0; c < 3; c++)
+            shown[3 * i + (size_t)c] =
+                (uint8_t)lrintf((float)ramp[below][c] +
+                                (at - (float)below) * (float)(ramp[below + 1][c] - ramp[below][c]));
+    }
+    return true;
 }
 
 static bool show_ids(struct image *image, const struct image *ids, struct error *err)
@@ -186,10 +222,13 @@ static bool show(struct image *image, const struct frame *frame,
                           err);
     if (request->outputs & 1u << VIEW_OUTPUT_NORMAL)
         return show_normal(image, &frame->outputs[VIEW_OUTPUT_NORMAL], err);
-    if (request->outputs & 1u << VIEW_OUTPUT_ALBEDO)
-        return show_albedo(image, &frame->outputs[VIEW_OUTPUT_ALBEDO], err);
-    bool is_node = request->outputs & 1u << VIEW_OUTPUT_NODE;
-    return show_ids(image, &frame->outputs[is_node ? VIEW_OUTPUT_NODE : VIEW_OUTPUT_MATERIAL], err);
+    int only = __builtin_ctz(request->outputs);
+    const struct image *output = &frame->outputs[only];
+    if (only == VIEW_OUTPUT_ALBEDO || only == VIEW_OUTPUT_TRANSMITTANCE)
+        return show_linear(image, output, err);
+    if (only == VIEW_OUTPUT_LIGHTS || only == VIEW_OUTPUT_LAYERS)
+        return show_counts(image, output, err);
+    return show_ids(image, output, err);
 }
 
 bool frame_image_init(struct image *image, struct frame *frame,

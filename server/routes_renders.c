@@ -66,9 +66,9 @@ static bool choose_format(struct render_post *post, struct render_request *reque
         post->format = image_format_from_request(request);
         return (formats & 1u << post->format) ||
                error_set_at(err, ERROR_UNSUPPORTED, "/format",
-                            "format: %s is lossy, and ids are of no use without their last digit; "
-                            "use png or exr",
-                            image_format_name(post->format));
+                            "format: %s cannot hold that output; use exr%s",
+                            image_format_name(post->format),
+                            formats & 1u << IMAGE_FORMAT_PNG ? " or png" : "");
     }
     if (!negotiate_format(http_request_header(post->exchange, "Accept"), formats, &post->format,
                           err))

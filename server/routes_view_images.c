@@ -55,10 +55,8 @@ static bool read_format(const struct http_exchange *exchange, unsigned allowed,
         return error_set(err, ERROR_INVALID_REQUEST,
                          "?format=%.40s is none of: png, jpeg, webp, exr", text);
     return (allowed & 1u << *format) ||
-           error_set(err, ERROR_UNSUPPORTED,
-                     "?format=%s is lossy, and ids are of no use without their last digit; use png "
-                     "or exr",
-                     text);
+           error_set(err, ERROR_UNSUPPORTED, "?format=%s cannot hold that output; use exr%s", text,
+                     allowed & 1u << IMAGE_FORMAT_PNG ? " or png" : "");
 }
 
 static bool read_shot(const struct http_exchange *exchange, struct view_shot *shot,

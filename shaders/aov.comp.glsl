@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Auxiliary outputs of the nearest surface of each pixel, opaque or transparent: nine words a
-// pixel.
-// Needs: SAMPLES, HAS_TRANSPARENT, HAS_MEDIA, IS_ORTHOGRAPHIC.
-// Values are those of the pixel's first sample,
-// never averaged.
+// Auxiliary outputs of each pixel: AOV_WORDS words, those of an output from AT_<OUTPUT> on; an
+// output that was not asked for has no AT_ and leaves nothing behind (renderer/shading/aov.c).
+// Needs: AOV_WORDS, AT_*, SAMPLES, HAS_TRANSPARENT, IS_ORTHOGRAPHIC, those of media.glsl, and with
+// AT_LIGHTS HAS_LIGHTS and those of light_list.glsl.
+// Values are those of the nearest surface at the pixel's first sample, never averaged.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
+#include "material.glsl"
 #include "surface.glsl"
 #include "view_ray.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -19,11 +20,9 @@ layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
 layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
 layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
 #endif
-layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer {
-    material_record materials[];
-};
 layout(std430, binding = BIND_STATISTICS) writeonly buffer aov_buffer { uint words[]; };
 uniform uvec2 u_size_px;
+uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
 #ifdef HAS_TRANSPARENT
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
 layout(std430, binding = BIND_FRAGMENT_KEYS) readonly buffer key_buffer { uvec4 keys[]; };
@@ -31,6 +30,97 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_0) readonly buffer s0_buffer { uv
 layout(std430, binding = BIND_FRAGMENT_SURFACE_1) readonly buffer s1_buffer { uvec4 surfaces_1[]; };
 uniform uint u_keys_offset;
 #endif
+#if defined AT_LIGHTS && defined HAS_LIGHTS
+#include "light_list.glsl"
+#endif
+#if defined AT_TRANSMITTANCE && defined HAS_TRANSPARENT
+#include "filter_word.glsl"
+#include "media.glsl"
+layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { vec4 colors[]; };
+#endif
+
+#ifdef HAS_TRANSPARENT
+// Whether the entry is a surface that the first sample shows.
+bool is_shown(uvec4 key)
+{
+    uvec4 s1 = surfaces_1[key.z];
+    bool is_shown = (key.w & 1u) != 0u && (s1.y >> 16) != 0u; // else it misses, or covers nothing
+#ifdef HAS_MEDIA
+    uint flags = materials[s1.w].flags;
+    bool is_back = (s1.z & 0x80000000u) == 0u;
+    is_shown = is_shown && (key.w & FRAGMENT_HIDDEN) == 0u &&
+               ((flags & MATERIAL_MEDIUM) == 0u || !is_back ||
+                (flags & MATERIAL_DOUBLE_SIDED) != 0u); // else it is there for its medium only
+#endif
+    return is_shown;
+}
+#endif
+
+#ifdef AT_TRANSMITTANCE
+#ifdef HAS_TRANSPARENT
+// As shade_pixels.comp.glsl composites them.
+vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
+{
+    dvec3 product = dvec3(1.0LF);
+    vec3 through = vec3(1.0);
+#ifdef HAS_MEDIA
+    float depth[SAMPLES];
+    for (int i = 0; i < SAMPLES; i++)
+        depth[i] = texelFetch(u_depth_map, pixel, i).x;
+    media_begin(pixel, depth);
+#ifdef MEDIA_SURROUND
+    for (uint k = first; k < end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        media_surround(media_event(key.z, uintBitsToFloat(key.x)), key.w);
+    }
+#endif
+#endif
+    for (uint k = first; k < end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        if ((key.w & 1u) == 0u)
+            continue;
+#ifdef HAS_MEDIA
+        medium_event e = media_event(key.z, uintBitsToFloat(key.x));
+        media_meet(0, e);
+        media_cross(0, e);
+        if ((key.w & FRAGMENT_HIDDEN) != 0u)
+            continue;
+#endif
+        product *= filter_unpack(colors[2u * key.z + 1u].rgb);
+    }
+#ifdef HAS_MEDIA
+#ifdef IS_ORTHOGRAPHIC
+    media_advance(0, media_ends[0].y);
+#else
+    if (depth[0] > 0.0)
+        media_advance(0, media_ends[0].y);
+#endif
+    through = media_transmittance(0);
+#endif
+    return vec3(product) * through;
+}
+#endif
+#endif
+
+#ifdef AT_LIGHTS
+uint count_lights(uvec2 pixel, float view_z)
+{
+    uint count = 0u;
+#ifdef HAS_LIGHTS
+    light_cursor c = light_list_first(pixel, view_z);
+    uint light;
+    while (light_list_next(c, light))
+        count++;
+#endif
+    return count;
+}
+#endif
+
+void write_vector(uint at, vec3 value)
+{
+    for (uint i = 0u; i < 3u; i++)
+        words[at + i] = floatBitsToUint(value[i]);
+}
 
 void main()
 {
@@ -40,35 +130,54 @@ void main()
     uvec4 s0 = texelFetch(u_surface_0, pixel, 0), s1 = texelFetch(u_surface_1, pixel, 0);
     float depth = texelFetch(u_depth_map, pixel, 0).x;
     uint index = gl_GlobalInvocationID.y * u_size_px.x + gl_GlobalInvocationID.x;
+    uint first = 0u, end = 0u;
 #ifdef HAS_TRANSPARENT
-    uint first = index == 0u ? 0u : ends[index - 1u], end = ends[index];
+    first = index == 0u ? 0u : ends[index - 1u];
+    end = ends[index];
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
-        if ((key.w & 1u) == 0u || (surfaces_1[key.z].y >> 16) == 0u)
-            continue; // misses the first sample, or covers nothing
-#ifdef HAS_MEDIA
-        uvec4 candidate = surfaces_1[key.z];
-        uint flags = materials[candidate.w].flags;
-        bool is_back = (candidate.z & 0x80000000u) == 0u;
-        if ((key.w & FRAGMENT_HIDDEN) != 0u ||
-            ((flags & MATERIAL_MEDIUM) != 0u && is_back && (flags & MATERIAL_DOUBLE_SIDED) == 0u))
-            continue; // is there for its medium only
-#endif
+        if (!is_shown(key))
+            continue;
         s0 = surfaces_0[key.z];
         s1 = surfaces_1[key.z];
         depth = uintBitsToFloat(key.x);
         break;
     }
 #endif
-    uint at = 9u * index;
+    uint at = uint(AOV_WORDS) * index;
     bool is_hit = depth > 0.0;
     surface s = surface_unpack(s0, s1);
-    vec3 normal = is_hit ? s.normal : vec3(0.0), base = is_hit ? s.base : vec3(0.0);
-    words[at] = is_hit ? floatBitsToUint(view_depth(depth)) : 0x7f800000u;
-    for (uint i = 0u; i < 3u; i++) {
-        words[at + 1u + i] = floatBitsToUint(normal[i]);
-        words[at + 4u + i] = floatBitsToUint(base[i]);
-    }
-    words[at + 7u] = is_hit ? s.node + 1u : 0u;
-    words[at + 8u] = is_hit ? materials[s.material].source + 1u : 0u;
+    float view_z = view_depth(depth);
+#ifdef AT_DEPTH
+    words[at + AT_DEPTH] = is_hit ? floatBitsToUint(view_z) : 0x7f800000u;
+#endif
+#ifdef AT_POSITION // eye-relative; infinite where nothing is
+    vec3 position = view_position(vec2(pixel) + u_sample_positions[0], view_z);
+    write_vector(at + AT_POSITION, is_hit ? position : vec3(uintBitsToFloat(0x7f800000u)));
+#endif
+#ifdef AT_NORMAL
+    write_vector(at + AT_NORMAL, is_hit ? s.normal : vec3(0.0));
+#endif
+#ifdef AT_ALBEDO
+    write_vector(at + AT_ALBEDO, is_hit ? s.base : vec3(0.0));
+#endif
+#ifdef AT_NODE
+    words[at + AT_NODE] = is_hit ? s.node + 1u : 0u;
+#endif
+#ifdef AT_MATERIAL
+    words[at + AT_MATERIAL] = is_hit ? materials[s.material].source + 1u : 0u;
+#endif
+#ifdef AT_TRANSMITTANCE
+#ifdef HAS_TRANSPARENT
+    write_vector(at + AT_TRANSMITTANCE, transmittance_of_list(pixel, first, end));
+#else
+    write_vector(at + AT_TRANSMITTANCE, vec3(1.0));
+#endif
+#endif
+#ifdef AT_LIGHTS
+    words[at + AT_LIGHTS] = is_hit ? count_lights(uvec2(pixel), view_z) : 0u;
+#endif
+#ifdef AT_LAYERS
+    words[at + AT_LAYERS] = end - first;
+#endif
 }

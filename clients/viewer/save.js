@@ -40,7 +40,9 @@ export function openSave(client, wanted, name) {
     selectField({ label: "Format", value: "png", options: [["png", "PNG"], ["exr", "EXR, linear"],
       ["webp", "WebP"], ["jpeg", "JPEG"]], onchange: (value) => (chosen.format = value) }).row,
     selectField({ label: "Content", value: "color", options: [["color", "Colour"], ["depth", "Depth"],
-      ["normal", "Normal"], ["albedo", "Base colour"]], onchange: (value) => (chosen.aov = value) }).row,
+      ["normal", "Normal"], ["albedo", "Base colour"],
+      ["transmittance", "Transmittance"], ["lights", "Lights, as a heat map"],
+      ["layers", "Transparent layers, as a heat map"]], onchange: (value) => (chosen.aov = value) }).row,
     size("width", "Width"), size("height", "Height"),
     el("div", { class: "row row-end" },
       button({ text: "Cancel", onclick: () => dialog.close() }), go));

@@ -41,7 +41,8 @@ struct request_options {
         REQUEST_OPTION(owner, TEXT, "camera", "SPEC", "see below; default: the scene's own",      \
                        camera),                                                                   \
         REQUEST_OPTION(owner, LIST, "output", "NAME",                                             \
-                       "color, depth, normal, albedo, node, material\n"                           \
+                       "color, depth, normal, albedo, node, material, position,\n"                \
+                       "transmittance, lights, layers\n"                                          \
                        "(several: .exr)",                                                         \
                        outputs),                                                                  \
         REQUEST_OPTION(owner, LIST, "light", "SPEC", "one more light, see below", lights),        \

@@ -157,7 +157,9 @@ static bool view_run(void *context, const struct text_list *operands, struct fai
 static const struct option OPTIONS[] = {
     {OPTION_TEXT, "output-file", 'o', "FILE", "image: where it goes; .png .jpg .webp .exr",
      AT(output_file)},
-    {OPTION_TEXT, "aov", 0, "NAME", "image: color, depth, normal, albedo, node, material", AT(aov)},
+    {OPTION_TEXT, "aov", 0, "NAME",
+     "image: color, depth, normal, albedo, node, material, position, transmittance, lights, layers",
+     AT(aov)},
     {OPTION_FLAG, "through", 0, NULL, "pick: every layer, nearest first", AT(through)},
     {OPTION_TEXT, "size", 0, "WxH", "create, patch: in pixels", AT(request.size)},
     {OPTION_TEXT, "camera", 0, "SPEC", "create, patch: as of 'vitrail render'", AT(request.camera)},

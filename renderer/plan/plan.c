@@ -155,8 +155,10 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
         if (!made->shadows.lights[i].is_unseen)
             count_light(plan, &made->shadows.lights[i], resolution, census);
     plan->unseen_lights = made->reach.unseen_count;
-    set_need(plan, PLAN_NEED_LIGHTS, is_lit && lights > 0, "%zu light%s, %zu of them out of view",
-             lights, lights == 1 ? "" : "s", plan->unseen_lights);
+    bool is_counted = desc->view->outputs & 1u << VIEW_OUTPUT_LIGHTS;
+    set_need(plan, PLAN_NEED_LIGHTS, (is_lit || is_counted) && lights > 0,
+             "%zu light%s, %zu of them out of view", lights, lights == 1 ? "" : "s",
+             plan->unseen_lights);
     set_need(plan, PLAN_NEED_OPAQUE_SHADOWS,
              census[0].lights > 0 || plan->deep_lights + plan->linked_lights > 0,
              "%zu of %zu lights have opaque casters in reach, %zu in all", census[0].lights, lights,

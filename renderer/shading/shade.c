@@ -160,29 +160,6 @@ static bool shade_entries(struct shade *shade, const struct shade_desc *desc,
     return true;
 }
 
-static void set_samples(const struct window_frame *frame, const struct gl_program *program)
-{
-    for (int i = 0; i < frame->targets->samples; i++) {
-        char name[32];
-        snprintf(name, sizeof name, "u_sample_positions[%d]", i);
-        glProgramUniform2fv(program->name, glGetUniformLocation(program->name, name), 1,
-                            frame->sample_positions[i]);
-    }
-}
-
-static void bind_targets(const struct window_frame *frame, const struct gl_program *program)
-{
-    gl_texture_bind(&frame->targets->surface_0, UNIT_GBUFFER_0);
-    gl_texture_bind(&frame->targets->surface_1, UNIT_GBUFFER_1);
-    gl_texture_bind(&frame->targets->depth, UNIT_GBUFFER_DEPTH);
-    if (frame->targets->samples > 1)
-        gl_texture_bind(&frame->targets->signature, UNIT_GBUFFER_SIGNATURE);
-    for (GLuint unit = UNIT_GBUFFER_SIGNATURE; unit <= UNIT_GBUFFER_DEPTH; unit++)
-        glBindSampler(unit, 0);
-    gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
-                      (uint32_t)frame->window.height);
-}
-
 static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
                          const struct light_slice *slice, struct error *err)
 {
@@ -200,8 +177,8 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
                                          .stage = REPORT_SHADE,
                                      });
     gl_program_set_f4(program, "u_background", background);
-    set_samples(frame, program);
-    bind_targets(frame, program);
+    window_set_samples(frame, program);
+    window_bind_targets(frame, program);
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
@@ -298,89 +275,8 @@ bool shade_read_color(const struct window_frame *frame, struct image *color, str
     return true;
 }
 
-/* Where each output's words are among the nine of shaders/aov.comp.glsl. */
-static const struct {
-    int first, count;
-} aov_words[VIEW_OUTPUT_COUNT] = {
-    [VIEW_OUTPUT_DEPTH] = {0, 1}, [VIEW_OUTPUT_NORMAL] = {1, 3},   [VIEW_OUTPUT_ALBEDO] = {4, 3},
-    [VIEW_OUTPUT_NODE] = {7, 1},  [VIEW_OUTPUT_MATERIAL] = {8, 1},
-};
-
-static void copy_aov(const struct camera_window *w, const uint32_t *words, int output,
-                     struct image *image)
-{
-    uint32_t *pixels = image->pixels; /* f32 and u32 alike are moved as words */
-    int count = aov_words[output].count;
-    for (int y = 0; y < w->height; y++) {
-        for (int x = 0; x < w->width; x++) {
-            const uint32_t *in =
-                words + ((size_t)(w->height - 1 - y) * (size_t)w->width + (size_t)x) * 9;
-            uint32_t *out =
-                pixels +
-                ((size_t)(w->y + y) * (size_t)image->width_px + (size_t)(w->x + x)) * (size_t)count;
-            memcpy(out, in + aov_words[output].first, (size_t)count * 4);
-        }
-    }
-}
-
-static bool run_aov(struct shade *shade, const struct shade_desc *desc, struct error *err)
-{
-    const struct window_frame *frame = desc->frame;
-    char defines[96];
-    bool has_entries = desc->pixels->entry_count > 0;
-    snprintf(defines, sizeof defines, "SAMPLES=%d%s%s%s", frame->targets->samples,
-             has_entries ? " HAS_TRANSPARENT" : "",
-             has_entries && desc->pixels->has_media ? " HAS_MEDIA" : "",
-             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
-    const struct gl_program *program = program_cache_get(
-        frame->programs,
-        &(struct program_desc){
-            .label = "aov.comp.glsl", .compute = "aov.comp.glsl", .defines = defines},
-        err);
-    if (!program)
-        return false;
-    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
-                                         .pass = "aov",
-                                         .because = "auxiliary outputs were asked for",
-                                         .stage = REPORT_SHADE,
-                                     });
-    gl_program_use(program);
-    window_set_view_ray(frame, program);
-    bind_targets(frame, program);
-    pixel_lists_bind(desc->pixels, program);
-    gl_buffer_bind_storage(&shade->aov, BIND_STATISTICS);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
-    window_dispatch_pixels(frame);
-    gpu_scope_end(frame->timeline);
-    return true;
-}
-
-bool shade_read_aovs(struct shade *shade, const struct shade_desc *desc, struct image *outputs,
-                     struct error *err)
-{
-    const struct camera_window *w = &desc->frame->window;
-    uint64_t bytes = (uint64_t)w->width * (uint64_t)w->height * 9 * 4;
-    if (!gl_buffer_reserve(
-            &shade->aov,
-            &(struct gl_buffer_desc){.label = "frame.aov", .size_bytes = bytes, .is_dynamic = true},
-            false, err) ||
-        !run_aov(shade, desc, err))
-        return false;
-    uint32_t *words = malloc(bytes);
-    if (!words)
-        return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
-                         (unsigned long long)bytes);
-    gl_buffer_read(&shade->aov, 0, bytes, words);
-    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
-        if (i != VIEW_OUTPUT_COLOR && desc->frame->view->outputs & 1u << i)
-            copy_aov(w, words, i, &outputs[i]);
-    free(words);
-    return true;
-}
-
 void shade_finish(struct shade *shade)
 {
     gl_buffer_finish(&shade->lights);
     gl_buffer_finish(&shade->statistics);
-    gl_buffer_finish(&shade->aov);
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Lighting of opaque pixels and transparent entries, compositing, and the auxiliary outputs.
- * Thread: GL. */
+/* Lighting of opaque pixels and transparent entries, and compositing. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADING_SHADE_H
 #define VITRAIL_RENDERER_SHADING_SHADE_H
 
@@ -13,7 +12,6 @@
 struct shade {
     struct gl_buffer lights;     /* light_record[] */
     struct gl_buffer statistics; /* 128 u32, see shaders/lighting.glsl */
-    struct gl_buffer aov;        /* nine words a pixel */
 };
 
 struct shade_desc {
@@ -29,10 +27,6 @@ MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct scene_stat
                                     struct error *err);
 /* Shades list entries, then pixels, into frame->targets->image. */
 MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
-/* Writes the requested auxiliary outputs of the window into `outputs` (whole images, indexed by
- * view_output). */
-MUST_CHECK bool shade_read_aovs(struct shade *shade, const struct shade_desc *desc,
-                                struct image *outputs, struct error *err);
 /* Copies the window's linear image into `color`. */
 MUST_CHECK bool shade_read_color(const struct window_frame *frame, struct image *color,
                                  struct error *err);

@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "renderer/scene/matrix.h"
+#include "shaders/shared/bindings.h"
 
 static void set_axis(const struct gl_program *program, const char *name, const double axis[3])
 {
@@ -42,6 +43,29 @@ void window_set_clip_planes(const struct window_frame *frame, const struct gl_pr
             program, name,
             (const float[4]){(float)plane[0], (float)plane[1], (float)plane[2], (float)offset});
     }
+}
+
+void window_set_samples(const struct window_frame *frame, const struct gl_program *program)
+{
+    for (int i = 0; i < frame->targets->samples; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "u_sample_positions[%d]", i);
+        glProgramUniform2fv(program->name, glGetUniformLocation(program->name, name), 1,
+                            frame->sample_positions[i]);
+    }
+}
+
+void window_bind_targets(const struct window_frame *frame, const struct gl_program *program)
+{
+    gl_texture_bind(&frame->targets->surface_0, UNIT_GBUFFER_0);
+    gl_texture_bind(&frame->targets->surface_1, UNIT_GBUFFER_1);
+    gl_texture_bind(&frame->targets->depth, UNIT_GBUFFER_DEPTH);
+    if (frame->targets->samples > 1)
+        gl_texture_bind(&frame->targets->signature, UNIT_GBUFFER_SIGNATURE);
+    for (GLuint unit = UNIT_GBUFFER_SIGNATURE; unit <= UNIT_GBUFFER_DEPTH; unit++)
+        glBindSampler(unit, 0);
+    gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
+                      (uint32_t)frame->window.height);
 }
 
 void window_dispatch_items(uint64_t count)

@@ -33,6 +33,12 @@ void window_set_view_ray(const struct window_frame *frame, const struct gl_progr
 /* The view's clip planes, eye-relative, as u_clip_planes. */
 void window_set_clip_planes(const struct window_frame *frame, const struct gl_program *program);
 
+/* Where the samples are in a pixel, as u_sample_positions. */
+void window_set_samples(const struct window_frame *frame, const struct gl_program *program);
+
+/* Surfaces and depth of the window's targets on their units, and u_size_px. */
+void window_bind_targets(const struct window_frame *frame, const struct gl_program *program);
+
 /* Runs one compute thread per item in groups of 64, over two dimensions where one is too short. */
 void window_dispatch_items(uint64_t count);
 /* Runs one compute thread per pixel in groups of 8 x 8. */

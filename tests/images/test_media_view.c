@@ -27,6 +27,7 @@ static struct view look(const double eye[3], const double target[3], double orth
         .ignore_scene_lights = true,
         .background = {1, 1, 1, 1},
         .quality = {.samples = 1},
+        .outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_TRANSMITTANCE,
     };
     memcpy(view.camera.eye, eye, sizeof view.camera.eye);
     memcpy(view.camera.target, target, sizeof view.camera.target);
@@ -151,6 +152,20 @@ static void expect_through(const struct view *view, const struct expectation *e,
 }
 
 /* Every pixel, against the closed form up to infinity or the first opaque body. */
+/* In front of a background of 1, without reflections, the picture is the transmittance. */
+static void expect_output(const struct frame *frame, const char *name)
+{
+    const struct image *color = &frame->outputs[VIEW_OUTPUT_COLOR];
+    const float *t = frame->outputs[VIEW_OUTPUT_TRANSMITTANCE].pixels;
+    for (int i = 0; i < color->width_px * color->height_px; i++)
+        for (int k = 0; k < 3; k++) {
+            double shown = (double)((const float *)color->pixels)[4 * i + k];
+            double told = (double)t[3 * i + k];
+            if (!(fabs(shown - told) <= 1e-6 * shown))
+                fail_msg("%s: transmittance %.9g of pixel %d shows as %.9g", name, told, i, shown);
+        }
+}
+
 static void expect_pixels(const struct frame *frame, const struct view *view,
                           const struct expectation *e, const char *name)
 {
@@ -172,6 +187,8 @@ static void expect_pixels(const struct frame *frame, const struct view *view,
         }
     }
     print_message("%s: worst relative error %.3g, allowed %.3g\n", name, worst, e->relative);
+    if (view->quality.samples == 1 && !e->glowing_count)
+        expect_output(frame, name);
 }
 
 static void compare(struct renderer *renderer, const struct closed_form_body *bodies, int count,

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""clang-tidy finds no bug in protocol, server and renderer."""
+"""clang-tidy finds no bug in protocol, server and renderer.
+
+A file that was found clean is not judged again while its preprocessed text, its command, the
+configuration and clang-tidy stay what they were: the build folder keeps the hashes of clean files
+($VITRAIL_TIDY_CACHE names another folder, which checkouts may share)."""
 
 import concurrent.futures
+import hashlib
 import json
 import os
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
@@ -18,12 +24,44 @@ FOLDERS = {"protocol", "server", "renderer"}
 
 
 def compiled_files(database):
-    """The C and C++ files of the judged folders that the build compiles."""
+    """{path: its command} of the C and C++ files of the judged folders that the build compiles."""
     with open(database / "compile_commands.json", encoding="utf-8") as stream:
-        paths = {pathlib.Path(entry["file"]) for entry in json.load(stream)}
-    inside = [path for path in paths if path.is_relative_to(sources.root())]
-    return sorted(str(path) for path in inside
-                  if path.relative_to(sources.root()).parts[0] in FOLDERS and path.exists())
+        entries = json.load(stream)
+    root = sources.root()
+    return {entry["file"]: entry for entry in entries
+            if pathlib.Path(entry["file"]).is_relative_to(root)
+            and pathlib.Path(entry["file"]).relative_to(root).parts[0] in FOLDERS
+            and pathlib.Path(entry["file"]).exists()}
+
+
+def key_of(entry):
+    """Hash of all that decides the verdict of a file; comments too, for they may silence one.
+    None when the file cannot be preprocessed."""
+    words = shlex.split(entry["command"])
+    for option, count in (("-o", 2), ("-MF", 2), ("-MT", 2), ("-MD", 1), ("-c", 1)):
+        while option in words:
+            at = words.index(option)
+            del words[at:at + count]
+    done = subprocess.run([*words, "-E", "-C"], cwd=entry["directory"], capture_output=True,
+                          check=False)
+    if done.returncode != 0:
+        return None
+    root = os.fsencode(str(sources.root()))
+    version = subprocess.run([TIDY, "--version"], capture_output=True, check=True).stdout
+    text = b"\0".join([version, (sources.root() / ".clang-tidy").read_bytes(),
+                       os.fsencode(" ".join(words)), done.stdout]).replace(root, b".")
+    return hashlib.sha256(text).hexdigest()
+
+
+def findings_unless_clean(database, entry, clean):
+    """What clang-tidy finds in the file, which is nothing where `clean` has its key."""
+    key = key_of(entry)
+    if key and (clean / key).exists():
+        return []
+    told = findings(database, entry["file"])
+    if key and not told:
+        (clean / key).touch()
+    return told
 
 
 def findings(database, name):
@@ -39,11 +77,13 @@ def findings(database, name):
 class Tidy(unittest.TestCase):
     def test_clang_tidy_finds_nothing(self):
         database = sources.build_dir()
-        names = compiled_files(database)
-        self.assertGreater(len(names), 10, "the compilation database must name the sources")
+        entries = compiled_files(database).values()
+        self.assertGreater(len(entries), 10, "the compilation database must name the sources")
+        clean = pathlib.Path(os.environ.get("VITRAIL_TIDY_CACHE") or database / "tidy_clean")
+        clean.mkdir(parents=True, exist_ok=True)
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            told = {line for lines in pool.map(lambda name: findings(database, name), names)
-                    for line in lines}
+            judged = pool.map(lambda entry: findings_unless_clean(database, entry, clean), entries)
+            told = {line for lines in judged for line in lines}
         self.assertEqual([], sorted(told), "\n" + "\n".join(sorted(told)))
 
     def test_a_planted_bug_is_caught(self):
@@ -51,10 +91,25 @@ class Tidy(unittest.TestCase):
             source = pathlib.Path(folder) / "planted.c"
             source.write_text("#include <stdlib.h>\nint f(void);\nint f(void)\n{\n"
                               "    int *p = malloc(4);\n    free(p);\n    return *p;\n}\n")
-            command = {"directory": folder, "file": str(source), "command": f"cc -c {source}"}
-            (pathlib.Path(folder) / "compile_commands.json").write_text(json.dumps([command]))
+            entry = {"directory": folder, "file": str(source), "command": f"cc -c {source}"}
+            (pathlib.Path(folder) / "compile_commands.json").write_text(json.dumps([entry]))
             shutil.copy(sources.root() / ".clang-tidy", folder)
-            self.assertNotEqual([], findings(pathlib.Path(folder), str(source)))
+            clean = pathlib.Path(folder) / "clean"
+            clean.mkdir()
+            for _ in range(2):  # a file with a finding is judged again each time
+                self.assertNotEqual([], findings_unless_clean(pathlib.Path(folder), entry, clean))
+            self.assertEqual([], os.listdir(clean))
+
+    def test_a_clean_file_is_judged_again_when_its_text_changes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            source = pathlib.Path(folder) / "file.c"
+            entry = {"directory": folder, "file": str(source), "command": f"cc -c {source}"}
+            keys = set()
+            for text in ("int a;\n", "int b;\n", "int b; // NOLINT\n", "int a;\n"):
+                source.write_text(text)
+                keys.add(key_of(entry))
+            self.assertEqual(3, len(keys))
+            self.assertNotIn(None, keys)
 
 
 if __name__ == "__main__":

@@ -15,11 +15,12 @@
 /* A frame of 2 by 1 pixels with every output. */
 static void make_frame(struct frame *frame)
 {
-    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1};
+    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1, 3, 3, 1, 1};
     struct error err = {0};
     memset(frame, 0, sizeof *frame);
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++) {
-        bool is_id = i == VIEW_OUTPUT_NODE || i == VIEW_OUTPUT_MATERIAL;
+        bool is_id = i == VIEW_OUTPUT_NODE || i == VIEW_OUTPUT_MATERIAL ||
+                     i == VIEW_OUTPUT_LIGHTS || i == VIEW_OUTPUT_LAYERS;
         assert_true(
             image_init(&frame->outputs[i], 2, 1, channels[i], is_id ? IMAGE_U32 : IMAGE_F32, &err));
         for (int k = 0; k < 2 * channels[i]; k++)
@@ -56,16 +57,34 @@ static void make_image(struct image *image, uint32_t outputs, enum image_format 
 static void several_outputs_share_one_exr_with_named_channels(void **state)
 {
     (void)state;
-    static const char *const names[] = {
-        "R",        "G",        "B",        "A",        "Z",       "normal.X",   "normal.Y",
-        "normal.Z", "albedo.R", "albedo.G", "albedo.B", "node.id", "material.id"};
+    static const char *const names[] = {"R",
+                                        "G",
+                                        "B",
+                                        "A",
+                                        "Z",
+                                        "normal.X",
+                                        "normal.Y",
+                                        "normal.Z",
+                                        "albedo.R",
+                                        "albedo.G",
+                                        "albedo.B",
+                                        "node.id",
+                                        "material.id",
+                                        "position.X",
+                                        "position.Y",
+                                        "position.Z",
+                                        "transmittance.R",
+                                        "transmittance.G",
+                                        "transmittance.B",
+                                        "lights.count",
+                                        "layers.count"};
     struct image image;
     make_image(&image, (1u << VIEW_OUTPUT_COUNT) - 1, IMAGE_FORMAT_EXR);
-    assert_int_equal(13, image.channels);
+    assert_int_equal(21, image.channels);
     assert_int_equal(IMAGE_F32, image.component);
-    for (int i = 0; i < 13; i++)
+    for (int i = 0; i < 21; i++)
         assert_string_equal(names[i], image.channel_names[i]);
-    const float *second = (const float *)image.pixels + 13;
+    const float *second = (const float *)image.pixels + 21;
     assert_true(second[0] == 1.25f && second[3] == 2.f && isinf(second[4]));
     assert_true(second[11] == 65535.f && second[12] == 65535.f);
     image_finish(&image);
@@ -79,6 +98,7 @@ static void ids_want_a_lossless_format_and_keep_every_bit(void **state)
                      frame_image_formats(1u << VIEW_OUTPUT_NODE));
     assert_int_equal(1u << IMAGE_FORMAT_EXR, frame_image_formats(3));
     assert_int_equal(15, frame_image_formats(1u << VIEW_OUTPUT_NORMAL));
+    assert_int_equal(1u << IMAGE_FORMAT_EXR, frame_image_formats(1u << VIEW_OUTPUT_POSITION));
     make_image(&image, 1u << VIEW_OUTPUT_MATERIAL, IMAGE_FORMAT_PNG);
     assert_int_equal(IMAGE_U16, image.component);
     assert_int_equal(65535, ((uint16_t *)image.pixels)[1]);

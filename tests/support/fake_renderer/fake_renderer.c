@@ -219,8 +219,9 @@ static bool obey_nodes(const struct scene *scene, struct error *err)
 static bool paint(struct image *image, enum view_output output, const struct view *view,
                   struct error *err)
 {
-    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1};
-    bool is_id = output == VIEW_OUTPUT_NODE || output == VIEW_OUTPUT_MATERIAL;
+    static const int channels[VIEW_OUTPUT_COUNT] = {4, 1, 3, 3, 1, 1, 3, 3, 1, 1};
+    bool is_id = output == VIEW_OUTPUT_NODE || output == VIEW_OUTPUT_MATERIAL ||
+                 output == VIEW_OUTPUT_LIGHTS || output == VIEW_OUTPUT_LAYERS;
     if (!image_init(image, view->width_px, view->height_px, channels[output],
                     is_id ? IMAGE_U32 : IMAGE_F32, err))
         return false;

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: MIT */
+/* The pass of the auxiliary outputs, and their way into images. */
+#include "renderer/shading/aov.h"
+
+#include <epoxy/gl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "shaders/shared/bindings.h"
+
+enum { DEFINES_BYTES = 512 };
+
+/* name: of its AT_ define in shaders/aov.comp.glsl. */
+static const struct {
+    const char *name;
+    int channels;
+    enum image_component component;
+} kinds[VIEW_OUTPUT_COUNT] = {
+    [VIEW_OUTPUT_COLOR] = {NULL, 4, IMAGE_F32},
+    [VIEW_OUTPUT_DEPTH] = {"DEPTH", 1, IMAGE_F32},
+    [VIEW_OUTPUT_NORMAL] = {"NORMAL", 3, IMAGE_F32},
+    [VIEW_OUTPUT_ALBEDO] = {"ALBEDO", 3, IMAGE_F32},
+    [VIEW_OUTPUT_NODE] = {"NODE", 1, IMAGE_U32},
+    [VIEW_OUTPUT_MATERIAL] = {"MATERIAL", 1, IMAGE_U32},
+    [VIEW_OUTPUT_POSITION] = {"POSITION", 3, IMAGE_F32},
+    [VIEW_OUTPUT_TRANSMITTANCE] = {"TRANSMITTANCE", 3, IMAGE_F32},
+    [VIEW_OUTPUT_LIGHTS] = {"LIGHTS", 1, IMAGE_U32},
+    [VIEW_OUTPUT_LAYERS] = {"LAYERS", 1, IMAGE_U32},
+};
+
+void aov_shape(enum view_output output, int *channels, enum image_component *component)
+{
+    *channels = kinds[output].channels;
+    *component = kinds[output].component;
+}
+
+static bool is_wanted(const struct view *view, int output)
+{
+    return kinds[output].name && view->outputs & 1u << output;
+}
+
+static size_t words_per_pixel(const struct view *view)
+{
+    size_t words = 0;
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        words += is_wanted(view, i) ? (size_t)kinds[i].channels : 0;
+    return words;
+}
+
+/* Requirements of the program, in canonical order. */
+static void describe(const struct shade_desc *desc, char text[DEFINES_BYTES])
+{
+    const struct window_frame *frame = desc->frame;
+    const struct view *view = frame->view;
+    const struct pixel_lists *pixels = desc->pixels;
+    bool has_entries = pixels->entry_count > 0, has_media = has_entries && pixels->has_media;
+    bool has_lights = view->outputs & 1u << VIEW_OUTPUT_LIGHTS && frame->state->light_count;
+    int used = snprintf(text, DEFINES_BYTES, "AOV_WORDS=%zu SAMPLES=%d%s%s%s",
+                        words_per_pixel(view), frame->targets->samples,
+                        has_entries ? " HAS_TRANSPARENT" : "", has_media ? " HAS_MEDIA" : "",
+                        frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
+    int at = 0;
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        if (is_wanted(view, i)) {
+            used +=
+                snprintf(text + used, DEFINES_BYTES - (size_t)used, " AT_%s=%d", kinds[i].name, at);
+            at += kinds[i].channels;
+        }
+    if (has_media && view->outputs & 1u << VIEW_OUTPUT_TRANSMITTANCE) {
+        if (pixels->may_surround)
+            used += snprintf(text + used, DEFINES_BYTES - (size_t)used, " MEDIA_SURROUND");
+        if (view->clip_plane_count)
+            used += snprintf(text + used, DEFINES_BYTES - (size_t)used, " CUT_PLANES=%zu",
+                             view->clip_plane_count);
+    }
+    if (has_lights)
+        snprintf(text + used, DEFINES_BYTES - (size_t)used, " HAS_LIGHTS %s",
+                 light_lists_defines(desc->lists));
+}
+
+static bool run(struct aov *aov, const struct shade_desc *desc, struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    char defines[DEFINES_BYTES];
+    describe(desc, defines);
+    const struct gl_program *program = program_cache_get(
+        frame->programs,
+        &(struct program_desc){
+            .label = "aov.comp.glsl", .compute = "aov.comp.glsl", .defines = defines},
+        err);
+    if (!program)
+        return false;
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "aov",
+                                         .because = "auxiliary outputs were asked for",
+                                         .stage = REPORT_SHADE,
+                                     });
+    gl_program_use(program);
+    window_set_view_ray(frame, program);
+    window_set_clip_planes(frame, program);
+    window_set_samples(frame, program);
+    window_bind_targets(frame, program);
+    pixel_lists_bind(desc->pixels, program);
+    if (strstr(defines, " HAS_LIGHTS"))
+        light_lists_bind(desc->lists, program);
+    gl_buffer_bind_storage(&aov->words, BIND_STATISTICS);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    window_dispatch_pixels(frame);
+    gpu_scope_end(frame->timeline);
+    return true;
+}
+
+/* The first word of the output in each pixel's words is words[0]; the stride is in words. */
+static void copy_output(const struct camera_window *w, const uint32_t *words, size_t stride,
+                        struct image *image)
+{
+    uint32_t *pixels = image->pixels; /* f32 and u32 alike are moved as words */
+    size_t count = (size_t)image->channels;
+    for (int y = 0; y < w->height; y++) { /* GL's first row is at the bottom */
+        const uint32_t *in = words + (size_t)(w->height - 1 - y) * (size_t)w->width * stride;
+        uint32_t *out =
+            pixels + ((size_t)(w->y + y) * (size_t)image->width_px + (size_t)w->x) * count;
+        for (int x = 0; x < w->width; x++, in += stride, out += count)
+            memcpy(out, in, count * sizeof *out);
+    }
+}
+
+/* From eye-relative to world space, in f64. */
+static void add_eye(const struct camera_window *w, const double eye[3], struct image *image)
+{
+    for (int y = 0; y < w->height; y++) {
+        float *row = (float *)image->pixels +
+                     ((size_t)(w->y + y) * (size_t)image->width_px + (size_t)w->x) * 3;
+        for (int i = 0; i < 3 * w->width; i++)
+            row[i] = (float)((double)row[i] + eye[i % 3]);
+    }
+}
+
+bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outputs,
+              struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    const struct camera_window *w = &frame->window;
+    size_t stride = words_per_pixel(frame->view), at = 0;
+    uint64_t bytes = (uint64_t)w->width * (uint64_t)w->height * stride * 4;
+    if (!gl_buffer_reserve(
+            &aov->words,
+            &(struct gl_buffer_desc){.label = "frame.aov", .size_bytes = bytes, .is_dynamic = true},
+            false, err) ||
+        !run(aov, desc, err))
+        return false;
+    uint32_t *words = malloc(bytes);
+    if (!words)
+        return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
+                         (unsigned long long)bytes);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl_buffer_read(&aov->words, 0, bytes, words);
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        if (is_wanted(frame->view, i)) {
+            copy_output(w, words + at, stride, &outputs[i]);
+            at += (size_t)kinds[i].channels;
+        }
+    if (is_wanted(frame->view, VIEW_OUTPUT_POSITION))
+        add_eye(w, frame->camera->eye, &outputs[VIEW_OUTPUT_POSITION]);
+    free(words);
+    return true;
+}
+
+void aov_finish(struct aov *aov)
+{
+    gl_buffer_finish(&aov->words);
+}

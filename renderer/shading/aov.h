@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT */
+/* Auxiliary outputs of a window: depth, position, normal, ids, transmittance, list lengths.
+ * Thread: GL. */
+#ifndef VITRAIL_RENDERER_SHADING_AOV_H
+#define VITRAIL_RENDERER_SHADING_AOV_H
+
+#include "renderer/image/image.h"
+#include "renderer/shading/shade.h"
+
+struct aov {
+    struct gl_buffer words; /* those of the outputs asked for, pixel by pixel */
+};
+
+/* The shape of an output's image: channels, and F32 or U32 components. */
+void aov_shape(enum view_output output, int *channels, enum image_component *component);
+
+/* Writes the requested auxiliary outputs of the window into `outputs` (whole images, indexed by
+ * view_output). desc->lists must be prepared where VIEW_OUTPUT_LIGHTS is among them; desc->shadows
+ * is not used. */
+MUST_CHECK bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outputs,
+                         struct error *err);
+void aov_finish(struct aov *aov);
+
+#endif
