@@ -72,6 +72,7 @@ static struct encode_task *take_task(struct encoder *encoder)
 static void *encoder_run(void *argument)
 {
     struct encoder *encoder = argument;
+    image_warm_up();
     for (struct encode_task *task; (task = take_task(encoder));) {
         struct error problem = {0};
         if (!encode(task, &problem))

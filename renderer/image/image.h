@@ -60,6 +60,9 @@ struct image_encode_desc {
 MUST_CHECK bool image_encode(const struct image *image, const struct image_encode_desc *desc,
                              void **bytes, size_t *size_bytes, struct error *err);
 
+/* Loads what reading and writing files needs, so that the first image does not wait for it. */
+void image_warm_up(void);
+
 struct image_decode_desc {
     uint64_t max_pixels; /* refuse larger images before decoding; 0 means 64 Mi pixels */
     bool keep_float; /* EXR/HDR stay F32 with their channels; otherwise everything becomes U8 RGBA

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "renderer/image/image_header.h"
-#include "renderer/image/oiio_shim.h"
+#include "renderer/image/image_library.h"
 #include "renderer/image/webp_codec.h"
 
 #define MAX_PIXELS_DEFAULT (64ull << 20)
@@ -55,8 +55,9 @@ static bool decode(const void *bytes, size_t size_bytes, enum image_kind kind, s
     if (kind == IMAGE_KIND_WEBP)
         return webp_decode(bytes, size_bytes, image, err);
     bool is_float = kind == IMAGE_KIND_EXR || kind == IMAGE_KIND_HDR;
-    return oiio_decode(bytes, size_bytes, oiio_names[kind], is_float ? IMAGE_F32 : IMAGE_U8, image,
-                       err);
+    const struct oiio_functions *library = image_library(err);
+    return library && library->decode(bytes, size_bytes, oiio_names[kind],
+                                      is_float ? IMAGE_F32 : IMAGE_U8, image, err);
 }
 
 static bool check_decoded(const struct image *image, const struct image_header *header,

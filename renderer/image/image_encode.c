@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/image/oiio_shim.h"
+#include "renderer/image/image_library.h"
 #include "renderer/image/webp_codec.h"
 
 enum {
@@ -104,7 +104,15 @@ static bool encode(const struct image *image, const struct image_encode_desc *de
     char compression[32];
     struct oiio_option options[OPTIONS_MAX];
     choose_options(desc, quality, compression, options);
-    return oiio_encode(image, oiio_names[desc->format], options, bytes, size_bytes, err);
+    const struct oiio_functions *library = image_library(err);
+    return library &&
+           library->encode(image, oiio_names[desc->format], options, bytes, size_bytes, err);
+}
+
+void image_warm_up(void)
+{
+    struct error ignored = {0}; /* told to whoever needs the library */
+    (void)image_library(&ignored);
 }
 
 bool image_encode(const struct image *image, const struct image_encode_desc *desc, void **bytes,

@@ -128,10 +128,8 @@ bool decode(const void *bytes, size_t size_bytes, const char *format,
     return true;
 }
 
-} // namespace
-
-bool oiio_encode(const struct image *image, const char *format, const oiio_option *options,
-                 void **bytes, size_t *size_bytes, struct error *err)
+bool encode_safely(const struct image *image, const char *format, const oiio_option *options,
+                   void **bytes, size_t *size_bytes, struct error *err)
 {
     try {
         configure();
@@ -145,8 +143,8 @@ bool oiio_encode(const struct image *image, const char *format, const oiio_optio
     }
 }
 
-bool oiio_decode(const void *bytes, size_t size_bytes, const char *format,
-                 enum image_component component, struct image *image, struct error *err)
+bool decode_safely(const void *bytes, size_t size_bytes, const char *format,
+                   enum image_component component, struct image *image, struct error *err)
 {
     memset(image, 0, sizeof *image);
     bool is_done = false;
@@ -163,4 +161,12 @@ bool oiio_decode(const void *bytes, size_t size_bytes, const char *format,
     if (!is_done)
         image_finish(image);
     return is_done;
+}
+
+} // namespace
+
+const struct oiio_functions *oiio_get_functions(void)
+{
+    static const struct oiio_functions functions = {encode_safely, decode_safely};
+    return &functions;
 }

@@ -20,16 +20,19 @@ struct oiio_option {
     int number;
 };
 
-/* format: OpenImageIO's name, e.g. "openexr". The image's channels and component are written as
- * they are. */
-MUST_CHECK bool oiio_encode(const struct image *image, const char *format,
-                            const struct oiio_option *options, void **bytes, size_t *size_bytes,
-                            struct error *err);
+struct oiio_functions {
+    /* format: OpenImageIO's name, e.g. "openexr". The image's channels and component are written as
+     * they are; *bytes is malloc'ed. */
+    bool (*encode)(const struct image *image, const char *format, const struct oiio_option *options,
+                   void **bytes, size_t *size_bytes, struct error *err);
+    /* Decodes the first subimage into *image (initialised here) with its own channels, converted to
+     * `component`. */
+    bool (*decode)(const void *bytes, size_t size_bytes, const char *format,
+                   enum image_component component, struct image *image, struct error *err);
+};
 
-/* Decodes the first subimage into *image (initialised here) with its own channels, converted to
- * `component`. */
-MUST_CHECK bool oiio_decode(const void *bytes, size_t size_bytes, const char *format,
-                            enum image_component component, struct image *image, struct error *err);
+/* Exported by the module; others ask renderer/image/image_library.h. */
+const struct oiio_functions *oiio_get_functions(void);
 
 #ifdef __cplusplus
 }
