@@ -84,6 +84,8 @@ struct frame_stats {
         double mean_list;
         uint64_t transparent_fragments, longest_pixel_list, light_list_entries;
         uint64_t shadow_maps_built, shadow_maps_reused;
+        uint64_t states_reused, gbuffers_drawn, gbuffers_reused;
+        uint64_t pixel_lists_built, pixel_lists_reused;
         uint64_t plans_made, plans_reused, programs_built, programs_reused;
     } counts;
     struct frame_stats_bytes bytes[FRAME_STATS_BYTES_MAX];

@@ -91,25 +91,12 @@ static void check_passes(const struct plan *plan, const struct frame_report *rep
 /* A view of a scene, checked and evaluated: what a plan is made from. */
 struct opened_view {
     struct resident_scene *scene;
-    struct view view; /* with its defaults */
-    struct scene_state state;
+    struct view view;                /* with its defaults */
+    const struct scene_state *state; /* of the renderer, as the plan */
     struct camera camera;
-    const struct frame_plan *plan; /* of the cache */
+    const struct frame_plan *plan;
+    bool is_state_kept;
 };
-
-static bool plan_opened(struct renderer *renderer, struct opened_view *opened, struct error *err)
-{
-    struct content_key key =
-        view_plan_key(view_state_key(opened->scene->key, &opened->view), &opened->view);
-    opened->plan =
-        plan_cache_get(&renderer->plans, key,
-                       &(struct frame_plan_desc){.view = &opened->view,
-                                                 .state = &opened->state,
-                                                 .camera = &opened->camera,
-                                                 .limits = gl_context_limits(renderer->context)},
-                       err);
-    return opened->plan;
-}
 
 /* err names what is wrong. */
 static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -121,14 +108,19 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
         return error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
     if (!opened->view.outputs)
         opened->view.outputs = 1u << VIEW_OUTPUT_COLOR;
-    if (!check_view(&opened->view, err) ||
-        !scene_state_init(&opened->state, &opened->scene->scene, &opened->view, err))
+    if (!check_view(&opened->view, err))
         return false;
-    if (camera_resolve(&opened->camera, &opened->view, &opened->state, err) &&
-        plan_opened(renderer, opened, err))
-        return true;
-    scene_state_finish(&opened->state);
-    return false;
+    struct content_key key = view_state_key(scene_key, &opened->view);
+    opened->state = kept_state_get(&renderer->kept_state, key, &opened->scene->scene, &opened->view,
+                                   &opened->is_state_kept, err);
+    if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
+        return false;
+    const struct frame_plan_desc desc = {.view = &opened->view,
+                                         .state = opened->state,
+                                         .camera = &opened->camera,
+                                         .limits = gl_context_limits(renderer->context)};
+    opened->plan = plan_cache_get(&renderer->plans, view_plan_key(key, &opened->view), &desc, err);
+    return opened->plan;
 }
 
 bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -138,7 +130,6 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
     if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
     *plan = opened.plan->plan;
-    scene_state_finish(&opened.state);
     return true;
 }
 
@@ -170,18 +161,19 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
         .scene = opened.scene,
         .frame_plan = opened.plan,
         .view = &opened.view,
-        .state = &opened.state,
+        .placement = view_placement_key(scene_key, &opened.view),
+        .state = opened.state,
         .camera = &opened.camera,
         .frame = frame,
     };
     bool ok = create_outputs(&opened.view, frame, err) && frame_run(&run, err);
     if (ok)
-        fill_report(renderer, opened.scene, &opened.state, &frame->report);
+        fill_report(renderer, opened.scene, opened.state, &frame->report);
     count_caches(renderer, &before, plans_made, &frame->report);
+    frame->report.counts.states_reused = opened.is_state_kept;
     gpu_timeline_collect(renderer->timeline, &frame->report);
     if (ok && renderer->is_strict)
         check_passes(&opened.plan->plan, &frame->report);
-    scene_state_finish(&opened.state);
     frame->report.total_ms = wall_ms() - begin_ms;
     if (!ok)
         frame_finish(frame);

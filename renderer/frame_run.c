@@ -18,7 +18,8 @@ enum {
 struct window_run {
     const struct frame_run *run;
     struct window_frame frame;
-    bool must_split; /* the window holds more than one pass can */
+    struct kept_window keys; /* of what it will hold */
+    bool must_split;         /* it holds more than one pass can */
 };
 
 static bool needs(const struct frame_run *run, enum plan_need need)
@@ -66,15 +67,63 @@ static struct shade_desc shade_of(const struct window_run *window)
 
 static bool draw_surfaces(struct window_run *window, struct error *err)
 {
-    return geometry_draw_opaque(&window->frame, &window->run->frame_plan->items, err);
+    struct kept_window *kept = &window->run->renderer->kept;
+    struct frame_report *report = window->frame.report;
+    if (content_key_equals(kept->surfaces, window->keys.surfaces)) {
+        report->counts.gbuffers_reused++;
+        report_add_reused(report, "gbuffer");
+        return true;
+    }
+    *kept = (struct kept_window){0};
+    if (!geometry_draw_opaque(&window->frame, &window->run->frame_plan->items, err))
+        return false;
+    kept->surfaces = window->keys.surfaces;
+    report->counts.gbuffers_drawn++;
+    return true;
 }
 
 static bool build_layers(struct window_run *window, struct error *err)
 {
-    enum pixel_lists_outcome outcome = pixel_lists_build(
-        &window->run->renderer->pixels, &window->frame, &window->run->frame_plan->items, err);
+    struct renderer *renderer = window->run->renderer;
+    struct frame_report *report = window->frame.report;
+    if (content_key_equals(renderer->kept.layers, window->keys.layers)) {
+        report->counts.pixel_lists_reused++;
+        report_add_reused(report, "transparency");
+        pixel_lists_report(&renderer->pixels, report);
+        return true;
+    }
+    renderer->kept.layers = (struct content_key){{0}};
+    enum pixel_lists_outcome outcome =
+        pixel_lists_build(&renderer->pixels, &window->frame, &window->run->frame_plan->items, err);
     window->must_split = outcome == PIXEL_LISTS_TOO_MANY;
-    return outcome != PIXEL_LISTS_FAILED;
+    if (outcome != PIXEL_LISTS_BUILT)
+        return window->must_split;
+    renderer->kept.layers = window->keys.layers;
+    report->counts.pixel_lists_built++;
+    return true;
+}
+
+/* Lists of another window must not be taken for those of one that has none. */
+static void begin_window(struct window_run *window)
+{
+    const struct frame_run *run = window->run;
+    struct renderer *renderer = run->renderer;
+    window->keys = kept_window_keys(&(struct kept_window_desc){
+        .placement = run->placement,
+        .view = run->view,
+        .state = run->state,
+        .camera = run->camera,
+        .window = &window->frame.window,
+        .samples = run->frame_plan->plan.target_samples,
+    });
+    bool is_kept = needs(run, PLAN_NEED_LAYERS) && !renderer->redraws_surfaces &&
+                   content_key_equals(renderer->kept.layers, window->keys.layers);
+    if (!is_kept) {
+        pixel_lists_clear(&renderer->pixels);
+        renderer->kept.layers = (struct content_key){{0}};
+    }
+    if (renderer->redraws_surfaces)
+        renderer->kept = (struct kept_window){0};
 }
 
 static bool prepare_lights(struct window_run *window, struct error *err)
@@ -190,7 +239,7 @@ static bool run_window(const struct frame_run *run, const struct camera_window *
                          run->frame_plan->plan.target_samples, err))
         return false;
     read_sample_positions(&renderer->targets, window.frame.sample_positions);
-    pixel_lists_clear(&renderer->pixels);
+    begin_window(&window);
     if (!walk_window(&window, err))
         return false;
     *must_split = window.must_split;

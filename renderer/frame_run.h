@@ -10,6 +10,7 @@ struct frame_run {
     struct renderer *renderer;           /* required */
     struct resident_scene *scene;        /* required */
     const struct frame_plan *frame_plan; /* required */
+    struct content_key placement;        /* required: view_placement_key */
     const struct view *view;             /* required; of the plan */
     const struct scene_state *state;     /* required; of the plan */
     const struct camera *camera;         /* required; of the plan */

@@ -19,6 +19,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
         return NULL;
     }
     renderer->is_strict = desc->is_strict;
+    renderer->redraws_surfaces = desc->redraws_surfaces;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->context = gl_context_create(
         &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
@@ -63,6 +64,7 @@ void renderer_destroy(struct renderer *renderer)
     shadow_system_destroy(renderer->shadows);
     light_lists_destroy(renderer->lists);
     plan_cache_clear(&renderer->plans);
+    kept_state_drop(&renderer->kept_state);
     draw_arena_destroy(renderer->arena);
     gpu_timeline_destroy(renderer->timeline);
     program_cache_destroy(renderer->programs);
@@ -108,6 +110,8 @@ void renderer_forget_kept(struct renderer *renderer, const char *key)
     shadow_system_forget(renderer->shadows, key);
     renderer_forget_traced(renderer, key);
     plan_cache_clear(&renderer->plans);
+    kept_state_drop(&renderer->kept_state);
+    renderer->kept = (struct kept_window){0};
 }
 
 bool renderer_has_scene(const struct renderer *renderer, const char *key)
@@ -161,9 +165,8 @@ void renderer_detach_scene(struct renderer *renderer, const char *key)
 
 void renderer_drop_structures(struct renderer *renderer, const char *key)
 {
-    if (!renderer_has_scene(renderer, key))
-        return;
-    renderer_forget_kept(renderer, key);
+    if (renderer_has_scene(renderer, key))
+        renderer_forget_kept(renderer, key);
 }
 
 void frame_finish(struct frame *frame)

@@ -20,6 +20,8 @@ struct renderer_desc {
     uint64_t gpu_budget_bytes;   /* of all that grows with scenes and requests; 0 means 4 GiB */
     const char *shader_dump_dir; /* optional, borrowed during create: composed shaders are saved
                                     there */
+    bool redraws_surfaces;       /* for measuring: no G-buffer and no per-pixel list of an earlier
+                                    frame is used again */
     bool is_strict;              /* tests: a GL error or undefined-behaviour message aborts */
 };
 
@@ -59,7 +61,7 @@ bool renderer_has_scene(const struct renderer *renderer, const char *key);
 void renderer_detach_scene(struct renderer *renderer, const char *key); /* no-op when absent */
 
 /* Drops what was kept between frames of the scene, so that the next one builds all of its shadow
- * structures anew: for measuring. No-op when absent. */
+ * structures and surfaces anew: for measuring. No-op when absent. */
 void renderer_drop_structures(struct renderer *renderer, const char *key);
 
 /* One finished frame: an image per requested output. Zeroed = empty. */

@@ -1,14 +1,27 @@
 /* SPDX-License-Identifier: MIT */
-/* The renderer's parts, shared by renderer.c and frame.c only. */
+/* The renderer's parts, shared by the files of this folder only. */
 #ifndef VITRAIL_RENDERER_RENDERER_INTERNAL_H
 #define VITRAIL_RENDERER_RENDERER_INTERNAL_H
 
+#include "renderer/kept_window.h"
 #include "renderer/plan/frame_plan.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer.h"
 #include "renderer/scene_cache.h"
 #include "renderer/shading/aov.h"
 #include "renderer/shading/shade.h"
+
+struct kept_state { /* zeroed = none: of the last frame */
+    struct content_key key;
+    struct scene_state state;
+};
+
+/* The scene as the view sees it: kept from the last frame, or evaluated. Valid until the next call.
+ * NULL with err. */
+const struct scene_state *kept_state_get(struct kept_state *kept, struct content_key key,
+                                         const struct scene *scene, const struct view *view,
+                                         bool *is_kept, struct error *err);
+void kept_state_drop(struct kept_state *kept);
 
 struct renderer {
     struct gl_context *context;
@@ -18,7 +31,9 @@ struct renderer {
     struct light_lists *lists;
     struct shadow_system *shadows;
     struct plan_cache plans;
+    struct kept_state kept_state;
     struct targets targets;
+    struct kept_window kept; /* of targets and pixels */
     struct pixel_lists pixels;
     struct shade shade;
     struct aov aov;
@@ -26,7 +41,7 @@ struct renderer {
     struct raytrace_cache *traced; /* of the scene with traced_key */
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
-    bool is_strict;
+    bool is_strict, redraws_surfaces;
 };
 
 /* Drops all that is kept of a scene between its frames, but the scene. */

@@ -46,6 +46,11 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.light_list_entries = report->counts.light_list_entries;
     stats->counts.shadow_maps_built = report->counts.shadow_maps_built;
     stats->counts.shadow_maps_reused = report->counts.shadow_maps_reused;
+    stats->counts.states_reused = report->counts.states_reused;
+    stats->counts.gbuffers_drawn = report->counts.gbuffers_drawn;
+    stats->counts.gbuffers_reused = report->counts.gbuffers_reused;
+    stats->counts.pixel_lists_built = report->counts.pixel_lists_built;
+    stats->counts.pixel_lists_reused = report->counts.pixel_lists_reused;
     stats->counts.plans_made = report->counts.plans_made;
     stats->counts.plans_reused = report->counts.plans_reused;
     stats->counts.programs_built = report->counts.programs_built;

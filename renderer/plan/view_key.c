@@ -37,9 +37,9 @@ static struct view without_pointers(const struct view *view)
     return copy;
 }
 
-struct content_key view_state_key(const char *scene_key, const struct view *view)
+/* The part of the view that has to do with the scene and not with looking at it. */
+static struct view scene_part(const struct view *view)
 {
-    struct content_key key = content_key_begin();
     struct view own = without_pointers(view);
     own.width_px = own.height_px = own.first_row_px = own.row_count_px = 0;
     own.outputs = 0;
@@ -48,6 +48,27 @@ struct content_key view_state_key(const char *scene_key, const struct view *view
     own.quality = (struct view_quality){0};
     for (int k = 0; k < 4; k++)
         own.background[k] = 0;
+    return own;
+}
+
+struct content_key view_placement_key(const char *scene_key, const struct view *view)
+{
+    struct content_key key = content_key_begin();
+    struct view own = scene_part(view);
+    own.light_count = own.material_override_count = 0;
+    own.ignore_scene_lights = own.has_environment = false;
+    for (int k = 0; k < 3; k++)
+        own.sky[k] = own.ground[k] = 0;
+    content_key_add_text(&key, scene_key);
+    content_key_add(&key, &own, sizeof own);
+    add_nodes(&key, view);
+    return key;
+}
+
+struct content_key view_state_key(const char *scene_key, const struct view *view)
+{
+    struct content_key key = content_key_begin();
+    struct view own = scene_part(view);
     content_key_add_text(&key, scene_key);
     content_key_add(&key, &own, sizeof own);
     add_nodes(&key, view);

@@ -7,6 +7,8 @@
 #include "renderer/plan/content_key.h"
 #include "renderer/view.h"
 
+/* Of all that decides where the scene's drawables are: the scene and its nodes. */
+struct content_key view_placement_key(const char *scene_key, const struct view *view);
 /* Of all that decides scene_state_init: the scene, nodes, materials, lights, environment. */
 struct content_key view_state_key(const char *scene_key, const struct view *view);
 /* Of all that decides the plan: the state, the camera, the size, outputs, planes and quality. */

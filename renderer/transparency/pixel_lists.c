@@ -153,6 +153,13 @@ void pixel_lists_clear(struct pixel_lists *lists)
     lists->has_media = lists->may_surround = false;
 }
 
+void pixel_lists_report(const struct pixel_lists *lists, struct frame_report *report)
+{
+    report->counts.transparent_fragments += lists->entry_count;
+    if (report->counts.longest_pixel_list < lists->longest)
+        report->counts.longest_pixel_list = lists->longest;
+}
+
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items, struct error *err)
@@ -174,9 +181,7 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
     if (lists->entry_count &&
         (!scatter_fragments(lists, frame, items, err) || !sort_lists(lists, frame, err)))
         return PIXEL_LISTS_FAILED;
-    frame->report->counts.transparent_fragments += lists->entry_count;
-    if (frame->report->counts.longest_pixel_list < lists->longest)
-        frame->report->counts.longest_pixel_list = lists->longest;
+    pixel_lists_report(lists, frame->report);
     return PIXEL_LISTS_BUILT;
 }
 

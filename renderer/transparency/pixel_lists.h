@@ -33,6 +33,8 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct geometry_items *items, struct error *err);
 /* Empty lists, as of a window without anything transparent. */
 void pixel_lists_clear(struct pixel_lists *lists);
+/* Adds the lists to the counts. */
+void pixel_lists_report(const struct pixel_lists *lists, struct frame_report *report);
 /* For the programs that read the lists: bindings and u_keys_offset. */
 void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *program);
 void pixel_lists_finish(struct pixel_lists *lists);

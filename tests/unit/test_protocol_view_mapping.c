@@ -161,6 +161,39 @@ static void formats_map_by_name(void **state)
     }
 }
 
+/* Where each count is on both sides. */
+#define COUNT(name)                                                                           \
+    {                                                                                         \
+        offsetof(struct frame_report, counts.name), offsetof(struct frame_stats, counts.name) \
+    }
+static const struct {
+    size_t report, stats;
+} counted[] = {
+    COUNT(lights),
+    COUNT(shadowed_lights),
+    COUNT(unseen_lights),
+    COUNT(draws),
+    COUNT(triangles),
+    COUNT(events),
+    COUNT(longest_list),
+    COUNT(lookups),
+    COUNT(transparent_fragments),
+    COUNT(longest_pixel_list),
+    COUNT(light_list_entries),
+    COUNT(shadow_maps_built),
+    COUNT(shadow_maps_reused),
+    COUNT(states_reused),
+    COUNT(gbuffers_drawn),
+    COUNT(gbuffers_reused),
+    COUNT(pixel_lists_built),
+    COUNT(pixel_lists_reused),
+    COUNT(plans_made),
+    COUNT(plans_reused),
+    COUNT(programs_built),
+    COUNT(programs_reused),
+};
+enum { COUNTED = sizeof counted / sizeof *counted };
+
 /* A full report: nothing overflows, everything arrives. */
 static void reports_reach_the_stats_whole(void **state)
 {
@@ -182,26 +215,8 @@ static void reports_reach_the_stats_whole(void **state)
     report->stage_ms[REPORT_READBACK] = 4;
     report->total_ms = 11;
     /* Each count a different number, found again under the same name. */
-    uint64_t next = 1;
-    uint64_t *counts[] = {&report->counts.lights,
-                          &report->counts.shadowed_lights,
-                          &report->counts.unseen_lights,
-                          &report->counts.draws,
-                          &report->counts.triangles,
-                          &report->counts.events,
-                          &report->counts.longest_list,
-                          &report->counts.lookups,
-                          &report->counts.transparent_fragments,
-                          &report->counts.longest_pixel_list,
-                          &report->counts.light_list_entries,
-                          &report->counts.shadow_maps_built,
-                          &report->counts.shadow_maps_reused,
-                          &report->counts.plans_made,
-                          &report->counts.plans_reused,
-                          &report->counts.programs_built,
-                          &report->counts.programs_reused};
-    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
-        *counts[i] = next++;
+    for (size_t i = 0; i < COUNTED; i++)
+        *(uint64_t *)((char *)report + counted[i].report) = i + 1;
     report->counts.mean_list = 2.5;
     report->byte_count = REPORT_BYTES_MAX;
     strcpy(report->bytes[REPORT_BYTES_MAX - 1].structure, "scene");
@@ -224,25 +239,8 @@ static void reports_reach_the_stats_whole(void **state)
     static const double expected_ms[] = {0, 1, 2, 3, 4, 0, 11};
     for (int i = 0; i < FRAME_TIMING_COUNT; i++)
         assert_true(stats->timings_ms[i] == expected_ms[i]);
-    uint64_t arrived[] = {stats->counts.lights,
-                          stats->counts.shadowed_lights,
-                          stats->counts.unseen_lights,
-                          stats->counts.draws,
-                          stats->counts.triangles,
-                          stats->counts.events,
-                          stats->counts.longest_list,
-                          stats->counts.lookups,
-                          stats->counts.transparent_fragments,
-                          stats->counts.longest_pixel_list,
-                          stats->counts.light_list_entries,
-                          stats->counts.shadow_maps_built,
-                          stats->counts.shadow_maps_reused,
-                          stats->counts.plans_made,
-                          stats->counts.plans_reused,
-                          stats->counts.programs_built,
-                          stats->counts.programs_reused};
-    for (size_t i = 0; i < sizeof arrived / sizeof *arrived; i++)
-        assert_int_equal(arrived[i], i + 1);
+    for (size_t i = 0; i < COUNTED; i++)
+        assert_int_equal(*(uint64_t *)((char *)stats + counted[i].stats), i + 1);
     assert_true(stats->counts.mean_list == 2.5);
     assert_int_equal(stats->bytes[REPORT_BYTES_MAX - 1].bytes, 99);
     assert_string_equal(stats->reused[REPORT_REUSED_MAX - 1], "shadow.deep");
