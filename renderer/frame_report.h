@@ -42,12 +42,17 @@ struct frame_report {
     double stage_ms[REPORT_STAGE_COUNT];
     double total_ms; /* wall clock of the whole frame in the renderer */
     struct {
-        uint64_t lights, shadowed_lights, draws, triangles;
-        uint64_t unseen_lights; /* they reach nothing in view, and have no structure */
-        uint64_t events;        /* transmittance events in all deep maps that the frame uses */
-        uint64_t longest_list;  /* events of one texel */
-        double mean_list;       /* events per texel that has any */
-        uint64_t lookups;       /* shadow queries issued, taps counted each */
+        uint64_t lights, shadowed_lights;
+        uint64_t draws, triangles; /* drawables of the camera's passes, each pass counted */
+        uint64_t draw_calls;       /* that took them: consecutive ones of one state share a call */
+        uint64_t culled;           /* drawables outside of a window's view, of each window */
+        uint64_t shadow_draws;     /* casters that the faces of built shadow maps see, ... */
+        uint64_t shadow_culled;    /* ... and those of the scene that they do not see */
+        uint64_t unseen_lights;    /* they reach nothing in view, and have no structure */
+        uint64_t events;           /* transmittance events in all deep maps that the frame uses */
+        uint64_t longest_list;     /* events of one texel */
+        double mean_list;          /* events per texel that has any */
+        uint64_t lookups;          /* shadow queries issued, taps counted each */
         uint64_t transparent_fragments; /* entries of the camera's per-pixel lists */
         uint64_t longest_pixel_list;
         uint64_t light_list_entries;

@@ -37,6 +37,10 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.unseen_lights = report->counts.unseen_lights;
     stats->counts.draws = report->counts.draws;
     stats->counts.triangles = report->counts.triangles;
+    stats->counts.draw_calls = report->counts.draw_calls;
+    stats->counts.culled = report->counts.culled;
+    stats->counts.shadow_draws = report->counts.shadow_draws;
+    stats->counts.shadow_culled = report->counts.shadow_culled;
     stats->counts.events = report->counts.events;
     stats->counts.longest_list = report->counts.longest_list;
     stats->counts.mean_list = report->counts.mean_list;

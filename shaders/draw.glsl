@@ -1,19 +1,29 @@
 // SPDX-License-Identifier: MIT
-// The draw record of the current submission, and positions relative to its origin. Vertex stage.
-#extension GL_ARB_shader_draw_parameters : require
+// The draw record of this instance (struct draw_record), and positions relative to its origin.
+// Vertex stage.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
 
-layout(std430, binding = BIND_DRAWS) readonly buffer draw_buffer { draw_record draws[]; };
-
 layout(location = 0) in vec3 a_position;
+layout(location = ATTRIBUTE_DRAW + 0) in vec4 a_row_0;
+layout(location = ATTRIBUTE_DRAW + 1) in vec4 a_row_1;
+layout(location = ATTRIBUTE_DRAW + 2) in vec4 a_row_2;
+layout(location = ATTRIBUTE_DRAW + 3) in vec4 a_normal_0; // w: sign of the determinant
+layout(location = ATTRIBUTE_DRAW + 4) in vec4 a_normal_1;
+layout(location = ATTRIBUTE_DRAW + 5) in vec4 a_normal_2;
+layout(location = ATTRIBUTE_DRAW + 6) in uvec4 a_draw; // material, node, primitive, object
 
 // Both camera and light passes use this one expression, so that depths of equal geometry are equal.
-vec3 draw_position(uint slot)
+vec3 draw_position()
 {
     precise vec4 p = vec4(a_position, 1.0);
-    precise vec3 r = vec3(dot(draws[slot].row_0, p), dot(draws[slot].row_1, p),
-                          dot(draws[slot].row_2, p));
+    precise vec3 r = vec3(dot(a_row_0, p), dot(a_row_1, p), dot(a_row_2, p));
     return r;
+}
+
+vec3 draw_normal(vec3 normal)
+{
+    return vec3(dot(a_normal_0.xyz, normal), dot(a_normal_1.xyz, normal),
+                dot(a_normal_2.xyz, normal));
 }

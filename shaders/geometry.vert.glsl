@@ -31,17 +31,12 @@ invariant gl_Position; // the count and the scatter pass must agree on every fra
 
 void main()
 {
-    uint slot = uint(gl_BaseInstanceARB);
-    v_position = draw_position(slot);
-    v_normal = vec3(dot(draws[slot].normal_0.xyz, a_normal),
-                    dot(draws[slot].normal_1.xyz, a_normal),
-                    dot(draws[slot].normal_2.xyz, a_normal));
-    v_ids = uvec4(draws[slot].material, draws[slot].node, draws[slot].primitive,
-                  draws[slot].normal_0.w > 0.0 ? 1u : 0u);
+    v_position = draw_position();
+    v_normal = draw_normal(a_normal);
+    v_ids = uvec4(a_draw.xyz, a_normal_0.w > 0.0 ? 1u : 0u);
 #ifdef HAS_TANGENT
-    v_tangent = vec4(dot(draws[slot].row_0.xyz, a_tangent.xyz),
-                     dot(draws[slot].row_1.xyz, a_tangent.xyz),
-                     dot(draws[slot].row_2.xyz, a_tangent.xyz), a_tangent.w);
+    v_tangent = vec4(dot(a_row_0.xyz, a_tangent.xyz), dot(a_row_1.xyz, a_tangent.xyz),
+                     dot(a_row_2.xyz, a_tangent.xyz), a_tangent.w);
 #endif
 #ifdef HAS_TEXCOORDS
     v_texcoords = vec4(a_texcoord_0, a_texcoord_1);

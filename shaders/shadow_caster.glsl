@@ -7,14 +7,12 @@
 #include "shared/records.h"
 #include "material.glsl"
 
-layout(std430, binding = BIND_DRAWS) readonly buffer draw_buffer { draw_record draws[]; };
-
 uniform vec4 u_axis_z;     // row of face_from_world along the light's view
 uniform vec4 u_clip_w;     // y is 0 for orthographic faces
 uniform uint u_blend_filter;
 
 in vec3 v_from_light;
-flat in uint v_draw;
+flat in uvec2 v_draw; // material, node
 #ifdef COLORS
 in vec4 v_color;
 #else
@@ -58,7 +56,7 @@ vec3 caster_transmittance()
 #else
 vec3 caster_transmittance()
 {
-    uint m = draws[v_draw].material;
+    uint m = v_draw.x;
     float transmission = materials[m].transmission_f0_thickness.x *
         material_texel(m, SLOT_TRANSMISSION, v_texcoord_0, v_texcoord_1, vec4(1.0)).r;
 #ifdef MEDIUM

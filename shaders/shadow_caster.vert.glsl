@@ -32,22 +32,21 @@ out vec3 v_normal;
 #endif
 #ifndef DEPTH_ONLY
 out vec3 v_from_light; // world axes
-flat out uint v_draw;
+flat out uvec2 v_draw; // material, node
 #endif
 
 out gl_PerVertex { invariant vec4 gl_Position; };
 
 void main()
 {
-    uint slot = gl_BaseInstanceARB;
-    vec3 r = draw_position(slot);
+    vec3 r = draw_position();
     precise vec3 face = vec3(dot(u_axis_x.xyz, r) + u_axis_x.w, dot(u_axis_y.xyz, r) + u_axis_y.w,
                              dot(u_axis_z.xyz, r) + u_axis_z.w);
     precise vec4 clip = vec4(face.x * u_clip.x, face.y * u_clip.y, u_clip.z + face.z * u_clip.w,
                              u_clip_w.x + face.z * u_clip_w.y);
     gl_Position = clip;
 #ifdef CONSTANT
-    uint m = draws[slot].material;
+    uint m = a_draw.x;
     vec4 base = clamp(materials[m].base_color, 0.0, 1.0);
     vec4 t = materials[m].transmission_f0_thickness;
 #ifdef MEDIUM
@@ -64,12 +63,10 @@ void main()
     v_texcoord_1 = a_texcoord_1;
 #endif
 #ifdef ANGLED
-    v_normal = vec3(dot(draws[slot].normal_0.xyz, a_normal),
-                    dot(draws[slot].normal_1.xyz, a_normal),
-                    dot(draws[slot].normal_2.xyz, a_normal));
+    v_normal = draw_normal(a_normal);
 #endif
 #ifndef DEPTH_ONLY
     v_from_light = r;
-    v_draw = slot;
+    v_draw = a_draw.xy;
 #endif
 }

@@ -43,13 +43,13 @@ void store_event(uint texel, vec3 t)
     place += u_event_base;
     events[place] = vec4(caster_depth(), t);
 #ifdef MEDIUM
-    events_medium[place].x = 2u * draws[v_draw].material + (gl_FrontFacing ? 3u : 2u);
+    events_medium[place].x = 2u * v_draw.x + (gl_FrontFacing ? 3u : 2u);
 #elif defined(MEDIA)
     events_medium[place].x = 0u;
 #endif
 #ifdef IDS
-    uint cast_once = materials[draws[v_draw].material].flags & MATERIAL_CAST_ONCE;
-    events_id[place] = draws[v_draw].node | (cast_once != 0u ? 0x80000000u : 0u);
+    uint cast_once = materials[v_draw.x].flags & MATERIAL_CAST_ONCE;
+    events_id[place] = v_draw.y | (cast_once != 0u ? 0x80000000u : 0u);
 #endif
 }
 

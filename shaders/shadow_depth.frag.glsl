@@ -4,7 +4,7 @@
 
 void main()
 {
-    uint m = draws[v_draw].material;
+    uint m = v_draw.x;
     if (caster_base(m).a < materials[m].emissive_alpha_cutoff.w)
         discard;
 }

@@ -82,7 +82,7 @@ void main()
 {
 #ifdef OPAQUE
     vec3 t = vec3(0.0);
-    uint m = draws[v_draw].material;
+    uint m = v_draw.x;
     bool is_kept = (materials[m].flags & MATERIAL_MASK) == 0u ||
                    caster_base(m).a >= materials[m].emissive_alpha_cutoff.w;
 #else
@@ -93,8 +93,8 @@ void main()
         return;
     uvec2 at = uvec2(gl_FragCoord.xy);
     uint texel = u_first_count + at.y * u_resolution + at.x;
-    bool cast_once = (materials[draws[v_draw].material].flags & MATERIAL_CAST_ONCE) != 0u;
-    uvec4 element = element_make(caster_depth(), t, draws[v_draw].node, ELEMENT_END);
+    bool cast_once = (materials[v_draw.x].flags & MATERIAL_CAST_ONCE) != 0u;
+    uvec4 element = element_make(caster_depth(), t, v_draw.y, ELEMENT_END);
     bool is_done = false;
     for (int i = 0; i < TRIES && !is_done; i++) {
         uint head = atomicExchange(heads[texel], ELEMENT_LOCKED);

@@ -6,6 +6,11 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/records.h"
+
 static bool upload(struct gl_buffer *buffer, const char *label, const void *data, uint64_t bytes,
                    struct scene_gpu *gpu, struct error *err)
 {
@@ -14,6 +19,22 @@ static bool upload(struct gl_buffer *buffer, const char *label, const void *data
     gpu->size_bytes += bytes;
     return gl_buffer_init(
         buffer, &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .data = data}, err);
+}
+
+/* Their buffer is bound by each submission. */
+static void format_draw_records(GLuint vao)
+{
+    enum { WORDS = sizeof(struct draw_record) / 16 };
+    for (GLuint i = 0; i < WORDS; i++) {
+        GLuint attribute = ATTRIBUTE_DRAW + i;
+        glEnableVertexArrayAttrib(vao, attribute);
+        if (16 * i == offsetof(struct draw_record, material))
+            glVertexArrayAttribIFormat(vao, attribute, 4, GL_UNSIGNED_INT, 16 * i);
+        else
+            glVertexArrayAttribFormat(vao, attribute, 4, GL_FLOAT, GL_FALSE, 16 * i);
+        glVertexArrayAttribBinding(vao, attribute, ATTRIBUTE_DRAW);
+    }
+    glVertexArrayBindingDivisor(vao, ATTRIBUTE_DRAW, 1);
 }
 
 static bool upload_geometry(struct scene_gpu *gpu, struct error *err)
@@ -49,6 +70,7 @@ static bool upload_geometry(struct scene_gpu *gpu, struct error *err)
     if (!upload(&gpu->indices, "scene.indices", s->indices, (uint64_t)s->index_count * 4, gpu, err))
         return false;
     glVertexArrayElementBuffer(vao, gpu->indices.name);
+    format_draw_records(vao);
     return true;
 }
 
@@ -183,6 +205,48 @@ static bool create_white(struct scene_gpu *gpu, struct error *err)
     return true;
 }
 
+struct textured { /* a material by its textures */
+    const struct scene_material *material;
+    uint32_t index;
+};
+
+static int compare_textures(const struct scene_material *a, const struct scene_material *b)
+{
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
+        if (a->textures[slot].texture != b->textures[slot].texture)
+            return a->textures[slot].texture < b->textures[slot].texture ? -1 : 1;
+    return 0;
+}
+
+static int compare_textured(const void *a, const void *b)
+{
+    const struct textured *x = a, *y = b;
+    int order = compare_textures(x->material, y->material);
+    return order ? order : (x->index > y->index) - (x->index < y->index);
+}
+
+/* No edit of a view changes a material's textures, so this holds for every frame. */
+static bool classify_textures(struct scene_gpu *gpu, struct error *err)
+{
+    uint32_t count = gpu->scene->material_count;
+    struct textured *sorted = calloc((size_t)count + 1, sizeof *sorted);
+    gpu->texture_classes = calloc((size_t)count + 1, sizeof *gpu->texture_classes);
+    if (!sorted || !gpu->texture_classes) {
+        free(sorted);
+        return error_set(err, ERROR_NO_MEMORY, "%u materials", count);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        sorted[i] = (struct textured){&gpu->scene->materials[i], i};
+    qsort(sorted, count, sizeof *sorted, compare_textured);
+    for (uint32_t i = 0; i < count; i++) {
+        bool is_new = !i || compare_textures(sorted[i - 1].material, sorted[i].material) != 0;
+        gpu->texture_classes[sorted[i].index] =
+            is_new ? sorted[i].index : gpu->texture_classes[sorted[i - 1].index];
+    }
+    free(sorted);
+    return true;
+}
+
 struct scene_gpu *scene_gpu_create(const struct scene *scene, struct error *err)
 {
     struct scene_gpu *gpu = calloc(1, sizeof *gpu);
@@ -192,7 +256,7 @@ struct scene_gpu *scene_gpu_create(const struct scene *scene, struct error *err)
     }
     gpu->scene = scene;
     if (!upload_geometry(gpu, err) || !create_white(gpu, err) || !upload_images(gpu, err) ||
-        !create_samplers(gpu, err)) {
+        !create_samplers(gpu, err) || !classify_textures(gpu, err)) {
         scene_gpu_destroy(gpu);
         return NULL;
     }
@@ -215,6 +279,7 @@ void scene_gpu_destroy(struct scene_gpu *gpu)
     free(gpu->images);
     free(gpu->least_alpha);
     free(gpu->samplers);
+    free(gpu->texture_classes);
     free(gpu);
 }
 

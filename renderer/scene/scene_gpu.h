@@ -26,27 +26,48 @@ MUST_CHECK bool draw_arena_begin(struct draw_arena *arena, const struct scene_st
 /* For passes without draws that read materials. */
 void draw_arena_bind_materials(const struct draw_arena *arena);
 
-/* Which programs a submission needs: for each item the caller's hook returns the program, so that
- * variants by material are possible; consecutive items with one program are not re-bound. */
+struct draw_place_desc {
+    const struct scene_state *state; /* required */
+    const uint32_t *items;           /* required; indices of state->items */
+    size_t item_count;
+    double origin[3]; /* world; records hold world - origin, subtracted in f64 */
+};
+struct draw_placement { /* zeroed = none yet */
+    uint64_t epoch;
+    uint32_t first_record; /* of items[0]; those of the other items follow */
+};
+/* Puts one draw record per item on the GPU, to be drawn from by any number of submissions. Records
+ * are let go when too many have come, and at the end of the frame: call this before each
+ * submission; it does nothing while the placement holds, or when the same items were placed about
+ * the same origin in the call before. */
+MUST_CHECK bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *desc,
+                                 struct draw_placement *placement, struct error *err);
+
 struct draw_desc {
     const struct scene_gpu *gpu;     /* required */
     const struct scene_state *state; /* required */
     struct draw_arena *arena;        /* required */
-    const uint32_t *items;           /* required; indices of state->items */
+    const uint32_t *items;           /* required; indices of state->items, drawn in this order */
+    const uint32_t *records;         /* the record of each item; NULL: first_record, + 1, ... */
+    uint32_t first_record;
     size_t item_count;
-    double origin[3];     /* draw_record positions are world - origin */
     bool cull_back_faces; /* of single-sided materials that are not media; camera passes do, light
                              passes do not */
-    bool needs_textures;  /* bind the material's textures to UNIT_MATERIAL_0.. */
+    /* Required. The program that an item needs, so that variants by material are possible; NULL
+     * with err filled. *samples_textures comes in as false. Called for all items before the first
+     * is drawn: set a program's uniforms when it is first returned. */
     const struct gl_program *(*program_for)(void *context, const struct state_item *item,
-                                            struct error *err);
+                                            bool *samples_textures, struct error *err);
     void *context; /* for program_for */
 };
 struct draw_counts {
-    uint64_t draws, triangles;
+    uint64_t draws; /* items */
+    uint64_t calls; /* of the GL: one for consecutive items of one state */
+    uint64_t triangles;
 };
-/* Vertex attributes: 0 position, 1 normal, 2 tangent, 3 texcoord 0, 4 texcoord 1, 5 color. The draw
- * record's index is gl_BaseInstanceARB (shaders/draw.glsl). Adds to *counts when not NULL. */
+/* Vertex attributes: 0 position, 1 normal, 2 tangent, 3 texcoord 0, 4 texcoord 1, 5 color, and from
+ * ATTRIBUTE_DRAW on the draw record, one per instance (shaders/draw.glsl). Textures of the material
+ * are at UNIT_MATERIAL_0.. where the hook asked for them. Adds to *counts when not NULL. */
 MUST_CHECK bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts,
                              struct error *err);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Shared by scene_gpu.c (upload) and draws.c (submission). Thread: GL. */
+/* Shared by scene_gpu.c (upload), draw_arena.c (records) and draws.c (submission). Thread: GL. */
 #ifndef VITRAIL_RENDERER_SCENE_SCENE_GPU_INTERNAL_H
 #define VITRAIL_RENDERER_SCENE_SCENE_GPU_INTERNAL_H
 
@@ -16,7 +16,35 @@ struct scene_gpu {
     uint8_t *least_alpha;        /* per image, of those sampled as base colours; else 0 */
     struct gl_sampler *samplers; /* per texture */
     struct gl_texture white;
+    uint32_t *texture_classes; /* per material: equal where all textures are the same */
     uint64_t size_bytes;
+};
+
+struct draw_record;
+struct draw_batch;
+
+struct draw_command { /* OpenGL 4.5 core profile, 10.4, DrawElementsIndirectCommand */
+    uint32_t index_count, instance_count, first_index;
+    int32_t base_vertex;
+    uint32_t base_instance;
+};
+
+struct draw_arena {
+    struct gl_buffer draws, materials, commands;
+    uint32_t *item_materials;         /* per item of the state: index of its material record */
+    struct draw_record *item_records; /* likewise, without a place; made when first asked for */
+    bool *is_made;                    /* item_records */
+    struct draw_record *records;      /* of the placement in the making */
+    uint32_t *placed;                 /* items of the last placement ... */
+    double placed_origin[3];
+    size_t placed_count, record_capacity;
+    struct draw_placement placement;
+    size_t used;                       /* records on the GPU, of this epoch */
+    uint64_t epoch;                    /* counts how often all of them were let go */
+    struct draw_command *command_list; /* of the submission in the making ... */
+    struct draw_batch *batches;
+    size_t command_capacity; /* of both lists */
+    size_t command_used;     /* commands of this frame already on the GPU */
 };
 
 /* Binds texture (or white for -1) with its sampler, in the colour space of the slot. */

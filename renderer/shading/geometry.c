@@ -7,12 +7,15 @@
 #include <stdlib.h>
 
 #include "renderer/scene/matrix.h"
+#include "renderer/shading/frustum.h"
 
 enum { VARIANT_BYTES = 256 };
 
+enum { LIST_OPAQUE, LIST_TRANSPARENT, LIST_MEDIA };
+
 struct sort_key {
     double distance;
-    uint32_t item;
+    uint32_t item, list;
 };
 
 static int compare_keys(const void *a, const void *b)
@@ -21,23 +24,6 @@ static int compare_keys(const void *a, const void *b)
     if (x->distance != y->distance)
         return x->distance < y->distance ? -1 : 1;
     return x->item < y->item ? -1 : x->item > y->item;
-}
-
-/* Bounding sphere against the whole image's frustum; the window is a part of it. */
-static bool is_in_view(const struct camera *camera, const struct state_item *item)
-{
-    double v[3];
-    vec3_sub(item->center, camera->eye, v);
-    double x = vec3_dot(v, camera->right), y = vec3_dot(v, camera->up);
-    double z = -vec3_dot(v, camera->back);
-    double radius = item->radius_m * 1.0001;
-    double wx = camera->half_width, wy = camera->half_height;
-    if (camera->is_orthographic)
-        return fabs(x) <= wx + radius && fabs(y) <= wy + radius;
-    if (z < -radius)
-        return false;
-    return fabs(x) - z * wx <= radius * sqrt(1 + wx * wx) &&
-           fabs(y) - z * wy <= radius * sqrt(1 + wy * wy);
 }
 
 /* The bounding box reaches the eye, up to the near plane's corners; an orthographic camera's near
@@ -56,50 +42,80 @@ static bool reaches_eye(const struct camera *camera, const struct state_item *it
     return camera->is_orthographic ? nearest <= camera->z_near * 1.0001 : is_inside;
 }
 
+static bool reserve_items(struct geometry_items *items, const struct scene_state *state,
+                          struct error *err)
+{
+    items->drawn = malloc((state->item_count + 1) * sizeof *items->drawn);
+    return items->drawn || error_set(err, ERROR_NO_MEMORY, "%zu drawables", state->item_count);
+}
+
+/* Opaque items, then transparent ones, then media, each near to far. */
+static void list_items(const struct window_frame *frame, const struct sort_key *keys, size_t count,
+                       struct geometry_items *items)
+{
+    uint32_t *next[3];
+    size_t counts[3] = {0, 0, 0};
+    for (size_t i = 0; i < count; i++)
+        counts[keys[i].list]++;
+    for (int list = 0; list < 3; list++)
+        next[list] = list ? next[list - 1] + counts[list - 1] : items->drawn;
+    items->opaque = next[0], items->opaque_count = counts[0];
+    items->transparent = next[1], items->transparent_count = counts[1];
+    items->media = next[2], items->medium_count = counts[2];
+    for (size_t i = 0; i < count; i++) {
+        *next[keys[i].list]++ = keys[i].item;
+        if (keys[i].list == LIST_MEDIA)
+            items->may_surround |= reaches_eye(frame->camera, &frame->state->items[keys[i].item]);
+    }
+}
+
 bool geometry_cull(const struct window_frame *frame, struct geometry_items *items,
                    struct error *err)
 {
     const struct scene_state *state = frame->state;
+    struct frustum frustum;
     *items = (struct geometry_items){0};
-    struct sort_key *keys = calloc(state->item_count + 1, sizeof *keys);
-    items->opaque = calloc(state->item_count + 1, sizeof *items->opaque);
-    items->transparent = calloc(state->item_count + 1, sizeof *items->transparent);
-    items->media = calloc(state->medium_count + 1, sizeof *items->media);
-    if (!keys || !items->opaque || !items->transparent || !items->media) {
+    struct sort_key *keys = malloc((state->item_count + 1) * sizeof *keys);
+    if (!keys || !reserve_items(items, state, err)) {
         free(keys);
-        geometry_items_finish(items);
         return error_set(err, ERROR_NO_MEMORY, "%zu drawables", state->item_count);
     }
+    frustum_init(&frustum, frame->camera, &frame->window);
     size_t count = 0;
     for (size_t i = 0; i < state->item_count; i++) {
-        if (!is_in_view(frame->camera, &state->items[i]))
-            continue;
+        const struct state_item *item = &state->items[i];
         double v[3];
-        vec3_sub(state->items[i].center, frame->camera->eye, v);
-        keys[count++] = (struct sort_key){vec3_length(v) - state->items[i].radius_m, (uint32_t)i};
+        if (!frustum_meets(&frustum, item))
+            continue;
+        vec3_sub(item->center, frame->camera->eye, v);
+        keys[count++] = (struct sort_key){vec3_length(v) - item->radius_m, (uint32_t)i,
+                                          item->is_medium                     ? LIST_MEDIA
+                                          : item->class_ == STATE_TRANSPARENT ? LIST_TRANSPARENT
+                                                                              : LIST_OPAQUE};
     }
     qsort(keys, count, sizeof *keys, compare_keys);
-    for (size_t i = 0; i < count; i++) {
-        const struct state_item *item = &state->items[keys[i].item];
-        if (item->is_medium) {
-            items->media[items->medium_count++] = keys[i].item;
-            items->may_surround |= reaches_eye(frame->camera, item);
-        } else if (item->class_ == STATE_TRANSPARENT)
-            items->transparent[items->transparent_count++] = keys[i].item;
-        else
-            items->opaque[items->opaque_count++] = keys[i].item;
-    }
+    list_items(frame, keys, count, items);
+    items->culled_count = state->item_count - count;
     free(keys);
     return true;
 }
 
 void geometry_items_finish(struct geometry_items *items)
 {
-    free(items->opaque);
-    free(items->transparent);
-    free(items->media);
+    free(items->drawn);
     *items = (struct geometry_items){0};
 }
+
+/* Bits of a variant above the mask of its textures. */
+enum {
+    VARIANT_TEXTURES = (1 << 7) - 1,
+    VARIANT_TANGENT = 1 << 7,
+    VARIANT_COLOR = 1 << 8,
+    VARIANT_NORMAL_MAP = 1 << 9,
+    VARIANT_MASKED = 1 << 10,
+    VARIANT_MEDIUM = 1 << 11,
+    VARIANTS = 1 << 12,
+};
 
 struct variant_context {
     const struct window_frame *frame;
@@ -107,6 +123,7 @@ struct variant_context {
     bool evaluates;
     bool is_hidden; /* of media: the part behind the opaque depth */
     float clip_from_relative[16];
+    const struct gl_program *programs[VARIANTS]; /* those in use, their uniforms set */
 };
 
 static uint32_t texture_mask(const struct scene *scene, const struct scene_material *m)
@@ -118,38 +135,50 @@ static uint32_t texture_mask(const struct scene *scene, const struct scene_mater
     return mask;
 }
 
-/* The requirements of one item on its shaders, in canonical order. */
-static void describe_variant(const struct variant_context *context, const struct state_item *item,
-                             char text[VARIANT_BYTES])
+/* What one item requires of its shaders. */
+static uint32_t variant_of(const struct variant_context *context, const struct state_item *item)
 {
     const struct scene *scene = context->frame->state->scene;
     const struct scene_primitive *p = &scene->primitives[item->primitive];
     const struct scene_material *m = &context->frame->state->materials[item->material].base;
+    uint32_t variant = item->is_medium ? VARIANT_MEDIUM : 0;
+    if (!context->evaluates)
+        return variant;
+    if (p->flags & (SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1))
+        variant |= texture_mask(scene, m);
+    if (m->flags & SCENE_MATERIAL_UNLIT)
+        variant &= ~(1u << SCENE_TEXTURE_NORMAL);
+    if (variant & 1u << SCENE_TEXTURE_NORMAL)
+        variant |= VARIANT_NORMAL_MAP |
+                   (p->flags & SCENE_PRIMITIVE_HAS_TANGENTS ? (uint32_t)VARIANT_TANGENT : 0u);
+    if (p->flags & SCENE_PRIMITIVE_HAS_COLORS)
+        variant |= VARIANT_COLOR;
+    if (item->class_ == STATE_MASKED || m->alpha_mode == SCENE_MASK)
+        variant |= VARIANT_MASKED;
+    return variant;
+}
+
+/* The variant's definitions, in canonical order. */
+static void describe_variant(const struct variant_context *context, uint32_t variant,
+                             char text[VARIANT_BYTES])
+{
     size_t planes = context->frame->view->clip_plane_count;
     int used = 0;
     text[0] = 0;
     if (planes)
         used += snprintf(text + used, VARIANT_BYTES - (size_t)used, "%s_PLANES=%zu ",
-                         item->is_medium ? "CUT" : "CLIP", planes);
+                         variant & VARIANT_MEDIUM ? "CUT" : "CLIP", planes);
     if (!context->evaluates)
         return;
-    uint32_t mask = texture_mask(scene, m);
-    bool has_uv = (p->flags & (SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1));
-    if (!has_uv)
-        mask = 0;
-    bool is_lit = !(m->flags & SCENE_MATERIAL_UNLIT);
-    bool has_normal_map = is_lit && (mask & 1u << SCENE_TEXTURE_NORMAL);
-    if (!has_normal_map)
-        mask &= ~(1u << SCENE_TEXTURE_NORMAL);
-    bool is_masked = item->class_ == STATE_MASKED || m->alpha_mode == SCENE_MASK;
+    uint32_t mask = variant & VARIANT_TEXTURES;
     bool has_coverage = context->frame->targets->samples > 1;
     snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s", mask,
-             mask ? " HAS_TEXCOORDS" : "",
-             has_normal_map && (p->flags & SCENE_PRIMITIVE_HAS_TANGENTS) ? " HAS_TANGENT" : "",
-             p->flags & SCENE_PRIMITIVE_HAS_COLORS ? " HAS_COLOR" : "",
-             has_normal_map ? " HAS_NORMAL_MAP" : "", is_masked ? " IS_MASKED" : "",
+             mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
+             variant & VARIANT_COLOR ? " HAS_COLOR" : "",
+             variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",
+             variant & VARIANT_MASKED ? " IS_MASKED" : "",
              context->frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
-             has_coverage ? " HAS_COVERAGE" : "", item->is_medium ? " IS_MEDIUM" : "",
+             has_coverage ? " HAS_COVERAGE" : "", variant & VARIANT_MEDIUM ? " IS_MEDIUM" : "",
              context->is_hidden ? " IS_HIDDEN" : "");
 }
 
@@ -167,23 +196,33 @@ static void set_variant_uniforms(const struct variant_context *context,
     window_set_clip_planes(frame, program);
 }
 
-static const struct gl_program *program_for(void *context, const struct state_item *item,
-                                            struct error *err)
+static const struct gl_program *prepare_variant(const struct variant_context *context,
+                                                uint32_t variant, struct error *err)
 {
-    const struct variant_context *variant = context;
     char defines[VARIANT_BYTES];
-    describe_variant(variant, item, defines);
-    const struct gl_program *program = program_cache_get(variant->frame->programs,
+    describe_variant(context, variant, defines);
+    const struct gl_program *program = program_cache_get(context->frame->programs,
                                                          &(struct program_desc){
-                                                             .label = variant->fragment,
+                                                             .label = context->fragment,
                                                              .vertex = "geometry.vert.glsl",
-                                                             .fragment = variant->fragment,
+                                                             .fragment = context->fragment,
                                                              .defines = defines,
                                                          },
                                                          err);
     if (program)
-        set_variant_uniforms(variant, program);
+        set_variant_uniforms(context, program);
     return program;
+}
+
+static const struct gl_program *program_for(void *opaque, const struct state_item *item,
+                                            bool *samples_textures, struct error *err)
+{
+    struct variant_context *context = opaque;
+    uint32_t variant = variant_of(context, item);
+    *samples_textures = (variant & VARIANT_TEXTURES) != 0;
+    if (!context->programs[variant])
+        context->programs[variant] = prepare_variant(context, variant, err);
+    return context->programs[variant];
 }
 
 struct pass { /* one submission */
@@ -199,8 +238,20 @@ static void enable_clipping(const struct window_frame *frame, bool is_on)
         (is_on ? glEnable : glDisable)(GL_CLIP_DISTANCE0 + (GLenum)i);
 }
 
-static bool submit(const struct window_frame *frame, const struct pass *pass, struct error *err)
+static size_t drawn_count(const struct geometry_items *items)
 {
+    return items->opaque_count + items->transparent_count + items->medium_count;
+}
+
+static bool submit(const struct window_frame *frame, const struct geometry_items *items,
+                   const struct pass *pass, struct error *err)
+{
+    struct draw_placement placement = {0};
+    struct draw_place_desc place = {
+        .state = frame->state, .items = items->drawn, .item_count = drawn_count(items)};
+    memcpy(place.origin, frame->camera->eye, sizeof place.origin);
+    if (!draw_arena_place(frame->arena, &place, &placement, err))
+        return false;
     struct variant_context context = {.frame = frame,
                                       .fragment = pass->fragment,
                                       .evaluates = pass->evaluates,
@@ -211,20 +262,19 @@ static bool submit(const struct window_frame *frame, const struct pass *pass, st
         .state = frame->state,
         .arena = frame->arena,
         .items = pass->items,
+        .first_record = placement.first_record + (uint32_t)(pass->items - items->drawn),
         .item_count = pass->count,
         .cull_back_faces = true,
-        .needs_textures = pass->evaluates,
         .program_for = program_for,
         .context = &context,
     };
-    for (int k = 0; k < 3; k++)
-        desc.origin[k] = frame->camera->eye[k];
     struct draw_counts counts = {0};
     if (pass->clips)
         enable_clipping(frame, true);
     bool ok = draws_submit(&desc, &counts, err);
     enable_clipping(frame, false);
     frame->report->counts.draws += counts.draws;
+    frame->report->counts.draw_calls += counts.calls;
     frame->report->counts.triangles += counts.triangles;
     return ok;
 }
@@ -264,7 +314,8 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
     if (frame->targets->samples > 1)
         glClearNamedFramebufferuiv(frame->targets->gbuffer.name, GL_COLOR, 2, zero);
     glClearNamedFramebufferfv(frame->targets->gbuffer.name, GL_DEPTH, 0, &far_);
-    bool ok = submit(frame,
+    frame->report->counts.culled += items->culled_count;
+    bool ok = submit(frame, items,
                      &(struct pass){.items = items->opaque,
                                     .count = items->opaque_count,
                                     .fragment = "gbuffer.frag.glsl",
@@ -285,16 +336,16 @@ bool geometry_draw_transparent(const struct window_frame *frame, const struct ge
                         .fragment = fragment,
                         .evaluates = evaluates,
                         .clips = true};
-    bool ok = submit(frame, &pass, err);
+    bool ok = submit(frame, items, &pass, err);
     pass.items = items->media;
     pass.count = items->medium_count;
     pass.clips = false;
-    ok = ok && submit(frame, &pass, err);
+    ok = ok && submit(frame, items, &pass, err);
     if (ok && items->may_surround) {
         pass.is_hidden = true;
         glDepthFunc(GL_LESS);     /* what the draw before did not pass */
         glEnable(GL_DEPTH_CLAMP); /* and what lies beyond the far plane */
-        ok = submit(frame, &pass, err);
+        ok = submit(frame, items, &pass, err);
         glDisable(GL_DEPTH_CLAMP);
         glDepthFunc(GL_GEQUAL);
     }

@@ -6,16 +6,21 @@
 
 #include "renderer/shading/window.h"
 
-/* Items in view, near to far. Owned by the caller of geometry_cull. */
+/* Items in view, near to far by the near side of their bounding spheres, then by their number:
+ * where opaque surfaces lie at one depth, the item drawn last is seen. Owned by the caller of
+ * geometry_cull. */
 struct geometry_items {
-    uint32_t *opaque;      /* and masked */
-    uint32_t *transparent; /* without media */
-    uint32_t *media;
+    uint32_t *drawn;             /* the three lists one after the other */
+    const uint32_t *opaque;      /* and masked */
+    const uint32_t *transparent; /* without media */
+    const uint32_t *media;
+    size_t culled_count; /* items out of view */
     size_t opaque_count, transparent_count, medium_count;
     bool may_surround; /* some medium reaches the eye, or the near plane of an orthographic one */
 };
 
-/* Sorts state->items that touch the window's frustum into the three lists. */
+/* Sorts state->items that touch the window's frustum into the three lists; that of the whole image
+ * where frame->window is zeroed. */
 MUST_CHECK bool geometry_cull(const struct window_frame *frame, struct geometry_items *items,
                               struct error *err);
 void geometry_items_finish(struct geometry_items *items);

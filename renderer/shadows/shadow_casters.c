@@ -54,6 +54,18 @@ bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_
     return true;
 }
 
+void shadow_casters_count(const struct shadow_casters *casters, uint32_t face_count,
+                          const struct scene_state *state, uint64_t *drawn, uint64_t *culled)
+{
+    uint64_t seen = 0, all = 0;
+    for (size_t i = 0; i < casters->count; i++)
+        seen += (uint64_t)__builtin_popcount(casters->faces[i]);
+    for (size_t i = 0; i < state->item_count; i++)
+        all += state->items[i].casts_shadow;
+    *drawn += seen;
+    *culled += all * face_count - seen;
+}
+
 bool shadow_casters_kind(const struct shadow_casters *casters, const struct view_quality *quality,
                          uint32_t *kind)
 {
@@ -92,11 +104,13 @@ bool shadow_casters_copy(const struct shadow_casters *casters, struct shadow_cas
 void caster_painter_finish(struct caster_painter *painter)
 {
     free(painter->selected);
+    free(painter->records);
     *painter = (struct caster_painter){0};
 }
 
 /* The key of a variant: bits 0..6 sampled texture slots, then these. */
 enum {
+    VARIANT_TEXTURES = (1 << 7) - 1,
     VARIANT_COLORS = 1 << 7,
     VARIANT_ANGLED = 1 << 8,
     VARIANT_CERTAIN = 1 << 9, /* every fragment makes an event */
@@ -275,7 +289,7 @@ static void set_uniforms(const struct paint_context *context, const struct gl_pr
 }
 
 static const struct gl_program *program_for(void *opaque, const struct state_item *item,
-                                            struct error *err)
+                                            bool *samples_textures, struct error *err)
 {
     struct paint_context *context = opaque;
     struct caster_painter *painter = context->painter;
@@ -285,6 +299,7 @@ static const struct gl_program *program_for(void *opaque, const struct state_ite
     if (variant->prepared != painter->face_number)
         set_uniforms(context, variant->program);
     variant->prepared = painter->face_number;
+    *samples_textures = (variant->key & VARIANT_TEXTURES) != 0 && !(variant->key & VARIANT_OPAQUE);
     return variant->program;
 }
 
@@ -294,9 +309,13 @@ static bool select_items(struct caster_painter *painter, const struct caster_pai
     const struct shadow_casters *casters = &desc->build->casters;
     if (painter->selected_capacity < casters->count) {
         uint32_t *grown = realloc(painter->selected, casters->count * sizeof *grown);
-        if (!grown)
+        if (grown)
+            painter->selected = grown;
+        uint32_t *records =
+            grown ? realloc(painter->records, casters->count * sizeof *records) : NULL;
+        if (!records)
             return error_set(err, ERROR_NO_MEMORY, "%zu shadow casters", casters->count);
-        painter->selected = grown;
+        painter->records = records;
         painter->selected_capacity = casters->count;
     }
     *count = 0;
@@ -305,8 +324,10 @@ static bool select_items(struct caster_painter *painter, const struct caster_pai
             desc->scene->state->items[casters->items[i]].class_ == STATE_TRANSPARENT;
         bool is_wanted =
             desc->pass == CASTER_LINK_FAITHFUL || is_transparent == (desc->pass != CASTER_DEPTH);
-        if ((casters->faces[i] >> face & 1) && is_wanted)
-            painter->selected[(*count)++] = casters->items[i];
+        if (!(casters->faces[i] >> face & 1) || !is_wanted)
+            continue;
+        painter->selected[*count] = casters->items[i];
+        painter->records[(*count)++] = desc->build->placement.first_record + (uint32_t)i;
     }
     return true;
 }
@@ -334,7 +355,6 @@ static void set_state(const struct caster_paint_desc *desc)
 static bool paint_face(struct caster_painter *painter, const struct caster_paint_desc *desc,
                        uint32_t face, struct error *err)
 {
-    const struct shadow_map *map = desc->build->map;
     size_t count = 0;
     if (!select_items(painter, desc, face, &count, err))
         return false;
@@ -357,12 +377,11 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
         .state = desc->scene->state,
         .arena = desc->scene->arena,
         .items = painter->selected,
+        .records = painter->records,
         .item_count = count,
-        .needs_textures = true,
         .program_for = program_for,
         .context = &context,
     };
-    memcpy(draw.origin, map->frame.origin, sizeof draw.origin);
     bool ok = draws_submit(&draw, NULL, err);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_framebuffer_finish(&framebuffer);
@@ -376,6 +395,12 @@ bool caster_painter_paint(struct caster_painter *painter, const struct caster_pa
 {
     const struct shadow_map *map = desc->build->map;
     assert(desc->store->target.width == map->resolution);
+    struct draw_place_desc place = {.state = desc->scene->state,
+                                    .items = desc->build->casters.items,
+                                    .item_count = desc->build->casters.count};
+    memcpy(place.origin, map->frame.origin, sizeof place.origin);
+    if (!draw_arena_place(desc->scene->arena, &place, &desc->build->placement, err))
+        return false;
     for (uint32_t face = 0; face < map->frame.face_count; face++)
         if (!paint_face(painter, desc, face, err))
             return false;

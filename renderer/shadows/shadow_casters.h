@@ -15,6 +15,9 @@ void shadow_casters_finish(struct shadow_casters *casters);
 /* copy must be zeroed or finished by the caller. */
 MUST_CHECK bool shadow_casters_copy(const struct shadow_casters *casters,
                                     struct shadow_casters *copy, struct error *err);
+/* Adds, over the faces, the casters that each sees and the others of the scene. */
+void shadow_casters_count(const struct shadow_casters *casters, uint32_t face_count,
+                          const struct scene_state *state, uint64_t *drawn, uint64_t *culled);
 
 /* SHADOW_MAP, SHADOW_DEEP or SHADOW_LINKED for a light with these casters. False: it needs no
  * structure. */
@@ -42,7 +45,8 @@ struct caster_painter { /* zeroed, then given its programs; holds no GL name of 
     struct caster_variant variants[CASTER_VARIANTS_MAX];
     uint32_t variant_count;
     uint32_t face_number; /* counts faces painted */
-    uint32_t *selected;   /* items of the face being painted */
+    uint32_t *selected;   /* items of the face being painted ... */
+    uint32_t *records;    /* ... and their draw records */
     size_t selected_capacity;
 };
 
@@ -50,7 +54,7 @@ void caster_painter_finish(struct caster_painter *painter);
 
 struct caster_paint_desc {
     enum caster_pass pass;
-    const struct shadow_build *build;
+    struct shadow_build *build; /* its placement is kept up */
     const struct shadow_scene *scene;
     const struct shadow_store *store;
     uint32_t slot; /* CASTER_LINK*: of the light in the statistics */

@@ -45,9 +45,10 @@ struct shadow_casters { /* what one light meets */
 struct shadow_build { /* a map that must be built in this frame */
     struct shadow_map *map;
     struct shadow_casters casters;
-    uint32_t light;        /* index of state->lights */
-    uint32_t target_layer; /* first of its faces in store->target */
-    bool is_done;          /* linked: the pool was large enough */
+    uint32_t light;                  /* index of state->lights */
+    uint32_t target_layer;           /* first of its faces in store->target */
+    bool is_done;                    /* linked: the pool was large enough */
+    struct draw_placement placement; /* of the casters, about the frame's origin */
 };
 
 struct shadow_scene { /* what the builders draw */

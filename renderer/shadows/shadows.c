@@ -487,6 +487,14 @@ static void report_bytes(const struct shadow_store *store, struct frame_report *
             report_add_bytes(report, names[kind], pool_bytes(store, (enum shadow_pool_kind)kind));
 }
 
+static void count_casters(const struct shadow_system *shadows, const struct scene_state *state,
+                          struct frame_report *report)
+{
+    for (size_t i = 0; i < shadows->build_count; i++)
+        shadow_casters_count(&shadows->builds[i].casters, shadows->builds[i].map->frame.face_count,
+                             state, &report->counts.shadow_draws, &report->counts.shadow_culled);
+}
+
 static void fill_report(const struct shadow_system *shadows, struct frame_report *report)
 {
     static const char *const names[] = {"shadow.map", "shadow.deep", "shadow.deep-linked"};
@@ -559,6 +567,7 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
     gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
     set_defines(shadows);
     fill_report(shadows, report);
+    count_casters(shadows, desc->state, report);
     return true;
 }
 

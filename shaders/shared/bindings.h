@@ -3,8 +3,12 @@
 #ifndef VITRAIL_SHADERS_SHARED_BINDINGS_H
 #define VITRAIL_SHADERS_SHARED_BINDINGS_H
 
+/* vertex attributes: 0 to 5 are streams of the mesh, and a struct draw_record is read per instance,
+ * four words to an attribute. On llvmpipe an instance's attribute is fetched once for all vertices,
+ * while a storage buffer is read word by word and lane by lane. */
+#define ATTRIBUTE_DRAW 6
+
 /* storage buffers (at most 16 per stage on the reference device) */
-#define BIND_DRAWS 0         /* struct draw_record[] of the current submission */
 #define BIND_MATERIALS 1     /* struct material_record[] */
 #define BIND_LIGHTS 2        /* struct light_record[] */
 #define BIND_SHADOWS 3       /* struct shadow_record[]; read through UNIT_SHADOW_RECORDS */

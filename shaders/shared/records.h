@@ -4,7 +4,7 @@
 #ifndef VITRAIL_SHADERS_SHARED_RECORDS_H
 #define VITRAIL_SHADERS_SHARED_RECORDS_H
 
-struct draw_record {          /* one primitive of one node, in one submission */
+struct draw_record {          /* one primitive of one node, about one origin */
     vec4 row_0, row_1, row_2; /* origin-relative world position = rows * (model position, 1) */
     vec4 normal_0, normal_1, normal_2; /* cofactor rows for normals; .w of normal_0: sign of the
                                           determinant */

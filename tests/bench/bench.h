@@ -79,6 +79,7 @@ bool suite_deep(struct bench *bench, struct error *err);
 bool suite_both(struct bench *bench, struct error *err);
 bool suite_layers(struct bench *bench, struct error *err);
 bool suite_demo(struct bench *bench, struct error *err);
+bool suite_draws(struct bench *bench, struct error *err);
 bool suite_raytrace(struct bench *bench, struct error *err);
 bool suite_linear(struct bench *bench, struct error *err);
 

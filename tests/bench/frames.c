@@ -48,8 +48,15 @@ static bool run_one(struct bench *bench, const struct rig_scene *scene,
     struct frame frame;
     struct frame_times times;
     struct view view = variant->view;
+    struct view_node_override moved;
     if (variant->moves_camera)
         view.camera.eye[0] += 0.2 * sin(0.7 * rounds->done);
+    if (variant->moved) {
+        moved = *variant->moved;
+        moved.matrix[12] += 1e-3 * rounds->done;
+        view.nodes = &moved;
+        view.node_override_count = 1;
+    }
     if (!measure(bench_renderer(bench), scene, &view, variant->rebuilds_shadows, &times, &frame,
                  err))
         return error_wrap(err, "%s", variant->name);
@@ -70,6 +77,20 @@ bool frames_run(struct bench *bench, const struct rig_scene *scene, struct frame
             if (!run_one(bench, scene, &variants[i], &rounds, err))
                 return false;
     return true;
+}
+
+void frames_print_split(const struct bench *bench, const struct frame_variant *variant)
+{
+    const struct measurement *m = &variant->measurement;
+    if (bench->options.is_json)
+        return;
+    printf("\n  %s: split by pass, cpu ms and wall ms, medians\n", variant->name);
+    for (int i = 0; i < m->part_count; i++)
+        printf("    %-28s%10.2f%10.2f\n", m->parts[i].name,
+               samples_summary(&m->parts[i].cpu_ms).median,
+               samples_summary(&m->parts[i].wall_ms).median);
+    printf("    %-28s%10.2f%10.2f\n", "frame", samples_summary(&m->cpu_ms).median,
+           samples_summary(&m->wall_ms).median);
 }
 
 void frames_finish(struct frame_variant *variants, size_t count)

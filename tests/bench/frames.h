@@ -11,14 +11,17 @@ enum { VARIANTS_MAX = 8 };
 struct frame_variant {
     const char *name;
     struct view view;
-    bool rebuilds_shadows;          /* each frame, as if every light had moved */
-    bool moves_camera;              /* a little each frame; the view's camera is LOOK_AT */
-    struct measurement measurement; /* out */
+    bool rebuilds_shadows;                  /* each frame, as if every light had moved */
+    bool moves_camera;                      /* a little each frame; the view's camera is LOOK_AT */
+    const struct view_node_override *moved; /* slides along +X, a little each frame; NULL = none */
+    struct measurement measurement;         /* out */
 };
 
 /* Fills the measurements. */
 MUST_CHECK bool frames_run(struct bench *bench, const struct rig_scene *scene,
                            struct frame_variant *variants, size_t count, struct error *err);
+/* The variant's passes, as a table; not with --json. */
+void frames_print_split(const struct bench *bench, const struct frame_variant *variant);
 void frames_finish(struct frame_variant *variants, size_t count);
 
 /* One frame, measured. The report stays when `report` is given. */

@@ -14,6 +14,7 @@ static const struct suite suites[] = {
     {"both", "5 to 25 shadowed spot lights at 512^2, moving and static", suite_both},
     {"layers", "build and lookup at 1 to 64 layers, against the targets", suite_layers},
     {"demo", "the demo scene at 1280x720: first frame, warm frames, moving camera", suite_demo},
+    {"draws", "100 to 15,600 objects: drawing, culling, one part moved", suite_draws},
     {"raytrace", "ray tracing: against bare Embree, without clusters, and against deep maps",
      suite_raytrace},
     {"linear", "frame time against the number of lights", suite_linear},
@@ -29,7 +30,8 @@ static const char usage[] =
     "  --warm-up N     rounds before measuring (3)\n"
     "  --quick         the smallest cases, to see that everything runs\n"
     "  --size WxH      size of the image, or number of lookups (the suite's own)\n"
-    "  --scene NAME    only this scene: demo, sponza, panes, quads\n"
+    "  --scene NAME    only this scene: demo, sponza, panes, quads,\n"
+    "                  assembly\n"
     "  --pictures      save a picture of each variant below images/ of the build folder\n";
 
 static bool read_number(const char *text, double low, double high, double *value)

@@ -36,20 +36,6 @@ static bool run_cold(struct bench *bench, const struct bench_scene *scene, const
     return true;
 }
 
-static void print_split(const struct bench *bench, const struct frame_variant *variant)
-{
-    const struct measurement *m = &variant->measurement;
-    if (bench->options.is_json)
-        return;
-    printf("\n  %s: split by pass, cpu ms and wall ms, medians\n", variant->name);
-    for (int i = 0; i < m->part_count; i++)
-        printf("    %-28s%10.2f%10.2f\n", m->parts[i].name,
-               samples_summary(&m->parts[i].cpu_ms).median,
-               samples_summary(&m->parts[i].wall_ms).median);
-    printf("    %-28s%10.2f%10.2f\n", "frame", samples_summary(&m->cpu_ms).median,
-           samples_summary(&m->wall_ms).median);
-}
-
 static void check_reuse(struct bench *bench, const struct bench_scene *scene,
                         const struct frame_variant *moving, const struct frame_variant *still)
 {
@@ -106,7 +92,7 @@ static bool run_warm(struct bench *bench, const struct bench_scene *scene, const
                                       .structure_bytes = shadow_bytes(&v[i].measurement.report),
                                       .measurement = &v[i].measurement});
     for (int i = 0; ok && i < VARIANTS; i++)
-        print_split(bench, &v[i]);
+        frames_print_split(bench, &v[i]);
     if (ok)
         check_reuse(bench, scene, &v[WARM], &v[WARM - 1]);
     frames_finish(v, VARIANTS);

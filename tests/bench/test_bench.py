@@ -64,7 +64,8 @@ class Bench(unittest.TestCase):
 class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
-        self.assertEqual(["lights", "deep", "both", "layers", "demo", "raytrace", "linear"],
+        self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
+                          "linear"],
                          names)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):

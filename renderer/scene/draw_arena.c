@@ -1,0 +1,301 @@
+/* SPDX-License-Identifier: MIT */
+/* What draws read: material records of a frame, and draw records relative to an origin. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/scene/matrix.h"
+#include "renderer/scene/scene_gpu_internal.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/records.h"
+
+enum { RECORDS_KEPT = 1 << 19 }; /* 56 MiB; one placement may be larger */
+
+struct draw_arena *draw_arena_create(struct error *err)
+{
+    struct draw_arena *arena = calloc(1, sizeof *arena);
+    if (!arena)
+        error_set(err, ERROR_NO_MEMORY, "draw arena");
+    return arena;
+}
+
+void draw_arena_destroy(struct draw_arena *arena)
+{
+    if (!arena)
+        return;
+    gl_buffer_finish(&arena->draws);
+    gl_buffer_finish(&arena->materials);
+    gl_buffer_finish(&arena->commands);
+    free(arena->item_materials);
+    free(arena->item_records);
+    free(arena->is_made);
+    free(arena->records);
+    free(arena->placed);
+    free(arena->command_list);
+    free(arena->batches);
+    free(arena);
+}
+
+static uint32_t material_flags(const struct state_material *material)
+{
+    const struct scene_material *m = &material->base;
+    uint32_t flags = 0;
+    if (m->flags & SCENE_MATERIAL_UNLIT)
+        flags |= MATERIAL_UNLIT;
+    if (m->flags & SCENE_MATERIAL_DOUBLE_SIDED)
+        flags |= MATERIAL_DOUBLE_SIDED;
+    if (m->alpha_mode == SCENE_MASK)
+        flags |= MATERIAL_MASK;
+    if (m->alpha_mode == SCENE_BLEND)
+        flags |= MATERIAL_BLEND;
+    if (m->transmission > 0)
+        flags |= MATERIAL_TRANSMISSION;
+    if (m->pass_through == SCENE_PASS_SLAB)
+        flags |= MATERIAL_PASS_SLAB;
+    if (m->pass_through == SCENE_PASS_EDGE)
+        flags |= MATERIAL_PASS_EDGE;
+    if (material->no_self_shadow)
+        flags |= MATERIAL_NO_SELF_SHADOW;
+    if (material->cast_once)
+        flags |= MATERIAL_CAST_ONCE;
+    if (m->thickness > 0)
+        flags |= MATERIAL_VOLUME;
+    return flags;
+}
+
+static void fill_textures(const struct scene *scene, const struct scene_material *m,
+                          struct material_record *r)
+{
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        const struct scene_texture_ref *ref = &m->textures[slot];
+        if (ref->texture >= 0 && scene->textures[ref->texture].image >= 0)
+            r->texture_mask |= 1u << slot;
+        if (ref->texcoord == 1)
+            r->texcoord_mask |= 1u << slot;
+        for (int row = 0; row < 2; row++)
+            for (int k = 0; k < 3; k++)
+                r->uv_transforms[2 * slot + row].v[k] = ref->uv_transform[3 * row + k];
+    }
+}
+
+static void fill_material(const struct scene *scene, const struct state_material *material,
+                          struct material_record *r)
+{
+    const struct scene_material *m = &material->base;
+    float reflectance = (m->ior - 1) / (m->ior + 1);
+    float f0 = m->ior > 0 ? reflectance * reflectance : 1;
+    *r = (struct material_record){
+        .base_color = {{m->base_color[0], m->base_color[1], m->base_color[2], m->base_color[3]}},
+        .emissive_alpha_cutoff = {{m->emissive[0], m->emissive[1], m->emissive[2],
+                                   m->alpha_cutoff}},
+        .metallic_roughness_normal_occlusion = {{m->metallic, m->roughness, m->normal_scale,
+                                                 m->occlusion_strength}},
+        .transmission_f0_thickness = {{m->transmission, f0, m->thickness, m->edge_exponent}},
+        .edge_color = {{m->edge_color[0], m->edge_color[1], m->edge_color[2], 0}},
+        .flags = material_flags(material),
+    };
+    for (int k = 0; k < 3; k++)
+        r->attenuation.v[k] = (float)material->sigma[k];
+    fill_textures(scene, m, r);
+}
+
+/* Thickness is a length of the model and grows with its node (KHR_materials_volume), by one factor
+ * here; only closed items are media. Items that either changes use copies of their material's
+ * record. */
+static bool is_scaled(const struct scene_state *state, const struct state_item *item)
+{
+    const struct scene_material *m = &state->materials[item->material].base;
+    return m->transmission > 0 && m->thickness > 0 && fabsf(item->length_scale - 1) > 1e-6f;
+}
+
+static bool needs_copy(const struct scene_state *state, const struct state_item *item)
+{
+    return item->is_medium || is_scaled(state, item);
+}
+
+static void assign_materials(struct draw_arena *arena, const struct scene_state *state,
+                             struct material_record *records)
+{
+    uint32_t next = state->scene->material_count;
+    for (size_t i = 0; i < state->item_count; i++) {
+        const struct state_item *item = &state->items[i];
+        arena->item_materials[i] = item->material;
+        if (!needs_copy(state, item))
+            continue;
+        records[next] = records[item->material];
+        records[next].transmission_f0_thickness.v[2] *= item->length_scale;
+        if (item->is_medium)
+            records[next].flags |= MATERIAL_MEDIUM;
+        arena->item_materials[i] = next++;
+    }
+}
+
+static bool reserve_items(struct draw_arena *arena, size_t count, struct error *err)
+{
+    free(arena->item_materials);
+    free(arena->item_records);
+    free(arena->is_made);
+    arena->item_materials = calloc(count + 1, sizeof *arena->item_materials);
+    arena->item_records = malloc((count + 1) * sizeof *arena->item_records);
+    arena->is_made = calloc(count + 1, sizeof *arena->is_made);
+    return (arena->item_materials && arena->item_records && arena->is_made) ||
+           error_set(err, ERROR_NO_MEMORY, "records of %zu drawables", count);
+}
+
+static void let_records_go(struct draw_arena *arena)
+{
+    arena->used = 0;
+    arena->epoch++;
+}
+
+bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state, struct error *err)
+{
+    size_t count = state->scene->material_count;
+    for (size_t i = 0; i < state->item_count; i++)
+        count += needs_copy(state, &state->items[i]);
+    struct material_record *records = calloc(count, sizeof *records);
+    if (!records || !reserve_items(arena, state->item_count, err)) {
+        free(records);
+        return error_set(err, ERROR_NO_MEMORY, "%zu materials", count);
+    }
+    for (uint32_t i = 0; i < state->scene->material_count; i++) {
+        fill_material(state->scene, &state->materials[i], &records[i]);
+        records[i].source = i;
+    }
+    assign_materials(arena, state, records);
+    let_records_go(arena);
+    arena->command_used = 0;
+    uint64_t bytes = count * sizeof *records;
+    bool ok =
+        gl_buffer_reserve(&arena->materials,
+                          &(struct gl_buffer_desc){
+                              .label = "frame.materials", .size_bytes = bytes, .is_dynamic = true},
+                          false, err);
+    if (ok) {
+        gl_buffer_write(&arena->materials, 0, bytes, records);
+        gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
+    }
+    free(records);
+    return ok;
+}
+
+void draw_arena_bind_materials(const struct draw_arena *arena)
+{
+    gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
+}
+
+/* Normals are normalised in the shader, so cofactors may be scaled to keep tiny and huge objects
+ * inside f32. */
+static void scale_normals(vec4 *normals[3])
+{
+    float largest = 0;
+    for (int i = 0; i < 3; i++)
+        for (int c = 0; c < 3; c++)
+            largest = fmaxf(largest, fabsf(normals[i]->v[c]));
+    if (!(largest > 0) || !isfinite(largest))
+        return;
+    for (int i = 0; i < 3; i++)
+        for (int c = 0; c < 3; c++)
+            normals[i]->v[c] /= largest;
+}
+
+/* Without the place: that depends on the origin. */
+static void make_record(const struct draw_arena *arena, const struct scene_state *state,
+                        uint32_t index, struct draw_record *r)
+{
+    const struct state_item *item = &state->items[index];
+    const double *m = state->world[item->node];
+    vec4 *rows[3] = {&r->row_0, &r->row_1, &r->row_2};
+    vec4 *normals[3] = {&r->normal_0, &r->normal_1, &r->normal_2};
+    double sign = item->is_mirrored ? -1 : 1;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        for (int c = 0; c < 3; c++) {
+            int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+            rows[i]->v[c] = (float)m[4 * c + i];
+            /* cofactor: transforms normals for any invertible matrix, without dividing */
+            double cofactor = m[4 * c1 + j] * m[4 * c2 + k] - m[4 * c2 + j] * m[4 * c1 + k];
+            normals[i]->v[c] = (float)(sign * cofactor);
+        }
+        normals[i]->v[3] = 0;
+    }
+    scale_normals(normals);
+    r->normal_0.v[3] = (float)sign;
+    r->material = arena->item_materials[index];
+    r->node = item->node;
+    r->primitive = item->primitive;
+    r->object = item->node;
+}
+
+static void place_record(struct draw_arena *arena, const struct draw_place_desc *desc,
+                         uint32_t index, struct draw_record *r)
+{
+    double offset[3];
+    if (!arena->is_made[index])
+        make_record(arena, desc->state, index, &arena->item_records[index]);
+    arena->is_made[index] = true;
+    vec3_sub(desc->state->world[desc->state->items[index].node] + 12, desc->origin, offset);
+    *r = arena->item_records[index];
+    r->row_0.v[3] = (float)offset[0];
+    r->row_1.v[3] = (float)offset[1];
+    r->row_2.v[3] = (float)offset[2];
+}
+
+static bool reserve_records(struct draw_arena *arena, size_t count, struct error *err)
+{
+    if (count <= arena->record_capacity)
+        return true;
+    void *records = realloc(arena->records, count * sizeof *arena->records);
+    if (records)
+        arena->records = records;
+    void *placed = records ? realloc(arena->placed, count * sizeof *arena->placed) : NULL;
+    if (!placed)
+        return error_set(err, ERROR_NO_MEMORY, "%zu draws", count);
+    arena->placed = placed;
+    arena->record_capacity = count;
+    return true;
+}
+
+/* Whether the placement holds, or can be that of the call before. */
+static bool is_placed(const struct draw_arena *arena, const struct draw_place_desc *desc,
+                      struct draw_placement *placement)
+{
+    if (!desc->item_count || placement->epoch == arena->epoch)
+        return true;
+    if (arena->placement.epoch != arena->epoch || arena->placed_count != desc->item_count ||
+        memcmp(arena->placed_origin, desc->origin, sizeof desc->origin) != 0 ||
+        memcmp(arena->placed, desc->items, desc->item_count * sizeof *desc->items) != 0)
+        return false;
+    *placement = arena->placement;
+    return true;
+}
+
+bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *desc,
+                      struct draw_placement *placement, struct error *err)
+{
+    if (is_placed(arena, desc, placement))
+        return true;
+    if (arena->used + desc->item_count > RECORDS_KEPT)
+        let_records_go(arena);
+    uint64_t size = sizeof *arena->records;
+    if (!reserve_records(arena, desc->item_count, err) ||
+        !gl_buffer_reserve(
+            &arena->draws,
+            &(struct gl_buffer_desc){.label = "frame.draws",
+                                     .size_bytes = (arena->used + desc->item_count) * size,
+                                     .is_dynamic = true},
+            true, err))
+        return false;
+    for (size_t i = 0; i < desc->item_count; i++)
+        place_record(arena, desc, desc->items[i], &arena->records[i]);
+    gl_buffer_write(&arena->draws, arena->used * size, desc->item_count * size, arena->records);
+    memcpy(arena->placed, desc->items, desc->item_count * sizeof *desc->items);
+    memcpy(arena->placed_origin, desc->origin, sizeof desc->origin);
+    arena->placed_count = desc->item_count;
+    arena->placement = (struct draw_placement){arena->epoch, (uint32_t)arena->used};
+    arena->used += desc->item_count;
+    *placement = arena->placement;
+    return true;
+}
