@@ -45,7 +45,7 @@ struct frame_report {
         uint64_t lights, shadowed_lights;
         uint64_t draws, triangles; /* drawables of the camera's passes, each pass counted */
         uint64_t draw_calls;       /* that took them: consecutive ones of one state share a call */
-        uint64_t culled;           /* drawables outside of a window's view, of each window */
+        uint64_t culled;           /* drawables outside of the image's view */
         uint64_t shadow_draws;     /* casters that the faces of built shadow maps see, ... */
         uint64_t shadow_culled;    /* ... and those of the scene that they do not see */
         uint64_t unseen_lights;    /* they reach nothing in view, and have no structure */

@@ -264,8 +264,11 @@ static bool is_placed(const struct draw_arena *arena, const struct draw_place_de
 {
     if (!desc->item_count || placement->epoch == arena->epoch)
         return true;
+    bool is_same_origin = true;
+    for (int k = 0; k < 3; k++)
+        is_same_origin = is_same_origin && arena->placed_origin[k] == desc->origin[k];
     if (arena->placement.epoch != arena->epoch || arena->placed_count != desc->item_count ||
-        memcmp(arena->placed_origin, desc->origin, sizeof desc->origin) != 0 ||
+        !is_same_origin ||
         memcmp(arena->placed, desc->items, desc->item_count * sizeof *desc->items) != 0)
         return false;
     *placement = arena->placement;

@@ -93,7 +93,7 @@ static bool list_commands(const struct draw_desc *desc, uint32_t *batch_count,
     for (size_t i = 0; i < desc->item_count; i++) {
         const struct state_item *item = &desc->state->items[desc->items[i]];
         const struct scene_primitive *p = &scene->primitives[item->primitive];
-        uint32_t record = desc->records ? desc->records[i] : desc->first_record + (uint32_t)i;
+        uint32_t record = desc->records[i];
         struct draw_state state;
         if (!describe_state(desc, item, &state, err))
             return false;

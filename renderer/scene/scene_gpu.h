@@ -48,8 +48,7 @@ struct draw_desc {
     const struct scene_state *state; /* required */
     struct draw_arena *arena;        /* required */
     const uint32_t *items;           /* required; indices of state->items, drawn in this order */
-    const uint32_t *records;         /* the record of each item; NULL: first_record, + 1, ... */
-    uint32_t first_record;
+    const uint32_t *records;         /* required; the record of each item */
     size_t item_count;
     bool cull_back_faces; /* of single-sided materials that are not media; camera passes do, light
                              passes do not */

@@ -42,13 +42,6 @@ static bool reaches_eye(const struct camera *camera, const struct state_item *it
     return camera->is_orthographic ? nearest <= camera->z_near * 1.0001 : is_inside;
 }
 
-static bool reserve_items(struct geometry_items *items, const struct scene_state *state,
-                          struct error *err)
-{
-    items->drawn = malloc((state->item_count + 1) * sizeof *items->drawn);
-    return items->drawn || error_set(err, ERROR_NO_MEMORY, "%zu drawables", state->item_count);
-}
-
 /* Opaque items, then transparent ones, then media, each near to far. */
 static void list_items(const struct window_frame *frame, const struct sort_key *keys, size_t count,
                        struct geometry_items *items)
@@ -76,10 +69,8 @@ bool geometry_cull(const struct window_frame *frame, struct geometry_items *item
     struct frustum frustum;
     *items = (struct geometry_items){0};
     struct sort_key *keys = malloc((state->item_count + 1) * sizeof *keys);
-    if (!keys || !reserve_items(items, state, err)) {
-        free(keys);
+    if (!keys)
         return error_set(err, ERROR_NO_MEMORY, "%zu drawables", state->item_count);
-    }
     frustum_init(&frustum, frame->camera, &frame->window);
     size_t count = 0;
     for (size_t i = 0; i < state->item_count; i++) {
@@ -93,11 +84,14 @@ bool geometry_cull(const struct window_frame *frame, struct geometry_items *item
                                           : item->class_ == STATE_TRANSPARENT ? LIST_TRANSPARENT
                                                                               : LIST_OPAQUE};
     }
-    qsort(keys, count, sizeof *keys, compare_keys);
-    list_items(frame, keys, count, items);
     items->culled_count = state->item_count - count;
+    items->drawn = malloc((count + 1) * sizeof *items->drawn);
+    if (items->drawn) {
+        qsort(keys, count, sizeof *keys, compare_keys);
+        list_items(frame, keys, count, items);
+    }
     free(keys);
-    return true;
+    return items->drawn || error_set(err, ERROR_NO_MEMORY, "%zu drawables", count);
 }
 
 void geometry_items_finish(struct geometry_items *items)
@@ -243,15 +237,54 @@ static size_t drawn_count(const struct geometry_items *items)
     return items->opaque_count + items->transparent_count + items->medium_count;
 }
 
-static bool submit(const struct window_frame *frame, const struct geometry_items *items,
-                   const struct pass *pass, struct error *err)
+/* The pass's items that the window sees, and their records; the lists are those of the image. */
+struct selection {
+    uint32_t *items, *records; /* owned */
+    size_t count;
+};
+
+static bool select_items(const struct window_frame *frame, const struct pass *pass,
+                         uint32_t first_record, struct selection *selection, struct error *err)
+{
+    struct frustum frustum;
+    *selection = (struct selection){.items = malloc((pass->count + 1) * sizeof(uint32_t)),
+                                    .records = malloc((pass->count + 1) * sizeof(uint32_t))};
+    if (!selection->items || !selection->records)
+        return error_set(err, ERROR_NO_MEMORY, "%zu drawables", pass->count);
+    frustum_init(&frustum, frame->camera, &frame->window);
+    bool is_whole = frame->window.width == frame->window.image_width &&
+                    frame->window.height == frame->window.image_height;
+    for (size_t i = 0; i < pass->count; i++) {
+        if (!is_whole && !frustum_meets(&frustum, &frame->state->items[pass->items[i]]))
+            continue;
+        selection->items[selection->count] = pass->items[i];
+        selection->records[selection->count++] = first_record + (uint32_t)i;
+    }
+    return true;
+}
+
+static void selection_finish(struct selection *selection)
+{
+    free(selection->items);
+    free(selection->records);
+}
+
+/* Where the records of the image's items are; they stand for all passes and windows. */
+static bool place_items(const struct window_frame *frame, const struct geometry_items *items,
+                        uint32_t *first_record, struct error *err)
 {
     struct draw_placement placement = {0};
     struct draw_place_desc place = {
         .state = frame->state, .items = items->drawn, .item_count = drawn_count(items)};
     memcpy(place.origin, frame->camera->eye, sizeof place.origin);
-    if (!draw_arena_place(frame->arena, &place, &placement, err))
-        return false;
+    bool ok = draw_arena_place(frame->arena, &place, &placement, err);
+    *first_record = placement.first_record;
+    return ok;
+}
+
+static bool draw_selection(const struct window_frame *frame, const struct selection *selection,
+                           const struct pass *pass, struct error *err)
+{
     struct variant_context context = {.frame = frame,
                                       .fragment = pass->fragment,
                                       .evaluates = pass->evaluates,
@@ -261,9 +294,9 @@ static bool submit(const struct window_frame *frame, const struct geometry_items
         .gpu = frame->gpu,
         .state = frame->state,
         .arena = frame->arena,
-        .items = pass->items,
-        .first_record = placement.first_record + (uint32_t)(pass->items - items->drawn),
-        .item_count = pass->count,
+        .items = selection->items,
+        .records = selection->records,
+        .item_count = selection->count,
         .cull_back_faces = true,
         .program_for = program_for,
         .context = &context,
@@ -276,6 +309,19 @@ static bool submit(const struct window_frame *frame, const struct geometry_items
     frame->report->counts.draws += counts.draws;
     frame->report->counts.draw_calls += counts.calls;
     frame->report->counts.triangles += counts.triangles;
+    return ok;
+}
+
+static bool submit(const struct window_frame *frame, const struct geometry_items *items,
+                   const struct pass *pass, struct error *err)
+{
+    uint32_t first_record;
+    struct selection selection = {0};
+    bool ok = place_items(frame, items, &first_record, err) &&
+              select_items(frame, pass, first_record + (uint32_t)(pass->items - items->drawn),
+                           &selection, err) &&
+              draw_selection(frame, &selection, pass, err);
+    selection_finish(&selection);
     return ok;
 }
 
@@ -314,7 +360,7 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
     if (frame->targets->samples > 1)
         glClearNamedFramebufferuiv(frame->targets->gbuffer.name, GL_COLOR, 2, zero);
     glClearNamedFramebufferfv(frame->targets->gbuffer.name, GL_DEPTH, 0, &far_);
-    frame->report->counts.culled += items->culled_count;
+    frame->report->counts.culled = items->culled_count;
     bool ok = submit(frame, items,
                      &(struct pass){.items = items->opaque,
                                     .count = items->opaque_count,

@@ -125,6 +125,31 @@ static void each_object_of_a_shared_call_is_in_its_place(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+/* An image so large that it is rendered in two windows, each of which draws its own half. */
+static void windows_draw_what_they_see(void **state)
+{
+    struct rig_scene rig;
+    struct view view = wall_view(12);
+    struct frame frame;
+    open_wall(&rig, *state, KINDS);
+    view.outputs = 1u << VIEW_OUTPUT_NODE;
+    view.width_px = 2200;
+    view.height_px = 1000;
+    shoot(*state, &rig, &view, &frame);
+    for (int i = 0; i < OBJECTS; i++) {
+        char name[16];
+        double place[3];
+        snprintf(name, sizeof name, "object-%d", i);
+        object_place(i, place);
+        assert_int_equal(image_id_at(&frame.outputs[VIEW_OUTPUT_NODE], &view, place),
+                         scene_node_id(&rig, name));
+    }
+    assert_int_equal(frame.report.warning_count > 0, 1); /* of the windows */
+    assert_in_range(frame.report.counts.draws, OBJECTS, OBJECTS * 3 / 2);
+    frame_finish(&frame);
+    rig_scene_finish(&rig, *state);
+}
+
 static void equal_objects_are_one_call(void **state)
 {
     struct rig_scene rig;
@@ -217,6 +242,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_object_of_a_shared_call_is_in_its_place),
+        cmocka_unit_test(windows_draw_what_they_see),
         cmocka_unit_test(equal_objects_are_one_call),
         cmocka_unit_test(what_is_culled_is_what_nobody_sees),
         cmocka_unit_test(casters_that_a_face_does_not_see_are_not_drawn),
