@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "renderer/raytrace/rt_area.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/scene/matrix.h"
@@ -121,11 +122,19 @@ bool raytrace_probe(const struct raytrace_probe_desc *desc, double (*out)[3], st
             double point[3];
             vec3_sub(desc->points[p], scene.origin, point);
             lighting.seed = (uint32_t)p;
-            probe_light(&lighting, &desc->state->lights[i], point, out[i * desc->point_count + p]);
+            const struct state_light *light = &desc->state->lights[i];
+            double *t = out[i * desc->point_count + p];
+            if (desc->follows_edges && state_light_is_area(light) && light->casts_shadow)
+                rt_area_transmittance(&lighting, light, point,
+                                      rt_light_sample_count(light, &desc->view->quality), t);
+            else
+                probe_light(&lighting, light, point, t);
         }
     }
     if (ok && lighting.has_overflowed)
         ok = error_set(err, ERROR_OVER_BUDGET, "a ray meets more than %d surfaces", RT_HITS_MAX);
+    if (desc->shadow_rays)
+        *desc->shadow_rays = lighting.shadow_rays;
     rt_lighting_finish(&lighting);
     rt_scene_finish(&scene);
     return ok;

@@ -72,6 +72,9 @@ struct raytrace_probe_desc {
     const struct scene_state *state; /* required */
     const double (*points)[3];       /* required */
     size_t point_count;
+    bool follows_edges;    /* of area lights: rt_area.h, to 1e-5 with 65,536 samples, instead of the
+                              sequence that pictures take, which errs by N^(-3/4) */
+    uint64_t *shadow_rays; /* optional out */
 };
 MUST_CHECK bool raytrace_probe(const struct raytrace_probe_desc *desc, double (*out)[3],
                                struct error *err);

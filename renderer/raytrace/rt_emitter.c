@@ -60,6 +60,17 @@ static void square_to_disk(double xy[2])
     xy[1] = radius * sin(angle);
 }
 
+void rt_light_place(const struct state_light *light, const double unit[2], double point[3])
+{
+    double xy[2] = {unit[0], unit[1]};
+    if (light->type == SCENE_LIGHT_DISK)
+        square_to_disk(xy);
+    else
+        xy[0] = 2 * xy[0] - 1, xy[1] = 2 * xy[1] - 1;
+    for (int k = 0; k < 3; k++)
+        point[k] = light->position[k] + light->half_u[k] * xy[0] + light->half_v[k] * xy[1];
+}
+
 void rt_light_sample_point(const struct state_light *light, const struct rt_light_sample *sample,
                            double point[3])
 {
@@ -69,12 +80,7 @@ void rt_light_sample_point(const struct state_light *light, const struct rt_ligh
     uint32_t turn = scatter_bits(sample->seed + 0x9e3779b9u);
     double xy[2] = {unit_interval(reverse_bits(sample->index) ^ turn),
                     unit_interval(sobol_second(sample->index) ^ scatter_bits(turn))};
-    if (light->type == SCENE_LIGHT_DISK)
-        square_to_disk(xy);
-    else
-        xy[0] = 2 * xy[0] - 1, xy[1] = 2 * xy[1] - 1;
-    for (int k = 0; k < 3; k++)
-        point[k] += light->half_u[k] * xy[0] + light->half_v[k] * xy[1];
+    rt_light_place(light, xy, point);
 }
 
 /* KHR_lights_punctual, range and "Inner and Outer Cone Angles". */

@@ -21,6 +21,10 @@ struct rt_arrival {
 /* Points to take of a light: 1, or for area lights quality.area_samples or its default. */
 uint32_t rt_light_sample_count(const struct state_light *light, const struct view_quality *quality);
 
+/* The point of an area light (world) at a place of the unit square, of which equal areas are equal
+ * areas of the light. */
+void rt_light_place(const struct state_light *light, const double unit[2], double point[3]);
+
 /* The sample-th point of an area light (world; its centre for others): the first two dimensions of
  * Sobol's sequence (Sobol 1967), every power of two of whose points has one in each elementary
  * interval, scrambled by random digits (Kollig and Keller 2002, "Efficient Multidimensional
