@@ -325,7 +325,7 @@ bool frame_run(const struct frame_run *run, struct error *err)
         return false;
     if (needs(run, PLAN_NEED_COLOR) &&
         !shade_upload_lights(&renderer->shade, run->state, renderer->shadows, run->camera->eye,
-                             err))
+                             NULL, err))
         return false;
     return !is_rasterised || run_windows(run, err);
 }

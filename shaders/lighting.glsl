@@ -23,13 +23,18 @@ layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statis
 
 uniform vec3 u_sky, u_ground; // nt
 uniform float u_taps;         // per shadow query, for the statistics
-#ifdef HAS_LIGHT_SLICE
-// More lights than one invocation may loop over: each dispatch walks a part of the lists, the first
-// adds all else.
-uniform uvec2 u_light_slice; // first entry, count
-#define IS_FIRST_SLICE (u_light_slice.x == 0u)
+#ifdef HAS_LIGHT_PARTS
+// More lights than one dispatch takes, because of its loops or because of the memory of their
+// shadows: each dispatch goes on with the sums of the one before it, so that the bits are those of
+// a single one. The first adds all that is not a light's.
+uniform uvec2 u_light_part; // not 0: it is the first; it is the last
+#define IS_FIRST_PART (u_light_part.x != 0u)
+#define IS_LAST_PART (u_light_part.y != 0u)
 #else
-#define IS_FIRST_SLICE true
+#define IS_FIRST_PART true
+#endif
+#ifdef HAS_LIGHT_SLICE
+uniform uvec2 u_light_slice; // of the lists, the part that is walked: first entry, count
 #endif
 
 // Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot
@@ -72,13 +77,14 @@ vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
     return (diffuse * irradiance + mirrored * (f0 * split.x + split.y)) * occlusion;
 }
 
-// position: eye-relative, world axes; view: unit, towards the viewer; pixel: in the window, y up.
+// position: eye-relative, world axes; view: unit, towards the viewer; pixel: in the window, y up;
+// before: the sum of the parts before this one.
 vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, uvec2 pixel,
-                       float view_z)
+                       float view_z, vec3 before)
 {
     uint flags = materials[s.material].flags;
     if ((flags & MATERIAL_UNLIT) != 0u)
-        return IS_FIRST_SLICE ? s.base + s.emissive : vec3(0.0);
+        return IS_FIRST_PART ? s.base + s.emissive : before;
     brdf_input b;
     b.normal = s.normal;
     b.view = view;
@@ -87,7 +93,7 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
     b.alpha = max(s.roughness * s.roughness, MIN_ALPHA);
     b.f0 = materials[s.material].transmission_f0_thickness.y;
     b.transmission = transmission;
-    vec3 radiance = IS_FIRST_SLICE ? s.emissive : vec3(0.0);
+    vec3 radiance = IS_FIRST_PART ? s.emissive : before;
 #ifdef HAS_SHADOWS
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")
@@ -96,7 +102,7 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
     uint object = (flags & MATERIAL_NO_SELF_SHADOW) != 0u ? s.node : NO_OBJECT;
 #endif
 #ifdef HAS_ENVIRONMENT
-    if (IS_FIRST_SLICE)
+    if (IS_FIRST_PART)
         radiance += hemisphere_light(b, s.roughness, s.occlusion);
 #endif
 #ifdef HAS_LIGHTS

@@ -30,7 +30,12 @@ void main()
     vec3 position = view_position(vec2(pixel) + 0.5, view_z);
     vec3 view = view_direction(position);
     vec3 radiance = vec3(0.0);
+#ifdef HAS_LIGHT_PARTS
+    vec3 before = colors[2u * entry].rgb;
+#else
+    const vec3 before = vec3(0.0);
+#endif
     if (coverage > 0.0)
-        radiance = coverage * lighting_evaluate(s, transmission, position, view, pixel, view_z);
+        radiance = lighting_evaluate(s, transmission, position, view, pixel, view_z, before);
     colors[2u * entry] = vec4(radiance, 0.0);
 }

@@ -19,6 +19,9 @@ layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
 layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
 #endif
 layout(rgba32f, binding = 0) uniform image2D u_image;
+#ifdef HAS_LIGHT_PARTS
+layout(rgba32f, binding = 1) uniform image2DArray u_parts; // light so far, a layer per sample
+#endif
 uniform uvec2 u_size_px;
 uniform vec4 u_background;             // associated alpha
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
@@ -30,23 +33,33 @@ uniform uint u_keys_offset; // of the sorted half
 #endif
 #include "media.glsl"
 
-vec4 shade_sample(ivec2 pixel, uvec4 s0, uvec4 s1, float depth, vec2 offset)
+vec3 light_before(ivec2 pixel, int i)
 {
+#ifdef HAS_LIGHT_PARTS
+    return imageLoad(u_parts, ivec3(pixel, i)).rgb;
+#else
+    return vec3(0.0);
+#endif
+}
+
+vec4 shade_sample(ivec2 pixel, int i, float depth, vec2 offset)
+{
+    uvec4 s0 = texelFetch(u_surface_0, pixel, i), s1 = texelFetch(u_surface_1, pixel, i);
     surface s = surface_unpack(s0, s1);
     float view_z = view_depth(depth);
     vec3 position = view_position(vec2(pixel) + offset, view_z);
     vec3 v = view_direction(position);
-    return vec4(lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z), 1.0);
+    vec3 before = light_before(pixel, i);
+    return vec4(lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z, before), 1.0);
 }
 
 #if SAMPLES == 1
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
     float depth = texelFetch(u_depth_map, pixel, 0).x;
-    color[0] = IS_FIRST_SLICE ? u_background : vec4(0.0);
+    color[0] = u_background;
     BRANCH (depth > 0.0)
-        color[0] = shade_sample(pixel, texelFetch(u_surface_0, pixel, 0),
-                                texelFetch(u_surface_1, pixel, 0), depth, u_sample_positions[0]);
+        color[0] = shade_sample(pixel, 0, depth, u_sample_positions[0]);
 }
 #else
 // Each distinct surface among the samples is shaded once: samples of one signature and nearly one
@@ -74,10 +87,9 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
             }
         }
         vec3 middle = sum / float(bitCount(same));
-        vec4 shaded = IS_FIRST_SLICE ? u_background : vec4(0.0);
+        vec4 shaded = u_background;
         BRANCH (depth > 0.0)
-            shaded = shade_sample(pixel, texelFetch(u_surface_0, pixel, i),
-                                  texelFetch(u_surface_1, pixel, i), middle.z, middle.xy);
+            shaded = shade_sample(pixel, i, middle.z, middle.xy);
         for (int j = 0; j < SAMPLES; j++)
             if ((same & 1u << j) != 0u)
                 color[j] = shaded;
@@ -107,8 +119,9 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
 #endif
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
-        vec3 layer = colors[2u * key.z].rgb;
-        dvec3 filter_ = filter_unpack(colors[2u * key.z + 1u].rgb);
+        vec4 word = colors[2u * key.z + 1u];
+        vec3 layer = colors[2u * key.z].rgb * word.a;
+        dvec3 filter_ = filter_unpack(word.rgb);
         medium_event e = media_event(key.z, uintBitsToFloat(key.x));
         bool is_seen = (key.w & FRAGMENT_HIDDEN) == 0u;
         for (int i = 0; i < SAMPLES; i++) {
@@ -145,8 +158,9 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
     }
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
-        vec3 layer = colors[2u * key.z].rgb;
-        dvec3 filter_ = filter_unpack(colors[2u * key.z + 1u].rgb);
+        vec4 word = colors[2u * key.z + 1u];
+        vec3 layer = colors[2u * key.z].rgb * word.a;
+        dvec3 filter_ = filter_unpack(word.rgb);
         for (int i = 0; i < SAMPLES; i++) {
             if ((key.w & 1u << i) == 0u)
                 continue;
@@ -188,11 +202,14 @@ void main()
         return;
     vec4 color[SAMPLES];
     shade_opaque(pixel, color);
-    vec4 result = composite(pixel, color);
-#ifdef HAS_LIGHT_SLICE
-    if (!IS_FIRST_SLICE)
-        result = vec4(result.rgb, 0.0) + imageLoad(u_image, pixel);
+#ifdef HAS_LIGHT_PARTS
+    if (!IS_LAST_PART) { // layers and background are composited once
+        for (int i = 0; i < SAMPLES; i++)
+            imageStore(u_parts, ivec3(pixel, i), color[i]);
+        return;
+    }
 #endif
+    vec4 result = composite(pixel, color);
     // A value that is not a number has no place in an image; none is known to arise.
     result = mix(result, vec4(0.0), isnan(result));
     imageStore(u_image, pixel, clamp(result, vec4(-3e38), vec4(3e38)));

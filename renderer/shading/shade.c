@@ -44,13 +44,16 @@ static void fill_light(const struct state_light *light, uint32_t shadow, const d
 
 bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
                          const struct shadow_system *shadows, const double eye[3],
-                         struct error *err)
+                         const bool *is_left_out, struct error *err)
 {
     struct light_record *records = calloc(state->light_count + 1, sizeof *records);
     if (!records)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", state->light_count);
-    for (size_t i = 0; i < state->light_count; i++)
+    for (size_t i = 0; i < state->light_count; i++) {
         fill_light(&state->lights[i], shadow_system_record(shadows, i), eye, &records[i]);
+        if (is_left_out && is_left_out[i])
+            records[i].color = (vec4){{0, 0, 0, 0}};
+    }
     uint64_t bytes = state->light_count * sizeof *records;
     bool ok =
         gl_buffer_reserve(&shade->lights,
@@ -71,7 +74,8 @@ bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
 /* A part of the light lists, walked by one dispatch. */
 struct light_slice {
     uint32_t first, count;
-    bool is_whole;
+    bool is_whole;          /* of the lists; first and count mean nothing */
+    bool is_first, is_last; /* of all dispatches over the window */
 };
 
 /* Of the lists' media. */
@@ -102,7 +106,9 @@ static void describe(const struct shade_desc *desc, const struct light_slice *sl
              has_shadows ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, media_defines,
-             slice->is_whole ? "" : " HAS_LIGHT_SLICE",
+             slice->is_first && slice->is_last ? ""
+             : slice->is_whole                 ? " HAS_LIGHT_PARTS"
+                                               : " HAS_LIGHT_PARTS HAS_LIGHT_SLICE",
              has_lights ? light_lists_defines(desc->lists) : "", has_shadows ? shadow_defines : "");
 }
 
@@ -126,6 +132,7 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
     int taps = frame->view->quality.shadow_taps ? frame->view->quality.shadow_taps : 4;
     gl_program_set_f(program, "u_taps", (float)taps);
     gl_program_set_u2(program, "u_light_slice", slice->first, slice->count);
+    gl_program_set_u2(program, "u_light_part", slice->is_first, slice->is_last);
     gl_buffer_bind_storage(&shade->lights, BIND_LIGHTS);
     gl_buffer_bind_storage(&shade->statistics, BIND_STATISTICS);
     if (frame->state->light_count) {
@@ -179,6 +186,8 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
     gl_program_set_f4(program, "u_background", background);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
+    if (frame->targets->parts.name)
+        glBindImageTexture(1, frame->targets->parts.name, 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA32F);
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
@@ -211,8 +220,8 @@ static uint64_t steps_per_light(const struct shade_desc *desc)
 }
 
 /* All loops of one invocation share 65,535 steps on llvmpipe and then end without a word
- * (docs/performance.md), so long light lists are walked in several dispatches whose results add up.
- */
+ * (docs/performance.md), so long light lists are walked in several dispatches, each going on with
+ * the sums of the one before it. */
 static bool choose_slices(const struct shade_desc *desc, struct light_slice *slice,
                           uint32_t *slice_count, struct error *err)
 {
@@ -239,8 +248,14 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
     uint32_t slice_count;
     if (!choose_slices(desc, &slice, &slice_count, err))
         return false;
+    if (slice_count == 1 && !desc->is_continued && !desc->continues)
+        gl_texture_finish(&desc->frame->targets->parts);
+    else if (!targets_prepare_parts(desc->frame->targets, err))
+        return false;
     gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
     for (uint32_t i = 0; i < slice_count; i++, slice.first += slice.count) {
+        slice.is_first = i == 0 && !desc->is_continued;
+        slice.is_last = i + 1 == slice_count && !desc->continues;
         if (desc->pixels->entry_count && !shade_entries(shade, desc, &slice, err))
             return false;
         if (!shade_pixels(shade, desc, &slice, err))

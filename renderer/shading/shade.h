@@ -19,13 +19,17 @@ struct shade_desc {
     const struct light_lists *lists;     /* required, prepared for the window */
     const struct shadow_system *shadows; /* required, prepared for the frame */
     const struct pixel_lists *pixels;    /* required, built for the window */
+    bool is_continued; /* other lights have been shaded before these: adds to what is there */
+    bool continues;    /* others follow: the image is made with the last of them */
 };
 
-/* Uploads the lights of the frame, relative to the eye. Once per frame. */
+/* Uploads the lights of the frame, relative to the eye. Once per frame, or once for each part of
+ * its lights: lights for which is_left_out is true (NULL: none) are black. */
 MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
                                     const struct shadow_system *shadows, const double eye[3],
-                                    struct error *err);
-/* Shades list entries, then pixels, into frame->targets->image. */
+                                    const bool *is_left_out, struct error *err);
+/* Shades list entries, then pixels, into frame->targets->image. The bits are the same whether the
+ * lights come at once or in parts, as long as the parts follow the order of the light lists. */
 MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
 /* Copies the window's linear image into `color`. */
 MUST_CHECK bool shade_read_color(const struct window_frame *frame, struct image *color,

@@ -55,6 +55,17 @@ bool targets_prepare(struct targets *t, int width, int height, int samples, stru
     return ok;
 }
 
+bool targets_prepare_parts(struct targets *t, struct error *err)
+{
+    return t->parts.name || gl_texture_init(&t->parts,
+                                            &(struct gl_texture_desc){.label = "frame.parts",
+                                                                      .format = GL_RGBA32F,
+                                                                      .width = t->width,
+                                                                      .height = t->height,
+                                                                      .layers = t->samples},
+                                            err);
+}
+
 void targets_finish(struct targets *t)
 {
     gl_framebuffer_finish(&t->gbuffer);
@@ -64,11 +75,12 @@ void targets_finish(struct targets *t)
     gl_texture_finish(&t->signature);
     gl_texture_finish(&t->depth);
     gl_texture_finish(&t->image);
+    gl_texture_finish(&t->parts);
     *t = (struct targets){0};
 }
 
 uint64_t targets_size_bytes(const struct targets *t)
 {
     return t->surface_0.size_bytes + t->surface_1.size_bytes + t->signature.size_bytes +
-           t->depth.size_bytes + t->image.size_bytes;
+           t->depth.size_bytes + t->image.size_bytes + t->parts.size_bytes;
 }

@@ -8,9 +8,11 @@
 struct targets {
     int width, height, samples;             /* of what is allocated */
     struct gl_texture surface_0, surface_1; /* RGBA32UI: shaders/surface.glsl */
-    struct gl_texture signature;      /* R32UI: tells surfaces apart; only when multisampled */
-    struct gl_texture depth;          /* D32F, reversed: 0 is infinitely far */
-    struct gl_texture image;          /* RGBA32F, linear, associated alpha */
+    struct gl_texture signature; /* R32UI: tells surfaces apart; only when multisampled */
+    struct gl_texture depth;     /* D32F, reversed: 0 is infinitely far */
+    struct gl_texture image;     /* RGBA32F, linear, associated alpha */
+    struct gl_texture parts; /* RGBA32F, a layer per sample: opaque light so far, where the lights
+                                take several dispatches */
     struct gl_framebuffer gbuffer;    /* surfaces, signature and depth */
     struct gl_framebuffer depth_only; /* depth alone: list passes must have no colour attachment
                                          (llvmpipe) */
@@ -19,6 +21,8 @@ struct targets {
 /* Re-creates the targets when size or samples differ. */
 MUST_CHECK bool targets_prepare(struct targets *targets, int width, int height, int samples,
                                 struct error *err);
+/* Makes targets->parts where it is absent. */
+MUST_CHECK bool targets_prepare_parts(struct targets *targets, struct error *err);
 void targets_finish(struct targets *targets);
 uint64_t targets_size_bytes(const struct targets *targets);
 

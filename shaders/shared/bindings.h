@@ -16,7 +16,7 @@
 #define BIND_FRAGMENT_KEYS 5 /* transparency: uvec4 per entry: depth, coverage, ... */
 #define BIND_FRAGMENT_SURFACE_0 6
 #define BIND_FRAGMENT_SURFACE_1 7
-/* two vec4 per entry: radiance times coverage; word of filter_word.glsl and coverage */
+/* two vec4 per entry: radiance; word of filter_word.glsl and coverage */
 #define BIND_FRAGMENT_COLORS 8
 /* uvec4: transmission, thickness (of a medium: both hold transmission and slopes of the depth),
  * pixel, depth */
