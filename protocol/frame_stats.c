@@ -43,6 +43,7 @@ static const struct count_member count_members[] = {
     COUNT(lights),
     COUNT(shadowed_lights),
     COUNT(unseen_lights),
+    COUNT(light_batches),
     COUNT(draws),
     COUNT(triangles),
     COUNT(draw_calls),

@@ -79,6 +79,7 @@ static json_t *counts_to_json(const struct plan_document *document)
     json_put_integer(&writer, "unshadowed_lights", document->counts.unshadowed_lights);
     json_put_integer(&writer, "unseen_lights", document->counts.unseen_lights);
     json_put_integer(&writer, "shadow_texels", document->counts.shadow_texels);
+    json_put_integer(&writer, "light_batches", document->counts.light_batches);
     return json_writer_take(&writer);
 }
 
@@ -134,6 +135,9 @@ static void write_text(const struct plan_document *document, FILE *out)
             document->counts.map_lights, document->counts.deep_lights,
             document->counts.linked_lights, document->counts.unshadowed_lights,
             document->counts.unseen_lights, document->counts.shadow_texels);
+    if (document->counts.light_batches > 1)
+        fprintf(out, "in at least %" PRIu64 " batches: they exceed their budget together\n",
+                document->counts.light_batches);
 }
 
 /* ---- drawings ---- */

@@ -44,7 +44,7 @@ struct plan_document {
     struct {
         uint64_t opaque_items, transparent_items; /* in view */
         uint64_t map_lights, deep_lights, linked_lights, unshadowed_lights, unseen_lights,
-            shadow_texels;
+            shadow_texels, light_batches;
     } counts;
 };
 

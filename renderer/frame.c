@@ -115,10 +115,13 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
                                    &opened->is_state_kept, err);
     if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
         return false;
-    const struct frame_plan_desc desc = {.view = &opened->view,
-                                         .state = opened->state,
-                                         .camera = &opened->camera,
-                                         .limits = gl_context_limits(renderer->context)};
+    const struct frame_plan_desc desc = {
+        .view = &opened->view,
+        .state = opened->state,
+        .camera = &opened->camera,
+        .limits = gl_context_limits(renderer->context),
+        .shadow_budget_bytes = shadow_system_budget_bytes(renderer->shadows),
+    };
     opened->plan = plan_cache_get(&renderer->plans, view_plan_key(key, &opened->view), &desc, err);
     return opened->plan;
 }

@@ -48,6 +48,8 @@ struct frame_report {
         uint64_t culled;           /* drawables outside of the image's view */
         uint64_t shadow_draws;     /* casters that the faces of built shadow maps see, ... */
         uint64_t shadow_culled;    /* ... and those of the scene that they do not see */
+        uint64_t light_batches;    /* 1: all lights at once; more: as many as the budget of shadow
+                                      structures asked for; 0: no shadow structure was needed */
         uint64_t unseen_lights;    /* they reach nothing in view, and have no structure */
         uint64_t events;           /* transmittance events in all deep maps that the frame uses */
         uint64_t longest_list;     /* events of one texel */

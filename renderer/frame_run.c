@@ -7,6 +7,7 @@
 #include <epoxy/gl.h>
 
 #include "renderer/frame_raytrace.h"
+#include "renderer/light_batches.h"
 
 enum {
     WINDOW_SIDE_MAX = 4096,
@@ -34,22 +35,6 @@ static bool trace(const struct frame_run *run, struct error *err)
     const char *because = run->frame_plan->plan.requirements[PLAN_NEED_TRACED].because;
     return frame_raytrace(run->renderer, run->scene->key, run->view, run->state, run->camera,
                           because, run->frame, err);
-}
-
-static bool prepare_shadows(const struct frame_run *run, struct error *err)
-{
-    const double *eye = run->camera->eye;
-    return shadow_system_prepare(run->renderer->shadows,
-                                 &(struct shadow_prepare_desc){
-                                     .scene_key = run->scene->key,
-                                     .gpu = run->scene->gpu,
-                                     .state = run->state,
-                                     .arena = run->renderer->arena,
-                                     .eye = {eye[0], eye[1], eye[2]},
-                                     .quality = &run->view->quality,
-                                     .needs = &run->frame_plan->shadows,
-                                 },
-                                 &run->frame->report, err);
 }
 
 /* ---- steps of one window ---- */
@@ -144,7 +129,7 @@ static bool prepare_lights(struct window_run *window, struct error *err)
 static bool shade(struct window_run *window, struct error *err)
 {
     struct shade_desc desc = shade_of(window);
-    return shade_window(&window->run->renderer->shade, &desc, err);
+    return light_batches_shade(window->run, &desc, err);
 }
 
 static bool read_color(struct window_run *window, struct error *err)
@@ -165,7 +150,7 @@ static const struct {
     bool (*of_window)(struct window_run *window, struct error *err);
 } steps[PLAN_STEP_COUNT] = {
     [PLAN_STEP_TRACE] = {.of_frame = trace},
-    [PLAN_STEP_SHADOWS] = {.of_frame = prepare_shadows},
+    [PLAN_STEP_SHADOWS] = {.of_frame = light_batches_prepare},
     [PLAN_STEP_SURFACES] = {.of_window = draw_surfaces},
     [PLAN_STEP_LAYERS] = {.of_window = build_layers},
     [PLAN_STEP_LIGHT_LISTS] = {.of_window = prepare_lights},

@@ -23,6 +23,12 @@ const struct scene_state *kept_state_get(struct kept_state *kept, struct content
                                          bool *is_kept, struct error *err);
 void kept_state_drop(struct kept_state *kept);
 
+/* How the lights of the last frame fitted the budget of shadows (renderer/light_batches.h). */
+struct light_batches { /* zeroed: nothing is known */
+    struct content_key key;
+    size_t most; /* structures at once; 0: all */
+};
+
 struct renderer {
     struct gl_context *context;
     struct program_cache *programs;
@@ -32,6 +38,7 @@ struct renderer {
     struct shadow_system *shadows;
     struct plan_cache plans;
     struct kept_state kept_state;
+    struct light_batches batches;
     struct targets targets;
     struct kept_window kept; /* of targets and pixels */
     struct pixel_lists pixels;

@@ -26,7 +26,8 @@ void plan_document_from_plan(const struct render_request *request, const struct 
                    .linked_lights = plan->linked_lights,
                    .unshadowed_lights = plan->unshadowed_lights,
                    .unseen_lights = plan->unseen_lights,
-                   .shadow_texels = plan->shadow_texels},
+                   .shadow_texels = plan->shadow_texels,
+                   .light_batches = plan->least_batches},
     };
     snprintf(document->scene, sizeof document->scene, "%s", request->scene);
     snprintf(document->device, sizeof document->device, "%s", device);

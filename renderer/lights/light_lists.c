@@ -3,9 +3,11 @@
  * shading. */
 #include "renderer/lights/light_lists.h"
 
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/lights/clusters.h"
 #include "renderer/lights/linked_lists.h"
@@ -196,4 +198,21 @@ uint32_t light_lists_longest(const struct light_lists *lists)
 {
     return lists->is_linked ? (uint32_t)(lists->linked.prefix_count + lists->linked.draw_count)
                             : lists->clusters.longest;
+}
+
+void light_lists_order(const struct light_lists *lists, size_t light_count, uint32_t *order)
+{
+    const struct linked_lists *linked = &lists->linked;
+    size_t prefix_count = lists->is_linked ? linked->prefix_count : lists->clusters.prefix_count;
+    const uint32_t *prefix = lists->is_linked ? linked->bounds.global : lists->clusters.items;
+    size_t at = 0, used = prefix_count;
+    if (prefix_count)
+        memcpy(order, prefix, prefix_count * sizeof *order);
+    for (uint32_t i = 0; i < light_count; i++) {
+        if (at < prefix_count && prefix[at] == i) /* ascending, too */
+            at++;
+        else
+            order[used++] = i;
+    }
+    assert(used == light_count);
 }

@@ -37,6 +37,11 @@ const char *light_lists_defines(const struct light_lists *lists);
  */
 void light_lists_bind(const struct light_lists *lists, const struct gl_program *program);
 
+/* All lights in the order in which every list has them: the prefix, then the others, each by index.
+ * order: room for light_count, that of the lists. Clustered lists; linked ones have the prefix
+ * first, and then an order of their own. */
+void light_lists_order(const struct light_lists *lists, size_t light_count, uint32_t *order);
+
 /* Upper bound of the lights that one point walks, prefix included. All loops of one shader
  * invocation share 65,535 steps on llvmpipe, so shading that does more per light than one step must
  * split long lists. */

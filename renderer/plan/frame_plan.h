@@ -24,6 +24,7 @@ struct frame_plan_desc {
     const struct scene_state *state; /* required */
     const struct camera *camera;     /* required */
     const struct gl_limits *limits;  /* required */
+    uint64_t shadow_budget_bytes;    /* of all shadow structures */
 };
 
 /* A plan for a frame that finds nothing kept from before. What one with kept structures leaves out

@@ -155,6 +155,8 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
         if (!made->shadows.lights[i].is_unseen)
             count_light(plan, &made->shadows.lights[i], resolution, census);
     plan->unseen_lights = made->reach.unseen_count;
+    plan->least_batches =
+        shadow_needs_least_batches(&made->shadows, resolution, desc->shadow_budget_bytes);
     bool is_counted = desc->view->outputs & 1u << VIEW_OUTPUT_LIGHTS;
     set_need(plan, PLAN_NEED_LIGHTS, (is_lit || is_counted) && lights > 0,
              "%zu light%s, %zu of them out of view", lights, lights == 1 ? "" : "s",

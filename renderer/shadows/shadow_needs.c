@@ -5,6 +5,9 @@
 #include <stdlib.h>
 
 #include "renderer/shadows/shadow_casters.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
 
 static bool decide(struct shadow_need *need, const struct shadow_needs_desc *desc, size_t light,
                    struct error *err)
@@ -35,6 +38,32 @@ bool shadow_needs_init(struct shadow_needs *needs, const struct shadow_needs_des
         }
     }
     return true;
+}
+
+uint64_t shadow_need_least_bytes(const struct shadow_need *need, int resolution)
+{
+    uint64_t words = need->kind == SHADOW_MAP ? 1 : 2; /* a texel */
+    return need->has_structure ? 4 * words * (uint64_t)need->frame.face_count *
+                                     (uint64_t)resolution * (uint64_t)resolution
+                               : 0;
+}
+
+size_t shadow_needs_least_batches(const struct shadow_needs *needs, int resolution,
+                                  uint64_t budget_bytes)
+{
+    size_t batches = 0;
+    uint64_t used = 0;
+    for (size_t i = 0; i < needs->light_count; i++) {
+        uint64_t bytes = shadow_need_least_bytes(&needs->lights[i], resolution);
+        if (!bytes)
+            continue;
+        if (!batches || used + bytes > budget_bytes) {
+            batches++;
+            used = 0;
+        }
+        used += bytes;
+    }
+    return batches;
 }
 
 void shadow_needs_finish(struct shadow_needs *needs)

@@ -30,6 +30,13 @@ struct shadow_needs_desc {
 /* Zeroed or finished before. ERROR_NO_MEMORY. */
 MUST_CHECK bool shadow_needs_init(struct shadow_needs *needs, const struct shadow_needs_desc *desc,
                                   struct error *err);
+/* What its structure takes at least, known before it is built: depths and heads of lists. 0 without
+ * one. */
+uint64_t shadow_need_least_bytes(const struct shadow_need *need, int resolution);
+/* Batches of neighbouring lights into which the structures must be divided at least to stay within
+ * budget_bytes; 0 without any. */
+size_t shadow_needs_least_batches(const struct shadow_needs *needs, int resolution,
+                                  uint64_t budget_bytes);
 void shadow_needs_finish(struct shadow_needs *needs);
 uint64_t shadow_needs_size_bytes(const struct shadow_needs *needs);
 

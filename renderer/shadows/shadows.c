@@ -225,7 +225,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
                              .scene = shadow_key_of_text(desc->scene_key),
                              .frame = need->frame,
                              .kind = need->kind};
-    if (!need->has_structure)
+    if (!need->has_structure || (desc->is_left_out && desc->is_left_out[light]))
         return true;
     map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
     if (map.kind == SHADOW_DEEP && casters->has_exclusions)
@@ -297,7 +297,9 @@ struct build_batch { /* builds whose faces share the target */
 /* As many of the builds from first on as the target may hold at once; at least one. */
 static struct build_batch next_batch(const struct shadow_system *shadows, size_t first)
 {
-    const uint64_t most_bytes = 256ull << 20;
+    uint64_t most_bytes = 256ull << 20;
+    if (most_bytes > shadows->store.budget_bytes / 4)
+        most_bytes = shadows->store.budget_bytes / 4;
     uint64_t face_bytes = 4ull * (uint64_t)shadows->resolution * (uint64_t)shadows->resolution;
     uint64_t most = most_bytes / face_bytes;
     if (most > (uint64_t)shadows->store.limits->max_texture_layers)
@@ -320,8 +322,13 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
                                  (uint32_t)desc->quality->blend_filter};
     char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
     struct shadow_builder *builder = &shadows->builder;
-    explain(shadows, desc->state, false, opaque);
-    explain(shadows, desc->state, true, transparent);
+    if (desc->is_left_out) { /* the same words for each batch, so that their lines are one */
+        snprintf(opaque, sizeof opaque, "lights cast shadows that do not fit the budget at once");
+        memcpy(transparent, opaque, sizeof transparent);
+    } else {
+        explain(shadows, desc->state, false, opaque);
+        explain(shadows, desc->state, true, transparent);
+    }
     bool ok = true;
     for (size_t first = 0; ok && first < shadows->build_count;) {
         struct build_batch batch = next_batch(shadows, first);
@@ -578,6 +585,11 @@ bool shadow_system_prepare_none(struct shadow_system *shadows, size_t light_coun
     shadows->defines[0] = 0;
     finish_builds(shadows);
     return reserve_lights(shadows, light_count, err);
+}
+
+uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows)
+{
+    return shadows->store.budget_bytes;
 }
 
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light)

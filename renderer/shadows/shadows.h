@@ -35,6 +35,7 @@ struct shadow_prepare_desc {
     const struct view_quality *quality;
     const struct shadow_needs *needs; /* of the state and quality; NULL: found here, for all
                                          lights */
+    const bool *is_left_out; /* per light: true gets no structure in this call; NULL: none is */
 };
 
 /* Makes every shadow structure of state->lights valid: reuses, or rebuilds. A light without a
@@ -49,6 +50,7 @@ MUST_CHECK bool shadow_system_prepare_none(struct shadow_system *shadows, size_t
                                            struct error *err);
 /* Texels per side of a map face: what the quality asks for, within what the device has. */
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits);
+uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows);
 /* Index of the light's shadow_record, or NO_SHADOW. */
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);
 /* #define items for programs that include shaders/shadow_query.glsl, and their bindings. */

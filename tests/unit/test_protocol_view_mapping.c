@@ -176,6 +176,7 @@ static const struct {
     COUNT(culled),
     COUNT(shadow_draws),
     COUNT(shadow_culled),
+    COUNT(light_batches),
     COUNT(draws),
     COUNT(triangles),
     COUNT(events),

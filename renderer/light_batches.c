@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: MIT */
+/* Choosing batches of lights, and running them. */
+#include "renderer/light_batches.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* What must be the same for batches of one frame to fit in the next. */
+static struct content_key key_of(const struct frame_run *run)
+{
+    const struct view_quality *quality = &run->view->quality;
+    struct content_key key = content_key_begin();
+    content_key_add_text(&key, run->scene->key);
+    content_key_add(&key, &run->state->light_count, sizeof run->state->light_count);
+    content_key_add(&key, &quality->shadow_resolution, sizeof quality->shadow_resolution);
+    content_key_add(&key, &quality->shadows, sizeof quality->shadows);
+    return key;
+}
+
+static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out,
+                            struct frame_report *report, struct error *err)
+{
+    const double *eye = run->camera->eye;
+    return shadow_system_prepare(run->renderer->shadows,
+                                 &(struct shadow_prepare_desc){
+                                     .scene_key = run->scene->key,
+                                     .gpu = run->scene->gpu,
+                                     .state = run->state,
+                                     .arena = run->renderer->arena,
+                                     .eye = {eye[0], eye[1], eye[2]},
+                                     .quality = &run->view->quality,
+                                     .needs = &run->frame_plan->shadows,
+                                     .is_left_out = is_left_out,
+                                 },
+                                 report, err);
+}
+
+bool light_batches_prepare(const struct frame_run *run, struct error *err)
+{
+    struct light_batches *batches = &run->renderer->batches;
+    const struct shadow_needs *needs = &run->frame_plan->shadows;
+    struct content_key key = key_of(run);
+    struct error failure = {0};
+    size_t structures = 0;
+    if (!content_key_equals(batches->key, key))
+        *batches = (struct light_batches){.key = key};
+    if (batches->most)
+        return true;
+    if (prepare_shadows(run, NULL, &run->frame->report, &failure)) {
+        run->frame->report.counts.light_batches = 1;
+        return true;
+    }
+    for (size_t i = 0; i < needs->light_count; i++)
+        structures += needs->lights[i].has_structure;
+    if (failure.code != ERROR_OVER_BUDGET || structures < 2)
+        return error_set(err, failure.code, "%s", failure.message);
+    batches->most = structures / 2;
+    return shadow_system_prepare_none(run->renderer->shadows, run->state->light_count, err);
+}
+
+struct batch {
+    const uint32_t *order; /* of all lights, as the light lists have them */
+    bool *is_left_out;     /* per light of the state */
+    size_t light_count;
+    size_t first, end; /* in that order */
+    size_t structures; /* that it needs */
+};
+
+/* As many lights from `first` on as may have their structures at once; at least one. */
+static void choose_end(struct batch *batch, const struct frame_run *run)
+{
+    uint64_t bytes = 0, budget_bytes = shadow_system_budget_bytes(run->renderer->shadows);
+    int resolution =
+        shadow_resolution(&run->view->quality, gl_context_limits(run->renderer->context));
+    batch->structures = 0;
+    for (batch->end = batch->first; batch->end < batch->light_count; batch->end++) {
+        const struct shadow_need *need = &run->frame_plan->shadows.lights[batch->order[batch->end]];
+        if (!need->has_structure)
+            continue;
+        bytes += shadow_need_least_bytes(need, resolution);
+        if (batch->structures &&
+            (batch->structures == run->renderer->batches.most || bytes > budget_bytes))
+            break;
+        batch->structures++;
+    }
+    memset(batch->is_left_out, true, batch->light_count);
+    for (size_t i = batch->first; i < batch->end; i++)
+        batch->is_left_out[batch->order[i]] = false;
+}
+
+/* Into the frame's report: what the structures of a batch are. Those of the first window stand for
+ * all; what was built counts for each. */
+static void add_report(const struct frame_report *part, bool is_first_window,
+                       struct frame_report *report)
+{
+    report->counts.shadow_maps_built += part->counts.shadow_maps_built;
+    report->counts.shadow_draws += part->counts.shadow_draws;
+    report->counts.shadow_culled += part->counts.shadow_culled;
+    report->counts.shadow_maps_reused += part->counts.shadow_maps_reused;
+    if (!is_first_window)
+        return;
+    double lists =
+        report->counts.mean_list > 0 ? (double)report->counts.events / report->counts.mean_list : 0;
+    lists += part->counts.mean_list > 0 ? (double)part->counts.events / part->counts.mean_list : 0;
+    report->counts.shadowed_lights += part->counts.shadowed_lights;
+    report->counts.events += part->counts.events;
+    report->counts.mean_list = lists > 0 ? (double)report->counts.events / lists : 0;
+    if (part->counts.longest_list > report->counts.longest_list)
+        report->counts.longest_list = part->counts.longest_list;
+    for (int i = 0; i < part->reused_count; i++)
+        report_add_reused(report, part->reused[i]);
+    for (int i = 0; i < part->warning_count; i++)
+        report_warn(report, "%s", part->warnings[i]);
+}
+
+/* Makes the structures of the lights from batch->first on, fewer at a time until they fit. */
+static bool prepare_batch(struct batch *batch, const struct frame_run *run,
+                          struct frame_report *part, struct error *err)
+{
+    for (;;) {
+        struct error failure = {0};
+        *part = (struct frame_report){0};
+        choose_end(batch, run);
+        if (prepare_shadows(run, batch->is_left_out, part, &failure))
+            return true;
+        if (failure.code != ERROR_OVER_BUDGET || batch->structures < 2)
+            return error_set(err, failure.code, "%s", failure.message);
+        run->renderer->batches.most = batch->structures / 2;
+    }
+}
+
+static bool run_batches(struct batch *batch, const struct frame_run *run,
+                        const struct shade_desc *desc, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    struct frame_report *report = &run->frame->report, part;
+    bool is_first_window = report->counts.light_batches == 0;
+    uint64_t count = 0;
+    for (batch->first = 0; batch->first < batch->light_count; batch->first = batch->end) {
+        struct shade_desc place = *desc;
+        if (!prepare_batch(batch, run, &part, err))
+            return false;
+        add_report(&part, is_first_window, report);
+        place.is_continued = batch->first > 0;
+        place.continues = batch->end < batch->light_count;
+        count++;
+        if (!shade_upload_lights(&renderer->shade, run->state, renderer->shadows, run->camera->eye,
+                                 batch->is_left_out, err) ||
+            !shade_window(&renderer->shade, &place, err))
+            return false;
+    }
+    if (is_first_window) {
+        report->counts.light_batches = count;
+        report_warn(report,
+                    "the shadows of %llu lights exceed their budget of %llu bytes together: made "
+                    "and used in %llu batches",
+                    (unsigned long long)report->counts.shadowed_lights,
+                    (unsigned long long)shadow_system_budget_bytes(renderer->shadows),
+                    (unsigned long long)count);
+    }
+    return true;
+}
+
+bool light_batches_shade(const struct frame_run *run, const struct shade_desc *desc,
+                         struct error *err)
+{
+    const struct light_batches *batches = &run->renderer->batches;
+    if (!batches->most || !run->frame_plan->plan.least_batches ||
+        !content_key_equals(batches->key, key_of(run)))
+        return shade_window(&run->renderer->shade, desc, err);
+    size_t count = run->state->light_count;
+    uint32_t *order = calloc(count + 1, sizeof *order);
+    bool *is_left_out = calloc(count + 1, sizeof *is_left_out);
+    struct batch batch = {.order = order, .is_left_out = is_left_out, .light_count = count};
+    bool ok = order && is_left_out;
+    if (!ok)
+        error_set(err, ERROR_NO_MEMORY, "batches of %zu lights", count);
+    else
+        light_lists_order(run->renderer->lists, count, order);
+    ok = ok && run_batches(&batch, run, desc, err);
+    free(order);
+    free(is_left_out);
+    return ok;
+}
