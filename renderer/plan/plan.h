@@ -63,8 +63,8 @@ struct plan {
     size_t unshadowed_lights;                      /* shine without a structure */
     size_t unseen_lights;                          /* brighten nothing in view */
     uint64_t shadow_texels;
-    size_t least_batches; /* of shadowed lights, by what is known of their structures before: 1 where
-                             all may fit the budget, 0 without any */
+    size_t least_batches; /* of shadowed lights, by what is known of their structures before: 1
+                             where all may fit the budget, 0 without any */
 };
 
 const char *plan_need_name(int need); /* "color", "layers", ...; NULL past the last */

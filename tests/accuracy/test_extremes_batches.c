@@ -94,7 +94,7 @@ static uint64_t bytes_of(const struct frame_report *report, const char *structur
 static void compare(const char *name, struct shot shot, uint64_t budget_bytes, double tolerance)
 {
     struct image ample = {0}, tight = {0};
-    struct frame_report report[2];
+    struct frame_report report[2] = {0};
     struct error err = {0};
     assert_true(take(&shot, &ample, &report[0], &err));
     assert_int_equal(report[0].counts.light_batches, 1);
