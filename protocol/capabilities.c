@@ -2,6 +2,8 @@
 /* Capabilities as JSON: what the parser's tables and the device allow. */
 #include "protocol/capabilities.h"
 
+#include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "protocol/json_read.h"
@@ -10,6 +12,72 @@
 #include "protocol/render_request.h"
 
 /* ---- device ---- */
+
+struct auto_member {
+    const char *group, *name;
+    size_t offset;
+};
+#define AUTO(group, field)                                 \
+    {                                                      \
+        group, #field, offsetof(struct device_auto, field) \
+    }
+static const struct auto_member auto_members[] = {
+    AUTO("speed", frame_ms),      AUTO("speed", shade),         AUTO("speed", maps),
+    AUTO("speed", trace),         AUTO("speed", build),         AUTO("rates", pixel_ns),
+    AUTO("rates", lookup_ns),     AUTO("rates", texel_ns),      AUTO("rates", event_ns),
+    AUTO("rates", camera_ray_ns), AUTO("rates", shadow_ray_ns), AUTO("rates", triangle_ns),
+};
+enum { AUTO_MEMBERS = sizeof auto_members / sizeof auto_members[0] };
+
+static json_t *write_auto_group(const struct device_auto *automatic, const char *group)
+{
+    if (!automatic->is_measured)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    for (int i = 0; i < AUTO_MEMBERS; i++) {
+        double value;
+        memcpy(&value, (const char *)automatic + auto_members[i].offset, sizeof value);
+        if (strcmp(auto_members[i].group, group) == 0)
+            json_put_number(&writer, auto_members[i].name, value);
+    }
+    return json_writer_take(&writer);
+}
+
+static json_t *write_auto(const struct device_auto *automatic)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "policy", automatic->policy[0] ? automatic->policy : "raster");
+    json_put_text_or_null(&writer, "note", automatic->note);
+    json_put(&writer, "speed", write_auto_group(automatic, "speed"));
+    json_put(&writer, "rates", write_auto_group(automatic, "rates"));
+    return json_writer_take(&writer);
+}
+
+static bool read_auto(const struct json_node *root, struct device_auto *automatic)
+{
+    struct json_node node = json_member(root, "auto");
+    if (!node.value)
+        return true;
+    if (!json_expect_object(&node, NULL))
+        return false;
+    struct json_node policy = json_member(&node, "policy"), note = json_member(&node, "note");
+    bool is_good = json_read_text(&policy, automatic->policy, sizeof automatic->policy) &&
+                   json_read_text(&note, automatic->note, sizeof automatic->note);
+    struct json_node speed = json_member(&node, "speed");
+    automatic->is_measured = speed.value != NULL;
+    for (int i = 0; i < AUTO_MEMBERS && is_good && automatic->is_measured; i++) {
+        struct json_node group = json_member(&node, auto_members[i].group);
+        struct json_node member = {0};
+        double value = 0;
+        is_good = json_expect_object(&group, NULL);
+        if (!is_good)
+            break;
+        member = json_member(&group, auto_members[i].name);
+        is_good = json_read_number(&member, 0, INFINITY, &value);
+        memcpy((char *)automatic + auto_members[i].offset, &value, sizeof value);
+    }
+    return is_good;
+}
 
 json_t *device_capabilities_to_json(const struct device_capabilities *device)
 {
@@ -27,6 +95,7 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put_bool(&writer, "true_timers", device->has_true_timers);
     json_put_bool(&writer, "post_depth_coverage", device->has_post_depth_coverage);
     json_put_bool(&writer, "robust", device->is_robust);
+    json_put(&writer, "auto", write_auto(&device->automatic));
     return json_writer_take(&writer);
 }
 
@@ -69,7 +138,7 @@ bool device_capabilities_from_json(json_t *json, struct device_capabilities *dev
     return read_texts(&root, device) && read_numbers(&root, device) &&
            json_read_bool(&timers, &device->has_true_timers) &&
            json_read_bool(&coverage, &device->has_post_depth_coverage) &&
-           json_read_bool(&robust, &device->is_robust);
+           json_read_bool(&robust, &device->is_robust) && read_auto(&root, &device->automatic);
 }
 
 /* ---- techniques ---- */
@@ -82,7 +151,8 @@ struct technique_kind {
 };
 
 static const char *const shadow_sentences[] = {
-    "deep where a light has a transparent caster, map where it has none",
+    "raytraced, or deep where a light has a transparent caster and else map: the faster by "
+    "forecast",
     "no shadows: every light passes everything",
     "one depth per texel (Williams 1978); transparent casters cast none",
     "every transmittance event of a texel, sorted, in one contiguous list; exact",

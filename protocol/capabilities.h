@@ -11,7 +11,21 @@
 
 #include "protocol/error.h"
 
-enum { CAPABILITIES_NAME_BYTES = 128 };
+enum { CAPABILITIES_NAME_BYTES = 128, CAPABILITIES_TEXT_BYTES = 200 };
+
+/* What `shadows: auto` goes by. Zeroed = "raster". */
+struct device_auto {
+    char policy[16];                    /* "measured", "raster", "raytraced" */
+    char note[CAPABILITIES_TEXT_BYTES]; /* when the speed was measured, or why it is not known */
+    bool is_measured;                   /* the numbers are there */
+    double frame_ms;                    /* of a rasterised frame with nothing to do */
+    /* Times over those of the machine that the costs were fitted on (docs/tradeoffs.md). */
+    double shade, maps, trace, build;
+    /* Of the work that decides, here; ns: a pixel without light, looking into a map for a light, a
+     * texel and an event of a shadow map, a camera ray, a shadow ray, a triangle of the ray
+     * tracer's structure. */
+    double pixel_ns, lookup_ns, texel_ns, event_ns, camera_ray_ns, shadow_ray_ns, triangle_ns;
+};
 
 /* The device as the worker found it. Fixed size, so that it can be kept and sent by value. */
 struct device_capabilities {
@@ -23,6 +37,7 @@ struct device_capabilities {
     uint64_t max_storage_block_bytes;
     uint64_t gpu_budget_bytes, gpu_used_bytes;
     bool has_true_timers, has_post_depth_coverage, is_robust;
+    struct device_auto automatic;
 };
 
 struct capabilities {

@@ -30,6 +30,12 @@ static const char *error_source_name(int source)
     return source >= 0 && source < 3 ? names[source] : NULL;
 }
 
+static const char *choice_source_name(int source)
+{
+    static const char *const names[] = {"measured", "calibrated", "estimated", "configured"};
+    return source >= 0 && source < 4 ? names[source] : NULL;
+}
+
 /* The whole-number members of counts: one list for both directions. */
 struct count_member {
     const char *key;
@@ -87,7 +93,8 @@ void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
 
 void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *promise)
 {
-    stats->chosen = promise->chosen;
+    if (promise->chosen.shadows[0])
+        stats->chosen = promise->chosen;
     if (promise->has_error) {
         stats->has_error = true;
         stats->error_value = promise->rmse;
@@ -175,7 +182,9 @@ static json_t *write_chosen(const struct frame_stats_chosen *chosen)
     json_put(&writer, "shadow_resolution", number_or_null(chosen->shadow_resolution));
     json_put(&writer, "shadow_taps", number_or_null(chosen->shadow_taps));
     json_put(&writer, "samples", json_integer(chosen->samples));
-    json_put_number(&writer, "expected_ms", rounded(chosen->expected_ms));
+    json_put(&writer, "expected_ms",
+             chosen->expected_ms > 0 ? json_real(rounded(chosen->expected_ms)) : json_null());
+    json_put_text(&writer, "source", choice_source_name((int)chosen->source));
     json_put_text(&writer, "because", chosen->because);
     return json_writer_take(&writer);
 }
@@ -327,6 +336,12 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
     struct json_node samples = json_member(node, "samples");
     struct json_node ms = json_member(node, "expected_ms");
     struct json_node because = json_member(node, "because");
+    struct json_node source = json_member(node, "source");
+    const struct json_choice sources = {.name = choice_source_name};
+    int index = 0;
+    if (!json_read_choice(&source, &sources, &index))
+        return false;
+    chosen->source = (enum frame_choice_source)index;
     return json_read_text(&shadows, chosen->shadows, sizeof chosen->shadows) &&
            json_read_int(&resolution, 0, LIMIT_SHADOW_RESOLUTION, &chosen->shadow_resolution) &&
            json_read_int(&taps, 0, 16, &chosen->shadow_taps) &&

@@ -49,8 +49,18 @@ struct frame_stats_bytes {
 /* Where the stated error of a frame comes from. */
 enum frame_error_source { FRAME_ERROR_EXACT, FRAME_ERROR_MEASURED, FRAME_ERROR_ESTIMATED };
 
-/* What the server chose where a request left it open and gave max_error or budget_ms. */
+/* What a choice was made by: measurements of this view, the speed of this device and a model of
+ * each technique, a measurement of another view or the configuration. */
+enum frame_choice_source {
+    FRAME_CHOICE_MEASURED,
+    FRAME_CHOICE_CALIBRATED,
+    FRAME_CHOICE_ESTIMATED,
+    FRAME_CHOICE_CONFIGURED
+};
+
+/* What the server chose where a request left it open. */
 struct frame_stats_chosen {
+    enum frame_choice_source source;
     char shadows[FRAME_STATS_NAME_BYTES]; /* "" = nothing was chosen */
     int shadow_resolution, shadow_taps;   /* 0 where the technique has none */
     int samples;

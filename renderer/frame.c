@@ -120,6 +120,7 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
         .state = opened->state,
         .camera = &opened->camera,
         .limits = gl_context_limits(renderer->context),
+        .automatic = &renderer->automatic,
         .shadow_budget_bytes = shadow_system_budget_bytes(renderer->shadows),
     };
     opened->plan = plan_cache_get(&renderer->plans, view_plan_key(key, &opened->view), &desc, err);
@@ -134,6 +135,15 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
         return false;
     *plan = opened.plan->plan;
     return true;
+}
+
+static void report_choice(const struct auto_choice *choice, struct frame_report *report)
+{
+    if (!choice->is_open)
+        return;
+    report->chosen.is_traced = choice->takes_traced;
+    report->chosen.expected_ms = choice->takes_traced ? choice->traced_ms : choice->raster_ms;
+    snprintf(report->chosen.because, sizeof report->chosen.because, "%s", choice->because);
 }
 
 /* What the caches gave since `before`. */
@@ -172,6 +182,7 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     bool ok = create_outputs(&opened.view, frame, err) && frame_run(&run, err);
     if (ok)
         fill_report(renderer, opened.scene, opened.state, &frame->report);
+    report_choice(&opened.plan->plan.choice, &frame->report);
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
     gpu_timeline_collect(renderer->timeline, &frame->report);

@@ -15,7 +15,7 @@ static size_t count_areas(const struct scene_state *state)
 }
 
 bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
-                        char because[REPORT_TEXT_BYTES])
+                        const struct auto_choice *choice, char because[REPORT_TEXT_BYTES])
 {
     const struct view_quality *quality = &view->quality;
     size_t areas = count_areas(state);
@@ -29,6 +29,8 @@ bool frame_is_raytraced(const struct view *view, const struct scene_state *state
     else if (quality->shadows == VIEW_SHADOWS_AUTO && areas)
         snprintf(because, REPORT_TEXT_BYTES, "%zu area light%s: soft shadows are ray traced", areas,
                  areas == 1 ? "" : "s");
+    else if (choice->takes_traced)
+        snprintf(because, REPORT_TEXT_BYTES, "%s", choice->because);
     return because[0];
 }
 

@@ -3,12 +3,14 @@
 #ifndef VITRAIL_RENDERER_FRAME_RAYTRACE_H
 #define VITRAIL_RENDERER_FRAME_RAYTRACE_H
 
+#include "renderer/plan/auto_technique.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer_internal.h"
 
-/* Whether the color output is ray traced; because: the requirement that asks for it. */
+/* Whether the color output is ray traced; because: the requirement that asks for it, "" where it is
+ * not. choice: what `auto` chose for the view. */
 bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
-                        char because[REPORT_TEXT_BYTES]);
+                        const struct auto_choice *choice, char because[REPORT_TEXT_BYTES]);
 
 /* Fills the frame's color output and its report. */
 MUST_CHECK bool frame_raytrace(struct renderer *renderer, const char *scene_key,

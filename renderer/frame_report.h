@@ -72,6 +72,11 @@ struct frame_report {
     int reused_count;
     char warnings[REPORT_WARNINGS_MAX][REPORT_TEXT_BYTES];
     int warning_count;
+    struct {                             /* what `shadows: auto` became; because "": nothing */
+        char because[REPORT_TEXT_BYTES]; /* was open */
+        bool is_traced;
+        double expected_ms; /* 0: not known */
+    } chosen;
     bool error_is_exact; /* every ray of the color output is the ground truth (ray-traced) */
 };
 

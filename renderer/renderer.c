@@ -72,6 +72,12 @@ void renderer_destroy(struct renderer *renderer)
     free(renderer);
 }
 
+void renderer_set_auto(struct renderer *renderer, const struct auto_settings *settings)
+{
+    renderer->automatic = *settings;
+    plan_cache_clear(&renderer->plans);
+}
+
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
 {
     const struct gl_limits *limits = gl_context_limits(renderer->context);

@@ -43,6 +43,9 @@ struct renderer_info {
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err);
 void renderer_destroy(struct renderer *renderer);
 
+/* What `shadows: auto` goes by from now on; until then it is rasterised. */
+void renderer_set_auto(struct renderer *renderer, const struct auto_settings *settings);
+
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info);
 
 /* A scene on the GPU. `key` (64 hex digits) identifies the content: attaching a key that is already

@@ -48,6 +48,7 @@ struct renderer {
     struct raytrace_cache *traced; /* of the scene with traced_key */
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
+    struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
 };
 

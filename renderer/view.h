@@ -113,7 +113,9 @@ struct view_quality {
     bool faithful;  /* the linked techniques exactly as published, with their approximations */
     bool reference; /* the ground truth: ray traced in f64, every light, pixels on a regular grid;
                        shadows AUTO or RAYTRACED only */
-    int area_samples; /* per area light and point, [1, 4096]; 0 means 16, with reference 256 */
+    bool expects_reuse; /* shadows AUTO: one of many frames, so what is kept between them costs
+                           nothing (renderer/plan/auto_technique.h) */
+    int area_samples;   /* per area light and point, [1, 4096]; 0 means 16, with reference 256 */
 };
 
 enum view_output {

@@ -17,7 +17,7 @@
 
 #include "protocol/limits.h"
 
-enum key_kind { KEY_TEXT, KEY_PATH, KEY_BYTES, KEY_INT, KEY_BOOL, KEY_LEVEL };
+enum key_kind { KEY_TEXT, KEY_PATH, KEY_BYTES, KEY_INT, KEY_BOOL, KEY_LEVEL, KEY_AUTO };
 
 struct key {
     const char *name; /* as in the file and, with dashes, as a flag; VITRAIL_NAME in the environment
@@ -47,6 +47,8 @@ static const struct key keys[] = {
     {"decode-memory-bytes", KEY_BYTES, AT(decode_memory_bytes), 64 << 20, INT64_MAX,
      "address space of one decoder beyond the upload itself"},
     {"device", KEY_INT, AT(device), 0, 64, "0 chooses; N takes the N-th EGL device"},
+    {"auto", KEY_AUTO, AT(automatic), 0, 0,
+     "what shadows auto takes: measured (the faster on this device), raster or raytraced"},
     {"render-timeout-s", KEY_INT, AT(render_timeout_s), 1, 86400, "deadline of one render"},
     {"decode-timeout-s", KEY_INT, AT(decode_timeout_s), 1, 86400,
      "deadline of decoding one upload"},
@@ -64,6 +66,7 @@ static const struct key keys[] = {
 enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
 static_assert((int)KEY_COUNT <= (int)CONFIG_KEYS_MAX, "config.origins is too small");
 
+static const char *const auto_names[] = {"raster", "measured", "raytraced"};
 static const char *const level_names[] = {"error", "warning", "info", "debug"};
 
 static void *field_of(struct config *config, const struct key *key)
@@ -144,6 +147,16 @@ static bool parse_level(const char *text, enum log_level *level)
     return false;
 }
 
+static bool parse_auto(const char *text, enum config_auto *automatic)
+{
+    for (int i = CONFIG_AUTO_RASTER; i <= CONFIG_AUTO_RAYTRACED; i++)
+        if (strcmp(text, auto_names[i]) == 0) {
+            *automatic = (enum config_auto)i;
+            return true;
+        }
+    return false;
+}
+
 static bool config_set(struct config *config, const struct key *key, const char *value,
                        const char *origin, struct error *err)
 {
@@ -174,6 +187,9 @@ static bool config_set(struct config *config, const struct key *key, const char 
         break;
     case KEY_LEVEL:
         is_good = parse_level(value, field);
+        break;
+    case KEY_AUTO:
+        is_good = parse_auto(value, field);
         break;
     }
     if (!is_good)
@@ -216,6 +232,7 @@ static void set_defaults(struct config *config, char **environment)
         .views_per_client = 256,
         .view_idle_s = 900,
         .log_level = LOG_INFO,
+        .automatic = CONFIG_AUTO_MEASURED,
     };
     default_state_dir(config->state_dir, environment);
     for (size_t i = 0; i < KEY_COUNT; i++)
@@ -442,6 +459,9 @@ static void print_value(const struct config *config, const struct key *key, FILE
         break;
     case KEY_BOOL:
         fprintf(out, "%s", *(const bool *)field ? "true" : "false");
+        break;
+    case KEY_AUTO:
+        fprintf(out, "%s", auto_names[*(const enum config_auto *)field]);
         break;
     case KEY_LEVEL:
         fprintf(out, "%s", level_names[*(const enum log_level *)field]);

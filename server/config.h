@@ -15,6 +15,9 @@
 
 enum { CONFIG_PATH_BYTES = 4096, CONFIG_TEXT_BYTES = 512, CONFIG_KEYS_MAX = 32 };
 
+/* What `shadows: auto` goes by; in the order of enum auto_policy. */
+enum config_auto { CONFIG_AUTO_RASTER, CONFIG_AUTO_MEASURED, CONFIG_AUTO_RAYTRACED };
+
 enum config_action { CONFIG_SERVE, CONFIG_CHECK, CONFIG_PRINT, CONFIG_VERSION, CONFIG_HELP };
 
 /* Fixed size, so it is handed down by const pointer and freed by nobody. */
@@ -34,6 +37,7 @@ struct config {
     uint64_t decode_memory_bytes;         /* of one decoder */
     int device;                           /* 0 = choose; N = the N-th EGL device */
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
+    enum config_auto automatic;
     int render_timeout_s, decode_timeout_s, drain_timeout_s;
     int connections; /* at most, all clients together */
     int views, views_per_client, view_idle_s;

@@ -2,6 +2,7 @@
 /* Tags are SHA-256 over the parts, each with its NUL, so that parts cannot run together. */
 #include "server/image_tag.h"
 
+#include <stdio.h>
 #include <string.h>
 
 bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *canonical,
@@ -13,7 +14,12 @@ bool image_tag_make(struct supervisor *supervisor, const char *build_id, const c
     tag[0] = '\0';
     if (!digest)
         return false;
-    const char *parts[] = {canonical, build_id, device.vendor, device.renderer, device.version};
+    char automatic[256]; /* what decides between techniques */
+    snprintf(automatic, sizeof automatic, "%s %.17g %.17g %.17g %.17g %.17g",
+             device.automatic.policy, device.automatic.frame_ms, device.automatic.shade,
+             device.automatic.maps, device.automatic.trace, device.automatic.build);
+    const char *parts[] = {canonical,       build_id,       device.vendor,
+                           device.renderer, device.version, automatic};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         digest_write(digest, parts[i], strlen(parts[i]) + 1);
     tag[0] = '"';

@@ -32,6 +32,7 @@ struct render_task {
     int request_fd, blob_fd; /* required, owned */
     enum image_format format;
     enum render_priority priority;
+    bool expects_reuse;           /* one of many frames: renderer/view.h */
     int64_t queued_us;            /* set when queued */
     int deaths;                   /* workers that died on it */
     struct frame_promise promise; /* told in the stats of the frame */

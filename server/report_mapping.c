@@ -78,6 +78,33 @@ static void copy_lists(const struct frame_report *report, struct frame_stats *st
     stats->warning_count = report->warning_count;
 }
 
+/* A rasterised frame says "deep" where some light has a transparent caster. */
+static void copy_chosen(const struct render_request *request, const struct frame_report *report,
+                        struct frame_stats_chosen *chosen)
+{
+    const struct request_quality *quality = &request->quality;
+    bool has_deep = false;
+    if (!report->chosen.because[0])
+        return;
+    for (int i = 0; i < report->pass_count; i++)
+        has_deep |= strncmp(report->passes[i].pass, "shadow.deep", 11) == 0;
+    for (int i = 0; i < report->reused_count; i++)
+        has_deep |= strncmp(report->reused[i], "shadow.deep", 11) == 0;
+    enum request_shadows shadows = report->chosen.is_traced ? REQUEST_SHADOWS_RAYTRACED
+                                   : has_deep               ? REQUEST_SHADOWS_DEEP
+                                                            : REQUEST_SHADOWS_MAP;
+    bool has_forecast = report->chosen.expected_ms > 0;
+    chosen->source = has_forecast ? FRAME_CHOICE_CALIBRATED : FRAME_CHOICE_CONFIGURED;
+    utf8_copy(chosen->shadows, sizeof chosen->shadows, request_shadows_name((int)shadows));
+    if (!report->chosen.is_traced) {
+        chosen->shadow_resolution = quality->shadow_resolution;
+        chosen->shadow_taps = quality->shadow_taps;
+    }
+    chosen->samples = quality->samples ? quality->samples : 4;
+    chosen->expected_ms = report->chosen.expected_ms;
+    utf8_copy(chosen->because, sizeof chosen->because, report->chosen.because);
+}
+
 void frame_stats_from_report(const struct render_request *request,
                              const struct frame_report *report, const char *device,
                              struct frame_stats *stats)
@@ -88,6 +115,7 @@ void frame_stats_from_report(const struct render_request *request,
     copy_plan(report, stats);
     copy_counts(report, stats);
     copy_lists(report, stats);
+    copy_chosen(request, report, &stats->chosen);
     stats->timings_ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];
     stats->timings_ms[FRAME_TIMING_LIGHT_LIST] = report->stage_ms[REPORT_LIGHT_LIST];
     stats->timings_ms[FRAME_TIMING_SHADE] = report->stage_ms[REPORT_SHADE];
@@ -217,4 +245,45 @@ void device_capabilities_from_info(const struct renderer_info *info,
     utf8_copy(device->renderer, sizeof device->renderer, info->renderer);
     utf8_copy(device->version, sizeof device->version, info->version);
     utf8_copy(device->driver, sizeof device->driver, info->driver);
+}
+
+void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic)
+{
+    static const char *const policies[] = {
+        [AUTO_RASTER] = "raster", [AUTO_MEASURED] = "measured", [AUTO_RAYTRACED] = "raytraced"};
+    const struct device_costs *costs = &forecast_costs;
+    const struct device_speed *speed = &settings->speed;
+    const double levels = 17; /* of a tree over a hundred thousand triangles */
+    *automatic = (struct device_auto){.is_measured = settings->policy == AUTO_MEASURED &&
+                                                     device_speed_is_known(speed)};
+    utf8_copy(automatic->policy, sizeof automatic->policy, policies[settings->policy]);
+    if (!automatic->is_measured)
+        return;
+    automatic->frame_ms = speed->frame_ms;
+    automatic->shade = speed->shade;
+    automatic->maps = speed->maps;
+    automatic->trace = speed->trace;
+    automatic->build = speed->build;
+    automatic->pixel_ns = speed->shade * costs->pixel;
+    automatic->lookup_ns = speed->shade * (costs->light + costs->look + 4 * costs->tap);
+    automatic->texel_ns = speed->maps * costs->texel;
+    automatic->event_ns = speed->maps * costs->event;
+    automatic->camera_ray_ns = speed->trace * (costs->ray + levels * costs->hit_level);
+    automatic->shadow_ray_ns = speed->trace * costs->shadow_ray;
+    automatic->triangle_ns = speed->build * costs->built_triangle;
+}
+
+void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings)
+{
+    *settings = (struct auto_settings){.policy = AUTO_RASTER};
+    if (strcmp(automatic->policy, "raytraced") == 0)
+        settings->policy = AUTO_RAYTRACED;
+    if (!automatic->is_measured)
+        return;
+    settings->policy = AUTO_MEASURED;
+    settings->speed = (struct device_speed){.frame_ms = automatic->frame_ms,
+                                            .shade = automatic->shade,
+                                            .maps = automatic->maps,
+                                            .trace = automatic->trace,
+                                            .build = automatic->build};
 }

@@ -218,10 +218,14 @@ static void bury_worker(struct supervisor *supervisor, const char *reason, bool 
 static bool send_settings(struct supervisor *supervisor, struct error *err)
 {
     const struct config *config = supervisor->desc.config;
+    char speed_file[CONFIG_PATH_BYTES + 64];
+    snprintf(speed_file, sizeof speed_file, "%s/cache/device-speed-%d.json", config->state_dir,
+             config->device);
     json_t *settings =
-        json_pack("{s:s,s:i,s:I,s:I,s:s}", "op", "configure", "device", config->device,
+        json_pack("{s:s,s:i,s:I,s:I,s:s,s:i,s:s}", "op", "configure", "device", config->device,
                   "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes, "cache_bytes",
-                  (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders);
+                  (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "auto",
+                  (int)config->automatic, "speed_file", speed_file);
     bool is_sent = settings ? ipc_send(supervisor->worker.socket, settings, NULL, 0, err)
                             : error_set(err, ERROR_NO_MEMORY, "settings of the worker");
     json_decref(settings);
@@ -341,6 +345,19 @@ static void totals_message(struct supervisor *supervisor, const json_t *json)
     totals->cache_evictions = number(json, "cache_evictions");
 }
 
+static void log_speed(struct supervisor *supervisor, const struct device_auto *automatic)
+{
+    if (automatic->is_measured)
+        log_write(supervisor->desc.log, LOG_INFO,
+                  "shadows auto takes the faster by forecast: looking into a shadow map %.3g ns, a "
+                  "shadow ray %.3g ns, a texel of a map %.3g ns (%s)",
+                  automatic->lookup_ns, automatic->shadow_ray_ns, automatic->texel_ns,
+                  automatic->note);
+    else
+        log_write(supervisor->desc.log, LOG_INFO, "shadows auto: %s%s%s", automatic->policy,
+                  automatic->note[0] ? ", " : "", automatic->note);
+}
+
 static bool hello_message(struct supervisor *supervisor, const json_t *json, struct error *err)
 {
     struct device_capabilities device;
@@ -357,6 +374,7 @@ static bool hello_message(struct supervisor *supervisor, const json_t *json, str
     pthread_mutex_unlock(&supervisor->mutex);
     log_write(supervisor->desc.log, LOG_INFO, "the worker is ready: %s, %s", device.renderer,
               device.version);
+    log_speed(supervisor, &device.automatic);
     if (supervisor->desc.on_ready)
         supervisor->desc.on_ready(supervisor->desc.context);
     return true;
@@ -425,10 +443,10 @@ static json_t *take_forgotten(struct supervisor *supervisor)
 /* Messages are small and at most `depth` of them wait, so sending never blocks. Under the mutex. */
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
-    json_t *message =
-        json_pack("{s:s,s:I,s:s,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
-                  (json_int_t)task->ticket, "format", image_format_name(task->format), "question",
-                  task->question, "forget", take_forgotten(supervisor));
+    json_t *message = json_pack(
+        "{s:s,s:I,s:s,s:b,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
+        (json_int_t)task->ticket, "format", image_format_name(task->format), "reuse",
+        task->expects_reuse, "question", task->question, "forget", take_forgotten(supervisor));
     int fds[] = {task->request_fd, task->blob_fd, task->reference_fd};
     int fd_count = task->reference_fd >= 0 ? 3 : 2;
     struct error problem = {0};

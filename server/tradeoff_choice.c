@@ -149,6 +149,9 @@ static void promise_from(const struct choice_wish *wish, const struct choice *ch
     promise->chosen.shadow_taps = setting->shadow_taps;
     promise->chosen.samples = setting->samples;
     promise->chosen.expected_ms = choice->row->ms;
+    promise->chosen.source = source == SOURCE_VIEW    ? FRAME_CHOICE_MEASURED
+                             : source == SOURCE_MODEL ? FRAME_CHOICE_CALIBRATED
+                                                      : FRAME_CHOICE_ESTIMATED;
     promise->has_error = isfinite(choice->row->error);
     promise->rmse = promise->has_error ? choice->row->error : 0;
     promise->source = source == SOURCE_VIEW ? FRAME_ERROR_MEASURED : FRAME_ERROR_ESTIMATED;

@@ -218,6 +218,7 @@ static struct render_task *make_task(struct view_images *images,
     memcpy(task->scene, request->scene, sizeof task->scene);
     task->format = request->format;
     task->priority = request->priority;
+    task->expects_reuse = true;
     task->done = rendered;
     if (request->promise)
         task->promise = *request->promise;

@@ -50,4 +50,8 @@ MUST_CHECK bool scene_summary_from_scene(const struct scene *scene, struct scene
 void device_capabilities_from_info(const struct renderer_info *info,
                                    struct device_capabilities *device);
 
+/* What `shadows: auto` goes by, to be told and read back. The note is the caller's to fill in. */
+void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic);
+void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings);
+
 #endif

@@ -8,6 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "protocol/utf8.h"
+#include "server/device_speed.h"
 #include "server/encoder.h"
 #include "server/explain.h"
 #include "server/ipc.h"
@@ -25,6 +27,8 @@ struct worker {
     struct renderer_info info;
     struct mapped_scenes *scenes;
     struct encoder *encoder;
+    struct auto_settings automatic;
+    char auto_note[CAPABILITIES_TEXT_BYTES];
 };
 
 /* Takes the reference. A front that is gone is noticed by the next receive. */
@@ -120,6 +124,7 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
         !read_format(message->json, &task->format, err) ||
         !view_from_request(&task->request, &storage, &view, err))
         return false;
+    view.quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
     bool is_good = renderer_render(worker->renderer, task->request.scene, &view, &task->frame, err);
     view_storage_finish(&storage);
     if (is_good)
@@ -206,6 +211,24 @@ static int encode_threads(void)
     return cores < 4 ? 1 : cores / 2 > ENCODE_THREADS_MAX ? ENCODE_THREADS_MAX : (int)(cores / 2);
 }
 
+/* A device that cannot be measured is no failure: auto is rasterised there. */
+static void set_auto(struct worker *worker, const json_t *settings)
+{
+    struct error problem = {0};
+    const char *path = json_string_value(json_object_get(settings, "speed_file"));
+    json_int_t policy = json_integer_value(json_object_get(settings, "auto"));
+    worker->automatic.policy = (enum auto_policy)policy;
+    if (policy == AUTO_MEASURED &&
+        !device_speed_find(
+            &worker->automatic.speed,
+            &(struct device_speed_desc){.renderer = worker->renderer, .path = path ? path : ""},
+            worker->auto_note, &problem)) {
+        worker->automatic = (struct auto_settings){.policy = AUTO_RASTER};
+        utf8_copy(worker->auto_note, sizeof worker->auto_note, problem.message);
+    }
+    renderer_set_auto(worker->renderer, &worker->automatic);
+}
+
 static bool start(struct worker *worker, const json_t *settings, struct error *err)
 {
     const char *dump_dir = json_string_value(json_object_get(settings, "dump_shaders"));
@@ -218,6 +241,7 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
         err);
     if (!worker->renderer)
         return false;
+    set_auto(worker, settings);
     worker->scenes = mapped_scenes_create(
         worker->renderer, (uint64_t)json_integer_value(json_object_get(settings, "cache_bytes")),
         err);
@@ -233,6 +257,8 @@ static void say_hello(struct worker *worker)
     struct device_capabilities device;
     renderer_get_info(worker->renderer, &worker->info);
     device_capabilities_from_info(&worker->info, &device);
+    device_auto_from_settings(&worker->automatic, &device.automatic);
+    utf8_copy(device.automatic.note, sizeof device.automatic.note, worker->auto_note);
     /* One on the GL thread, one on each encode thread, one waiting so that the GL thread never
      * does. */
     send_message(worker,

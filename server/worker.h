@@ -6,11 +6,11 @@
 
 /* Serves until the socket closes; returns the exit status. Messages, each with an "op":
  *
- * in   configure  {device, gpu_budget_bytes, cache_bytes, dump_shaders}, first and once
- *      render     {id, format, forget}, descriptors: the request as JSON (memfd), the scene's blob
- *      ask        {id, question, forget}, descriptors: the same and perhaps a reference: one step
- * of a trade-off (server/measure.h), or a plan (server/explain.h) forget     {forget}: ids of
- * scenes that were deleted, here and in render out  hello      {device: {...}, depth}: ready; at
+ * in   configure  {device, gpu_budget_bytes, cache_bytes, dump_shaders, auto, speed_file}, first
+ * and once render     {id, format, reuse, forget}, descriptors: the request as JSON (memfd), the
+ * scene's blob ask        {id, question, forget}, descriptors: the same and perhaps a reference:
+ * one step of a trade-off (server/measure.h), or a plan (server/explain.h) forget     {forget}: ids
+ * of scenes that were deleted, here and in render out  hello      {device: {...}, depth}: ready; at
  * most `depth` renders may be on their way at once failed     {error}: no device; the worker ends
  * begin      {id}: the GL thread works on it rendered   {id}: the encode pool works on it done {id,
  * stats}, descriptor: the image (sealed memfd) answer     {id, result}, perhaps a descriptor: its

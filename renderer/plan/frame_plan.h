@@ -20,11 +20,13 @@ struct frame_plan {
 };
 
 struct frame_plan_desc {
-    const struct view *view;         /* required; outputs not 0 */
-    const struct scene_state *state; /* required */
-    const struct camera *camera;     /* required */
-    const struct gl_limits *limits;  /* required */
-    uint64_t shadow_budget_bytes;    /* of all shadow structures */
+    const struct view *view;               /* required; outputs not 0 */
+    const struct scene_state *state;       /* required */
+    const struct camera *camera;           /* required */
+    const struct gl_limits *limits;        /* required */
+    const struct auto_settings *automatic; /* what `auto` goes by, the same for all plans of a
+                                              cache; NULL = zeroed */
+    uint64_t shadow_budget_bytes;          /* of all shadow structures */
 };
 
 /* A plan for a frame that finds nothing kept from before. What one with kept structures leaves out

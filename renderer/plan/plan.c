@@ -69,20 +69,32 @@ static void add_pass(struct plan *plan, enum plan_need need, enum plan_step step
 
 /* ---- requirements ---- */
 
-static void require_outputs(struct plan *plan, const struct frame_plan_desc *desc)
+static bool require_outputs(struct plan *plan, const struct frame_plan_desc *desc,
+                            struct error *err)
 {
     uint32_t color = 1u << VIEW_OUTPUT_COLOR, outputs = desc->view->outputs;
     int auxiliary = __builtin_popcount(outputs & ~color);
     char because[REPORT_TEXT_BYTES];
-    bool is_traced = frame_is_raytraced(desc->view, desc->state, because);
+    if (!auto_choose(&plan->choice,
+                     &(struct auto_desc){.view = desc->view,
+                                         .state = desc->state,
+                                         .camera = desc->camera,
+                                         .settings = desc->automatic,
+                                         .raster_samples = plan_samples(desc->view, desc->limits)},
+                     err))
+        return false;
+    bool is_traced = frame_is_raytraced(desc->view, desc->state, &plan->choice, because);
     set_need(plan, PLAN_NEED_COLOR, outputs & color && !is_traced, "%s",
              is_traced         ? "the color output is ray traced"
              : outputs & color ? "the color output was asked for"
                                : "no color output was asked for");
     set_need(plan, PLAN_NEED_TRACED, is_traced, "%s",
-             is_traced ? because : "the rasteriser can draw every light that there is");
+             is_traced              ? because
+             : plan->choice.is_open ? plan->choice.because
+                                    : "the rasteriser can draw every light that there is");
     set_need(plan, PLAN_NEED_AUXILIARY, auxiliary > 0, "%d auxiliary output%s asked for", auxiliary,
              auxiliary == 1 ? " was" : "s were");
+    return true;
 }
 
 static bool require_geometry(struct frame_plan *made, const struct frame_plan_desc *desc,
@@ -233,8 +245,8 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc, struct error *err)
 {
     *plan = (struct frame_plan){0};
-    require_outputs(&plan->plan, desc);
-    if (!require_geometry(plan, desc, err) || !require_lights(plan, desc, err)) {
+    if (!require_outputs(&plan->plan, desc, err) || !require_geometry(plan, desc, err) ||
+        !require_lights(plan, desc, err)) {
         frame_plan_finish(plan);
         return false;
     }

@@ -7,6 +7,7 @@
 
 #include "renderer/frame_report.h"
 #include "renderer/gl/context.h"
+#include "renderer/plan/auto_technique.h"
 #include "renderer/view.h"
 
 enum plan_need {                           /* about in the order in which passes follow from them */
@@ -63,8 +64,9 @@ struct plan {
     size_t unshadowed_lights;                      /* shine without a structure */
     size_t unseen_lights;                          /* brighten nothing in view */
     uint64_t shadow_texels;
-    size_t least_batches; /* of shadowed lights, by what is known of their structures before: 1
-                             where all may fit the budget, 0 without any */
+    size_t least_batches;      /* of shadowed lights, by what is known of their structures before: 1
+                                  where all may fit the budget, 0 without any */
+    struct auto_choice choice; /* of `shadows: auto` */
 };
 
 const char *plan_need_name(int need); /* "color", "layers", ...; NULL past the last */

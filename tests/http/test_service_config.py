@@ -85,6 +85,7 @@ class Config(unittest.TestCase):
             (("--listen", "127.0.0.1:99999"), "port"),
             (("--listen", "example.org:1"), "neither an address"),
             (("--log-level", "loud"), "log-level"),
+            (("--auto", "fastest"), "auto"),
             (("stray",), "stray"),
             (("--config", "/nonexistent"), "/nonexistent"),
             (("--allow-remote=perhaps",), "allow-remote"),

@@ -79,7 +79,8 @@ def lit_floor():
 class Real(support.unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.daemon = support.Daemon(program=REAL)
+        # passes of maps are looked at
+        cls.daemon = support.Daemon("--auto", "raster", program=REAL)
         support.wait_until(
             lambda: cls.daemon.raw("GET", "/readyz").code != "overloaded", "a device or none", 180
         )

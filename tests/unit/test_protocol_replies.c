@@ -422,7 +422,22 @@ static void fill_device(struct device_capabilities *device)
                                            .max_storage_block_bytes = UINT64_C(1) << 31,
                                            .gpu_budget_bytes = UINT64_C(4) << 30,
                                            .gpu_used_bytes = 12345,
-                                           .has_post_depth_coverage = true};
+                                           .has_post_depth_coverage = true,
+                                           .automatic = {.policy = "measured",
+                                                         .note = "measured at this start in 9 ms",
+                                                         .is_measured = true,
+                                                         .frame_ms = 0.25,
+                                                         .shade = 1.5,
+                                                         .maps = 2,
+                                                         .trace = 0.75,
+                                                         .build = 3,
+                                                         .pixel_ns = 58,
+                                                         .lookup_ns = 400.5,
+                                                         .texel_ns = 2,
+                                                         .event_ns = 28,
+                                                         .camera_ray_ns = 300,
+                                                         .shadow_ray_ns = 234,
+                                                         .triangle_ns = 281}};
 }
 
 static void device_reads_back_as_it_was(void **state)
@@ -432,6 +447,12 @@ static void device_reads_back_as_it_was(void **state)
     struct error err = {0};
     fill_device(&device);
     json_t *json = device_capabilities_to_json(&device);
+    assert_true(device_capabilities_from_json(json, &read, &err));
+    assert_memory_equal(&read, &device, sizeof read);
+    json_decref(json);
+
+    device.automatic = (struct device_auto){.policy = "raster"};
+    json = device_capabilities_to_json(&device);
     assert_true(device_capabilities_from_json(json, &read, &err));
     assert_memory_equal(&read, &device, sizeof read);
     json_decref(json);

@@ -19,6 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "renderer/calibrate.h"
 #include "renderer/renderer.h"
 #include "renderer/scene/import.h"
 
@@ -67,6 +68,20 @@ void renderer_destroy(struct renderer *renderer)
     while (renderer && renderer->scene_count > 0)
         remove_scene(renderer, 0);
     free(renderer);
+}
+
+void renderer_set_auto(struct renderer *renderer, const struct auto_settings *settings)
+{
+    (void)renderer;
+    (void)settings;
+}
+
+bool renderer_calibrate(struct renderer *renderer, struct calibration *calibration,
+                        struct error *err)
+{
+    (void)renderer;
+    *calibration = (struct calibration){.rounds = 0};
+    return error_set(err, ERROR_UNSUPPORTED, "fake: cannot be measured");
 }
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+/* What `shadows: auto` becomes: the rasteriser's maps, or ray tracing where that is forecast to be
+ * faster on this device. The choice depends on the scene, the view and the device's measured speed
+ * alone: never on what happens to be cached or busy, so the same request has the same pixels.
+ * Thread: any. */
+#ifndef VITRAIL_RENDERER_PLAN_AUTO_TECHNIQUE_H
+#define VITRAIL_RENDERER_PLAN_AUTO_TECHNIQUE_H
+
+#include "renderer/frame_report.h"
+#include "renderer/plan/forecast.h"
+
+enum auto_policy {
+    AUTO_RASTER,    /* ray tracing only where it alone can (area lights) */
+    AUTO_MEASURED,  /* the faster, by the device's speed; AUTO_RASTER while that is unknown */
+    AUTO_RAYTRACED, /* always, where the request leaves it open */
+};
+
+struct auto_settings { /* zeroed = AUTO_RASTER */
+    enum auto_policy policy;
+    struct device_speed speed;
+};
+
+struct auto_choice { /* zeroed = nothing was chosen */
+    bool is_open;    /* the request left the choice to us, and there was one */
+    bool takes_traced;
+    double raster_ms, traced_ms; /* forecast; 0 where the policy needed none */
+    char because[REPORT_TEXT_BYTES];
+};
+
+struct auto_desc {
+    const struct view *view;              /* required */
+    const struct scene_state *state;      /* required */
+    const struct camera *camera;          /* required */
+    const struct auto_settings *settings; /* NULL = zeroed */
+    int raster_samples;                   /* of the rasteriser for this view */
+};
+
+/* A request leaves the choice open when it asks for color with `shadows: auto`, says nothing that
+ * only maps have (another resolution than 1024, more than 4 taps) nor linked lists, and its lights
+ * are none that only rays can draw. */
+MUST_CHECK bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc,
+                            struct error *err);
+
+#endif

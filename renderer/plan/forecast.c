@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: MIT */
+/* Sums of units of work by their costs. */
+#include "renderer/plan/forecast.h"
+
+#include <math.h>
+
+static const double MS = 1e-6; /* per ns */
+
+/* AMD EPYC, 2 cores, Mesa 22.3.6 llvmpipe: docs/tradeoffs.md, "The models". */
+const struct device_costs forecast_costs = {
+    .pixel = 58,
+    .msaa_pixel = 79,
+    .msaa_covered = 202,
+    .light = 49,
+    .look = 174,
+    .tap = 51,
+    .layer = 640,
+    .msaa_layer = 1073,
+    .texture = 270,
+    .msaa_texture = 326,
+    .triangle = 152,
+    .msaa_triangle = 249,
+    .face_ms = 0.4,
+    .texel = 1.9,
+    .caster = 222,
+    .deep_texel = 13.4,
+    .deep_caster = 490,
+    .event = 28,
+    .ray = 19,
+    .hit_level = 18.9,
+    .shadow_ray = 234,
+    .layer_ray = 268,
+    .layer_light = 450,
+    .traced_texture = 261,
+    .traced_frame_ms = 2.1,
+    .built_triangle = 281,
+};
+
+bool device_speed_is_known(const struct device_speed *speed)
+{
+    return speed->shade > 0 && speed->maps > 0 && speed->trace > 0 && speed->build > 0;
+}
+
+double forecast_shade_ms(const struct workload *w, const struct forecast_setting *setting)
+{
+    const struct device_costs *c = &forecast_costs;
+    double more = setting->samples > 1 ? 1 : 0;
+    double layers = w->pixels * w->layers, covered = w->pixels * w->covered;
+    double surfaces = layers + covered;
+    double looks =
+        setting->has_shadows && w->shadowed_lights ? c->look + c->tap * setting->shadow_taps : 0;
+    return MS *
+           (w->pixels * (c->pixel + more * c->msaa_pixel) + covered * more * c->msaa_covered +
+            surfaces * w->lit * (c->light + looks) + layers * (c->layer + more * c->msaa_layer) +
+            surfaces * w->textures * (c->texture + more * c->msaa_texture) +
+            w->triangles_in_view * (c->triangle + more * c->msaa_triangle));
+}
+
+double forecast_maps_ms(const struct workload *w, const struct forecast_setting *setting)
+{
+    const struct device_costs *c = &forecast_costs;
+    double side = setting->shadow_resolution, texels = w->map_faces * side * side;
+    double deep_texels = w->deep_faces * side * side;
+    if (!setting->has_shadows)
+        return 0;
+    return w->map_faces * c->face_ms +
+           MS * (texels * c->texel + w->map_triangles * c->caster +
+                 deep_texels * (c->deep_texel + w->deep_share * c->event) +
+                 w->deep_triangles * c->deep_caster);
+}
+
+double forecast_trace_ms(const struct workload *w, const struct forecast_setting *setting)
+{
+    const struct device_costs *c = &forecast_costs;
+    double levels = log2(2 + w->triangles), rays = w->pixels * setting->samples;
+    double layers = w->pixels * w->layers, surfaces = layers + w->pixels * w->covered;
+    double asked = setting->has_shadows ? w->lit : 0; /* lights, at each surface */
+    return c->traced_frame_ms +
+           MS * (rays * (c->ray + w->covered * levels * c->hit_level + w->layers * c->layer_ray) +
+                 surfaces * asked * c->shadow_ray + layers * asked * c->layer_light +
+                 surfaces * w->textures * c->traced_texture);
+}
+
+double forecast_build_ms(const struct workload *w)
+{
+    return MS * w->triangles * forecast_costs.built_triangle;
+}
+
+double forecast_raster_ms(const struct workload *workload, const struct forecast_setting *setting,
+                          const struct device_speed *speed)
+{
+    return speed->frame_ms + speed->shade * forecast_shade_ms(workload, setting) +
+           (setting->is_warm ? 0 : speed->maps * forecast_maps_ms(workload, setting));
+}
+
+double forecast_traced_ms(const struct workload *workload, const struct forecast_setting *setting,
+                          const struct device_speed *speed)
+{
+    return speed->trace * forecast_trace_ms(workload, setting) +
+           (setting->is_warm ? 0 : speed->build * forecast_build_ms(workload));
+}

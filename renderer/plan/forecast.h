@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: MIT */
+/* How long a frame will take, from its workload and the speed of a device: what `auto` chooses by.
+ * Pure functions. Thread: any.
+ *
+ * The cost of each unit of work was fitted once, over shared scenes on a software rasteriser
+ * (docs/tradeoffs.md, "The models"; tests/bench/fit_costs.py repeats it). A device is known by how
+ * much longer than there it takes for four kinds of work, which renderer/calibrate.h measures. */
+#ifndef VITRAIL_RENDERER_PLAN_FORECAST_H
+#define VITRAIL_RENDERER_PLAN_FORECAST_H
+
+#include "renderer/plan/workload.h"
+
+/* Times over those of the machine of the fit. Zeroed = not measured. */
+struct device_speed {
+    double frame_ms; /* of a rasterised frame with nothing to do; not a ratio */
+    double shade;    /* rasterising and shading the picture */
+    double maps;     /* shadow maps: casters, texels, events */
+    double trace;    /* rays and the shading of what they meet, on all cores */
+    double build;    /* the ray tracer's structure */
+};
+bool device_speed_is_known(const struct device_speed *speed);
+
+/* Costs on the machine of the fit, in ns of processor time unless the name says ms. msaa_*: what 4
+ * samples per pixel add to those of 1. */
+struct device_costs {
+    double pixel, msaa_pixel; /* of the image; per covered one msaa_covered more */
+    double msaa_covered;
+    double light, look, tap;        /* a surface that a light shines on, looking into its map, and
+                                       each tap of that */
+    double layer, msaa_layer;       /* a transparent surface */
+    double texture, msaa_texture;   /* of a surface */
+    double triangle, msaa_triangle; /* in view */
+    double face_ms, texel, caster;  /* of all shadow maps */
+    double deep_texel, deep_caster, event; /* of deep ones besides */
+    double ray, hit_level; /* from the camera; where it meets something opaque, per doubling of the
+                              triangles */
+    double shadow_ray;
+    double layer_ray, layer_light; /* through a transparent surface; a light there besides */
+    double traced_texture;
+    double traced_frame_ms;
+    double built_triangle;
+};
+extern const struct device_costs forecast_costs;
+
+struct forecast_setting {
+    int samples;           /* per pixel */
+    int shadow_resolution; /* texels per side */
+    int shadow_taps;
+    bool has_shadows;
+    bool is_warm; /* shadow maps, or the ray tracer's structure, are there from a frame before */
+};
+
+/* ms of a frame, in the renderer. */
+double forecast_raster_ms(const struct workload *workload, const struct forecast_setting *setting,
+                          const struct device_speed *speed);
+double forecast_traced_ms(const struct workload *workload, const struct forecast_setting *setting,
+                          const struct device_speed *speed);
+
+/* The four kinds apart, on the machine of the fit, without frame_ms: what calibration divides by.
+ */
+double forecast_shade_ms(const struct workload *workload, const struct forecast_setting *setting);
+double forecast_maps_ms(const struct workload *workload, const struct forecast_setting *setting);
+double forecast_trace_ms(const struct workload *workload, const struct forecast_setting *setting);
+double forecast_build_ms(const struct workload *workload);
+
+#endif

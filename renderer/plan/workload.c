@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: MIT */
+/* Counts of lights, shadow maps and what is drawn into them. */
+#include "renderer/plan/workload.h"
+
+#include "renderer/lights/light_reach.h"
+#include "renderer/scene/matrix.h"
+#include "renderer/shadows/shadow_frame.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+enum {
+    LIGHTS_SAMPLED = 8,        /* whose casters are looked at, at equal steps; the others are taken
+                                  to be alike */
+    TRIANGLES_SAMPLED = 256,   /* of the transparent casters of one light */
+    AREA_SAMPLES_DEFAULT = 16, /* renderer/view.h */
+};
+static const double PI = 3.14159265358979323846;
+
+/* Whether a light shines on a surface, seen from its upper side. */
+static bool shines_on(const struct state_light *light, const struct survey_point *point)
+{
+    double to_light[3];
+    if (light->type == SCENE_LIGHT_DIRECTIONAL)
+        return vec3_dot(light->direction, point->normal) < 0;
+    vec3_sub(light->position, point->position, to_light);
+    double distance = vec3_length(to_light);
+    double along = -vec3_dot(to_light, light->direction);
+    if (vec3_dot(to_light, point->normal) <= 0 ||
+        (light->range > 0 && distance > (double)light->range))
+        return false;
+    if (state_light_is_area(light))
+        return along > 0;
+    return light->type != SCENE_LIGHT_SPOT || along > distance * cos((double)light->outer_cone_rad);
+}
+
+static double count_lit(const struct workload_desc *desc, const struct survey *survey,
+                        const struct light_reach *reach)
+{
+    int area_samples = desc->view->quality.area_samples;
+    double lit = 0, points = 0;
+    for (int p = 0; p < survey->point_count; p++)
+        points += survey->points[p].weight;
+    for (size_t i = 0; i < desc->state->light_count; i++) {
+        const struct state_light *light = &desc->state->lights[i];
+        double rays = !state_light_is_area(light) ? 1
+                      : area_samples              ? area_samples
+                                                  : AREA_SAMPLES_DEFAULT;
+        for (int p = 0; p < survey->point_count && reach->is_in_view[i]; p++)
+            if (shines_on(light, &survey->points[p]))
+                lit += rays * survey->points[p].weight / points;
+    }
+    return lit;
+}
+
+/* ---- shadow maps ---- */
+
+static double triangles_of(const struct scene_state *state, const struct state_item *item)
+{
+    uint32_t count = state->scene->primitives[item->primitive].index_count / 3;
+    return count;
+}
+
+static void corner_of(const struct scene_state *state, const struct state_item *item,
+                      uint32_t index, double world[3])
+{
+    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const float *position =
+        &state->scene->positions[3 * (size_t)(p->first_vertex +
+                                              state->scene->indices[p->first_index + index])];
+    const double local[3] = {(double)position[0], (double)position[1], (double)position[2]};
+    mat4_transform_point(state->world[item->node], local, world);
+}
+
+/* Share of one face's texels that a triangle covers: its solid angle as a flat patch, or its shadow
+ * on the plane of parallel rays. */
+static double share_of_face(const struct shadow_frame *frame, double corners[3][3])
+{
+    double edges[2][3], normal[3], middle[3], to_light[3];
+    vec3_sub(corners[1], corners[0], edges[0]);
+    vec3_sub(corners[2], corners[0], edges[1]);
+    vec3_cross(edges[0], edges[1], normal); /* twice the area */
+    if (frame->shape == SHADOW_ORTHOGRAPHIC)
+        return 0.5 * fabs(vec3_dot(normal, frame->axis[2])) * frame->scale[0] * frame->scale[1] / 4;
+    for (int k = 0; k < 3; k++)
+        middle[k] = (corners[0][k] + corners[1][k] + corners[2][k]) / 3;
+    vec3_sub(middle, frame->origin, to_light);
+    double distance = vec3_length(to_light);
+    bool is_out = frame->range_m > 0 && distance > frame->range_m;
+    if (!(distance > 0) || is_out ||
+        vec3_dot(to_light, frame->cone) < distance * cos(frame->cone_rad))
+        return 0;
+    double angle = 0.5 * fabs(vec3_dot(normal, to_light)) / (distance * distance * distance);
+    double face =
+        frame->shape == SHADOW_CUBE ? 4 * PI / 6 : 4 / (frame->scale[0] * frame->scale[1]);
+    return fmin(angle, 2 * PI) / face;
+}
+
+/* What one light's maps hold. */
+struct map_load {
+    double faces, opaque, transparent, events; /* events: in units of a face's texels */
+};
+
+static void add_events(const struct workload_desc *desc, const struct shadow_frame *frame,
+                       const struct state_item *item, double budget, struct map_load *load)
+{
+    double triangles = triangles_of(desc->state, item), corners[3][3];
+    double step = fmax(1, floor(triangles / fmax(budget, 1))), sum = 0, taken = 0;
+    for (uint32_t t = 0; t < (uint32_t)triangles; t += (uint32_t)step) {
+        for (uint32_t i = 0; i < 3; i++)
+            corner_of(desc->state, item, 3 * t + i, corners[i]);
+        sum += share_of_face(frame, corners);
+        taken++;
+    }
+    load->events += sum * triangles / fmax(taken, 1);
+}
+
+static bool load_map(const struct workload_desc *desc, const struct state_light *light,
+                     struct map_load *load)
+{
+    struct shadow_frame frame;
+    double transparent = 0;
+    *load = (struct map_load){0};
+    if (!light->casts_shadow || !shadow_frame_init(&frame, light, desc->state, 1024))
+        return false;
+    for (int pass = 0; pass < 2; pass++) /* counted first, to know how many to sample of each */
+        for (size_t i = 0; i < desc->state->item_count; i++) {
+            const struct state_item *item = &desc->state->items[i];
+            uint32_t faces = item->casts_shadow ? shadow_frame_faces(&frame, item) : 0;
+            double drawn = triangles_of(desc->state, item);
+            if (!faces)
+                continue;
+            if (pass == 0 && item->class_ == STATE_TRANSPARENT)
+                transparent += drawn;
+            if (pass == 0)
+                continue;
+            if (item->class_ == STATE_TRANSPARENT)
+                add_events(desc, &frame, item, TRIANGLES_SAMPLED * drawn / transparent, load);
+            *(item->class_ == STATE_TRANSPARENT ? &load->transparent : &load->opaque) +=
+                drawn * __builtin_popcount(faces);
+        }
+    load->faces = frame.face_count;
+    return load->opaque + load->transparent > 0;
+}
+
+static void measure_maps(struct workload *workload, const struct workload_desc *desc,
+                         const struct light_reach *reach)
+{
+    double events = 0;
+    size_t step = workload->lights / LIGHTS_SAMPLED + 1, visible = 0, taken = 0;
+    double shadowed = 0, deep = 0;
+    for (size_t i = 0; i < desc->state->light_count; i++) {
+        struct map_load load;
+        if (!reach->is_in_view[i] || visible++ % step != 0)
+            continue;
+        taken++;
+        if (!load_map(desc, &desc->state->lights[i], &load))
+            continue;
+        shadowed++;
+        deep += load.transparent > 0;
+        workload->map_faces += load.faces;
+        workload->deep_faces += load.transparent > 0 ? load.faces : 0;
+        workload->map_triangles += load.opaque;
+        workload->deep_triangles += load.transparent;
+        events += load.events;
+    }
+    double scale = taken ? (double)workload->lights / (double)taken : 0;
+    workload->deep_share = workload->deep_faces > 0 ? events / workload->deep_faces : 0;
+    workload->shadowed_lights = (size_t)round(shadowed * scale);
+    workload->deep_lights = (size_t)round(deep * scale);
+    workload->map_faces *= scale;
+    workload->deep_faces *= scale;
+    workload->map_triangles *= scale;
+    workload->deep_triangles *= scale;
+}
+
+bool workload_measure(struct workload *workload, const struct workload_desc *desc,
+                      struct error *err)
+{
+    struct survey survey;
+    struct light_reach reach = {0};
+    *workload = (struct workload){.pixels = (double)desc->view->width_px * desc->view->height_px};
+    bool ok = survey_view(&survey, desc, err) &&
+              light_reach_collect(&reach, desc->state->lights, desc->state->light_count,
+                                  desc->camera, err);
+    if (ok) {
+        workload->covered = survey.covered;
+        workload->layers = survey.layers;
+        workload->textures = survey.textures;
+        workload->triangles = survey.triangles;
+        workload->triangles_in_view = survey.triangles_in_view;
+        workload->lights = desc->state->light_count - reach.unseen_count;
+        workload->lit = count_lit(desc, &survey, &reach);
+        measure_maps(workload, desc, &reach);
+    }
+    light_reach_finish(&reach);
+    return ok;
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT */
+/* The speed of the worker's device, measured once and kept in a file: another driver, processor or
+ * build measures anew, and so does a file that is damaged or gone. Thread: GL. */
+#ifndef VITRAIL_SERVER_DEVICE_SPEED_H
+#define VITRAIL_SERVER_DEVICE_SPEED_H
+
+#include "protocol/capabilities.h"
+#include "renderer/calibrate.h"
+
+struct device_speed_desc {
+    struct renderer *renderer; /* required */
+    const char *path;          /* of the file; its folder is made; "" keeps nothing */
+};
+
+/* Reads it, or measures and writes it. A failure to write is told in `note` alone. */
+MUST_CHECK bool device_speed_find(struct device_speed *speed, const struct device_speed_desc *desc,
+                                  char note[CAPABILITIES_TEXT_BYTES], struct error *err);
+
+/* The file, for tests: false where it cannot be read or is of another device. */
+MUST_CHECK bool device_speed_load(struct device_speed *speed, const char *path, const char *key);
+MUST_CHECK bool device_speed_save(const struct device_speed *speed, const char *path,
+                                  const char *key, struct error *err);
+
+#endif

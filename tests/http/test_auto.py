@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""`shadows: auto` takes the faster technique by measuring the device: what it says, and that the
+same request keeps its picture."""
+import hashlib
+import json
+import os
+import re
+import sys
+import unittest
+
+import support
+from test_service_real import lit_floor
+
+REAL = os.path.join(support.BIN, "vitraild")
+support.needs(REAL)
+
+SIZE = {"width": 96, "height": 64}
+
+
+def open_daemon(*flags, state_dir=None):
+    daemon = support.Daemon(*flags, program=REAL, state_dir=state_dir)
+    support.wait_until(
+        lambda: daemon.raw("GET", "/readyz").code != "overloaded", "a device or none", 180
+    )
+    if daemon.raw("GET", "/readyz").status != 200:
+        print("skipped:", daemon.raw("GET", "/readyz").json()["detail"])
+        with daemon:
+            daemon.stop()
+        sys.exit(77)
+    return daemon
+
+
+def automatic(daemon):
+    return daemon.request("GET", "/v1/capabilities").json()["device"]["auto"]
+
+
+def render(daemon, scene, quality=None, headers=None, **members):
+    """The reply and the frame's report."""
+    body = {**SIZE, **members, "quality": quality or {}}
+    reply = daemon.render(scene, headers, timeout=300, **body)
+    if reply.status == 304:
+        return reply, None
+    assert reply.status == 200, reply.body[:500]
+    link = reply.header("Link")
+    return reply, daemon.request("GET", link[link.index("<") + 1 : link.index(">")]).json()
+
+
+class Measured(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = open_daemon()
+        cls.scene = cls.daemon.push(lit_floor())
+
+    @classmethod
+    def tearDownClass(cls):
+        with cls.daemon:
+            assert cls.daemon.stop() == 0
+
+    def test_capabilities_and_log_tell_the_rates(self):
+        told = automatic(self.daemon)
+        self.assertEqual("measured", told["policy"])
+        self.assertRegex(told["note"], r"^measured at this start in \d+ ms$")
+        for group in ("speed", "rates"):
+            self.assertTrue(all(value > 0 for value in told[group].values()), told)
+        self.assertIn("shadow_ray_ns", told["rates"])
+        self.assertRegex(self.daemon.log(), r"shadows auto takes the faster by forecast: .* ns")
+
+    def test_the_choice_is_the_forecast_and_is_told(self):
+        _, report = render(self.daemon, self.scene)
+        chosen = report["chosen"]
+        self.assertEqual("calibrated", chosen["source"])
+        sentence = r"forecast ([\d.e+]+) ms ray traced, ([\d.e+]+) ms rasterised"
+        numbers = re.search(sentence, chosen["because"])
+        traced, raster = float(numbers.group(1)), float(numbers.group(2))
+        self.assertEqual("raytraced" if traced < 0.9 * raster else "deep", chosen["shadows"])
+        passes = {one["pass"] for one in report["plan"]}
+        self.assertEqual(chosen["shadows"] == "raytraced", "raytrace.trace" in passes)
+        body = {"scene": self.scene, **SIZE}
+        plan = self.daemon.request("POST", "/v1/renders?explain=json", body).json()
+        traced_need = next(one for one in plan["requirements"] if one["name"] == "traced")
+        self.assertEqual(chosen["because"], traced_need["because"])
+
+    def test_the_same_request_keeps_picture_and_tag(self):
+        first, report = render(self.daemon, self.scene)
+        render(self.daemon, self.scene, {"shadows": "deep"})  # what is kept now decides nothing
+        render(self.daemon, self.scene, {"shadows": "raytraced"})
+        second, again = render(self.daemon, self.scene)
+        self.assertEqual(first.body, second.body)
+        self.assertEqual(first.header("ETag"), second.header("ETag"))
+        self.assertEqual(report["chosen"], again["chosen"])
+        unchanged, _ = render(
+            self.daemon, self.scene, headers={"If-None-Match": first.header("ETag")}
+        )
+        self.assertEqual(304, unchanged.status)
+
+    def test_the_picture_is_that_of_the_chosen_technique(self):
+        reply, report = render(self.daemon, self.scene)
+        named, explicit = render(self.daemon, self.scene, {"shadows": report["chosen"]["shadows"]})
+        self.assertEqual(reply.body, named.body)
+        self.assertIsNone(explicit["chosen"])
+
+    def test_what_only_maps_have_is_rasterised(self):
+        for quality in ({"shadow_resolution": 256}, {"shadow_taps": 9}, {"light_lists": "linked"}):
+            _, report = render(self.daemon, self.scene, quality)
+            self.assertIsNone(report["chosen"], quality)
+            self.assertIn("shade.opaque", {one["pass"] for one in report["plan"]}, quality)
+
+    def test_a_view_at_rest_is_one_picture_however_it_is_asked_for(self):
+        body = {"scene": self.scene, **SIZE}
+        path = self.daemon.request("POST", "/v1/views", body).header("Location")
+        digests = set()
+        for _ in range(2):
+            reply = self.daemon.request("GET", path + "/image", headers={"Accept": "image/png"})
+            self.assertEqual(200, reply.status, reply.body)
+            digests.add((hashlib.sha256(reply.body).hexdigest(), reply.header("ETag")))
+        self.assertEqual(1, len(digests))
+        tag = digests.pop()[1]
+        reply = self.daemon.request(
+            "GET", path + "/image", headers={"Accept": "image/png", "If-None-Match": tag}
+        )
+        self.assertEqual(304, reply.status)
+
+
+class Kept(unittest.TestCase):
+    def test_a_second_start_measures_nothing(self):
+        first = open_daemon()
+        with first:
+            speed = automatic(first)["speed"]
+            kept = os.path.join(first.state_dir, "cache", "device-speed-0.json")
+            self.assertTrue(os.path.exists(kept))
+            with open(kept, encoding="utf-8") as file:
+                stored = json.load(file)
+            self.assertEqual(speed, {key: stored[key] for key in speed})
+            assert first.stop() == 0
+            second = open_daemon(state_dir=first.state_dir)
+            with second:
+                told = automatic(second)
+                self.assertEqual("measured at an earlier start", told["note"])
+                self.assertEqual(speed, told["speed"])
+                assert second.stop() == 0
+            with open(kept, "w", encoding="utf-8") as file:
+                json.dump({**stored, "key": "another driver"}, file)
+            third = open_daemon(state_dir=first.state_dir)
+            with third:
+                self.assertRegex(automatic(third)["note"], "^measured at this start")
+                assert third.stop() == 0
+
+
+class Pinned(unittest.TestCase):
+    def test_a_server_can_be_set_to_either(self):
+        tags = set()
+        for policy, traces in (("raster", False), ("raytraced", True)):
+            with open_daemon("--auto", policy) as daemon:
+                told = automatic(daemon)
+                self.assertEqual(policy, told["policy"])
+                self.assertEqual((None, None), (told["speed"], told["rates"]))
+                self.assertFalse(
+                    os.path.exists(os.path.join(daemon.state_dir, "cache", "device-speed-0.json"))
+                )
+                scene = daemon.push(lit_floor())
+                reply, report = render(daemon, scene)
+                tags.add(reply.header("ETag"))
+                passes = {one["pass"] for one in report["plan"]}
+                self.assertEqual(traces, "raytrace.trace" in passes)
+                if traces:
+                    self.assertEqual("configured", report["chosen"]["source"])
+                    self.assertIsNone(report["chosen"]["expected_ms"])
+                    _, deep = render(daemon, scene, {"shadows": "deep"})
+                    self.assertIn("shade.opaque", {one["pass"] for one in deep["plan"]})
+                else:
+                    self.assertIsNone(report["chosen"])
+                assert daemon.stop() == 0
+        self.assertEqual(2, len(tags))  # other pixels, another tag
+
+
+support.run_tests()

@@ -1,0 +1,275 @@
+/* SPDX-License-Identifier: MIT */
+/* What `shadows: auto` becomes: counts of work, forecasts, and the choice. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "renderer/plan/auto_technique.h"
+#include "tests/support/import_support.h"
+
+/* A square of 2 m in the plane z = 0, seen from the front; its material is the argument. */
+static const char SQUARE[] =
+    "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}],"
+    "'materials':[{'doubleSided':true,%s}],"
+    "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':0}]}],"
+    "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3',"
+    "'min':[-1,-1,0],'max':[1,1,0]},{'bufferView':1,'componentType':5123,'count':6,"
+    "'type':'SCALAR'}],"
+    "'bufferViews':[{'buffer':0,'byteLength':48},{'buffer':0,'byteOffset':48,'byteLength':12}],"
+    "'buffers':[{'byteLength':60}]}";
+
+struct rig {
+    struct imported_scene imported;
+    struct scene_state state;
+    struct camera camera;
+    struct view view;
+    struct view_light light;
+};
+
+static void rig_open(struct rig *rig, const char *material)
+{
+    struct {
+        float positions[12];
+        uint16_t indices[6];
+    } bin = {{-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0}, {0, 1, 2, 2, 1, 3}};
+    char json[2048];
+    struct error err = {0};
+    *rig = (struct rig){
+        .view = {.width_px = 100,
+                 .height_px = 100,
+                 .outputs = 1u << VIEW_OUTPUT_COLOR,
+                 .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 0, 5}, .ortho_height = 4},
+                 .light_count = 1,
+                 .quality = {.shadow_resolution = 1024, .shadow_taps = 4}},
+        .light = {.type = SCENE_LIGHT_POINT,
+                  .position = {0, 0, 3},
+                  .color = {1, 1, 1},
+                  .intensity = 10},
+    };
+    snprintf(json, sizeof json, SQUARE, material);
+    if (!imported_scene_make(&rig->imported, json, &bin, 60, &err))
+        fail_msg("%s", err.message);
+}
+
+static void rig_close(struct rig *rig)
+{
+    imported_scene_finish(&rig->imported);
+}
+
+static struct workload measure(struct rig *rig)
+{
+    struct workload workload;
+    struct error err = {0};
+    rig->view.lights = &rig->light;
+    if (!scene_state_init(&rig->state, &rig->imported.scene, &rig->view, &err) ||
+        !camera_resolve(&rig->camera, &rig->view, &rig->state, &err) ||
+        !workload_measure(&workload,
+                          &(struct workload_desc){
+                              .view = &rig->view, .state = &rig->state, .camera = &rig->camera},
+                          &err))
+        fail_msg("%s", err.message);
+    scene_state_finish(&rig->state);
+    return workload;
+}
+
+static struct auto_choice choose(struct rig *rig, const struct auto_settings *settings)
+{
+    struct auto_choice choice;
+    struct error err = {0};
+    rig->view.lights = &rig->light;
+    if (!scene_state_init(&rig->state, &rig->imported.scene, &rig->view, &err) ||
+        !camera_resolve(&rig->camera, &rig->view, &rig->state, &err) ||
+        !auto_choose(&choice,
+                     &(struct auto_desc){.view = &rig->view,
+                                         .state = &rig->state,
+                                         .camera = &rig->camera,
+                                         .settings = settings,
+                                         .raster_samples = 4},
+                     &err))
+        fail_msg("%s", err.message);
+    scene_state_finish(&rig->state);
+    return choice;
+}
+
+static void counts_are_those_of_the_picture(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    struct workload w = measure(&rig);
+    assert_true(fabs(w.covered - 0.25) < 0.03);
+    assert_true(w.layers == 0 && w.textures == 0);
+    assert_true(w.triangles == 2 && w.triangles_in_view == 2 && w.pixels == 10000);
+    assert_true(w.lit == 1 && w.lights == 1 && w.shadowed_lights == 1 && w.deep_lights == 0);
+    rig.light.position[2] = -3; /* behind */
+    assert_true(measure(&rig).lit == 0);
+    rig.light = (struct view_light){.type = SCENE_LIGHT_SPOT,
+                                    .position = {0, 0, 3},
+                                    .direction = {0, 0, 1},
+                                    .color = {1, 1, 1},
+                                    .intensity = 10};
+    assert_true(measure(&rig).lit == 0); /* shines away */
+    rig.light.direction[2] = -1;
+    assert_true(measure(&rig).lit > 0.9);
+    rig.light.range = 1;
+    assert_true(measure(&rig).lit == 0); /* too far */
+    rig.view.camera.eye[0] = 100;        /* looks at the square from aside, which is edge on */
+    assert_true(measure(&rig).covered < 0.1);
+    rig_close(&rig);
+    rig_open(&rig, "'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.5]}");
+    w = measure(&rig);
+    assert_true(w.covered == 0 && fabs(w.layers - 0.25) < 0.01);
+    assert_true(w.deep_lights == 1 && w.deep_share > 0);
+    rig_close(&rig);
+}
+
+/* The events of a square under a light straight above: its share of the map. */
+static void events_are_the_share_of_the_map_that_casters_cover(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.5]}");
+    rig.light = (struct view_light){.type = SCENE_LIGHT_DIRECTIONAL,
+                                    .direction = {0, 0, -1},
+                                    .color = {1, 1, 1},
+                                    .intensity = 1};
+    double along = measure(&rig).deep_share;
+    assert_true(along > 0.4 && along <= 1); /* the map is as wide as the square, and turned */
+    rig.light.direction[0] = 1;             /* 45 degrees */
+    assert_true(measure(&rig).deep_share < along);
+    rig_close(&rig);
+}
+
+static void forecasts_grow_with_the_work(void **unused)
+{
+    (void)unused;
+    const struct device_speed speed = {1, 1, 1, 1, 1};
+    const struct workload base = {.pixels = 1e5,
+                                  .covered = 0.5,
+                                  .layers = 0.1,
+                                  .lit = 2,
+                                  .textures = 1,
+                                  .triangles = 1e4,
+                                  .triangles_in_view = 5e3,
+                                  .lights = 4,
+                                  .shadowed_lights = 4,
+                                  .deep_lights = 2,
+                                  .map_faces = 8,
+                                  .deep_faces = 4,
+                                  .map_triangles = 1e4,
+                                  .deep_triangles = 1e3,
+                                  .deep_share = 0.5};
+    const size_t grown[] = {offsetof(struct workload, pixels), offsetof(struct workload, covered),
+                            offsetof(struct workload, layers), offsetof(struct workload, lit),
+                            offsetof(struct workload, textures)};
+    struct forecast_setting setting = {
+        .samples = 4, .shadow_resolution = 1024, .shadow_taps = 4, .has_shadows = true};
+    double raster = forecast_raster_ms(&base, &setting, &speed);
+    double traced = forecast_traced_ms(&base, &setting, &speed);
+    for (size_t i = 0; i < sizeof grown / sizeof *grown; i++) {
+        struct workload more = base;
+        *(double *)((char *)&more + grown[i]) *= 2;
+        assert_true(forecast_raster_ms(&more, &setting, &speed) > raster);
+        assert_true(forecast_traced_ms(&more, &setting, &speed) > traced);
+    }
+    setting.is_warm = true;
+    assert_true(forecast_raster_ms(&base, &setting, &speed) < raster);
+    assert_true(forecast_traced_ms(&base, &setting, &speed) < traced);
+    double warm = forecast_raster_ms(&base, &setting, &speed);
+    setting.shadow_resolution = 4096; /* of maps that are there */
+    assert_true(forecast_raster_ms(&base, &setting, &speed) == warm);
+    setting.samples = 1;
+    assert_true(forecast_raster_ms(&base, &setting, &speed) < warm);
+    const struct device_speed slow = {1, 10, 10, 1, 1};
+    assert_true(forecast_raster_ms(&base, &setting, &slow) >
+                9 * forecast_shade_ms(&base, &setting));
+}
+
+/* The same device but for how fast it rasterises or traces. */
+static const struct auto_settings fast_raster = {AUTO_MEASURED, {0.01, 0.01, 0.01, 1, 1}};
+static const struct auto_settings fast_rays = {AUTO_MEASURED, {1, 1, 1, 0.01, 0.01}};
+
+static void the_faster_is_taken_and_the_reason_told(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    struct auto_choice choice = choose(&rig, &fast_rays), again = choose(&rig, &fast_rays);
+    assert_true(choice.is_open && choice.takes_traced && choice.traced_ms < choice.raster_ms);
+    assert_non_null(strstr(choice.because, "calibrated"));
+    assert_true(choice.traced_ms == again.traced_ms && choice.raster_ms == again.raster_ms);
+    choice = choose(&rig, &fast_raster);
+    assert_true(choice.is_open && !choice.takes_traced && choice.raster_ms < choice.traced_ms);
+    double built = choice.raster_ms;
+    rig.view.quality.expects_reuse = true;
+    choice = choose(&rig, &fast_raster);
+    assert_true(choice.raster_ms < built); /* shadow maps are there */
+    rig_close(&rig);
+}
+
+static void policies_need_no_numbers(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    assert_false(choose(&rig, NULL).is_open);
+    assert_false(choose(&rig, &(struct auto_settings){.policy = AUTO_RASTER}).is_open);
+    assert_false(choose(&rig, &(struct auto_settings){.policy = AUTO_MEASURED}).is_open);
+    struct auto_choice choice = choose(&rig, &(struct auto_settings){.policy = AUTO_RAYTRACED});
+    assert_true(choice.is_open && choice.takes_traced && choice.because[0]);
+    rig_close(&rig);
+}
+
+static void what_was_said_is_not_open(void **unused)
+{
+    (void)unused;
+    struct rig rig;
+    rig_open(&rig, "'alphaMode':'OPAQUE'");
+    const struct view_quality open = rig.view.quality;
+    const struct view_quality closed[] = {
+        {.shadows = VIEW_SHADOWS_DEEP},
+        {.shadows = VIEW_SHADOWS_NONE},
+        {.shadow_resolution = 512},
+        {.shadow_taps = 9},
+        {.light_lists = VIEW_LIGHT_LISTS_LINKED},
+        {.faithful = true},
+        {.reference = true},
+    };
+    for (size_t i = 0; i < sizeof closed / sizeof *closed; i++) {
+        rig.view.quality = closed[i];
+        assert_false(choose(&rig, &fast_rays).is_open);
+    }
+    rig.view.quality = open;
+    rig.view.quality.shadow_taps = 1; /* a view that moves */
+    assert_true(choose(&rig, &fast_rays).is_open);
+    rig.view.outputs = 1u << VIEW_OUTPUT_DEPTH;
+    assert_false(choose(&rig, &fast_rays).is_open);
+    rig.view.outputs = 1u << VIEW_OUTPUT_COLOR;
+    rig.light = (struct view_light){.type = SCENE_LIGHT_DISK,
+                                    .position = {0, 0, 3},
+                                    .direction = {0, 0, -1},
+                                    .color = {1, 1, 1},
+                                    .intensity = 10,
+                                    .radius_m = 1};
+    assert_false(choose(&rig, &fast_raster).is_open); /* rays alone can draw it */
+    rig_close(&rig);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(counts_are_those_of_the_picture),
+        cmocka_unit_test(events_are_the_share_of_the_map_that_casters_cover),
+        cmocka_unit_test(forecasts_grow_with_the_work),
+        cmocka_unit_test(the_faster_is_taken_and_the_reason_told),
+        cmocka_unit_test(policies_need_no_numbers),
+        cmocka_unit_test(what_was_said_is_not_open),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
