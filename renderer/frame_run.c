@@ -122,6 +122,7 @@ static bool prepare_lights(struct window_run *window, struct error *err)
                                    .light_count = frame->state->light_count,
                                    .camera = frame->camera,
                                    .window = &frame->window,
+                                   .bounds = &window->run->frame_plan->reach.bounds,
                                },
                                frame->report, err);
 }

@@ -25,9 +25,9 @@ static void set_slices(struct clusters *clusters, double begin, double end)
 static void choose_slices(struct clusters *clusters, const struct camera *camera)
 {
     double begin = INFINITY, end = -INFINITY;
-    for (size_t i = 0; i < clusters->bounds.count; i++) {
-        begin = fmin(begin, clusters->bounds.items[i].z_lo);
-        end = fmax(end, clusters->bounds.items[i].z_hi);
+    for (size_t i = 0; i < clusters->bounds->count; i++) {
+        begin = fmin(begin, clusters->bounds->items[i].z_lo);
+        end = fmax(end, clusters->bounds->items[i].z_hi);
     }
     begin = fmax(begin, camera->z_near);
     if (clusters->is_linear) {
@@ -150,15 +150,15 @@ static bool fill(struct clusters *clusters, const struct clusters_desc *desc, st
 {
     uint64_t most = 3ull * (uint64_t)clusters->columns * (uint64_t)clusters->rows *
                     (uint64_t)clusters->slices / 4;
-    for (size_t i = 0; i < clusters->bounds.count; i++) {
+    for (size_t i = 0; i < clusters->bounds->count; i++) {
         size_t run_count = clusters->run_count;
         uint64_t entry_count = clusters->entry_count;
-        if (!fill_light(clusters, &clusters->bounds.items[i], err))
+        if (!fill_light(clusters, &clusters->bounds->items[i], err))
             return false;
         if (clusters->entry_count - entry_count > most) {
             clusters->run_count = run_count;
             clusters->entry_count = entry_count;
-            clusters->items[clusters->prefix_count++] = clusters->bounds.items[i].light;
+            clusters->items[clusters->prefix_count++] = clusters->bounds->items[i].light;
         }
         if (!check_budget(clusters, desc, err))
             return false;
@@ -172,9 +172,9 @@ static bool begin_prefix(struct clusters *clusters, size_t light_count, struct e
     void *items = clusters->items;
     bool ok = reserve(&items, &clusters->item_capacity, light_count, sizeof *clusters->items, err);
     clusters->items = items;
-    clusters->prefix_count = clusters->bounds.global_count;
+    clusters->prefix_count = clusters->bounds->global_count;
     if (ok && clusters->prefix_count)
-        memcpy(clusters->items, clusters->bounds.global,
+        memcpy(clusters->items, clusters->bounds->global,
                clusters->prefix_count * sizeof *clusters->items);
     return ok;
 }
@@ -224,18 +224,19 @@ bool clusters_build(struct clusters *clusters, const struct clusters_desc *desc,
 {
     clusters->run_count = 0;
     clusters->entry_count = 0;
-    if (!light_bounds_collect(&clusters->bounds, desc->lights, desc->light_count, desc->camera,
-                              err) ||
+    clusters->bounds = desc->bounds ? desc->bounds : &clusters->own_bounds;
+    if ((!desc->bounds && !light_bounds_collect(&clusters->own_bounds, desc->lights,
+                                                desc->light_count, desc->camera, err)) ||
         !tile_grid_init(&clusters->grid, desc->camera, desc->window, CLUSTER_TILE_PX, err) ||
         !begin_prefix(clusters, desc->light_count, err))
         return false;
     clusters->columns = clusters->grid.columns;
     clusters->rows = clusters->grid.rows;
     clusters->tile_px = clusters->grid.tile_px;
-    clusters->slices = clusters->bounds.count ? CLUSTER_SLICES : 1;
+    clusters->slices = clusters->bounds->count ? CLUSTER_SLICES : 1;
     clusters->is_linear = desc->camera->is_orthographic;
     clusters->longest = (uint32_t)clusters->prefix_count;
-    if (clusters->bounds.count)
+    if (clusters->bounds->count)
         choose_slices(clusters, desc->camera);
     else
         clusters->slice_scale = clusters->slice_offset = 0;
@@ -248,7 +249,7 @@ bool clusters_build(struct clusters *clusters, const struct clusters_desc *desc,
 
 void clusters_finish(struct clusters *clusters)
 {
-    light_bounds_finish(&clusters->bounds);
+    light_bounds_finish(&clusters->own_bounds);
     tile_grid_finish(&clusters->grid);
     free(clusters->runs);
     free(clusters->heads);

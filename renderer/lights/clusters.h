@@ -30,7 +30,8 @@ struct clusters {
     size_t prefix_count, item_count;
     uint32_t longest; /* most lights any pixel walks, prefix included */
 
-    struct light_bounds bounds;
+    struct light_bounds own_bounds;
+    const struct light_bounds *bounds; /* of the build; own_bounds where the caller had none */
     struct tile_grid grid;
     struct cluster_run *runs;
     size_t run_count, run_capacity, head_capacity, item_capacity;
@@ -42,6 +43,7 @@ struct clusters_desc {
     size_t light_count;
     const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
+    const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
     uint64_t entries_max; /* 0 means CLUSTER_ENTRIES_MAX; ERROR_OVER_BUDGET above it */
 };
 

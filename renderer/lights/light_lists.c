@@ -103,7 +103,8 @@ static bool prepare_clustered(struct light_lists *lists, const struct light_list
                         &(struct clusters_desc){.lights = desc->lights,
                                                 .light_count = desc->light_count,
                                                 .camera = desc->camera,
-                                                .window = desc->window},
+                                                .window = desc->window,
+                                                .bounds = desc->bounds},
                         err))
         return false;
     struct pass_names names = {.technique = "clustered"};
@@ -127,6 +128,7 @@ static bool prepare_linked(struct light_lists *lists, const struct light_lists_d
                                             .light_count = desc->light_count,
                                             .camera = desc->camera,
                                             .window = desc->window,
+                                            .bounds = desc->bounds,
                                             .faithful = desc->faithful};
     double begin_ms = wall_ms();
     if (!linked_lists_collect(linked, &linked_desc, err))
@@ -204,7 +206,7 @@ void light_lists_order(const struct light_lists *lists, size_t light_count, uint
 {
     const struct linked_lists *linked = &lists->linked;
     size_t prefix_count = lists->is_linked ? linked->prefix_count : lists->clusters.prefix_count;
-    const uint32_t *prefix = lists->is_linked ? linked->bounds.global : lists->clusters.items;
+    const uint32_t *prefix = lists->is_linked ? linked->bounds->global : lists->clusters.items;
     size_t at = 0, used = prefix_count;
     if (prefix_count)
         memcpy(order, prefix, prefix_count * sizeof *order);

@@ -11,6 +11,7 @@
 #include "renderer/plan/camera.h"
 #include "renderer/scene/scene_state.h"
 
+struct light_bounds;
 struct light_lists;
 
 struct light_lists *light_lists_create(struct program_cache *programs,
@@ -24,6 +25,7 @@ struct light_lists_desc {
     size_t light_count;
     const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
+    const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
 };
 
 /* Builds the lists for one window. Unbounded and directional lights come first in every list (a

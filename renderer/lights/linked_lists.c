@@ -52,13 +52,15 @@ bool linked_lists_collect(struct linked_lists *lists, const struct linked_desc *
 {
     lists->draw_count = 0;
     lists->tile_sum = 0;
-    if (!light_bounds_collect(&lists->bounds, desc->lights, desc->light_count, desc->camera, err) ||
+    lists->bounds = desc->bounds ? desc->bounds : &lists->own_bounds;
+    if ((!desc->bounds && !light_bounds_collect(&lists->own_bounds, desc->lights, desc->light_count,
+                                                desc->camera, err)) ||
         !tile_grid_init(&lists->grid, desc->camera, desc->window, LINKED_TILE_PX, err) ||
-        !reserve_draws(lists, lists->bounds.count, err))
+        !reserve_draws(lists, lists->bounds->count, err))
         return false;
-    lists->prefix_count = lists->bounds.global_count;
-    for (size_t i = 0; i < lists->bounds.count; i++) {
-        struct linked_draw draw = {.bound = &lists->bounds.items[i]};
+    lists->prefix_count = lists->bounds->global_count;
+    for (size_t i = 0; i < lists->bounds->count; i++) {
+        struct linked_draw draw = {.bound = &lists->bounds->items[i]};
         if (!tile_grid_cover(&lists->grid, draw.bound, &draw.rect))
             continue;
         lists->tile_sum += (uint64_t)(draw.rect.x1 - draw.rect.x0 + 1) *
@@ -213,7 +215,7 @@ static bool clear_lists(struct linked_lists *lists, struct error *err)
     if (!prefix)
         return error_set(err, ERROR_NO_MEMORY, "%zu global lights", lists->prefix_count);
     for (size_t i = 0; i < lists->prefix_count; i++)
-        prefix[i] = (struct element){-FLT_MAX, FLT_MAX, lists->bounds.global[i], UINT32_MAX};
+        prefix[i] = (struct element){-FLT_MAX, FLT_MAX, lists->bounds->global[i], UINT32_MAX};
     gl_buffer_write(&lists->elements, 0, lists->prefix_count * sizeof *prefix, prefix);
     free(prefix);
     return true;
@@ -383,7 +385,7 @@ bool linked_lists_build(struct linked_lists *lists, const struct linked_desc *de
 void linked_lists_finish(struct linked_lists *lists)
 {
     tile_grid_finish(&lists->grid);
-    light_bounds_finish(&lists->bounds);
+    light_bounds_finish(&lists->own_bounds);
     free(lists->draws);
     gl_texture_finish(&lists->heads_view);
     gl_texture_finish(&lists->elements_view);

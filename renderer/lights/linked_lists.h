@@ -26,7 +26,8 @@ struct linked_draw; /* one light, its record and its tiles */
 /* Zeroed = empty. Outputs: what light_list_linked.glsl reads. */
 struct linked_lists {
     struct tile_grid grid;
-    struct light_bounds bounds;
+    struct light_bounds own_bounds;
+    const struct light_bounds *bounds; /* of the last collect, as in struct clusters */
     size_t prefix_count;
     uint32_t element_count; /* prefix included, after a build */
     int builds;             /* of the last prepare: more than 1 when the pool had to grow */
@@ -48,6 +49,7 @@ struct linked_desc {
     size_t light_count;
     const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
+    const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
     bool faithful;
     uint32_t elements_first; /* 0 means LINKED_ELEMENTS_FIRST; tests make it small */
 };
