@@ -217,15 +217,36 @@ void shadow_frame_face_axes(const struct shadow_frame *frame, uint32_t face, dou
     }
 }
 
-/* Whether a sphere touches the pyramid |x|, |y| <= z / scale. */
-static bool pyramid_touches(const struct shadow_frame *frame, const double p[3], double radius)
+/* Of the distance and the size: far more than f32 positions are off. */
+static const double FACE_SLACK = 1e-5;
+
+/* Whether the item's sphere and box both touch the pyramid |x|, |y| <= z / scale. offset: of their
+ * common centre. */
+static bool pyramid_touches(const struct shadow_frame *frame, const double axes[3][3],
+                            const struct state_item *item, const double offset[3], double slack)
 {
-    for (int k = 0; k < 2; k++) {
-        double tangent = 1 / frame->scale[k];
-        if (fabs(p[k]) - p[2] * tangent > radius * sqrt(1 + tangent * tangent))
+    for (int side = 0; side < 5; side++) { /* the fifth: before the light */
+        double slope = side < 4 ? 1 / frame->scale[side / 2] : 1;
+        double outward[3], half = 0;
+        for (int c = 0; c < 3; c++) {
+            double across = side < 4 ? (side % 2 ? -1 : 1) * axes[side / 2][c] : 0;
+            outward[c] = across - slope * axes[2][c];
+            half += 0.5 * fabs(outward[c]) * (item->bounds_max[c] - item->bounds_min[c]);
+        }
+        double length = vec3_length(outward);
+        if (vec3_dot(outward, offset) > fmin(half, item->radius_m * length) + slack * length)
             return false;
     }
-    return p[2] + radius > 0;
+    return true;
+}
+
+/* From the point to the nearest of the item's box. */
+static double box_distance(const double point[3], const struct state_item *item)
+{
+    double nearest[3];
+    for (int k = 0; k < 3; k++)
+        nearest[k] = fmax(fmax(item->bounds_min[k] - point[k], point[k] - item->bounds_max[k]), 0);
+    return vec3_length(nearest);
 }
 
 static bool cone_touches(const struct shadow_frame *frame, const struct state_item *item,
@@ -245,17 +266,16 @@ uint32_t shadow_frame_faces(const struct shadow_frame *frame, const struct state
     double distance = vec3_length(offset);
     if (frame->shape == SHADOW_ORTHOGRAPHIC)
         return 1; /* the box holds every caster */
-    if (frame->range_m > 0 && distance - item->radius_m > frame->range_m)
+    double slack = FACE_SLACK * (distance + item->radius_m);
+    if (frame->range_m > 0 && box_distance(frame->origin, item) > frame->range_m + slack)
         return 0;
     if (!cone_touches(frame, item, offset, distance))
         return 0;
     uint32_t faces = 0;
     for (uint32_t face = 0; face < frame->face_count; face++) {
-        double axes[3][3], p[3];
+        double axes[3][3];
         shadow_frame_face_axes(frame, face, axes);
-        for (int k = 0; k < 3; k++)
-            p[k] = vec3_dot(axes[k], offset);
-        if (pyramid_touches(frame, p, item->radius_m))
+        if (pyramid_touches(frame, axes, item, offset, slack))
             faces |= 1u << face;
     }
     return faces;

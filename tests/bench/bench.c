@@ -67,17 +67,20 @@ static json_t *json_of_summary(const struct samples *samples)
 
 static json_t *json_of_counts(const struct frame_report *report)
 {
-    return json_pack("{s:I, s:I, s:I, s:I, s:f, s:I, s:I, s:I, s:I, s:I, s:I}", "lights",
-                     (json_int_t)report->counts.lights, "shadowed_lights",
-                     (json_int_t)report->counts.shadowed_lights, "events",
-                     (json_int_t)report->counts.events, "longest_list",
-                     (json_int_t)report->counts.longest_list, "mean_list", report->counts.mean_list,
-                     "lookups", (json_int_t)report->counts.lookups, "transparent_fragments",
-                     (json_int_t)report->counts.transparent_fragments, "light_list_entries",
-                     (json_int_t)report->counts.light_list_entries, "triangles",
-                     (json_int_t)report->counts.triangles, "shadow_maps_built",
-                     (json_int_t)report->counts.shadow_maps_built, "shadow_maps_reused",
-                     (json_int_t)report->counts.shadow_maps_reused);
+    return json_pack(
+        "{s:I, s:I, s:I, s:I, s:f, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I}",
+        "lights", (json_int_t)report->counts.lights, "shadowed_lights",
+        (json_int_t)report->counts.shadowed_lights, "events", (json_int_t)report->counts.events,
+        "longest_list", (json_int_t)report->counts.longest_list, "mean_list",
+        report->counts.mean_list, "lookups", (json_int_t)report->counts.lookups,
+        "transparent_fragments", (json_int_t)report->counts.transparent_fragments,
+        "light_list_entries", (json_int_t)report->counts.light_list_entries, "triangles",
+        (json_int_t)report->counts.triangles, "shadow_maps_built",
+        (json_int_t)report->counts.shadow_maps_built, "shadow_maps_reused",
+        (json_int_t)report->counts.shadow_maps_reused, "draws", (json_int_t)report->counts.draws,
+        "draw_calls", (json_int_t)report->counts.draw_calls, "culled",
+        (json_int_t)report->counts.culled, "shadow_draws", (json_int_t)report->counts.shadow_draws,
+        "shadow_culled", (json_int_t)report->counts.shadow_culled);
 }
 
 static json_t *json_of_result(const struct bench *bench, const struct result *result)

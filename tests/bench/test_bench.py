@@ -77,6 +77,19 @@ class CommandLine(unittest.TestCase):
         for value in overheads:
             self.assertTrue(0.5 < value < 20, checks)
 
+    def test_many_objects_share_draw_calls_and_most_are_culled_from_amid(self):
+        done = run("draws", "--quick", "--json", "--size", "96x64")
+        self.assertEqual(0, done.returncode, done.stderr)
+        for result in json.loads(done.stdout)["results"]:
+            counts = result["counts"]
+            self.assertLess(counts["draw_calls"], 5)
+            if result["variant"] == "from amid":
+                self.assertGreater(counts["culled"], counts["draws"])
+            if result["variant"] == "25 standing shadows":
+                self.assertEqual(0, counts["shadow_maps_built"])
+            if result["variant"] == "shadows rebuilt":
+                self.assertGreater(counts["shadow_culled"], 0)
+
     def test_unknown_suites_and_options_are_refused(self):
         for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],
                           ["deep", "--no-such"], []):
