@@ -70,11 +70,11 @@ static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
     return ok;
 }
 
-static bool is_same_surface(const struct rt_fragment *fragment, const struct rt_hit *hit,
+static bool is_same_surface(const struct rt_fragment *fragment, const struct rt_hit *hit, int part,
                             bool is_opaque)
 {
     const struct rt_hit *known = &fragment->hit;
-    if (known->mesh != hit->mesh || fragment->is_opaque != is_opaque ||
+    if (known->mesh != hit->mesh || fragment->part != part || fragment->is_opaque != is_opaque ||
         known->is_front != hit->is_front)
         return false;
     if (!is_opaque)
@@ -97,15 +97,17 @@ static uint32_t find_fragment(struct rt_batch *batch, const struct rt_sample *sa
                               const struct rt_hit *hit, bool is_opaque, size_t guess)
 {
     guess += batch->pixel_fragments;
-    if (guess < batch->fragment_count && is_same_surface(&batch->fragments[guess], hit, is_opaque))
+    if (guess < batch->fragment_count &&
+        is_same_surface(&batch->fragments[guess], hit, sample->part, is_opaque))
         return add_texel(batch, guess, hit);
     for (size_t i = batch->pixel_fragments; sample->index && i < batch->fragment_count; i++)
-        if (is_same_surface(&batch->fragments[i], hit, is_opaque))
+        if (is_same_surface(&batch->fragments[i], hit, sample->part, is_opaque))
             return add_texel(batch, i, hit);
     struct rt_fragment *fragment = &batch->fragments[batch->fragment_count];
     fragment->hit = *hit;
     fragment->x = sample->x;
     fragment->y = sample->y;
+    fragment->part = sample->part;
     fragment->is_opaque = is_opaque;
     fragment->texel_count = 0;
     memset(&fragment->sum, 0, sizeof fragment->sum);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* A batch of surfaces that some pixels show: gathered from sorted hits, lit together, composited
  * per sample. Opaque surfaces are shaded once per pixel and surface, transparent triangles once per
- * pixel, both in the middle of the samples that show the triangle seen first. Thread: one per
- * batch. */
+ * pixel, both in the middle of the samples that show the triangle seen first; where a pixel has
+ * more than four samples, once per quarter (or smaller part) of it. Thread: one per batch. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 
@@ -27,6 +27,7 @@ struct rt_fragment { /* one surface in one pixel */
     double filter[3];         /* of what lies behind */
     double view_z;
     int x, y;
+    int part; /* of the pixel; rt_sample */
     bool is_opaque;
     struct { /* over the samples that show the triangle of `hit`: rt_batch_shade takes the mean */
         double u, v, point[3], direction[3];
@@ -81,6 +82,7 @@ void rt_batch_finish(struct rt_batch *batch); /* accepts zeroed */
 
 struct rt_sample {
     int x, y, index; /* pixel, y down; number of the sample in it */
+    int part;        /* samples of one part of the pixel share the shading of a surface */
     const struct rt_ray *ray;
     const struct rt_hits *hits; /* in order */
 };

@@ -17,6 +17,7 @@ struct shared { /* by all threads, read only */
     int columns, rows;
     int samples;
     double positions[256][2]; /* of the samples in a pixel, y down */
+    int parts[256];           /* of the pixel that the samples lie in */
 };
 
 struct tracer { /* one thread's */
@@ -34,9 +35,11 @@ static void place_samples(struct shared *shared, int side)
     static const double standard[4][2] = {
         {0.375, 0.875}, {0.875, 0.625}, {0.125, 0.375}, {0.625, 0.125}};
     side = side ? side : 1;
+    int parts = (side + 1) / 2; /* a side; four samples share a surface's shading, and its texels */
     shared->samples = side * side;
     for (int s = 0; s < shared->samples; s++) {
         int column = s % side, row = s / side;
+        shared->parts[s] = row * parts / side * parts + column * parts / side;
         shared->positions[s][0] = side == 2 ? standard[s][0] : (column + 0.5) / side;
         shared->positions[s][1] = side == 2 ? standard[s][1] : (row + 0.5) / side;
     }
@@ -61,6 +64,7 @@ static bool trace_pixels(struct tracer *tracer, const int (*pixels)[2], int coun
             struct rt_sample sample = {.x = pixels[pixel][0],
                                        .y = pixels[pixel][1],
                                        .index = s,
+                                       .part = shared->parts[s],
                                        .ray = &packet->rays[lane],
                                        .hits = &packet->hits[lane]};
             if (!rt_batch_add(&tracer->batch, &sample))

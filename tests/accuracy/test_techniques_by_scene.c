@@ -76,7 +76,7 @@ static const struct technique techniques[] = {
     {"deep", PICTURES, {DEEP, .samples = 4}, {0.12, 0.13}, {0}, false},
     {"deep, 1 sample", PICTURES, {DEEP, .samples = 1}, {0.12, 0.2}, {0}, false},
     {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.12, 0.17}, {0}, false},
-    {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.12, 0.17}, {0}, false},
+    {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.025, 0.08}, {0}, false},
 };
 
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
