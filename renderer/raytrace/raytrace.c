@@ -86,6 +86,9 @@ bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
     measured.trace_ms = wall_ms() - built_ms;
     measured.camera_rays = atomic_load(&job.camera_rays);
     measured.shadow_rays = atomic_load(&job.shadow_rays);
+    measured.surfaces = atomic_load(&job.surfaces);
+    measured.lights_listed = atomic_load(&job.lights_listed);
+    measured.lights_reaching = atomic_load(&job.lights_reaching);
     measured.scene_bytes = rt_scene_size_bytes(scene);
     if (stats)
         *stats = measured;

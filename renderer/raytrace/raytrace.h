@@ -38,6 +38,8 @@ struct raytrace_stats {
     bool is_scene_reused; /* taken from the cache: only the view, lights or materials changed */
     uint64_t scene_bytes; /* of Embree's structure and our copy of the vertices */
     uint64_t camera_rays, shadow_rays;
+    /* of production: shaded surfaces, lights looked at for them, and of these those in reach */
+    uint64_t surfaces, lights_listed, lights_reaching;
 };
 
 /* Renders linear radiance with associated alpha, F32 RGBA, of view's size. A cancelled render is

@@ -72,7 +72,7 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     size_t pixel_fragments; /* first fragment of the pixel being gathered */
     struct rt_packet packet;
     struct rt_hits scratch;
-    uint64_t shadow_rays;
+    uint64_t shadow_rays, surfaces, lights_listed, lights_reaching; /* raytrace_stats */
     bool has_overflowed;
 };
 

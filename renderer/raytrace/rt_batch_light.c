@@ -147,17 +147,22 @@ static void ask_lights(struct rt_batch *batch, uint32_t index)
     struct rt_lamp_list list = rt_lamps_near(lamps, fragment->x, fragment->y, fragment->view_z);
     float point[3] = {(float)fragment->point[0], (float)fragment->point[1],
                       (float)fragment->point[2]};
+    batch->surfaces++;
+    batch->lights_listed += list.counts[0] + list.counts[1];
     for (int run = 0; run < 2; run++) {
         for (size_t i = 0; i < list.counts[run]; i++) {
             uint32_t light = list.items[run][i];
             if (state_light_is_area(&lamps->state->lights[light])) {
+                batch->lights_reaching++;
                 ask_area(batch, index, light);
                 continue;
             }
             struct rt_ray_job job = {.fragment = index, .light = light};
             float gain = rt_lamp_arrive(lamps, light, point, job.direction, &job.distance_m);
-            if (gain > 0)
-                ask(batch, index, &job, (double)gain);
+            if (gain <= 0)
+                continue;
+            batch->lights_reaching++;
+            ask(batch, index, &job, (double)gain);
         }
     }
 }

@@ -17,6 +17,7 @@ struct rt_job {
     atomic_int next_unit, units_done;
     atomic_bool is_cancelled, has_overflowed, has_no_memory;
     atomic_uint_fast64_t camera_rays, shadow_rays;
+    atomic_uint_fast64_t surfaces, lights_listed, lights_reaching;
 };
 
 /* The next unit to work on, or -1: all are taken, or the job is cancelled. Reports the one before

@@ -112,6 +112,9 @@ static void trace_tiles(void *worker)
     }
     atomic_fetch_add(&job->camera_rays, tracer->camera_rays);
     atomic_fetch_add(&job->shadow_rays, tracer->batch.shadow_rays);
+    atomic_fetch_add(&job->surfaces, tracer->batch.surfaces);
+    atomic_fetch_add(&job->lights_listed, tracer->batch.lights_listed);
+    atomic_fetch_add(&job->lights_reaching, tracer->batch.lights_reaching);
     if (tracer->batch.has_overflowed)
         atomic_store(&job->has_overflowed, true);
 }

@@ -168,8 +168,10 @@ static void set_constants(struct rt_scene *scene, const struct scene_state *stat
     }
     scene->epsilon = 2e-5;
     scene->nudge_m = 1e-6 * 0.5 * vec3_length(diagonal); /* 16 ulp of the outermost vertex */
-    for (int i = 0; i < 256; i++)
+    for (int i = 0; i < 256; i++) {
         scene->linear_from_srgb[i] = linear_from_srgb(i / 255.0);
+        scene->linear_from_unorm[i] = i / 255.0;
+    }
 }
 
 bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, const struct view *view,

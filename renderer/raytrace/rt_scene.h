@@ -31,11 +31,11 @@ struct rt_scene {
     bool has_packets; /* the processor has what rays in packets of 8 need */
     atomic_llong embree_bytes;
     uint64_t vertex_bytes;
-    double origin[3];             /* world; centre of the scene, so that f32 keeps its precision */
-    double epsilon;               /* relative tolerance of "strictly nearer", as the rasteriser's */
-    double nudge_m;               /* how far f32 may misplace a point of the scene */
-    double linear_from_srgb[256]; /* of the texels' bytes */
-    const double (*clip_planes)[4]; /* world; borrowed */
+    double origin[3]; /* world; centre of the scene, so that f32 keeps its precision */
+    double epsilon;   /* relative tolerance of "strictly nearer", as the rasteriser's */
+    double nudge_m;   /* how far f32 may misplace a point of the scene */
+    double linear_from_srgb[256], linear_from_unorm[256]; /* of the texels' bytes */
+    const double (*clip_planes)[4];                       /* world; borrowed */
     size_t clip_plane_count;
 };
 

@@ -133,15 +133,15 @@ static void sample_slot(const struct rt_scene *scene, const struct rt_hit *hit, 
 {
     struct texel_square square;
     bool is_srgb = slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
+    const double *linear = is_srgb ? scene->linear_from_srgb : scene->linear_from_unorm;
     bool is_found = find_slot(scene, hit, slot, &square);
     for (int k = 0; k < 4; k++)
         out[k] = is_found ? 0 : 1;
-    for (int i = 0; is_found && i < square.count; i++)
-        for (int k = 0; k < 4; k++) {
-            uint8_t byte = square.texels[i][k];
-            out[k] += square.weights[i] *
-                      (is_srgb && k < 3 ? scene->linear_from_srgb[byte] : byte / 255.0);
-        }
+    for (int i = 0; is_found && i < square.count; i++) {
+        for (int k = 0; k < 3; k++)
+            out[k] += square.weights[i] * linear[square.texels[i][k]];
+        out[3] += square.weights[i] * scene->linear_from_unorm[square.texels[i][3]];
+    }
 }
 
 void rt_surface_prefetch(const struct rt_scene *scene, const struct rt_hit *hit)

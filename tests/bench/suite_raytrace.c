@@ -211,11 +211,10 @@ static bool run_rays(struct bench *bench, const struct bench_scene *scene, struc
 /* -- lights and threads -- */
 
 static bool time_render(const struct traced *traced, struct raytrace_cache *cache, bool asks_all,
-                        int threads, double *cpu_ms, double *wall_ms, uint64_t *shadow_rays,
+                        int threads, double *cpu_ms, double *wall_ms, struct raytrace_stats *stats,
                         struct error *err)
 {
     struct image image;
-    struct raytrace_stats stats;
     struct raytrace_desc desc = {.view = &traced->view,
                                  .state = &traced->state,
                                  .camera = &traced->camera,
@@ -224,11 +223,10 @@ static bool time_render(const struct traced *traced, struct raytrace_cache *cach
                                  .asks_all_lights = asks_all,
                                  .threads = threads};
     double cpu = cpu_now_ms(), wall = wall_now_ms();
-    if (!raytrace_render(&desc, &image, &stats, err))
+    if (!raytrace_render(&desc, &image, stats, err))
         return false;
     *cpu_ms = cpu_now_ms() - cpu;
     *wall_ms = wall_now_ms() - wall;
-    *shadow_rays = stats.shadow_rays;
     image_finish(&image);
     return true;
 }
@@ -237,7 +235,7 @@ enum { RENDERS = 3 }; /* clusters on one thread, all lights on one thread, clust
 
 static void report_renders(struct bench *bench, const struct bench_scene *scene,
                            struct samples cpu[RENDERS], struct samples wall[RENDERS],
-                           uint64_t shadow_rays)
+                           const struct raytrace_stats *stats)
 {
     double cores = (double)sysconf(_SC_NPROCESSORS_ONLN);
     struct check check = {.scene = scene->name, .subject = "250 shadowed spots", .p = NAN};
@@ -245,7 +243,16 @@ static void report_renders(struct bench *bench, const struct bench_scene *scene,
     check.value = samples_summary(&cpu[0]).median;
     bench_check(bench, &check);
     check.name = "million shadow rays";
-    check.value = (double)shadow_rays / 1e6;
+    check.value = (double)stats->shadow_rays / 1e6;
+    bench_check(bench, &check);
+    check.name = "lights listed for a surface";
+    check.value = (double)stats->lights_listed / (double)stats->surfaces;
+    bench_check(bench, &check);
+    check.name = "lights that reach a surface";
+    check.value = (double)stats->lights_reaching / (double)stats->surfaces;
+    bench_check(bench, &check);
+    check.name = "shadow rays from a surface";
+    check.value = (double)stats->shadow_rays / (double)stats->surfaces;
     bench_check(bench, &check);
     check.name = "wall one thread / all cores";
     check.value = samples_summary(&wall[0]).median / samples_summary(&wall[2]).median;
@@ -269,7 +276,7 @@ static bool run_lights(struct bench *bench, const struct bench_scene *scene, str
     static struct view_light lights[BENCH_LIGHTS_MAX];
     struct samples cpu[RENDERS] = {0}, wall[RENDERS] = {0};
     struct traced traced = {0};
-    uint64_t shadow_rays = 0;
+    struct raytrace_stats stats = {0}; /* of the last: clusters */
     int size[2];
     bench_size(bench, 1024, 768, size);
     struct view view = bench_scene_view(scene, size);
@@ -283,15 +290,15 @@ static bool run_lights(struct bench *bench, const struct bench_scene *scene, str
     for (struct rounds rounds = rounds_begin(bench); ok && rounds_next(&rounds);)
         for (int i = 0; ok && i < RENDERS; i++) {
             double cpu_ms = 0, wall_ms = 0;
-            ok = time_render(&traced, cache, i == 1, i == 2 ? 0 : 1, &cpu_ms, &wall_ms,
-                             &shadow_rays, err);
+            ok =
+                time_render(&traced, cache, i == 1, i == 2 ? 0 : 1, &cpu_ms, &wall_ms, &stats, err);
             if (!rounds.is_warming && ok) {
                 samples_add(&cpu[i], cpu_ms);
                 samples_add(&wall[i], wall_ms);
             }
         }
     if (ok)
-        report_renders(bench, scene, cpu, wall, shadow_rays);
+        report_renders(bench, scene, cpu, wall, &stats);
     for (int i = 0; i < RENDERS; i++) {
         samples_finish(&cpu[i]);
         samples_finish(&wall[i]);
