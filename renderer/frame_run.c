@@ -217,6 +217,7 @@ static bool run_window(const struct frame_run *run, const struct camera_window *
                 .arena = renderer->arena,
                 .camera = run->camera,
                 .window = *rectangle,
+                .needs = &run->frame_plan->shaders,
                 .targets = &renderer->targets,
                 .report = &run->frame->report,
             },

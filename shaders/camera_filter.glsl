@@ -54,12 +54,12 @@ camera_factor camera_material_factor(surface s, float transmission, float thickn
                                      factor_of_transmittance(s.base));
     if (thickness_m > 0.0 && s.is_front)
         f = factor_product(f, factor_of_depth(r.attenuation.rgb * thickness_m));
-    if ((r.flags & MATERIAL_BLEND) != 0u)
+    if (MATERIAL_IS(r.flags, MATERIAL_BLEND))
         f = camera_factor((1.0 - s.alpha) + s.alpha * f.t, s.alpha * f.o);
     float c = clamp(n_dot_v, 1e-6, 1.0);
-    if ((r.flags & MATERIAL_PASS_SLAB) != 0u) {
+    if (MATERIAL_IS(r.flags, MATERIAL_PASS_SLAB)) {
         f = factor_power(f, 1.0 / c);
-    } else if ((r.flags & MATERIAL_PASS_EDGE) != 0u) {
+    } else if (MATERIAL_IS(r.flags, MATERIAL_PASS_EDGE)) {
         float w = pow(c, r.transmission_f0_thickness.w);
         f = factor_product(f, factor_of_opacity((1.0 - r.edge_color.rgb) * (1.0 - w)));
     }
@@ -73,7 +73,7 @@ vec3 camera_filter(surface s, float transmission, float thickness_m, float n_dot
 {
     material_record r = materials[s.material];
     camera_factor f = factor_of_opacity(vec3(s.alpha));
-    if ((r.flags & MATERIAL_TRANSMISSION) != 0u) {
+    if (MATERIAL_IS(r.flags, MATERIAL_TRANSMISSION)) {
         float reflected = dielectric_fresnel(r.transmission_f0_thickness.y, n_dot_v);
         f = camera_material_factor(s, transmission, thickness_m, n_dot_v);
         if (!is_unseen)

@@ -2,7 +2,7 @@
 // Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere,
 // emission.
 // The same code serves opaque pixels and every transparent layer. Needs: light list and shadow
-// defines.
+// defines, LIGHT_KINDS and HAS_LIGHT_RANGES where HAS_LIGHTS, MATERIAL_KINDS of material.glsl.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -18,11 +18,17 @@ layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_recor
 #endif
 #endif
 
+#ifdef HAS_SHADOWS
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
 #define STATISTICS_LOOKUPS 64u // first of 64 counters of shadow queries: atomics kept apart
+#endif
 
+#ifdef HAS_ENVIRONMENT
 uniform vec3 u_sky, u_ground; // nt
-uniform float u_taps;         // per shadow query, for the statistics
+#endif
+#ifdef HAS_SHADOWS
+uniform float u_taps; // per shadow query, for the statistics
+#endif
 #ifdef HAS_LIGHT_PARTS
 // More lights than one dispatch takes, because of its loops or because of the memory of their
 // shadows: each dispatch goes on with the sums of the one before it, so that the bits are those of
@@ -37,11 +43,19 @@ uniform uvec2 u_light_part; // not 0: it is the first; it is the last
 uniform uvec2 u_light_slice; // of the lists, the part that is walked: first entry, count
 #endif
 
+#ifdef HAS_LIGHTS
+// LIGHT_KINDS: the kinds of light that there are, bit 1 << LIGHT_*. The test of a kind is decided
+// when the program is compiled where no other is there, or not this one.
+bool light_is(light_record r, uint kind)
+{
+    return (LIGHT_KINDS & 1u << kind) != 0u && (LIGHT_KINDS == 1u << kind || r.type == kind);
+}
+
 // Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot
 // falloff and range window.
 vec3 light_arriving(light_record r, vec3 position, out vec3 l)
 {
-    if (r.type == LIGHT_DIRECTIONAL) {
+    if (light_is(r, LIGHT_DIRECTIONAL)) {
         l = -r.direction_cone.xyz;
         return r.color.rgb;
     }
@@ -49,21 +63,25 @@ vec3 light_arriving(light_record r, vec3 position, out vec3 l)
     float d2 = dot(to_light, to_light);
     l = to_light * inversesqrt(max(d2, 1e-37));
     float gain = 1.0 / max(d2, 1e-24);
+#ifdef HAS_LIGHT_RANGES
     float range = r.position_range.w;
     if (range > 0.0) {
         float q = d2 / (range * range);
         gain *= clamp(1.0 - q * q, 0.0, 1.0);
     }
+#endif
     float cos_off_axis = dot(r.direction_cone.xyz, -l);
-    if (r.type == LIGHT_AREA)
+    if (light_is(r, LIGHT_AREA))
         gain *= max(cos_off_axis, 0.0); // Lambert 1760: I = L A cos
-    if (r.type == LIGHT_SPOT) {
+    if (light_is(r, LIGHT_SPOT)) {
         float cone = clamp(cos_off_axis * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
         gain *= cone * cone;
     }
     return r.color.rgb * gain;
 }
+#endif
 
+#ifdef HAS_ENVIRONMENT
 vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
 {
     float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
@@ -76,6 +94,7 @@ vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
     vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
     return (diffuse * irradiance + mirrored * (f0 * split.x + split.y)) * occlusion;
 }
+#endif
 
 // position: eye-relative, world axes; view: unit, towards the viewer; pixel: in the window, y up;
 // before: the sum of the parts before this one.
@@ -83,30 +102,32 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
                        float view_z, vec3 before)
 {
     uint flags = materials[s.material].flags;
-    if ((flags & MATERIAL_UNLIT) != 0u)
+    if (MATERIAL_IS(flags, MATERIAL_UNLIT))
         return IS_FIRST_PART ? s.base + s.emissive : before;
     brdf_input b;
     b.normal = s.normal;
     b.view = view;
     b.base = s.base;
-    b.metallic = s.metallic;
+    b.metallic = MATERIAL_MAY_BE(MATERIAL_KIND_METAL) ? s.metallic : 0.0;
     b.alpha = max(s.roughness * s.roughness, MIN_ALPHA);
     b.f0 = materials[s.material].transmission_f0_thickness.y;
-    b.transmission = transmission;
+    b.transmission = MATERIAL_MAY_BE(MATERIAL_TRANSMISSION) ? transmission : 0.0;
     vec3 radiance = IS_FIRST_PART ? s.emissive : before;
 #ifdef HAS_SHADOWS
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")
     // fully curved where shading and triangle normal differ by 7 degrees
     vec2 crease = vec2(1.0, clamp(8.0 * length(cross(s.normal, s.geo_normal)), 0.0, 1.0));
-    uint object = (flags & MATERIAL_NO_SELF_SHADOW) != 0u ? s.node : NO_OBJECT;
+    uint object = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW) ? s.node : NO_OBJECT;
 #endif
 #ifdef HAS_ENVIRONMENT
     if (IS_FIRST_PART)
         radiance += hemisphere_light(b, s.roughness, s.occlusion);
 #endif
 #ifdef HAS_LIGHTS
+#ifdef HAS_SHADOWS
     uint lookups = 0u;
+#endif
     light_cursor cursor = light_list_first(pixel, view_z);
 #ifdef HAS_LIGHT_SLICE
     light_list_slice(cursor, u_light_slice.x, u_light_slice.y);

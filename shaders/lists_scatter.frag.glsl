@@ -87,7 +87,7 @@ void main()
         r.transmission_f0_thickness.x * evaluate_texel(s.material, SLOT_TRANSMISSION).r;
     float thickness_m =
         r.transmission_f0_thickness.z * evaluate_texel(s.material, SLOT_THICKNESS).g;
-    if ((r.flags & MATERIAL_BLEND) == 0u)
+    if (!MATERIAL_IS(r.flags, MATERIAL_BLEND))
         s.alpha = 1.0;
 #ifdef IS_MASKED
     if (s.alpha < r.emissive_alpha_cutoff.w)

@@ -7,6 +7,14 @@ layout(std430, binding = BIND_MATERIALS) readonly buffer material_buffer {
     material_record materials[];
 };
 
+// MATERIAL_KINDS: the MATERIAL_* that the program's materials may have, a constant. A test of
+// another is false when the program is compiled and leaves nothing behind. Absent: any.
+#ifndef MATERIAL_KINDS
+#define MATERIAL_KINDS 0xffffffffu
+#endif
+#define MATERIAL_MAY_BE(kind) ((MATERIAL_KINDS & (kind)) != 0u)
+#define MATERIAL_IS(flags, kind) (MATERIAL_MAY_BE(kind) && ((flags) & (kind)) != 0u)
+
 #ifndef TEXTURES
 #define TEXTURES 0
 #endif
@@ -77,14 +85,14 @@ vec3 material_filter(uint m, vec4 base, float transmission, float thickness_m, f
 {
     material_record r = materials[m];
     vec3 t = vec3(0.0);
-    if ((r.flags & MATERIAL_TRANSMISSION) != 0u) {
+    if (MATERIAL_IS(r.flags, MATERIAL_TRANSMISSION)) {
         t = transmission * base.rgb;
         if (thickness_m > 0.0 && enters)
             t *= exp(-r.attenuation.rgb * thickness_m);
     }
-    if ((r.flags & MATERIAL_BLEND) != 0u) {
+    if (MATERIAL_IS(r.flags, MATERIAL_BLEND)) {
         float a = base.a;
-        if ((r.flags & MATERIAL_TRANSMISSION) != 0u)
+        if (MATERIAL_IS(r.flags, MATERIAL_TRANSMISSION))
             t = 1.0 - a * (1.0 - t);
         else if (blend_filter == BLEND_TINT)
             t = (1.0 - a) * (1.0 - a * (1.0 - base.rgb));
@@ -94,9 +102,9 @@ vec3 material_filter(uint m, vec4 base, float transmission, float thickness_m, f
             t = (1.0 - a) * base.rgb;
     }
     float c = clamp(n_dot_l, 1e-6, 1.0);
-    if ((r.flags & MATERIAL_PASS_SLAB) != 0u)
+    if (MATERIAL_IS(r.flags, MATERIAL_PASS_SLAB))
         t = filter_power(t, 1.0 / c);
-    else if ((r.flags & MATERIAL_PASS_EDGE) != 0u)
+    else if (MATERIAL_IS(r.flags, MATERIAL_PASS_EDGE))
         t = mix(r.edge_color.rgb * t, t, pow(c, r.transmission_f0_thickness.w));
     return clamp(t, 0.0, 1.0);
 }

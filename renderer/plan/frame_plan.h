@@ -8,6 +8,7 @@
 #include "renderer/lights/light_reach.h"
 #include "renderer/plan/content_key.h"
 #include "renderer/plan/plan.h"
+#include "renderer/plan/shader_needs.h"
 #include "renderer/shading/geometry.h"
 #include "renderer/shadows/shadow_needs.h"
 
@@ -17,6 +18,7 @@ struct frame_plan {
     struct geometry_items items; /* in view */
     struct light_reach reach;    /* empty without colour */
     struct shadow_needs shadows; /* likewise */
+    struct shader_needs shaders; /* of the scene's state */
 };
 
 struct frame_plan_desc {

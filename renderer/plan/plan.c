@@ -244,7 +244,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 
 bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc, struct error *err)
 {
-    *plan = (struct frame_plan){0};
+    *plan = (struct frame_plan){.shaders = shader_needs_of(desc->state)};
     if (!require_outputs(&plan->plan, desc, err) || !require_geometry(plan, desc, err) ||
         !require_lights(plan, desc, err)) {
         frame_plan_finish(plan);

@@ -38,7 +38,7 @@ void draw_arena_destroy(struct draw_arena *arena)
     free(arena);
 }
 
-static uint32_t material_flags(const struct state_material *material)
+uint32_t material_flags(const struct state_material *material)
 {
     const struct scene_material *m = &material->base;
     uint32_t flags = 0;

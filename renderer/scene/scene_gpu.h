@@ -16,6 +16,9 @@ uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu);
  */
 float scene_gpu_least_alpha(const struct scene_gpu *gpu, int32_t texture);
 
+/* MATERIAL_* of a material's record, but those that depend on the item. */
+uint32_t material_flags(const struct state_material *material);
+
 /* Per-frame store of draw and material records. */
 struct draw_arena;
 struct draw_arena *draw_arena_create(struct error *err);

@@ -115,6 +115,7 @@ struct variant_context {
     const struct window_frame *frame;
     const char *fragment;
     bool evaluates;
+    bool is_layer;
     bool is_hidden; /* of media: the part behind the opaque depth */
     float clip_from_relative[16];
     const struct gl_program *programs[VARIANTS]; /* those in use, their uniforms set */
@@ -166,14 +167,17 @@ static void describe_variant(const struct variant_context *context, uint32_t var
         return;
     uint32_t mask = variant & VARIANT_TEXTURES;
     bool has_coverage = context->frame->targets->samples > 1;
-    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s", mask,
+    char kinds[SHADER_NEEDS_TEXT_BYTES] = "";
+    if (context->is_layer)
+        shader_needs_material_defines(context->frame->needs->layer_kinds, kinds);
+    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s", mask,
              mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
              variant & VARIANT_COLOR ? " HAS_COLOR" : "",
              variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",
              variant & VARIANT_MASKED ? " IS_MASKED" : "",
              context->frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
              has_coverage ? " HAS_COVERAGE" : "", variant & VARIANT_MEDIUM ? " IS_MEDIUM" : "",
-             context->is_hidden ? " IS_HIDDEN" : "");
+             context->is_hidden ? " IS_HIDDEN" : "", kinds);
 }
 
 static void set_variant_uniforms(const struct variant_context *context,
@@ -223,7 +227,7 @@ struct pass { /* one submission */
     const uint32_t *items;
     size_t count;
     const char *fragment;
-    bool evaluates, clips, is_hidden;
+    bool evaluates, clips, is_layer, is_hidden;
 };
 
 static void enable_clipping(const struct window_frame *frame, bool is_on)
@@ -288,6 +292,7 @@ static bool draw_selection(const struct window_frame *frame, const struct select
     struct variant_context context = {.frame = frame,
                                       .fragment = pass->fragment,
                                       .evaluates = pass->evaluates,
+                                      .is_layer = pass->is_layer,
                                       .is_hidden = pass->is_hidden};
     camera_clip_matrix(frame->camera, &frame->window, context.clip_from_relative);
     struct draw_desc desc = {
@@ -380,6 +385,7 @@ bool geometry_draw_transparent(const struct window_frame *frame, const struct ge
     struct pass pass = {.items = items->transparent,
                         .count = items->transparent_count,
                         .fragment = fragment,
+                        .is_layer = true,
                         .evaluates = evaluates,
                         .clips = true};
     bool ok = submit(frame, items, &pass, err);

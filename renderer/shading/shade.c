@@ -97,15 +97,22 @@ static void describe(const struct shade_desc *desc, const struct light_slice *sl
     bool has_lights = frame->state->light_count > 0;
     bool has_shadows = has_lights && shadow_defines && *shadow_defines;
     char pixel_defines[64] = "", media_defines[64] = "";
+    char material_defines[SHADER_NEEDS_TEXT_BYTES], light_defines[SHADER_NEEDS_TEXT_BYTES] = "";
+    const struct shader_needs *needs = frame->needs;
+    shader_needs_material_defines(for_pixels ? needs->surface_kinds : needs->layer_kinds,
+                                  material_defines);
+    if (has_lights)
+        shader_needs_light_defines(needs, light_defines);
     if (for_pixels)
         snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s", frame->targets->samples,
                  desc->pixels->entry_count ? " HAS_TRANSPARENT" : "");
     if (desc->pixels->entry_count)
         describe_media(desc, media_defines);
-    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
              has_shadows ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, media_defines,
+             material_defines, light_defines,
              slice->is_first && slice->is_last ? ""
              : slice->is_whole                 ? " HAS_LIGHT_PARTS"
                                                : " HAS_LIGHT_PARTS HAS_LIGHT_SLICE",

@@ -9,6 +9,7 @@
 #include "renderer/gl/program.h"
 #include "renderer/gl/scope.h"
 #include "renderer/plan/camera.h"
+#include "renderer/plan/shader_needs.h"
 #include "renderer/scene/scene_gpu.h"
 #include "renderer/shading/targets.h"
 
@@ -22,6 +23,7 @@ struct window_frame {
     struct draw_arena *arena;
     const struct camera *camera;
     struct camera_window window;
+    const struct shader_needs *needs; /* of the state */
     struct targets *targets;
     struct frame_report *report;
     float sample_positions[4][2]; /* in the pixel, y up */

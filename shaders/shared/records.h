@@ -30,6 +30,8 @@ LAYOUT_SIZE(draw_record, 112)
 #define MATERIAL_VOLUME 512u  /* thickness > 0 */
 #define MATERIAL_MEDIUM 1024u /* of a medium's item: attenuation acts along the way inside */
 
+#define MATERIAL_KIND_METAL 0x10000u /* of no record: in masks of kinds, see material.glsl */
+
 #define FRAGMENT_HIDDEN                                                          \
     0x80000000u /* of a list key's coverage: the surface of a medium that is cut \
                    away or behind something, there for the medium alone */
