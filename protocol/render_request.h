@@ -85,9 +85,9 @@ struct request_light {
     double inner_cone_deg; /* half angles of a spot; [0, outer] */
     double outer_cone_deg; /* [0.001, 90]; default 45 */
     double width, height;  /* of a rect [m]; height runs along up */
-    double up[3];          /* of a rect, across its direction; all zero = +Y, or -Z where it shines
-                              up or down */
-    double radius;         /* of a disk [m] */
+    double up[3]; /* of a rect, a spot or a sun, across its direction; all zero = +Y, or -Z where it
+                     shines up or down */
+    double radius; /* of a disk [m] */
     bool casts_no_shadow;
 };
 

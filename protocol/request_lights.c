@@ -20,7 +20,7 @@ static const struct {
     {"outer_cone_deg", TYPE(SPOT), 0},
     {"width", TYPE(RECT), TYPE(RECT)},
     {"height", TYPE(RECT), TYPE(RECT)},
-    {"up", TYPE(RECT), 0},
+    {"up", TYPE(RECT) | TYPE(SPOT) | TYPE(DIRECTIONAL), 0},
     {"radius", TYPE(DISK), TYPE(DISK)},
 };
 
@@ -53,7 +53,7 @@ static bool read_cone(const struct json_node *node, struct request_light *light)
     return true;
 }
 
-/* The size of an area light, and how a rectangle is turned about its direction. */
+/* The size of an area light, and how a light is turned about its direction. */
 static bool read_area(const struct json_node *node, struct request_light *light)
 {
     struct json_node width = json_member(node, "width"), height = json_member(node, "height");

@@ -55,9 +55,9 @@ static json_t *write_light(const struct request_light *light)
     if (light->type == REQUEST_LIGHT_RECT) {
         json_put_number(&writer, "width", light->width);
         json_put_number(&writer, "height", light->height);
-        if (light->up[0] != 0 || light->up[1] != 0 || light->up[2] != 0)
-            json_put_numbers(&writer, "up", light->up, 3);
     }
+    if (light->up[0] != 0 || light->up[1] != 0 || light->up[2] != 0)
+        json_put_numbers(&writer, "up", light->up, 3);
     if (light->type == REQUEST_LIGHT_DISK)
         json_put_number(&writer, "radius", light->radius);
     json_put_bool(&writer, "shadow", !light->casts_no_shadow);

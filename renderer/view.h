@@ -43,7 +43,8 @@ struct view_light {
     bool casts_no_shadow;
     double width_m, height_m; /* rect: sides, > 0; the height runs along up */
     double up[3];    /* rect: across the direction; all zero means +Y, or -Z where it shines up
-                        or down */
+                        or down. Others: how the texels of their shadow map lie, as +Y of a node;
+                        all zero means an axis of the world */
     double radius_m; /* disk: > 0 */
 };
 

@@ -276,6 +276,7 @@ static void add_scene_light(struct scene_state *state, uint32_t node)
         .type = (enum scene_light_type)source->type,
         .position = {world[12], world[13], world[14]},
         .direction = {-world[8], -world[9], -world[10]},
+        .up = {world[4], world[5], world[6]},
         .range = source->range,
         .inner_cone_rad = source->inner_cone_rad,
         .outer_cone_rad = source->outer_cone_rad,
@@ -284,7 +285,7 @@ static void add_scene_light(struct scene_state *state, uint32_t node)
     };
     for (int k = 0; k < 3; k++)
         light.color[k] = source->color[k] * source->intensity;
-    if (light.type == SCENE_LIGHT_POINT)
+    if (light.type == SCENE_LIGHT_POINT && !(vec3_length(light.direction) > 0))
         light.direction[0] = light.direction[1] = 0, light.direction[2] = -1;
     add_light(state, &light);
 }
@@ -326,6 +327,7 @@ static void add_view_light(struct scene_state *state, const struct view_light *s
     };
     memcpy(light.position, source->position, sizeof light.position);
     memcpy(light.direction, source->direction, sizeof light.direction);
+    memcpy(light.up, source->up, sizeof light.up);
     for (int k = 0; k < 3; k++)
         light.color[k] = source->color[k] * source->intensity;
     if (vec3_length(light.direction) == 0)

@@ -30,6 +30,8 @@ struct state_item { /* one primitive of one visible node */
 struct state_light {
     enum scene_light_type type;
     double position[3], direction[3]; /* world; unit */
+    double up[3];                     /* world: +Y of its node or its own, of any length; all 0
+                                         for none */
     float color[3];                   /* tint * intensity [cd, lx or nt] */
     float range;                      /* 0 = unbounded */
     float inner_cone_rad, outer_cone_rad;

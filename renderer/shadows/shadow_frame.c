@@ -19,23 +19,43 @@ static const double PI = 3.14159265358979323846;
 static const double WIDEST_FACE_RAD = 1.0472; /* 60 degrees: beyond it a single face wastes most of
                                                  its texels */
 
-static void set_axes(struct shadow_frame *frame, const double direction[3])
+/* Least sine of an angle between two directions that span a plane. */
+static const double LEAST_SINE = 1e-3;
+
+/* Texels turn with the node of a light, so that a scene turned as a whole keeps its shadows. Lights
+ * that have no `up` take an axis of the world. */
+static void set_axes(struct shadow_frame *frame, const double direction[3],
+                     const struct state_light *light)
 {
     double *x = frame->axis[0], *y = frame->axis[1], *z = frame->axis[2];
+    double helper[3] = {light->up[0], light->up[1], light->up[2]};
     memcpy(z, direction, 3 * sizeof *z);
-    int least = 0;
-    for (int k = 1; k < 3; k++)
-        if (fabs(z[k]) < fabs(z[least]))
-            least = k;
-    double helper[3] = {0, 0, 0};
-    helper[least] = 1;
     vec3_cross(helper, z, x);
+    if (!(vec3_length(x) > LEAST_SINE * vec3_length(helper))) {
+        int least = 0;
+        for (int k = 1; k < 3; k++)
+            if (fabs(z[k]) < fabs(z[least]))
+                least = k;
+        memset(helper, 0, sizeof helper);
+        helper[least] = 1;
+        vec3_cross(helper, z, x);
+    }
     vec3_normalize(x);
     vec3_cross(x, z, y); /* then y x x = z */
 }
 
-static void set_world_axes(struct shadow_frame *frame)
+/* Of a cube: those of the light's node, which looks along its -Z, or the world's. */
+static void set_cube_axes(struct shadow_frame *frame, const struct state_light *light)
 {
+    double *x = frame->axis[0], *y = frame->axis[1], *z = frame->axis[2];
+    vec3_cross(light->direction, light->up, x);
+    if (vec3_length(x) > LEAST_SINE * vec3_length(light->up)) {
+        vec3_normalize(x);
+        for (int k = 0; k < 3; k++)
+            z[k] = -light->direction[k];
+        vec3_cross(z, x, y);
+        return;
+    }
     memset(frame->axis, 0, sizeof frame->axis);
     for (int k = 0; k < 3; k++)
         frame->axis[k][k] = 1;
@@ -102,7 +122,7 @@ static bool init_far(struct shadow_frame *frame, const struct state_light *light
     vec3_normalize(direction);
     frame->shape = SHADOW_ONE_FACE;
     frame->face_count = 1;
-    set_axes(frame, direction);
+    set_axes(frame, direction, light);
     double tangent = sine / sqrt(1 - sine * sine);
     frame->scale[0] = frame->scale[1] = 1 / (tangent * (1 + 2 * BORDER_TEXELS / resolution));
     return true;
@@ -123,23 +143,27 @@ static void init_perspective(struct shadow_frame *frame, const struct state_ligh
     if (light->type == SCENE_LIGHT_SPOT && (double)light->outer_cone_rad <= WIDEST_FACE_RAD) {
         frame->shape = SHADOW_ONE_FACE;
         frame->face_count = 1;
-        set_axes(frame, light->direction);
+        set_axes(frame, light->direction, light);
         double tangent = tan(fmax((double)light->outer_cone_rad, 1e-4));
         frame->scale[0] = frame->scale[1] = 1 / (tangent * (1 + 2 * BORDER_TEXELS / resolution));
     } else {
         frame->shape = SHADOW_CUBE;
         frame->face_count = 6;
-        set_world_axes(frame);
+        set_cube_axes(frame, light);
         frame->scale[0] = frame->scale[1] = 1;
     }
 }
 
-static void grow_interval(const double bounds_min[3], const double bounds_max[3],
+/* By the box of the primitive's own coordinates, which turns with its node. */
+static void grow_interval(const struct scene_state *state, const struct state_item *item,
                           const double axis[3], double interval[2])
 {
-    double low = 0, high = 0;
+    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const double *world = state->world[item->node];
+    double low = vec3_dot(axis, world + 12), high = low;
     for (int k = 0; k < 3; k++) {
-        double a = axis[k] * bounds_min[k], b = axis[k] * bounds_max[k];
+        double along = vec3_dot(axis, world + 4 * k);
+        double a = along * (double)p->bounds_min[k], b = along * (double)p->bounds_max[k];
         low += fmin(a, b);
         high += fmax(a, b);
     }
@@ -147,22 +171,23 @@ static void grow_interval(const double bounds_min[3], const double bounds_max[3]
     interval[1] = fmax(interval[1], high);
 }
 
-static bool init_orthographic(struct shadow_frame *frame, const double direction[3],
-                              const struct scene_state *state, int resolution)
+static bool init_orthographic(struct shadow_frame *frame, const struct state_light *light,
+                              const double direction[3], const struct scene_state *state,
+                              int resolution)
 {
     frame->shape = SHADOW_ORTHOGRAPHIC;
     frame->face_count = 1;
     frame->cone_rad = PI;
-    set_axes(frame, direction);
+    set_axes(frame, direction, light);
     double box[3][2] = {{DBL_MAX, -DBL_MAX}, {DBL_MAX, -DBL_MAX}, {DBL_MAX, -DBL_MAX}};
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
         for (int k = 0; k < 2 && item->casts_shadow; k++)
-            grow_interval(item->bounds_min, item->bounds_max, frame->axis[k], box[k]);
+            grow_interval(state, item, frame->axis[k], box[k]);
+        grow_interval(state, item, frame->axis[2], box[2]);
     }
     if (box[0][0] > box[0][1])
         return false;
-    grow_interval(state->bounds_min, state->bounds_max, frame->axis[2], box[2]);
     double depth = fmax(box[2][1] - box[2][0], 0);
     double widest = fmax(fmax(box[0][1] - box[0][0], box[1][1] - box[1][0]), depth);
     double least = fmax(1e-6 * widest, 1e-12); /* a flat scene still has a box */
@@ -189,7 +214,7 @@ bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *lig
     if (state->bounds_min[0] > state->bounds_max[0])
         return false;
     if (light->type == SCENE_LIGHT_DIRECTIONAL)
-        return init_orthographic(frame, light->direction, state, resolution);
+        return init_orthographic(frame, light, light->direction, state, resolution);
     struct caster_sphere sphere = {0};
     if (!find_casters(light, state, &sphere))
         return false;
@@ -197,7 +222,7 @@ bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *lig
         double direction[3];
         vec3_sub(sphere.center, light->position, direction);
         vec3_normalize(direction);
-        return init_orthographic(frame, direction, state, resolution);
+        return init_orthographic(frame, light, direction, state, resolution);
     }
     init_perspective(frame, light, state, &sphere, resolution);
     return true;

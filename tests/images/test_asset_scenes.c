@@ -54,8 +54,10 @@ static void lights_of(const struct rig_scene *rig, struct view_light *lights, si
                                    .range = light->range};
         memcpy(out->color, light->color, sizeof out->color);
         memcpy(out->position, node->world_matrix + 12, sizeof out->position);
-        for (int c = 0; c < 3; c++)
+        for (int c = 0; c < 3; c++) {
             out->direction[c] = -node->world_matrix[8 + c];
+            out->up[c] = node->world_matrix[4 + c];
+        }
     }
     assert_int_equal(n, count);
 }

@@ -157,6 +157,8 @@ static void set_lights(struct extreme_scene *scene, const struct extreme_desc *d
         *light = lights[i];
         extreme_place(desc, lights[i].position, light->position);
         turn(desc, lights[i].direction, light->direction);
+        if (desc->has_up)
+            turn(desc, (double[]){0, 0, 1}, light->up);
         light->range *= s;
         for (int k = 0; k < 3; k++)
             light->color[(k + desc->channels) % 3] = lights[i].color[k];

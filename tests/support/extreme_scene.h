@@ -18,6 +18,7 @@ struct extreme_desc {
     bool has_detail;  /* the camera looks at the comb from 0.1 m */
     bool swaps_panes; /* two panes of different colours change places */
     bool halves_pane; /* one pane of colour T becomes two of sqrt(T) */
+    bool has_up; /* the lights say how the texels of their maps lie: they turn with the scene */
     /* Adds to the scene under the node `root`; NULL = nothing. */
     void (*extend)(struct glb_builder *builder, int root, void *context);
     void *context;
