@@ -211,6 +211,16 @@ static json_t *write_parameter(int min, int max, int value, const int *allowed)
     return json_writer_take(&writer);
 }
 
+/* An error of transmittances that deep lists may have; off by default. */
+static json_t *write_error_parameter(void)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_number(&writer, "min", LIMIT_COMPRESSION_LEAST);
+    json_put_number(&writer, "max", LIMIT_COMPRESSION_MOST);
+    json_put(&writer, "default", json_null());
+    return json_writer_take(&writer);
+}
+
 static json_t *write_techniques(void)
 {
     static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 16, 64, 0};
@@ -223,6 +233,10 @@ static json_t *write_techniques(void)
     json_put(&parameters, "shadow_resolution",
              write_parameter(1, LIMIT_SHADOW_RESOLUTION, quality->shadow_resolution, NULL));
     json_put(&parameters, "shadow_taps", write_parameter(1, 16, quality->shadow_taps, taps));
+    json_put(&parameters, "shadow_prefilter",
+             write_parameter(1, LIMIT_PREFILTER, quality->shadow_prefilter, NULL));
+    json_put(&parameters, "shadow_compression", write_error_parameter());
+    json_put(&parameters, "shadow_fallback", write_error_parameter());
     json_put(&parameters, "samples", write_parameter(1, 64, quality->samples, samples));
     json_put(&writer, "parameters", json_writer_take(&parameters));
     return json_writer_take(&writer);

@@ -76,6 +76,16 @@ static const struct count_member count_members[] = {
 };
 enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
 
+#define COMPRESSION(member)                                       \
+    {                                                             \
+#member, offsetof(struct frame_stats, compression.member) \
+    }
+static const struct count_member compression_members[] = {
+    COMPRESSION(maps),       COMPRESSION(events),  COMPRESSION(nodes),     COMPRESSION(exact_bytes),
+    COMPRESSION(node_bytes), COMPRESSION(windows), COMPRESSION(prefilter),
+};
+enum { COMPRESSION_MEMBERS = sizeof compression_members / sizeof *compression_members };
+
 void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
 {
     int last = FRAME_STATS_WARNINGS_MAX - 1;
@@ -137,14 +147,53 @@ static json_t *write_timings(const struct frame_stats *stats)
     return json_writer_take(&writer);
 }
 
+static void put_members(struct json_writer *writer, const struct frame_stats *stats,
+                        const struct count_member *members, int count)
+{
+    for (int i = 0; i < count; i++) {
+        uint64_t number;
+        memcpy(&number, (const char *)stats + members[i].offset, sizeof number);
+        json_put_integer(writer, members[i].key, number);
+    }
+}
+
+static bool read_members(const struct json_node *node, struct frame_stats *stats,
+                         const struct count_member *members, int count)
+{
+    for (int i = 0; i < count; i++) {
+        struct json_node member = json_member(node, members[i].key);
+        uint64_t number = 0;
+        if (!json_read_uint64(&member, &number))
+            return false;
+        memcpy((char *)stats + members[i].offset, &number, sizeof number);
+    }
+    return true;
+}
+
+static json_t *write_compression(const struct frame_stats *stats)
+{
+    if (!stats->compression.maps)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    put_members(&writer, stats, compression_members, COMPRESSION_MEMBERS);
+    json_put_number(&writer, "max_error", stats->compression.max_error);
+    return json_writer_take(&writer);
+}
+
+static bool read_compression(const struct json_node *node, struct frame_stats *stats)
+{
+    if (!node->value)
+        return true;
+    struct json_node error = json_member(node, "max_error");
+    return json_expect_object(node, NULL) &&
+           read_members(node, stats, compression_members, COMPRESSION_MEMBERS) &&
+           json_read_number(&error, 0, 1, &stats->compression.max_error);
+}
+
 static json_t *write_counts(const struct frame_stats *stats)
 {
     struct json_writer writer = json_writer_begin();
-    for (int i = 0; i < COUNT_MEMBERS; i++) {
-        uint64_t count;
-        memcpy(&count, (const char *)stats + count_members[i].offset, sizeof count);
-        json_put_integer(&writer, count_members[i].key, count);
-    }
+    put_members(&writer, stats, count_members, COUNT_MEMBERS);
     json_put_number(&writer, "mean_list", rounded(stats->counts.mean_list));
     return json_writer_take(&writer);
 }
@@ -212,6 +261,7 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put(&writer, "plan", write_plan(stats));
     json_put(&writer, "timings_ms", write_timings(stats));
     json_put(&writer, "counts", write_counts(stats));
+    json_put(&writer, "compression", write_compression(stats));
     json_put(&writer, "bytes", write_bytes(stats));
     json_put(&writer, "reused",
              write_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
@@ -259,13 +309,8 @@ static bool read_counts(const struct json_node *node, struct frame_stats *stats)
         return true;
     if (!json_expect_object(node, NULL))
         return false;
-    for (int i = 0; i < COUNT_MEMBERS; i++) {
-        struct json_node member = json_member(node, count_members[i].key);
-        uint64_t count = 0;
-        if (!json_read_uint64(&member, &count))
-            return false;
-        memcpy((char *)stats + count_members[i].offset, &count, sizeof count);
-    }
+    if (!read_members(node, stats, count_members, COUNT_MEMBERS))
+        return false;
     struct json_node mean = json_member(node, "mean_list");
     return json_read_number(&mean, 0, INFINITY, &stats->counts.mean_list);
 }
@@ -401,9 +446,10 @@ bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error
     struct json_node timings = json_member(&root, "timings_ms");
     struct json_node counts = json_member(&root, "counts"), error = json_member(&root, "error");
     struct json_node chosen = json_member(&root, "chosen");
+    struct json_node compression = json_member(&root, "compression");
     if (read_head(&root, stats) && read_lists(&root, stats) && read_timings(&timings, stats) &&
-        read_counts(&counts, stats) && read_error(&error, stats) &&
-        read_chosen(&chosen, &stats->chosen))
+        read_counts(&counts, stats) && read_compression(&compression, stats) &&
+        read_error(&error, stats) && read_chosen(&chosen, &stats->chosen))
         return true;
     *stats = (struct frame_stats){0};
     return false;

@@ -98,6 +98,10 @@ struct frame_stats {
         uint64_t pixel_lists_built, pixel_lists_reused;
         uint64_t plans_made, plans_reused, programs_built, programs_reused;
     } counts;
+    struct frame_stats_compression { /* of deep lists that are approximated; maps 0 = none is */
+        uint64_t maps, events, nodes, exact_bytes, node_bytes, windows, prefilter;
+        double max_error; /* of a transmittance */
+    } compression;
     struct frame_stats_bytes bytes[FRAME_STATS_BYTES_MAX];
     int byte_count;
     char reused[FRAME_STATS_REUSED_MAX][FRAME_STATS_NAME_BYTES];

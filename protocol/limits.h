@@ -3,6 +3,10 @@
 #ifndef VITRAIL_PROTOCOL_LIMITS_H
 #define VITRAIL_PROTOCOL_LIMITS_H
 
+/* Error of a transmittance in a compressed list; below, quantised images show nothing of it. */
+#define LIMIT_COMPRESSION_LEAST 0.001
+#define LIMIT_COMPRESSION_MOST 0.5
+
 enum limits {
     LIMIT_IMAGE_SIDE_PX = 16384,            /* GL_MAX_TEXTURE_SIZE of the reference device */
     LIMIT_SHADOW_RESOLUTION = 16384,        /* texels per side; same reason */
@@ -22,6 +26,7 @@ enum limits {
     LIMIT_FRAMES_KEPT = 1024,        /* frame reports kept for /v1/frames/{id} */
     LIMIT_TRADEOFFS_KEPT = 128,      /* with their rows, some 90 KiB of memory each */
     LIMIT_TRADEOFFS_WAITING = 16,    /* each may take an hour; more are a 503 */
+    LIMIT_PREFILTER = 4, /* rays per side of a shadow texel: 16 lists stay in registers */
     LIMIT_TRADEOFF_PIXELS = 9 << 20, /* 4096x2160: the reference takes 16 bytes of each */
     LIMIT_QUEUE_DEPTH = 256,         /* renders waiting for a worker; more are a 503 */
 };

@@ -75,7 +75,7 @@ void render_request_init_defaults(struct render_request *request)
     *request = (struct render_request){
         .width = 1280,
         .height = 720,
-        .quality = {.shadow_resolution = 1024, .shadow_taps = 4},
+        .quality = {.shadow_resolution = 1024, .shadow_taps = 4, .shadow_prefilter = 1},
         .outputs = 1u << REQUEST_OUTPUT_COLOR,
     };
 }

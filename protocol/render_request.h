@@ -138,9 +138,15 @@ struct request_quality {
                   */
     bool reference; /* ray traced in double precision with every light; shadows AUTO or RAYTRACED */
     int area_samples; /* per area light and point, [1, 4096]; 0 = 16, or 256 with reference */
-    bool faithful;    /* linked techniques exactly as published */
-    double max_error; /* [1e-9, 1e6]; 0 = none asked for */
-    double budget_ms; /* [0.001, 86400000]; 0 = none asked for */
+    double shadow_compression; /* of deep lists: greatest error of a transmittance; [0.001, 0.5];
+                                  0 = exact, but with a prefilter 0.001; shadows AUTO or DEEP */
+    int shadow_prefilter;      /* of deep lists: rays averaged per side of a texel, [1, 4]; likewise
+                                  AUTO or DEEP where it is not 1; default 1 */
+    double shadow_fallback;    /* where exact deep lists exceed the budget they are compressed to
+                                  this error; [0.001, 0.5]; 0 = refused */
+    bool faithful;             /* linked techniques exactly as published */
+    double max_error;          /* [1e-9, 1e6]; 0 = none asked for */
+    double budget_ms;          /* [0.001, 86400000]; 0 = none asked for */
 };
 
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */

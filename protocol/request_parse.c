@@ -47,12 +47,51 @@ static bool read_techniques(const struct json_node *node, struct request_quality
     return true;
 }
 
+/* What changes deep lists, and the techniques that have them. */
+static bool read_deep_lists(const struct json_node *node, struct request_quality *quality)
+{
+    struct json_node compression = json_member(node, "shadow_compression");
+    struct json_node prefilter = json_member(node, "shadow_prefilter");
+    struct json_node fallback = json_member(node, "shadow_fallback");
+    if (!json_read_number(&compression, LIMIT_COMPRESSION_LEAST, LIMIT_COMPRESSION_MOST,
+                          &quality->shadow_compression) ||
+        !json_read_int(&prefilter, 1, LIMIT_PREFILTER, &quality->shadow_prefilter) ||
+        !json_read_number(&fallback, LIMIT_COMPRESSION_LEAST, LIMIT_COMPRESSION_MOST,
+                          &quality->shadow_fallback))
+        return false;
+    bool has_lists = !quality->reference && (quality->shadows == REQUEST_SHADOWS_AUTO ||
+                                             quality->shadows == REQUEST_SHADOWS_DEEP);
+    const struct json_node *said = quality->shadow_compression > 0 ? &compression
+                                   : quality->shadow_prefilter > 1 ? &prefilter
+                                   : quality->shadow_fallback > 0  ? &fallback
+                                                                   : NULL;
+    if (said && !has_lists)
+        return json_refuse(said, ERROR_INVALID_REQUEST,
+                           "but only deep lists can be compressed or averaged, and %s has none: "
+                           "shadows must be auto or deep",
+                           quality->reference ? "the reference"
+                                              : request_shadows_name((int)quality->shadows));
+    return true;
+}
+
 bool request_read_quality(const struct json_node *node, struct request_quality *quality)
 {
-    static const char *const known[] = {
-        "shadows",     "transparency", "light_lists", "blend_filter", "shadow_resolution",
-        "shadow_taps", "samples",      "faithful",    "reference",    "area_samples",
-        "max_error",   "budget_ms",    NULL};
+    static const char *const known[] = {"shadows",
+                                        "transparency",
+                                        "light_lists",
+                                        "blend_filter",
+                                        "shadow_resolution",
+                                        "shadow_taps",
+                                        "samples",
+                                        "faithful",
+                                        "reference",
+                                        "area_samples",
+                                        "max_error",
+                                        "budget_ms",
+                                        "shadow_compression",
+                                        "shadow_prefilter",
+                                        "shadow_fallback",
+                                        NULL};
     if (!node->value)
         return true;
     if (!json_expect_object(node, known) || !read_techniques(node, quality))
@@ -72,7 +111,8 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
         !json_read_bool(&reference, &quality->reference) ||
         !json_read_int(&area_samples, 1, LIMIT_AREA_SAMPLES, &quality->area_samples) ||
         !json_read_number(&max_error, 1e-9, 1e6, &quality->max_error) ||
-        !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms))
+        !json_read_number(&budget_ms, 0.001, 86400000, &quality->budget_ms) ||
+        !read_deep_lists(node, quality))
         return false;
     bool asks = request_quality_asks(quality);
     quality->says_shadow_resolution = asks && resolution.value;

@@ -180,6 +180,9 @@ static json_t *write_quality(const struct request_quality *quality)
              integer_or_null(is_open_resolution ? 0 : quality->shadow_resolution));
     json_put(&writer, "shadow_taps", integer_or_null(is_open_taps ? 0 : quality->shadow_taps));
     json_put(&writer, "samples", integer_or_null(quality->samples));
+    put_number_or_null(&writer, "shadow_compression", quality->shadow_compression);
+    json_put(&writer, "shadow_prefilter", json_integer(quality->shadow_prefilter));
+    put_number_or_null(&writer, "shadow_fallback", quality->shadow_fallback);
     json_put_bool(&writer, "faithful", quality->faithful);
     json_put_bool(&writer, "reference", quality->reference);
     json_put(&writer, "area_samples", integer_or_null(quality->area_samples));

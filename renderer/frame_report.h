@@ -66,6 +66,13 @@ struct frame_report {
         uint64_t programs_built;  /* shader programs composed and compiled for this frame */
         uint64_t programs_reused; /* uses of programs that earlier work had made */
     } counts;
+    struct report_compression { /* of deep shadow maps that are approximated; all 0: none is */
+        uint64_t maps, events, nodes; /* events of their exact lists; nodes in their place */
+        uint64_t exact_bytes, node_bytes;
+        uint64_t windows; /* pieces that they were built in: one each, more for want of memory */
+        int prefilter;    /* samples per side of a texel */
+        double max_error; /* of a transmittance at any depth, against the mean of the samples */
+    } compression;
     struct report_bytes bytes[REPORT_BYTES_MAX];
     int byte_count;
     char reused[REPORT_REUSED_MAX][REPORT_NAME_BYTES]; /* "scene", "shadow.deep", ... */

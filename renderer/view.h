@@ -117,6 +117,13 @@ struct view_quality {
     bool expects_reuse; /* shadows AUTO: one of many frames, so what is kept between them costs
                            nothing (renderer/plan/auto_technique.h) */
     int area_samples;   /* per area light and point, [1, 4096]; 0 means 16, with reference 256 */
+    double shadow_compression;   /* deep: lists are approximated, nowhere farther off than this
+                                   transmittance; [0.001, 0.5]; 0: they are exact, but with a
+                                   prefilter 0.001 */
+    int shadow_prefilter;        /* deep: sub-texel samples per side of a texel, whose visibility
+                                    functions are averaged; [1, 4], 0 means 1 */
+    double shadow_error_allowed; /* deep: where exact lists exceed the budget, compress them to
+                                   this rather than refuse; as above; 0 refuses */
 };
 
 enum view_output {

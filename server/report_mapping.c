@@ -62,6 +62,19 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.programs_reused = report->counts.programs_reused;
 }
 
+static void copy_compression(const struct frame_report *report, struct frame_stats *stats)
+{
+    const struct report_compression *from = &report->compression;
+    stats->compression = (struct frame_stats_compression){.maps = from->maps,
+                                                          .events = from->events,
+                                                          .nodes = from->nodes,
+                                                          .exact_bytes = from->exact_bytes,
+                                                          .node_bytes = from->node_bytes,
+                                                          .windows = from->windows,
+                                                          .prefilter = (uint64_t)from->prefilter,
+                                                          .max_error = from->max_error};
+}
+
 static void copy_lists(const struct frame_report *report, struct frame_stats *stats)
 {
     for (int i = 0; i < report->byte_count; i++) {
@@ -114,6 +127,7 @@ void frame_stats_from_report(const struct render_request *request,
     utf8_copy(stats->device, sizeof stats->device, device);
     copy_plan(report, stats);
     copy_counts(report, stats);
+    copy_compression(report, stats);
     copy_lists(report, stats);
     copy_chosen(request, report, &stats->chosen);
     stats->timings_ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];

@@ -35,10 +35,14 @@ flat in vec3 v_t_leave;
 
 // Depth in lists: distance from the light; along the light for orthographic faces. Never
 // post-projection z.
+#ifdef SUBTEXELS
+#include "shadow_subtexel.glsl"
+#else
 float caster_depth()
 {
     return u_clip_w.y != 0.0 ? length(v_from_light) : dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;
 }
+#endif
 
 vec4 caster_base(uint m)
 {

@@ -7,9 +7,11 @@
 //   IDS      keep the object of each event
 //   MEDIA    keep the medium that each event enters or leaves: twice the number of its material
 //            record from 1 on, plus 1 where it enters; 0 for a surface without one
+//   SUBTEXELS=k   texels of the light are k * k of these: shadow_subtexel.glsl
 //   MEDIUM   the caster bounds a medium (CERTAIN, too: parity counts, even where the filter is 1)
 // Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque
 // pre-pass").
+uniform uint u_resolution;
 #include "shadow_caster.glsl"
 
 layout(early_fragment_tests) in;
@@ -27,7 +29,6 @@ layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
 #endif
 
 uniform uint u_first_count;  // of this face: where the counts of its texels start
-uniform uint u_resolution;
 uniform uint u_event_base;   // of this light
 uniform uint u_event_count;
 #ifndef CERTAIN

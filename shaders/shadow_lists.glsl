@@ -108,6 +108,10 @@ vec3 shadow_deep_media_without(uint head, uint event_base, float depth, float re
 }
 #endif
 
+#ifdef SHADOW_HAS_NODES
+#include "shadow_nodes.glsl"
+#endif
+
 #ifdef SHADOW_HAS_LINKED
 #include "shadow_element.glsl"
 layout(binding = UNIT_SHADOW_NODES) uniform usamplerBuffer u_shadow_nodes;
@@ -148,6 +152,10 @@ vec3 shadow_list(uint kind, uint flags, uint head, uint event_base, float depth,
 #ifdef SHADOW_HAS_MEDIA
     if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_MEDIA) != 0u)
         return shadow_deep_media(head, event_base, depth, reach, sigma);
+#endif
+#ifdef SHADOW_HAS_NODES
+    if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_NODES) != 0u)
+        return shadow_nodes(head, event_base, depth, reach);
 #endif
 #ifdef SHADOW_HAS_DEEP
     if (kind == SHADOW_DEEP)

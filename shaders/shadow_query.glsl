@@ -5,6 +5,7 @@
 //   SHADOW_HAS_ORTHOGRAPHIC, SHADOW_HAS_PERSPECTIVE, SHADOW_HAS_CUBES (perspective, too)   shapes
 //   SHADOW_HAS_DEEP    contiguous lists; SHADOW_HAS_IDS: some keep raw transmittances and objects
 //   SHADOW_HAS_MEDIA   some deep lists know which extinction acts behind each event
+//   SHADOW_HAS_NODES   some deep lists are compressed (SHADOW_HAS_DEEP, too)
 //   SHADOW_HAS_LINKED  linked lists (Lindbeck 2015, 3.2); SHADOW_FAITHFUL: their elements as
 //                      published
 // Provides: vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)

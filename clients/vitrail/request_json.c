@@ -84,8 +84,10 @@ static bool put_quality(json_t *root, const struct request_options *options,
 
     if (!options->shadows && !options->transparency && !options->light_lists &&
         !options->blend_filter && !options->shadow_resolution.is_given &&
-        !options->samples.is_given && !options->reference && !options->area_samples.is_given &&
-        !options->max_error.is_given && !options->budget_ms.is_given)
+        !options->shadow_compression.is_given && !options->shadow_prefilter.is_given &&
+        !options->shadow_fallback.is_given && !options->samples.is_given && !options->reference &&
+        !options->area_samples.is_given && !options->max_error.is_given &&
+        !options->budget_ms.is_given)
         return true;
     quality = member_object(root, "quality");
     return put_text(quality, "shadows", options->shadows, failure) &&
@@ -93,6 +95,9 @@ static bool put_quality(json_t *root, const struct request_options *options,
            put_text(quality, "light_lists", options->light_lists, failure) &&
            put_text(quality, "blend_filter", options->blend_filter, failure) &&
            put_number(quality, "shadow_resolution", &options->shadow_resolution, failure) &&
+           put_number(quality, "shadow_compression", &options->shadow_compression, failure) &&
+           put_number(quality, "shadow_prefilter", &options->shadow_prefilter, failure) &&
+           put_number(quality, "shadow_fallback", &options->shadow_fallback, failure) &&
            put_number(quality, "samples", &options->samples, failure) &&
            (!options->reference || put(quality, "reference", json_true(), failure)) &&
            put_number(quality, "area_samples", &options->area_samples, failure) &&

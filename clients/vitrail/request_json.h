@@ -16,8 +16,8 @@ struct request_options {
     const char *base_path; /* --request */
     const char *size, *camera, *background, *environment, *format;
     const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
-    struct option_number shadow_resolution, samples, area_samples, max_error, budget_ms,
-        exposure_ev;
+    struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
+        samples, area_samples, max_error, budget_ms, exposure_ev;
     struct text_list lights, outputs, settings;
     bool no_scene_lights, reference;
 };
@@ -58,6 +58,12 @@ struct request_options {
                        "auto, none, map, deep, deep-linked, raytraced", shadows),                 \
         REQUEST_OPTION(owner, NUMBER, "shadow-resolution", "N", "texels per side; default 1024",  \
                        shadow_resolution),                                                        \
+        REQUEST_OPTION(owner, NUMBER, "shadow-compression", "E",                                  \
+                       "deep: error of compressed lists, 0.001 to 0.5", shadow_compression),      \
+        REQUEST_OPTION(owner, NUMBER, "shadow-prefilter", "K",                                    \
+                       "deep: K x K rays averaged per texel, 1 to 4", shadow_prefilter),          \
+        REQUEST_OPTION(owner, NUMBER, "shadow-fallback", "E",                                     \
+                       "deep: error of lists that the budget has no room for", shadow_fallback),  \
         REQUEST_OPTION(owner, NUMBER, "samples", "N",                                             \
                        "per pixel: 1 or 4; raytraced: also 16, 64, 256", samples),                \
         REQUEST_OPTION(owner, FLAG, "reference", NULL,                                            \

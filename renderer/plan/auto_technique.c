@@ -23,6 +23,7 @@ static bool is_open(const struct auto_desc *desc)
     bool speaks_of_maps =
         (quality->shadow_resolution && quality->shadow_resolution != RESOLUTION_DEFAULT) ||
         quality->shadow_taps > TAPS_DEFAULT || quality->faithful ||
+        quality->shadow_compression > 0 || quality->shadow_prefilter > 1 ||
         quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
     return desc->view->outputs & 1u << VIEW_OUTPUT_COLOR && !quality->reference &&
            quality->shadows == VIEW_SHADOWS_AUTO && !speaks_of_maps && !has_areas(desc->state);

@@ -36,8 +36,8 @@ struct auto_desc {
 };
 
 /* A request leaves the choice open when it asks for color with `shadows: auto`, says nothing that
- * only maps have (another resolution than 1024, more than 4 taps) nor linked lists, and its lights
- * are none that only rays can draw. */
+ * only maps have (another resolution than 1024, more than 4 taps, compressed or averaged lists) nor
+ * linked lists, and its lights are none that only rays can draw. */
 MUST_CHECK bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc,
                             struct error *err);
 

@@ -126,6 +126,12 @@ struct shadow_census {
     size_t lights, casters;
 };
 
+/* Lists are to be compressed where they can be (shadow_compress.h). */
+static bool asks_nodes(const struct view_quality *quality)
+{
+    return quality->shadow_compression > 0 || quality->shadow_prefilter > 1;
+}
+
 static void count_light(struct plan *plan, const struct shadow_need *light, int resolution,
                         struct shadow_census census[2])
 {
@@ -166,6 +172,8 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     for (size_t i = 0; i < made->shadows.light_count; i++)
         if (!made->shadows.lights[i].is_unseen)
             count_light(plan, &made->shadows.lights[i], resolution, census);
+    for (size_t i = 0; i < made->shadows.light_count && asks_nodes(&desc->view->quality); i++)
+        plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
     plan->unseen_lights = made->reach.unseen_count;
     plan->least_batches =
         shadow_needs_least_batches(&made->shadows, resolution, desc->shadow_budget_bytes);
@@ -200,6 +208,8 @@ static void plan_shadows(struct plan *plan, const struct frame_plan_desc *desc)
                  plan->shadow_texels * 4);
     for (int i = 0; i < 4 && plan->deep_lights; i++)
         add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, deep[i], "deep", 0);
+    if (plan->compressed_lights)
+        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, "shadow.deep.compress", "deep", 0);
     for (int i = 0; i < 2 && plan->linked_lights; i++)
         add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, linked[i], "deep-linked", 0);
 }

@@ -117,11 +117,17 @@ enum {
     VARIANT_OPAQUE = 1 << 10,
     VARIANT_MASKED = 1 << 11,
     VARIANT_IDS = 1 << 12,
-    VARIANT_CONSTANT = 1 << 13, /* the filter is evaluated per vertex */
-    VARIANT_MEDIA = 1 << 14,    /* keep the medium of each event */
-    VARIANT_MEDIUM = 1 << 15,   /* the caster is one */
-    VARIANT_PASS = 1 << 16,     /* times enum caster_pass */
+    VARIANT_CONSTANT = 1 << 13,  /* the filter is evaluated per vertex */
+    VARIANT_MEDIA = 1 << 14,     /* keep the medium of each event */
+    VARIANT_MEDIUM = 1 << 15,    /* the caster is one */
+    VARIANT_PASS = 1 << 16,      /* times enum caster_pass, which has three bits */
+    VARIANT_SUBTEXELS = 1 << 19, /* times sub-texel samples per side */
 };
+
+static uint32_t variant_pass(uint32_t key)
+{
+    return key / VARIANT_PASS & 7;
+}
 
 /* Whether the filter darkens some channel wherever the surface is and at every angle: textures and
  * vertex colours only darken transmission, and coverage is no less than the least alpha. */
@@ -195,6 +201,8 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
     if (!is_certain && desc->pass == CASTER_SCATTER) /* one program for both passes: they must
                                                         decide alike */
         key = (uint32_t)CASTER_COUNT * VARIANT_PASS;
+    if (!is_linked && desc->build->map->prefilter > 1)
+        key |= (uint32_t)desc->build->map->prefilter * VARIANT_SUBTEXELS;
     key |= slots | (is_certain ? VARIANT_CERTAIN : 0u);
     if (m->pass_through != SCENE_PASS_CONSTANT)
         key |= VARIANT_ANGLED;
@@ -209,17 +217,21 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
 
 static void write_defines(uint32_t key, char *out, size_t size)
 {
-    uint32_t pass = key / VARIANT_PASS;
+    uint32_t pass = variant_pass(key);
     bool is_flat = pass == CASTER_DEPTH && (key & VARIANT_OPAQUE);
+    char subtexels[24] = "";
+    if (key / VARIANT_SUBTEXELS)
+        snprintf(subtexels, sizeof subtexels, " SUBTEXELS=%u", key / VARIANT_SUBTEXELS);
     snprintf(
-        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s", key & 127u,
+        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
         key & VARIANT_COLORS ? " COLORS" : "", key & VARIANT_CONSTANT ? " CONSTANT" : "",
         key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
         key & VARIANT_MEDIA ? " MEDIA" : "", key & VARIANT_MEDIUM ? " MEDIUM" : "",
         key & VARIANT_CERTAIN ? (pass == CASTER_SCATTER ? " CERTAIN PASS=1" : " CERTAIN PASS=0")
                               : "",
         pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
-        pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "");
+        pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "",
+        subtexels);
 }
 
 static struct caster_variant *find_variant(struct caster_painter *painter, uint32_t key,
@@ -229,7 +241,7 @@ static struct caster_variant *find_variant(struct caster_painter *painter, uint3
         if (painter->variants[i].key == key)
             return &painter->variants[i];
     assert(painter->variant_count < CASTER_VARIANTS_MAX);
-    uint32_t pass = key / VARIANT_PASS;
+    uint32_t pass = variant_pass(key);
     const char *fragment =
         pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
         : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
@@ -276,7 +288,11 @@ static void set_uniforms(const struct paint_context *context, const struct gl_pr
     uint64_t face_texels = (uint64_t)map->resolution * (uint64_t)map->resolution;
     /* counts are one ahead of heads: after the scatter, the place of a count holds the end of its
      * list */
-    uint64_t first = map->heads.first + (is_linked ? 0u : 1u) + context->face * face_texels;
+    uint64_t first = map->heads.first + (is_linked ? 0u : 1u);
+    if (map->window.row_count) /* modulo 2^32, as the shader adds */
+        first -= (uint64_t)map->window.first_row * (uint64_t)map->resolution;
+    else
+        first += context->face * face_texels;
     const struct shadow_range *room = is_linked ? &map->nodes : &map->events;
     set_frame(program, &map->frame, context->face);
     gl_program_set_u(program, "u_blend_filter", desc->scene->blend_filter);
@@ -349,22 +365,29 @@ static void set_state(const struct caster_paint_desc *desc)
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(desc->pass == CASTER_LINK_FAITHFUL ? GL_ALWAYS : GL_GREATER);
     glDepthMask(desc->pass == CASTER_DEPTH);
-    glViewport(0, 0, desc->build->map->resolution, desc->build->map->resolution);
+    int side = desc->build->map->resolution;
+    const struct shadow_window *window = &desc->build->map->window;
+    glViewport(0, 0, side, side);
+    if (window->row_count) { /* of the same picture, to the bit */
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(0, window->first_row, side, window->row_count);
+    }
 }
 
 static bool paint_face(struct caster_painter *painter, const struct caster_paint_desc *desc,
                        uint32_t face, struct error *err)
 {
+    const struct shadow_map *map = desc->build->map;
+    uint32_t layer = desc->build->target_layer + (map->window.row_count ? 0 : face);
     size_t count = 0;
     if (!select_items(painter, desc, face, &count, err))
         return false;
     struct gl_framebuffer framebuffer = {0};
-    if (!gl_framebuffer_init(
-            &framebuffer,
-            &(struct gl_framebuffer_desc){.label = "shadow.face",
-                                          .depth = &desc->store->target,
-                                          .depth_layer = (int)(desc->build->target_layer + face)},
-            err))
+    if (!gl_framebuffer_init(&framebuffer,
+                             &(struct gl_framebuffer_desc){.label = "shadow.face",
+                                                           .depth = &desc->store->target,
+                                                           .depth_layer = (int)layer},
+                             err))
         return false;
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name);
     set_state(desc);
@@ -385,6 +408,7 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
     bool ok = draws_submit(&draw, NULL, err);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_framebuffer_finish(&framebuffer);
+    glDisable(GL_SCISSOR_TEST);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
     return ok;
@@ -401,6 +425,8 @@ bool caster_painter_paint(struct caster_painter *painter, const struct caster_pa
     memcpy(place.origin, map->frame.origin, sizeof place.origin);
     if (!draw_arena_place(desc->scene->arena, &place, &desc->build->placement, err))
         return false;
+    if (map->window.row_count)
+        return paint_face(painter, desc, map->window.face, err);
     for (uint32_t face = 0; face < map->frame.face_count; face++)
         if (!paint_face(painter, desc, face, err))
             return false;

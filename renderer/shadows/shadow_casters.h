@@ -60,7 +60,8 @@ struct caster_paint_desc {
     uint32_t slot; /* CASTER_LINK*: of the light in the statistics */
 };
 
-/* All faces of the map. States all GL state that it needs; storage buffers are bound by the caller.
+/* All faces of the map, or its window. States all GL state that it needs; storage buffers are bound
+ * by the caller.
  */
 MUST_CHECK bool caster_painter_paint(struct caster_painter *painter,
                                      const struct caster_paint_desc *desc, struct error *err);

@@ -11,7 +11,7 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-static void free_transient(struct shadow_builder *builder)
+void deep_free_transient(struct shadow_builder *builder)
 {
     builder->store->transient_bytes = 0;
     gl_buffer_finish(&builder->texels);
@@ -24,12 +24,13 @@ void shadow_builder_finish(struct shadow_builder *builder)
 {
     gl_buffer_finish(&builder->sums);
     gl_buffer_finish(&builder->statistics);
-    free_transient(builder);
+    deep_free_transient(builder);
 }
 
 bool deep_job_has(const struct deep_job *job, size_t build)
 {
-    return job->builds[build].map->kind == SHADOW_DEEP;
+    const struct shadow_map *map = job->builds[build].map;
+    return map->kind == SHADOW_DEEP && !(map->flags & SHADOW_FLAG_NODES);
 }
 
 uint32_t deep_job_shortest(const struct deep_job *job, size_t build)
@@ -163,7 +164,7 @@ bool shadow_deep_build(struct shadow_builder *builder, struct shadow_build *buil
               deep_sort_reserve(&job, err) && deep_scan_place(&job, err) &&
               scatter_events(&job, err) && deep_sort(&job, err);
     deep_scan_finish(&job);
-    free_transient(builder);
+    deep_free_transient(builder);
     free(job.statistics);
     return ok;
 }

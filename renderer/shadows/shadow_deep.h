@@ -16,6 +16,7 @@
  * z_i)), which is exact for homogeneous media, however they overlap; before the first event P = 1,
  * z_i = 0 and sigma is that of the light's own place (shadow_media.h), so that lists which opaque
  * casters cut short need no matching of ends. The last two streams exist once a light needs them.
+ * With SHADOW_FLAG_NODES the events are nodes of a compressed function: shadow_compress.h.
  */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_H

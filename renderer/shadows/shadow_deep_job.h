@@ -37,6 +37,8 @@ uint32_t deep_job_shortest(const struct deep_job *job, size_t build);
 void deep_job_begin(const struct deep_job *job, const char *pass);
 uint32_t deep_statistics_texels(const struct deep_statistics *statistics); /* of all classes */
 
+void deep_free_transient(struct shadow_builder *builder); /* what a build needs while it lasts */
+
 /* One thread each, in groups of 64. */
 void deep_dispatch(uint32_t threads);
 

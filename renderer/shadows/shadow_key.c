@@ -59,6 +59,10 @@ struct shadow_key shadow_key_of_map(const struct shadow_map *map,
     add_doubles(&key, (double[]){frame->near_m, frame->depth_m, frame->range_m, frame->cone_rad},
                 4);
     add_doubles(&key, frame->cone, 3);
+    if (map->flags & SHADOW_FLAG_NODES) {
+        add_doubles(&key, &map->compression, 1);
+        add(&key, (uint64_t)map->prefilter << 1 | map->has_media);
+    }
     for (size_t i = 0; i < casters->count; i++) {
         const struct state_item *item = &state->items[casters->items[i]];
         if (map->kind == SHADOW_MAP && item->class_ == STATE_TRANSPARENT)

@@ -12,6 +12,12 @@ struct shadow_key shadow_key_of_map(const struct shadow_map *map,
                                     const struct shadow_casters *casters,
                                     const struct scene_state *state, uint32_t blend_filter);
 
+static inline struct shadow_key shadow_key_join(struct shadow_key a, struct shadow_key b)
+{
+    const uint64_t odd = 0x9e3779b97f4a7c15ull; /* of splitmix64: bits spread, order shows */
+    return (struct shadow_key){{(a.words[0] ^ b.words[0]) * odd, (a.words[1] + b.words[1]) * odd}};
+}
+
 static inline bool shadow_key_equals(struct shadow_key a, struct shadow_key b)
 {
     return a.words[0] == b.words[0] && a.words[1] == b.words[1];

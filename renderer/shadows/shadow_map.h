@@ -13,6 +13,11 @@ struct shadow_key {
     uint64_t words[2];
 };
 
+struct shadow_window { /* rows of one face, built by themselves; no rows: all of the map */
+    uint32_t face;
+    int first_row, row_count;
+};
+
 struct shadow_map {
     struct shadow_key key;   /* of all that decides the structure */
     struct shadow_key scene; /* of the scene's key alone */
@@ -21,16 +26,25 @@ struct shadow_map {
     uint32_t flags;   /* SHADOW_FLAG_* */
     bool is_faithful; /* SHADOW_LINKED as published */
     int resolution;
+    struct shadow_window window;
+    double compression;     /* SHADOW_FLAG_NODES: greatest error of a transmittance */
+    int prefilter;          /* sub-texel samples per side; 0 and 1: none. Of a map of such samples,
+                               too, whose resolution is theirs */
+    bool has_media;         /* SHADOW_FLAG_NODES: among its casters */
+    uint64_t exact_events;  /* SHADOW_FLAG_NODES: of the lists that were compressed */
+    uint32_t built_windows; /* SHADOW_FLAG_NODES: pieces it was built in */
     struct shadow_range depths, heads, events, nodes;
     double sigma[3]; /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
     uint64_t event_count, longest_list, occupied_texels;
     uint64_t last_frame; /* number of the last frame that used it */
 };
 
-/* Texels of all faces. */
+/* Texels of all faces, or of the window. */
 static inline uint64_t shadow_map_texels(const struct shadow_map *map)
 {
-    return (uint64_t)map->frame.face_count * (uint64_t)map->resolution * (uint64_t)map->resolution;
+    uint64_t side = (uint64_t)map->resolution;
+    return map->window.row_count ? side * (uint64_t)map->window.row_count
+                                 : map->frame.face_count * side * side;
 }
 
 struct shadow_casters { /* what one light meets */

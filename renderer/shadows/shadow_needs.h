@@ -5,6 +5,9 @@
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_NEEDS_H
 
 #include "renderer/shadows/shadow_map.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
 
 struct shadow_need {           /* of one light */
     bool is_unseen;            /* it brightens nothing in view; all else is empty */
@@ -13,6 +16,12 @@ struct shadow_need {           /* of one light */
     struct shadow_frame frame; /* how it looks at the scene */
     struct shadow_casters casters;
 };
+
+/* Deep lists that a quality may approximate: none of their casters needs single events. */
+static inline bool shadow_need_may_compress(const struct shadow_need *need)
+{
+    return need->has_structure && need->kind == SHADOW_DEEP && !need->casters.has_exclusions;
+}
 
 /* Zeroed = empty. Indices are those of the state that it was made from. */
 struct shadow_needs {

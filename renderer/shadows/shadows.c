@@ -5,12 +5,14 @@
 
 #include <assert.h>
 #include <epoxy/gl.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "renderer/scene/matrix.h"
+#include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
 #include "renderer/shadows/shadow_media.h"
@@ -39,7 +41,10 @@ struct shadow_system {
     struct shadow_build *builds;
     size_t build_count, build_capacity;
     int resolution, taps;
-    bool has_thick_media; /* a linked map has media among its casters */
+    double allowed_error;      /* of lists that take the place of exact ones; 0: none do */
+    struct shadow_key refused; /* of the maps whose exact lists last exceeded the budget */
+    bool keeps_exclusions;     /* a light that was to be compressed has lists with objects */
+    bool has_thick_media;      /* a linked map has media among its casters */
     struct gl_buffer records;
     struct gl_texture record_view;
     char defines[256];
@@ -214,6 +219,13 @@ static bool add_build(struct shadow_system *shadows, struct shadow_map *map, uin
     return true;
 }
 
+/* Lists are to be compressed where they can be. */
+static bool asks_nodes(const struct shadow_system *shadows, const struct view_quality *quality)
+{
+    return quality->shadow_compression > 0 || quality->shadow_prefilter > 1 ||
+           shadows->allowed_error > 0;
+}
+
 static bool prepare_light(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                           uint32_t light, struct error *err)
 {
@@ -232,11 +244,13 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
         map.flags |= SHADOW_FLAG_RAW;
     if (map.kind == SHADOW_DEEP && casters->has_media)
         map.flags |= SHADOW_FLAG_MEDIA;
+    shadow_compress_choose(&map, casters, desc->quality, shadows->allowed_error);
+    shadows->keeps_exclusions |= casters->has_exclusions && asks_nodes(shadows, desc->quality);
     shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters->has_media;
     map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
     struct shadow_map *standing = find_map(shadows, map.key);
     if (!standing) {
-        if (map.flags & SHADOW_FLAG_MEDIA)
+        if (map.flags & SHADOW_FLAG_MEDIA || map.has_media)
             shadow_media_at(state, casters, &map.frame, map.sigma);
         standing = add_map(shadows, &map, err);
         if (!standing)
@@ -334,11 +348,21 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
         struct build_batch batch = next_batch(shadows, first);
         ok = shadow_depth_build(builder, batch.builds, batch.count, &scene, opaque, err) &&
              shadow_deep_build(builder, batch.builds, batch.count, &scene, transparent, err) &&
+             shadow_compress_build(builder, batch.builds, batch.count, &scene, transparent, err) &&
              shadow_linked_build(builder, batch.builds, batch.count, &scene, transparent, err);
         first += batch.count;
     }
     shadow_store_trim_target(&shadows->store);
     return ok;
+}
+
+static struct shadow_key key_of_all(const struct shadow_system *shadows)
+{
+    struct shadow_key key = {{0, 0}};
+    for (size_t i = 0; i < shadows->light_count; i++)
+        if (shadows->light_maps[i])
+            key = shadow_key_join(key, shadows->light_maps[i]->key);
+    return key;
 }
 
 /* What this frame's maps take for certain, before the first of them is built. */
@@ -354,16 +378,25 @@ static bool check_size(const struct shadow_system *shadows, struct error *err)
     return shadow_store_check_frame(&shadows->store, depths, heads, err);
 }
 
+/* Exact lists of these very maps exceeded the budget before: not once more in every frame. */
+static bool is_refused(const struct shadow_system *shadows, const struct view_quality *quality)
+{
+    return quality->shadow_error_allowed > 0 && shadows->allowed_error <= 0 &&
+           shadows->light_count > 0 && shadow_key_equals(shadows->refused, key_of_all(shadows));
+}
+
 static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                          struct error *err)
 {
     finish_builds(shadows);
-    shadows->has_thick_media = false;
+    shadows->has_thick_media = shadows->keeps_exclusions = false;
     if (!reserve_lights(shadows, desc->state->light_count, err))
         return false;
     for (size_t i = 0; i < desc->state->light_count; i++)
         if (!prepare_light(shadows, desc, (uint32_t)i, err))
             return false;
+    if (is_refused(shadows, desc->quality))
+        return error_set(err, ERROR_OVER_BUDGET, "exact shadow lists exceeded the budget before");
     return check_size(shadows, err) && build_all(shadows, desc, err);
 }
 
@@ -440,10 +473,11 @@ static bool upload_records(struct shadow_system *shadows, const double eye[3], s
  * programs. */
 static void set_defines(struct shadow_system *shadows)
 {
-    static const char *const items[] = {
-        "SHADOW_HAS_MAPS",    " SHADOW_HAS_ORTHOGRAPHIC", " SHADOW_HAS_PERSPECTIVE",
-        " SHADOW_HAS_CUBES",  " SHADOW_HAS_DEEP",         " SHADOW_HAS_IDS",
-        " SHADOW_HAS_LINKED", " SHADOW_FAITHFUL",         " SHADOW_HAS_MEDIA"};
+    static const char *const items[] = {"SHADOW_HAS_MAPS",         " SHADOW_HAS_ORTHOGRAPHIC",
+                                        " SHADOW_HAS_PERSPECTIVE", " SHADOW_HAS_CUBES",
+                                        " SHADOW_HAS_DEEP",        " SHADOW_HAS_IDS",
+                                        " SHADOW_HAS_LINKED",      " SHADOW_FAITHFUL",
+                                        " SHADOW_HAS_MEDIA",       " SHADOW_HAS_NODES"};
     bool has[sizeof items / sizeof *items] = {false};
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_map *map = shadows->light_maps[i];
@@ -458,6 +492,7 @@ static void set_defines(struct shadow_system *shadows)
         has[6] |= map->kind == SHADOW_LINKED;
         has[7] |= map->is_faithful;
         has[8] |= (map->flags & SHADOW_FLAG_MEDIA) != 0;
+        has[9] |= (map->flags & SHADOW_FLAG_NODES) != 0;
     }
     size_t length = 0, size = sizeof shadows->defines;
     shadows->defines[0] = 0;
@@ -502,6 +537,28 @@ static void count_casters(const struct shadow_system *shadows, const struct scen
                              state, &report->counts.shadow_draws, &report->counts.shadow_culled);
 }
 
+static void report_nodes(const struct shadow_system *shadows, struct frame_report *report)
+{
+    struct report_compression *c = &report->compression;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_map *map = shadows->light_maps[i];
+        if (!map || !(map->flags & SHADOW_FLAG_NODES))
+            continue;
+        c->maps++;
+        c->events += map->exact_events;
+        c->nodes += map->event_count;
+        c->exact_bytes += map->exact_events * shadow_compress_event_bytes(map);
+        c->node_bytes += map->event_count * SHADOW_NODE_BYTES;
+        c->windows += map->built_windows;
+        c->prefilter = map->prefilter;
+        c->max_error = fmax(c->max_error, map->compression);
+    }
+    if (shadows->keeps_exclusions)
+        report_warn(report,
+                    "lights that meet a material without self shadow, or one that casts once, keep "
+                    "exact lists: these are neither compressed nor prefiltered");
+}
+
 static void fill_report(const struct shadow_system *shadows, struct frame_report *report)
 {
     static const char *const names[] = {"shadow.map", "shadow.deep", "shadow.deep-linked"};
@@ -523,6 +580,7 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
             report_add_reused(report, names[map->kind]);
         is_reused[map->kind] = true;
     }
+    report_nodes(shadows, report);
     if (shadows->has_thick_media)
         report_warn(report,
                     "deep-linked has no room for media: closed volumes keep the thickness of "
@@ -538,19 +596,45 @@ int shadow_resolution(const struct view_quality *quality, const struct gl_limits
     return wanted < limits->max_texture_size ? wanted : limits->max_texture_size;
 }
 
-/* Tried twice: the second time in an empty, unfragmented store. */
+/* Once more in an empty, unfragmented store; and where the quality allows for an error, with
+ * compressed lists. */
 static bool prepare_within_budget(struct shadow_system *shadows,
-                                  const struct shadow_prepare_desc *desc, struct error *err)
+                                  const struct shadow_prepare_desc *desc,
+                                  struct frame_report *report, struct error *err)
 {
-    for (int attempt = 0;; attempt++) {
-        struct error failure = {0};
-        if (prepare_maps(shadows, desc, &failure))
+    const struct view_quality *quality = desc->quality;
+    struct error failure = {0};
+    struct shadow_key exact = {{0, 0}};
+    for (int attempt = 0; attempt < 3; attempt++) {
+        failure = (struct error){0};
+        shadows->allowed_error = attempt == 2 ? quality->shadow_error_allowed : 0;
+        if (prepare_maps(shadows, desc, &failure)) {
+            if (attempt == 2)
+                report_warn(report,
+                            "exact shadow lists exceed the budget of %llu bytes: compressed, no "
+                            "transmittance farther off than %g",
+                            (unsigned long long)shadows->store.budget_bytes,
+                            shadows->allowed_error);
+            if (attempt == 2)
+                shadows->refused = exact;
             return true;
+        }
+        bool was_known = attempt == 0 && is_refused(shadows, quality);
+        if (attempt < 2)
+            exact = key_of_all(shadows);
         drop_builds(shadows);
-        if (failure.code != ERROR_OVER_BUDGET || attempt > 0)
-            return error_set(err, failure.code, "%s", failure.message);
-        drop_all(shadows);
+        if (failure.code != ERROR_OVER_BUDGET)
+            break;
+        bool may_compress = quality->shadow_error_allowed > 0 && !asks_nodes(shadows, quality);
+        if (attempt == 1 && !may_compress)
+            break;
+        if (was_known)
+            attempt = 1;
+        else
+            drop_all(shadows);
     }
+    shadows->refused = (struct shadow_key){{0, 0}};
+    return error_set(err, failure.code, "%s", failure.message);
 }
 
 bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
@@ -567,7 +651,7 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
         return false;
     if (!desc->needs)
         complete.needs = &own;
-    bool ok = prepare_within_budget(shadows, &complete, err);
+    bool ok = prepare_within_budget(shadows, &complete, report, err);
     shadow_needs_finish(&own);
     if (!ok || !upload_records(shadows, desc->eye, err))
         return false;

@@ -83,6 +83,7 @@ LAYOUT_SIZE(light_record, 64)
 
 #define SHADOW_FLAG_RAW 1u   /* raw transmittances and objects are kept, to leave objects out */
 #define SHADOW_FLAG_MEDIA 2u /* events say which extinction acts behind them */
+#define SHADOW_FLAG_NODES 4u /* nodes of a compressed function instead of events */
 #define SHADOW_RECORD_TEXELS 6
 
 /* A list of deep events that starts at `event` of the pool has an index beside it: the depths of

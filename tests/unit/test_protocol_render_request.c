@@ -72,6 +72,8 @@ static void scene_alone_gives_the_documented_defaults(void **state)
     assert_int_equal(request.tone_mapping, REQUEST_TONE_NEUTRAL);
     assert_int_equal(request.quality.shadows, REQUEST_SHADOWS_AUTO);
     assert_int_equal(request.quality.blend_filter, REQUEST_BLEND_TINT);
+    assert_true(request.quality.shadow_compression == 0 && request.quality.shadow_fallback == 0);
+    assert_int_equal(request.quality.shadow_prefilter, 1);
     assert_int_equal(request.quality.shadow_resolution, 1024);
     assert_int_equal(request.quality.shadow_taps, 4);
     assert_int_equal(request.quality.samples, 0);

@@ -117,6 +117,14 @@ static void fill_stats(struct frame_stats *stats)
     stats->counts.longest_list = 64;
     stats->counts.mean_list = 3.25;
     stats->counts.shadow_maps_reused = 7;
+    stats->compression = (struct frame_stats_compression){.maps = 2,
+                                                          .events = 900,
+                                                          .nodes = 300,
+                                                          .exact_bytes = 15300,
+                                                          .node_bytes = 5100,
+                                                          .windows = 3,
+                                                          .prefilter = 4,
+                                                          .max_error = 0.02};
     stats->byte_count = 2;
     strcpy(stats->bytes[0].structure, "shadow.deep");
     stats->bytes[0].bytes = UINT64_C(5) << 32;
@@ -145,6 +153,8 @@ static void stats_read_back_as_they_were(void **state)
     char *again = frame_stats_to_json_text(&read);
     assert_string_equal(text, again);
     assert_int_equal(read.counts.events, UINT64_C(1) << 40);
+    assert_int_equal(read.compression.nodes, 300);
+    assert_true(read.compression.max_error == 0.02);
     assert_int_equal(read.bytes[0].bytes, UINT64_C(5) << 32);
     assert_int_equal(read.plan_count, FRAME_STATS_PASSES_MAX);
     assert_string_equal(read.plan[63].pass, "shadow.63");

@@ -104,6 +104,29 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     render_request_finish(&request);
 }
 
+static void what_is_said_of_deep_lists_arrives(void **state)
+{
+    (void)state;
+    struct render_request request =
+        parse(BODY(",\"quality\":{\"shadows\":\"deep\",\"shadow_compression\":0.02,"
+                   "\"shadow_prefilter\":3,\"shadow_fallback\":0.05}"));
+    struct view_storage storage;
+    struct view view;
+    struct error err = {0};
+    char *text = render_request_to_json(&request);
+    render_request_finish(&request);
+    assert_non_null(text);
+    if (!render_request_parse(text, strlen(text), &request, &err))
+        fail_msg("%s", err.message);
+    assert_true(view_from_request(&request, &storage, &view, &err));
+    assert_true(view.quality.shadow_compression == 0.02);
+    assert_true(view.quality.shadow_error_allowed == 0.05);
+    assert_int_equal(view.quality.shadow_prefilter, 3);
+    free(text);
+    view_storage_finish(&storage);
+    render_request_finish(&request);
+}
+
 static void default_request_gives_the_default_view(void **state)
 {
     (void)state;
@@ -223,6 +246,7 @@ static void reports_reach_the_stats_whole(void **state)
     for (size_t i = 0; i < COUNTED; i++)
         *(uint64_t *)((char *)report + counted[i].report) = i + 1;
     report->counts.mean_list = 2.5;
+    report->compression = (struct report_compression){1, 2, 3, 4, 5, 6, 7, 0.125};
     report->byte_count = REPORT_BYTES_MAX;
     strcpy(report->bytes[REPORT_BYTES_MAX - 1].structure, "scene");
     report->bytes[REPORT_BYTES_MAX - 1].bytes = 99;
@@ -247,6 +271,10 @@ static void reports_reach_the_stats_whole(void **state)
     for (size_t i = 0; i < COUNTED; i++)
         assert_int_equal(*(uint64_t *)((char *)stats + counted[i].stats), i + 1);
     assert_true(stats->counts.mean_list == 2.5);
+    const struct frame_stats_compression *c = &stats->compression;
+    assert_true(c->maps == 1 && c->events == 2 && c->nodes == 3 && c->exact_bytes == 4);
+    assert_true(c->node_bytes == 5 && c->windows == 6 && c->prefilter == 7);
+    assert_true(c->max_error == 0.125);
     assert_int_equal(stats->bytes[REPORT_BYTES_MAX - 1].bytes, 99);
     assert_string_equal(stats->reused[REPORT_REUSED_MAX - 1], "shadow.deep");
     assert_int_equal(stats->warning_count, REPORT_WARNINGS_MAX);
@@ -494,6 +522,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_member_of_a_request_reaches_the_view),
+        cmocka_unit_test(what_is_said_of_deep_lists_arrives),
         cmocka_unit_test(default_request_gives_the_default_view),
         cmocka_unit_test(ends_of_ranges_survive_the_way_to_f32),
         cmocka_unit_test(formats_map_by_name),

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+/* Deep shadow maps whose lists are compressed, and, before that, averaged over several rays per
+ * texel (Lokovic and Veach 2000, "Deep shadow maps", sections 3.1 and 3.2). Thread: GL.
+ *
+ * The exact lists are built by shadow_deep.h in memory of their own, at the resolution of the rays,
+ * behind the opaque depth of their texel's middle. From the lists of a texel follows its mean
+ * visibility, and from that a row of nodes by shaders/shadow_compress.glsl: at no depth is what
+ * they say farther than the map's `compression` from the mean, in any channel. Nodes take the place
+ * of events: 16 bytes, depth and rgb. They need neither media (a stretch of a medium becomes lines)
+ * nor a second stream; materials without self shadow and those that cast once need exact lists, so
+ * lights with these among their casters keep them.
+ *
+ * Where the exact lists of a light exceed what its budget leaves, the map is built in windows of
+ * its rows, each counted, and each built once more to be written: memory is bounded, at the cost of
+ * drawing the casters again. */
+#ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_COMPRESS_H
+#define VITRAIL_RENDERER_SHADOWS_SHADOW_COMPRESS_H
+
+#include "renderer/shadows/shadow_deep.h"
+
+enum { SHADOW_PREFILTER_MAX = 4 };     /* samples per side of a texel */
+#define SHADOW_COMPRESSION_LEAST 0.001 /* of a transmittance; the default with a prefilter */
+#define SHADOW_COMPRESSION_MOST 0.5
+#define SHADOW_NODE_BYTES 17u /* with its share of the index */
+
+/* What the quality asks of deep lists: fills the map's flags, compression and prefilter. `allowed`:
+ * an error that takes the place of exact lists, 0 for none. Leaves maps alone that must be exact.
+ */
+void shadow_compress_choose(struct shadow_map *map, const struct shadow_casters *casters,
+                            const struct view_quality *quality, double allowed);
+
+/* Bytes that an event of the exact lists takes, with its share of the index. */
+uint64_t shadow_compress_event_bytes(const struct shadow_map *map);
+
+/* Builds all builds of kind SHADOW_DEEP with SHADOW_FLAG_NODES, whose opaque casters stand in
+ * store->target. Takes their heads and nodes from the store. `because` names the requirement for
+ * the report. */
+MUST_CHECK bool shadow_compress_build(struct shadow_builder *builder, struct shadow_build *builds,
+                                      size_t count, const struct shadow_scene *scene,
+                                      const char *because, struct error *err);
+
+#endif
