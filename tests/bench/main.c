@@ -17,6 +17,8 @@ static const struct suite suites[] = {
     {"draws", "100 to 15,600 objects: drawing, culling, one part moved", suite_draws},
     {"raytrace", "ray tracing: against bare Embree, without clusters, and against deep maps",
      suite_raytrace},
+    {"foliage", "deep maps of thousands of thin casters: exact, averaged, compressed",
+     suite_foliage},
     {"linear", "frame time against the number of lights", suite_linear},
 };
 enum { SUITES = sizeof suites / sizeof *suites };
@@ -31,7 +33,7 @@ static const char usage[] =
     "  --quick         the smallest cases, to see that everything runs\n"
     "  --size WxH      size of the image, or number of lookups (the suite's own)\n"
     "  --scene NAME    only this scene: demo, sponza, panes, quads,\n"
-    "                  assembly\n"
+    "                  assembly, foliage\n"
     "  --pictures      save a picture of each variant below images/ of the build folder\n";
 
 static bool read_number(const char *text, double low, double high, double *value)

@@ -65,7 +65,7 @@ class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
-                          "linear"],
+                          "foliage", "linear"],
                          names)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
@@ -89,6 +89,15 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual(0, counts["shadow_maps_built"])
             if result["variant"] == "shadows rebuilt":
                 self.assertGreater(counts["shadow_culled"], 0)
+
+    def test_foliage_states_errors_and_bytes_of_each_setting(self):
+        done = run("foliage", "--quick", "--json", "--size", "96x64", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        document = json.loads(done.stdout)
+        errors = {c["subject"]: c["value"] for c in document["checks"] if c["name"] == "RMSE"}
+        self.assertEqual(15, len(errors))
+        self.assertLess(errors["exact 512"], errors["none"])
+        self.assertLess(errors["512, k 4"], errors["none"])
 
     def test_unknown_suites_and_options_are_refused(self):
         for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],
