@@ -122,12 +122,40 @@ static void powers_of_ten_move_edges_by_their_snapping_only(void **state)
     }
 }
 
+/* What any other rounding of the same vertices does: scales that differ from 1 by the last bits of
+ * f32. A scale of 1e6 must not do more, or it would not be rounding alone that shows. */
+static void a_scale_of_ten_shows_no_more_than_its_last_bit(void **state)
+{
+    static const double last_bits[] = {-1.2e-7, -6e-8, -3e-8, 3e-8, 6e-8, 1.2e-7};
+    struct extreme_desc desc = {0};
+    struct image one = picture_of(*state, &desc, VIEW_SHADOWS_DEEP, NULL);
+    double by_bits = 0, by_tens = 0;
+    for (size_t i = 0; i < sizeof last_bits / sizeof *last_bits; i++) {
+        desc.scale = 1 + last_bits[i];
+        struct image other = picture_of(*state, &desc, VIEW_SHADOWS_DEEP, NULL);
+        by_bits = fmax(by_bits, extreme_rmse(&other, &one));
+        image_finish(&other);
+    }
+    for (int exponent = -6; exponent <= 6; exponent++) {
+        desc.scale = pow(10, exponent);
+        struct image other = picture_of(*state, &desc, VIEW_SHADOWS_DEEP, NULL);
+        by_tens = fmax(by_tens, extreme_rmse(&other, &one));
+        image_finish(&other);
+    }
+    image_finish(&one);
+    print_message("RMSE by the last bits %.3g, by powers of ten %.3g\n", by_bits, by_tens);
+    extreme_expect(&(struct extreme_row){"scales of 1e-6 to 1e6 against 1 + 1e-7", "deep",
+                                         "RMSE over that of the last bits", 2},
+                   by_tens / by_bits);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ten_million_metres_away_the_picture_is_the_same),
         cmocka_unit_test(powers_of_two_from_1e_minus_6_to_1e6_give_the_same_picture),
         cmocka_unit_test(powers_of_ten_move_edges_by_their_snapping_only),
+        cmocka_unit_test(a_scale_of_ten_shows_no_more_than_its_last_bit),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }
