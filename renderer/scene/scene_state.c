@@ -130,11 +130,16 @@ static bool apply_material_overrides(struct scene_state *state, const struct vie
     return true;
 }
 
+/* FNV-1a by words instead of bytes, and folded, because a multiplication only carries upward. */
 static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t size)
 {
     const unsigned char *p = bytes;
-    for (size_t i = 0; i < size; i++)
-        hash = (hash ^ p[i]) * 0x100000001b3ull; /* FNV-1a */
+    for (size_t i = 0; i < size; i += 8) {
+        uint64_t word = 0;
+        memcpy(&word, p + i, size - i < 8 ? size - i : 8);
+        hash = (hash ^ word) * 0x9e3779b97f4a7c15ull; /* golden ratio */
+        hash ^= hash >> 32;
+    }
     return hash;
 }
 

@@ -238,6 +238,38 @@ static void casters_that_a_face_does_not_see_are_not_drawn(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+/* Two lamps of short range before opposite corners, and an object before one of them moves. */
+static void a_moved_object_rebuilds_the_lights_that_it_reaches_only(void **state)
+{
+    struct rig_scene rig;
+    struct view view = wall_view(12);
+    struct view_light lamps[2] = {{.type = SCENE_LIGHT_POINT,
+                                   .position = {-3, -3, 1.5},
+                                   .color = {1, 1, 1},
+                                   .intensity = 20,
+                                   .range = 2.5f}};
+    struct view_node_override moved = {.node = "object-9", .has_matrix = true};
+    struct frame frame;
+    lamps[1] = lamps[0];
+    lamps[1].position[0] = lamps[1].position[1] = 3;
+    moved.matrix[0] = moved.matrix[5] = moved.matrix[10] = moved.matrix[15] = 1;
+    object_place(9, moved.matrix + 12);
+    moved.matrix[12] += 0.1;
+    open_wall(&rig, *state, KINDS);
+    view.lights = lamps;
+    view.light_count = 2;
+    shoot(*state, &rig, &view, &frame);
+    assert_int_equal(frame.report.counts.shadow_maps_built, 2);
+    frame_finish(&frame);
+    view.nodes = &moved;
+    view.node_override_count = 1;
+    shoot(*state, &rig, &view, &frame);
+    assert_int_equal(frame.report.counts.shadow_maps_built, 1);
+    assert_int_equal(frame.report.counts.shadow_maps_reused, 1);
+    frame_finish(&frame);
+    rig_scene_finish(&rig, *state);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -246,6 +278,7 @@ int main(void)
         cmocka_unit_test(equal_objects_are_one_call),
         cmocka_unit_test(what_is_culled_is_what_nobody_sees),
         cmocka_unit_test(casters_that_a_face_does_not_see_are_not_drawn),
+        cmocka_unit_test(a_moved_object_rebuilds_the_lights_that_it_reaches_only),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }
