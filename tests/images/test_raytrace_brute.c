@@ -21,6 +21,7 @@
 #include "renderer/scene/matrix.h"
 #include "tests/support/accuracy_log.h"
 #include "tests/support/import_support.h"
+#include "tests/support/light_scene.h"
 
 struct meeting {        /* of a ray and a triangle */
     double t, border_m; /* how far inside the triangle the ray passes, across it; < 0: outside */
@@ -279,6 +280,28 @@ static void check_pixel(struct brute *brute, const struct rt_ray *ray)
     }
 }
 
+/* Masks decide by bounds what their texels say, at random places of all masked triangles. */
+static void check_masks(const struct rt_scene *scene, int *solid, int *holes)
+{
+    enum { PLACES = 40000 };
+    uint64_t seed = 77;
+    for (uint32_t mesh = 0; mesh < scene->mesh_count; mesh++) {
+        const struct state_item *item = scene->meshes[mesh].item;
+        uint32_t triangles = scene->state->scene->primitives[item->primitive].index_count / 3;
+        double cutoff = (double)scene->state->materials[item->material].base.alpha_cutoff;
+        for (int i = 0; item->class_ == STATE_MASKED && i < PLACES; i++) {
+            struct rt_hit hit = {.mesh = mesh,
+                                 .triangle = (uint32_t)random_uniform(&seed, 0, triangles)};
+            double base[4];
+            hit.u = random_uniform(&seed, 0, 1);
+            hit.v = random_uniform(&seed, 0, 1 - hit.u);
+            rt_surface_base(scene, &hit, base);
+            assert_int_equal(rt_surface_is_solid(scene, &hit), base[3] >= cutoff);
+            ++*(base[3] >= cutoff ? solid : holes);
+        }
+    }
+}
+
 /* One pixel in a hundred, anywhere. */
 static bool is_chosen(int x, int y)
 {
@@ -305,8 +328,9 @@ static void judge(const char *scene, const char *technique, const char *rays,
 }
 
 static void check_picture(const char *name, const struct imported_scene *imported,
-                          const struct view *view)
+                          const struct view *view, bool has_masks)
 {
+    int solid = 0, holes = 0;
     struct scene_state state;
     struct camera camera;
     struct rt_scene scene;
@@ -333,6 +357,8 @@ static void check_picture(const char *name, const struct imported_scene *importe
     judge(name, "reference", "shadow", &brute.shadow);
     judge(name, "raytraced", "camera", &brute.camera_packet);
     judge(name, "raytraced", "shadow", &brute.shadow_packet);
+    check_masks(&scene, &solid, &holes);
+    assert_true(!has_masks || (solid > 1000 && holes > 1000));
     free(brute.all.items);
     rt_packet_finish(&brute.packet);
     rt_hits_finish(&brute.hits);
@@ -356,7 +382,7 @@ static void every_ray_of_the_demo_scene(void **unused)
                                    .eye = {1.0, 1.75, 6.6},
                                    .target = {-0.45, 2.95, -10},
                                    .fov_y_deg = 52}};
-    check_picture("demo", &imported, &view);
+    check_picture("demo", &imported, &view, false);
     imported_scene_finish(&imported);
     free(glb);
 }
@@ -384,7 +410,7 @@ static void every_ray_of_the_stained_glass_lamp(void **unused)
                         .camera = {.kind = VIEW_CAMERA_FIT, .fit = VIEW_FIT_ISO},
                         .lights = &light,
                         .light_count = 1};
-    check_picture("StainedGlassLamp", &imported, &view);
+    check_picture("StainedGlassLamp", &imported, &view, true);
     imported_scene_finish(&imported);
 }
 
@@ -427,7 +453,7 @@ static void every_ray_of_sponza_with_curtains(void **unused)
                         .ignore_scene_lights = true,
                         .lights = &light,
                         .light_count = 1};
-    check_picture("Sponza", &imported, &view);
+    check_picture("Sponza", &imported, &view, true);
     imported_scene_finish(&imported);
 }
 
