@@ -158,6 +158,7 @@ static const char *const shadow_sentences[] = {
     "every transmittance event of a texel, sorted, in one contiguous list; exact",
     "linked lists sorted on insertion (Lindbeck 2015), for comparison",
     "rays on the CPU (Embree), no maps: the ground truth that the others are compared with",
+    "rasterised surfaces and layers; rays on the CPU for the shadow of each light, no maps",
 };
 static const char *const transparency_sentences[] = {
     "the most exact available: lists",

@@ -59,6 +59,7 @@ static const struct count_member count_members[] = {
     COUNT(events),
     COUNT(longest_list),
     COUNT(lookups),
+    COUNT(shadow_rays),
     COUNT(transparent_fragments),
     COUNT(longest_pixel_list),
     COUNT(light_list_entries),

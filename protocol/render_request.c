@@ -36,7 +36,8 @@ const char *request_tone_mapping_name(int mapping)
 
 const char *request_shadows_name(int shadows)
 {
-    NAME_OF(shadows, "auto", "none", "map", "deep", "deep-linked", "raytraced");
+    NAME_OF(shadows, "auto", "none", "map", "deep", "deep-linked", "raytraced",
+            "raytraced-shadows");
 }
 
 const char *request_transparency_name(int transparency)

@@ -124,6 +124,13 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
         quality->shadows != REQUEST_SHADOWS_RAYTRACED)
         return json_refuse(&reference, ERROR_INVALID_REQUEST,
                            "but the reference is ray traced: shadows must be auto or raytraced");
+    if (quality->shadows == REQUEST_SHADOWS_RAYTRACED_SHADOWS &&
+        quality->light_lists == REQUEST_LIGHT_LISTS_LINKED) {
+        struct json_node light_lists = json_member(node, "light_lists");
+        return json_refuse(&light_lists, ERROR_INVALID_REQUEST,
+                           "must be auto or clustered: raytraced-shadows follow the lists that are "
+                           "filled on the CPU");
+    }
     bool is_traced = quality->reference || quality->shadows == REQUEST_SHADOWS_RAYTRACED;
     n = quality->samples;
     if (n != 0 && n != 1 && n != 4 && !(is_traced && (n == 16 || n == 64 || n == 256)))

@@ -51,7 +51,15 @@ static void report_trace(const struct raytrace_stats *stats, const struct view *
     report_add_pass(report, "raytrace.trace", because, form, stats->trace_ms, REPORT_SHADE);
     report_add_bytes(report, "raytrace", stats->scene_bytes);
     report->counts.lookups += stats->shadow_rays;
+    report->counts.shadow_rays += stats->shadow_rays;
     report->error_is_exact = count_areas(state) == 0;
+}
+
+void frame_claim_traced(struct renderer *renderer, const char *scene_key)
+{
+    if (strcmp(renderer->traced_key, scene_key) != 0)
+        renderer_forget_traced(renderer, NULL);
+    snprintf(renderer->traced_key, sizeof renderer->traced_key, "%s", scene_key);
 }
 
 bool frame_raytrace(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -66,9 +74,7 @@ bool frame_raytrace(struct renderer *renderer, const char *scene_key, const stru
         .samples_per_side = grid_side(view->quality.samples),
         .cache = renderer->traced,
     };
-    if (strcmp(renderer->traced_key, scene_key) != 0)
-        renderer_forget_traced(renderer, NULL);
-    snprintf(renderer->traced_key, sizeof renderer->traced_key, "%s", scene_key);
+    frame_claim_traced(renderer, scene_key);
     image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
     bool ok = raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err);
     if (ok)

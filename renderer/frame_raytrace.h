@@ -18,6 +18,9 @@ MUST_CHECK bool frame_raytrace(struct renderer *renderer, const char *scene_key,
                                const struct camera *camera, const char *because,
                                struct frame *frame, struct error *err);
 
+/* Keeps the ray tracer's structure for this scene, and no other. */
+void frame_claim_traced(struct renderer *renderer, const char *scene_key);
+
 /* Warns of area lights that a rasterised frame shows as if they had no extent. */
 void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report);
 

@@ -55,6 +55,7 @@ struct frame_report {
         uint64_t longest_list;     /* events of one texel */
         double mean_list;          /* events per texel that has any */
         uint64_t lookups;          /* shadow queries issued, taps counted each */
+        uint64_t shadow_rays;      /* traced towards lights */
         uint64_t transparent_fragments; /* entries of the camera's per-pixel lists */
         uint64_t longest_pixel_list;
         uint64_t light_list_entries;

@@ -7,6 +7,7 @@
 #include <epoxy/gl.h>
 
 #include "renderer/frame_raytrace.h"
+#include "renderer/frame_shadows.h"
 #include "renderer/light_batches.h"
 
 enum {
@@ -37,6 +38,12 @@ static bool trace(const struct frame_run *run, struct error *err)
                           because, run->frame, err);
 }
 
+/* Of this frame; NULL where shadows are in structures. */
+static struct traced_shadows *rays_of(const struct frame_run *run)
+{
+    return needs(run, PLAN_NEED_TRACED_SHADOWS) ? &run->renderer->shadow_rays : NULL;
+}
+
 /* ---- steps of one window ---- */
 
 static struct shade_desc shade_of(const struct window_run *window)
@@ -47,6 +54,7 @@ static struct shade_desc shade_of(const struct window_run *window)
         .lists = renderer->lists,
         .shadows = renderer->shadows,
         .pixels = &renderer->pixels,
+        .traced = rays_of(window->run),
     };
 }
 
@@ -127,6 +135,11 @@ static bool prepare_lights(struct window_run *window, struct error *err)
                                frame->report, err);
 }
 
+static bool collect_points(struct window_run *window, struct error *err)
+{
+    return frame_shadows_collect(window->run, &window->frame, &window->must_split, err);
+}
+
 static bool shade(struct window_run *window, struct error *err)
 {
     struct shade_desc desc = shade_of(window);
@@ -152,9 +165,11 @@ static const struct {
 } steps[PLAN_STEP_COUNT] = {
     [PLAN_STEP_TRACE] = {.of_frame = trace},
     [PLAN_STEP_SHADOWS] = {.of_frame = light_batches_prepare},
+    [PLAN_STEP_RAYS] = {.of_frame = frame_shadows_begin},
     [PLAN_STEP_SURFACES] = {.of_window = draw_surfaces},
     [PLAN_STEP_LAYERS] = {.of_window = build_layers},
     [PLAN_STEP_LIGHT_LISTS] = {.of_window = prepare_lights},
+    [PLAN_STEP_SHADOW_POINTS] = {.of_window = collect_points},
     [PLAN_STEP_SHADE] = {.of_window = shade},
     [PLAN_STEP_READ] = {.of_window = read_color},
     [PLAN_STEP_AUXILIARY] = {.of_window = read_auxiliary},
@@ -199,7 +214,8 @@ static void read_sample_positions(const struct targets *targets, float positions
         glGetMultisamplefv(GL_SAMPLE_POSITION, i, positions[i]);
 }
 
-/* Sets *must_split when the window has more transparent fragments than one pass can hold. */
+/* Sets *must_split when the window has more transparent fragments, or shadow rays, than one pass
+ * can hold. */
 static bool run_window(const struct frame_run *run, const struct camera_window *rectangle,
                        bool *must_split, struct error *err)
 {
@@ -267,8 +283,9 @@ static bool run_windows(const struct frame_run *run, struct error *err)
         }
         if (w.width * w.height == 1 || rendered > WINDOWS_MAX)
             return error_set(err, ERROR_OVER_BUDGET,
-                             "more than %d transparent fragments in a window of %dx%d pixels",
-                             PIXEL_LISTS_ENTRIES_MAX, w.width, w.height);
+                             "more than %d transparent fragments, or %d shadow rays, in a window "
+                             "of %dx%d pixels",
+                             PIXEL_LISTS_ENTRIES_MAX, TRACED_FILTERS_MAX, w.width, w.height);
         split_window(&w, &stack[depth]);
         depth += 2;
         assert(depth < 62);
@@ -282,7 +299,7 @@ static void warn_of_approximations(const struct frame_run *run)
 {
     struct frame_report *report = &run->frame->report;
     frame_warn_of_areas(run->state, report);
-    if (run->view->clip_plane_count)
+    if (run->view->clip_plane_count && !rays_of(run))
         report_warn(report, "clip planes cut the view; shadow maps still hold the whole scene");
     if (run->frame_plan->plan.samples == 1 && run->view->quality.samples == 4)
         report_warn(report, "the device cannot antialias transparent lists: 1 sample per pixel");
@@ -300,7 +317,7 @@ static bool begin_rasterised(const struct frame_run *run, struct error *err)
     return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err);
 }
 
-bool frame_run(const struct frame_run *run, struct error *err)
+static bool run_steps(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
     const struct plan *plan = &run->frame_plan->plan;
@@ -311,8 +328,16 @@ bool frame_run(const struct frame_run *run, struct error *err)
     if (!walk_frame(run, err))
         return false;
     if (needs(run, PLAN_NEED_COLOR) &&
-        !shade_upload_lights(&renderer->shade, run->state, renderer->shadows, run->camera->eye,
-                             NULL, err))
+        !shade_upload_lights(&renderer->shade, run->state, renderer->shadows, rays_of(run),
+                             run->camera->eye, NULL, err))
         return false;
     return !is_rasterised || run_windows(run, err);
+}
+
+bool frame_run(const struct frame_run *run, struct error *err)
+{
+    bool ok = run_steps(run, err);
+    if (rays_of(run))
+        frame_shadows_end(run);
+    return ok;
 }

@@ -55,6 +55,7 @@ void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer)
         return;
+    traced_shadows_finish(&renderer->shadow_rays);
     raytrace_cache_destroy(renderer->traced); /* borrows a scene */
     scene_cache_finish(&renderer->scenes);
     aov_finish(&renderer->aov);
@@ -102,7 +103,8 @@ uint64_t renderer_used_bytes(const struct renderer *renderer)
 {
     return renderer->scenes.size_bytes + shadow_system_size_bytes(renderer->shadows) +
            pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
-           raytrace_cache_size_bytes(renderer->traced);
+           raytrace_cache_size_bytes(renderer->traced) +
+           traced_shadows_size_bytes(&renderer->shadow_rays);
 }
 
 void renderer_forget_traced(struct renderer *renderer, const char *key)

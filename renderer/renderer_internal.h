@@ -46,6 +46,7 @@ struct renderer {
     struct aov aov;
     struct scene_cache scenes;
     struct raytrace_cache *traced; /* of the scene with traced_key */
+    struct traced_shadows shadow_rays;
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
     struct auto_settings automatic;

@@ -90,7 +90,8 @@ enum view_shadows {
     VIEW_SHADOWS_MAP,
     VIEW_SHADOWS_DEEP,
     VIEW_SHADOWS_DEEP_LINKED,
-    VIEW_SHADOWS_RAYTRACED /* the whole color output on the CPU, without maps */
+    VIEW_SHADOWS_RAYTRACED,        /* the whole color output on the CPU, without maps */
+    VIEW_SHADOWS_RAYTRACED_SHADOWS /* rasterised; only the shadows come from rays, without maps */
 };
 enum view_transparency { VIEW_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_LISTS };
 enum view_light_lists {

@@ -46,6 +46,7 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.longest_list = report->counts.longest_list;
     stats->counts.mean_list = report->counts.mean_list;
     stats->counts.lookups = report->counts.lookups;
+    stats->counts.shadow_rays = report->counts.shadow_rays;
     stats->counts.transparent_fragments = report->counts.transparent_fragments;
     stats->counts.longest_pixel_list = report->counts.longest_pixel_list;
     stats->counts.light_list_entries = report->counts.light_list_entries;

@@ -9,6 +9,12 @@ struct light_cursor {
     uint skip;    // from the end of the prefix to the list
 };
 
+light_cursor light_list_at(uint cluster)
+{
+    uvec2 head = texelFetch(u_light_heads, int(cluster)).xy;
+    return light_cursor(0u, u_light_prefix + head.y, head.x - u_light_prefix);
+}
+
 light_cursor light_list_first(uvec2 pixel, float view_z)
 {
     float f = u_light_slice_map.z > 0.0 ? view_z : log2(max(view_z, 1e-37));
@@ -16,8 +22,7 @@ light_cursor light_list_first(uvec2 pixel, float view_z)
     uvec2 tile = pixel >> u_light_shift;
     uint cluster = (tile.y * u_light_columns + tile.x) * u_light_slices +
                    uint(clamp(slice, 0.0, float(u_light_slices - 1u)));
-    uvec2 head = texelFetch(u_light_heads, int(cluster)).xy;
-    return light_cursor(0u, u_light_prefix + head.y, head.x - u_light_prefix);
+    return light_list_at(cluster);
 }
 
 // Narrows the cursor to `count` entries from the first-th on.

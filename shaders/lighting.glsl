@@ -13,12 +13,13 @@
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
 #include "light_list.glsl"
+#include "shadow_traced.glsl"
 #ifdef HAS_SHADOWS
 #include "shadow_query.glsl"
 #endif
 #endif
 
-#ifdef HAS_SHADOWS
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
 #define STATISTICS_LOOKUPS 64u // first of 64 counters of shadow queries: atomics kept apart
 #endif
@@ -26,7 +27,7 @@ layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statis
 #ifdef HAS_ENVIRONMENT
 uniform vec3 u_sky, u_ground; // nt
 #endif
-#ifdef HAS_SHADOWS
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
 uniform float u_taps; // per shadow query, for the statistics
 #endif
 #ifdef HAS_LIGHT_PARTS
@@ -125,10 +126,14 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
         radiance += hemisphere_light(b, s.roughness, s.occlusion);
 #endif
 #ifdef HAS_LIGHTS
-#ifdef HAS_SHADOWS
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
     uint lookups = 0u;
 #endif
+#ifdef HAS_TRACED_SHADOWS
+    light_cursor cursor = light_list_at(traced_cluster());
+#else
     light_cursor cursor = light_list_first(pixel, view_z);
+#endif
 #ifdef HAS_LIGHT_SLICE
     light_list_slice(cursor, u_light_slice.x, u_light_slice.y);
 #endif
@@ -145,10 +150,19 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
                 lookups++;
             }
 #endif
+#ifdef HAS_TRACED_SHADOWS
+            BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+                arriving *= traced_transmittance();
+                lookups++;
+            }
+#endif
             radiance += reflected * arriving;
         }
+#ifdef HAS_TRACED_SHADOWS
+        traced_step(r.shadow);
+#endif
     }
-#ifdef HAS_SHADOWS
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
     if (lookups > 0u)
         atomicAdd(statistics[STATISTICS_LOOKUPS + (pixel.x & 63u)], lookups * uint(u_taps));
 #endif

@@ -30,6 +30,9 @@ void main()
     vec3 position = view_position(vec2(pixel) + 0.5, view_z);
     vec3 view = view_direction(position);
     vec3 radiance = vec3(0.0);
+#ifdef HAS_TRACED_SHADOWS
+    traced_begin(entry);
+#endif
 #ifdef HAS_LIGHT_PARTS
     vec3 before = colors[2u * entry].rgb;
 #else

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
-// Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, those of lighting.glsl and media.glsl.
+// Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of
+// lighting.glsl and media.glsl.
 #include "branch.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
@@ -31,6 +32,12 @@ layout(std430, binding = BIND_FRAGMENT_KEYS) readonly buffer key_buffer { uvec4 
 layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { vec4 colors[]; };
 uniform uint u_keys_offset; // of the sorted half
 #endif
+#ifdef HAS_TRACED_SHADOWS
+layout(binding = UNIT_TRACED_HEADS) uniform usamplerBuffer u_traced_heads;
+uniform uint u_traced_first; // points of list entries come before
+uint traced_point = 0u;      // of the next surface that is shaded
+#endif
+#include "sample_groups.glsl"
 #include "media.glsl"
 
 vec3 light_before(ivec2 pixel, int i)
@@ -49,6 +56,9 @@ vec4 shade_sample(ivec2 pixel, int i, float depth, vec2 offset)
     float view_z = view_depth(depth);
     vec3 position = view_position(vec2(pixel) + offset, view_z);
     vec3 v = view_direction(position);
+#ifdef HAS_TRACED_SHADOWS
+    traced_begin(traced_point++);
+#endif
     vec3 before = light_before(pixel, i);
     return vec4(lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z, before), 1.0);
 }
@@ -62,38 +72,21 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
         color[0] = shade_sample(pixel, 0, depth, u_sample_positions[0]);
 }
 #else
-// Each distinct surface among the samples is shaded once: samples of one signature and nearly one
-// depth are one surface. It is shaded in the middle of them, which is the pixel's middle when it
-// has them all; any single sample would shift its shadows and textures by up to half a pixel. Depth
-// is linear over a plane on the screen, so its mean lies on the surface.
+// Each distinct surface among the samples is shaded once, in the middle of them.
 void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
     for (int j = 0; j < SAMPLES; j++)
         color[j] = vec4(0.0);
     uint remaining = (1u << SAMPLES) - 1u;
     while (remaining != 0u) {
-        int i = findLSB(remaining);
-        uint signature = texelFetch(u_signature, pixel, i).x;
-        float depth = texelFetch(u_depth_map, pixel, i).x;
-        uint same = 0u;
-        vec3 sum = vec3(0.0); // of positions in the pixel, and of depths
-        for (int j = 0; j < SAMPLES; j++) {
-            float other = texelFetch(u_depth_map, pixel, j).x;
-            bool is_same = texelFetch(u_signature, pixel, j).x == signature &&
-                           abs(other - depth) <= 0.02 * max(other, depth);
-            if ((remaining & 1u << j) != 0u && (j == i || is_same)) {
-                same |= 1u << j;
-                sum += vec3(u_sample_positions[j], other);
-            }
-        }
-        vec3 middle = sum / float(bitCount(same));
+        sample_group g = group_next(pixel, remaining);
         vec4 shaded = u_background;
-        BRANCH (depth > 0.0)
-            shaded = shade_sample(pixel, i, middle.z, middle.xy);
+        BRANCH (g.depth > 0.0)
+            shaded = shade_sample(pixel, g.first, g.middle.z, g.middle.xy);
         for (int j = 0; j < SAMPLES; j++)
-            if ((same & 1u << j) != 0u)
+            if ((g.members & 1u << j) != 0u)
                 color[j] = shaded;
-        remaining &= ~same;
+        remaining &= ~g.members;
     }
 }
 #endif
@@ -200,6 +193,10 @@ void main()
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(gl_GlobalInvocationID.xy, u_size_px)))
         return;
+#ifdef HAS_TRACED_SHADOWS
+    uint head = texelFetch(u_traced_heads, int(pixel.y * int(u_size_px.x) + pixel.x)).x;
+    traced_point = u_traced_first + (head >> 3);
+#endif
     vec4 color[SAMPLES];
     shade_opaque(pixel, color);
 #ifdef HAS_LIGHT_PARTS

@@ -55,7 +55,8 @@ struct request_options {
         REQUEST_OPTION(owner, NUMBER, "exposure", "EV", "in stops; default 0", exposure_ev),      \
         REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral or none", tone_mapping),     \
         REQUEST_OPTION(owner, TEXT, "shadows", "NAME",                                            \
-                       "auto, none, map, deep, deep-linked, raytraced", shadows),                 \
+                       "auto, none, map, deep, deep-linked, raytraced, raytraced-shadows",        \
+                       shadows),                                                                  \
         REQUEST_OPTION(owner, NUMBER, "shadow-resolution", "N", "texels per side; default 1024",  \
                        shadow_resolution),                                                        \
         REQUEST_OPTION(owner, NUMBER, "shadow-compression", "E",                                  \

@@ -196,6 +196,11 @@ void light_lists_bind(const struct light_lists *lists, const struct gl_program *
     gl_program_set_u(program, "u_light_shift", log2_of(LINKED_TILE_PX));
 }
 
+const struct clusters *light_lists_clusters(const struct light_lists *lists)
+{
+    return lists->is_linked ? NULL : &lists->clusters;
+}
+
 uint32_t light_lists_longest(const struct light_lists *lists)
 {
     return lists->is_linked ? (uint32_t)(lists->linked.prefix_count + lists->linked.draw_count)

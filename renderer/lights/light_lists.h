@@ -11,6 +11,7 @@
 #include "renderer/plan/camera.h"
 #include "renderer/scene/scene_state.h"
 
+struct clusters;
 struct light_bounds;
 struct light_lists;
 
@@ -43,6 +44,9 @@ void light_lists_bind(const struct light_lists *lists, const struct gl_program *
  * order: room for light_count, that of the lists. Clustered lists; linked ones have the prefix
  * first, and then an order of their own. */
 void light_lists_order(const struct light_lists *lists, size_t light_count, uint32_t *order);
+
+/* The lists in memory, or NULL where the linked technique keeps them on the GPU. */
+const struct clusters *light_lists_clusters(const struct light_lists *lists);
 
 /* Upper bound of the lights that one point walks, prefix included. All loops of one shader
  * invocation share 65,535 steps on llvmpipe, so shading that does more per light than one step must

@@ -124,6 +124,20 @@ static struct choice_row estimate_traced(const struct choice_frame *frame, int s
     };
 }
 
+/* The rasteriser's surfaces, and a ray to each light. */
+static struct choice_row estimate_traced_shadows(const struct choice_frame *frame, int samples)
+{
+    double depth = log2(2 + (double)frame->triangles);
+    double lights = fmin((double)frame->lights, SHADE_LIGHTS_MAX);
+    double ns = frame->pixels * (NS_PER_SAMPLE * samples + lights * NS_PER_RAY * depth / 10) +
+                NS_PER_TRIANGLE * 11 * (double)frame->triangles;
+    return (struct choice_row){
+        .setting = {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = samples},
+        .ms = FRAME_MS + 1e-6 * ns,
+        .error = camera_error(samples),
+    };
+}
+
 /* The rungs of one parameter: what was said alone, else the ladder's. */
 static int rungs(int said, const int *ladder, int count, int out[])
 {
@@ -167,6 +181,17 @@ static size_t estimate_bare(const struct choice_frame *frame, const struct choic
     return (size_t)count;
 }
 
+static size_t estimate_rays(const struct choice_frame *frame, const struct choice_wish *wish,
+                            struct choice_row *rows)
+{
+    static const int all_samples[] = {1, 4};
+    int samples[2];
+    int count = rungs(wish->samples, all_samples, 2, samples);
+    for (int s = 0; s < count; s++)
+        rows[s] = estimate_traced_shadows(frame, samples[s]);
+    return (size_t)count;
+}
+
 size_t choice_estimate(const struct choice_frame *frame, const struct choice_wish *wish,
                        struct choice_row rows[CHOICE_ESTIMATES_MAX])
 {
@@ -175,6 +200,8 @@ size_t choice_estimate(const struct choice_frame *frame, const struct choice_wis
     size_t count = 0;
     if (wish->shadows == VIEW_SHADOWS_NONE)
         return estimate_bare(frame, wish, rows);
+    if (wish->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+        return estimate_rays(frame, wish, rows);
     if (wish->shadows != VIEW_SHADOWS_RAYTRACED)
         count = estimate_maps(frame, wish, rows);
     if (wish->shadows != VIEW_SHADOWS_RAYTRACED && wish->shadows != VIEW_SHADOWS_AUTO)

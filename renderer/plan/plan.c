@@ -136,6 +136,9 @@ static void count_light(struct plan *plan, const struct shadow_need *light, int 
                         struct shadow_census census[2])
 {
     size_t *counts[] = {&plan->map_lights, &plan->deep_lights, &plan->linked_lights};
+    plan->traced_lights += light->is_traced;
+    if (light->is_traced)
+        return;
     if (!light->has_structure) {
         plan->unshadowed_lights++;
         return;
@@ -188,9 +191,22 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     set_need(plan, PLAN_NEED_FILTERED_SHADOWS, census[1].lights > 0,
              "%zu of %zu lights have transparent casters in reach, %zu in all", census[1].lights,
              lights, census[1].casters);
+    set_need(plan, PLAN_NEED_TRACED_SHADOWS, plan->traced_lights > 0,
+             "%zu of %zu lights have casters in reach of their rays", plan->traced_lights, lights);
     if (desc->view->quality.shadows == VIEW_SHADOWS_NONE)
         for (int need = PLAN_NEED_OPAQUE_SHADOWS; need <= PLAN_NEED_FILTERED_SHADOWS; need++)
             set_need(plan, (enum plan_need)need, false, "quality.shadows is none");
+    return true;
+}
+
+/* Traced shadows follow the lists in memory. */
+static bool check_lists(const struct plan *plan, const struct view_quality *quality,
+                        struct error *err)
+{
+    if (needs(plan, PLAN_NEED_TRACED_SHADOWS) && quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "raytraced-shadows follow the clustered light lists: light_lists must be "
+                         "auto or clustered");
     return true;
 }
 
@@ -236,14 +252,18 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     const char *lists = is_linked ? "linked" : "clustered";
     if (is_linked && quality->faithful)
         lists = "linked-faithful";
+    const char *rays = "raytraced-shadows";
     const char *form = quality->reference ? "reference" : "raytraced";
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.build", form, 0);
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.trace", form, 0);
     plan_shadows(plan, desc);
+    add_pass(plan, PLAN_NEED_TRACED_SHADOWS, PLAN_STEP_RAYS, "raytrace.build", rays, 0);
     add_pass(plan, PLAN_NEED_SURFACES, PLAN_STEP_SURFACES, "gbuffer", "",
              targets_bytes(plan, desc->view));
     plan_layers(plan);
     add_pass(plan, PLAN_NEED_LIGHTS, PLAN_STEP_LIGHT_LISTS, "light_list", lists, 0);
+    add_pass(plan, PLAN_NEED_TRACED_SHADOWS, PLAN_STEP_SHADOW_POINTS, "shadow.points", rays, 0);
+    add_pass(plan, PLAN_NEED_TRACED_SHADOWS, PLAN_STEP_SHADOW_POINTS, "shadow.trace", rays, 0);
     if (needs(plan, PLAN_NEED_COLOR))
         add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_SHADE, "shade.transparent", "lists", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
@@ -256,7 +276,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
 {
     *plan = (struct frame_plan){.shaders = shader_needs_of(desc->state)};
     if (!require_outputs(&plan->plan, desc, err) || !require_geometry(plan, desc, err) ||
-        !require_lights(plan, desc, err)) {
+        !require_lights(plan, desc, err) || !check_lists(&plan->plan, &desc->view->quality, err)) {
         frame_plan_finish(plan);
         return false;
     }

@@ -14,6 +14,7 @@ enum plan_need {                           /* about in the order in which passes
                  PLAN_NEED_TRACED,         /* colour comes from the ray tracer */
                  PLAN_NEED_OPAQUE_SHADOWS, /* some light has opaque casters in reach */
                  PLAN_NEED_FILTERED_SHADOWS, /* some light has transparent casters in reach */
+                 PLAN_NEED_TRACED_SHADOWS,   /* rays find the shadows of a rasterised picture */
                  PLAN_NEED_SURFACES, /* a picture is rasterised; opaque or masked items are in view
                                       */
                  PLAN_NEED_LAYERS,   /* transparent items are in view */
@@ -33,9 +34,11 @@ struct plan_requirement {
 enum plan_step { /* what the executor calls: a step runs its passes, which are neighbours */
                  PLAN_STEP_TRACE, /* once a frame: */
                  PLAN_STEP_SHADOWS,
+                 PLAN_STEP_RAYS,
                  PLAN_STEP_SURFACES, /* once a window: */
                  PLAN_STEP_LAYERS,
                  PLAN_STEP_LIGHT_LISTS,
+                 PLAN_STEP_SHADOW_POINTS, /* may ask for smaller windows, as layers do */
                  PLAN_STEP_SHADE,
                  PLAN_STEP_READ,
                  PLAN_STEP_AUXILIARY,
@@ -61,6 +64,7 @@ struct plan {
     int target_samples;                            /* per pixel, of the rasterised targets */
     size_t opaque_items, transparent_items;        /* in view */
     size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
+    size_t traced_lights;                          /* shadowed by rays */
     size_t unshadowed_lights;                      /* shine without a structure */
     size_t unseen_lights;                          /* brighten nothing in view */
     size_t compressed_lights;                      /* of the deep ones: their lists become nodes */

@@ -8,6 +8,7 @@ const char *plan_need_name(int need)
         [PLAN_NEED_TRACED] = "traced",
         [PLAN_NEED_OPAQUE_SHADOWS] = "opaque-shadows",
         [PLAN_NEED_FILTERED_SHADOWS] = "filtered-shadows",
+        [PLAN_NEED_TRACED_SHADOWS] = "traced-shadows",
         [PLAN_NEED_SURFACES] = "surfaces",
         [PLAN_NEED_LAYERS] = "layers",
         [PLAN_NEED_ANTIALIASING] = "antialiasing",

@@ -43,14 +43,16 @@ static void fill_light(const struct state_light *light, uint32_t shadow, const d
 }
 
 bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
-                         const struct shadow_system *shadows, const double eye[3],
-                         const bool *is_left_out, struct error *err)
+                         const struct shadow_system *shadows, const struct traced_shadows *traced,
+                         const double eye[3], const bool *is_left_out, struct error *err)
 {
     struct light_record *records = calloc(state->light_count + 1, sizeof *records);
     if (!records)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", state->light_count);
     for (size_t i = 0; i < state->light_count; i++) {
-        fill_light(&state->lights[i], shadow_system_record(shadows, i), eye, &records[i]);
+        uint32_t shadow =
+            traced ? traced_shadows_record(traced, i) : shadow_system_record(shadows, i);
+        fill_light(&state->lights[i], shadow, eye, &records[i]);
         if (is_left_out && is_left_out[i])
             records[i].color = (vec4){{0, 0, 0, 0}};
     }
@@ -93,7 +95,8 @@ static void describe(const struct shade_desc *desc, const struct light_slice *sl
                      bool for_pixels, char text[DEFINES_BYTES])
 {
     const struct window_frame *frame = desc->frame;
-    const char *shadow_defines = shadow_system_defines(desc->shadows);
+    const char *shadow_defines =
+        desc->traced ? "HAS_TRACED_SHADOWS" : shadow_system_defines(desc->shadows);
     bool has_lights = frame->state->light_count > 0;
     bool has_shadows = has_lights && shadow_defines && *shadow_defines;
     char pixel_defines[64] = "", media_defines[64] = "";
@@ -109,7 +112,7 @@ static void describe(const struct shade_desc *desc, const struct light_slice *sl
     if (desc->pixels->entry_count)
         describe_media(desc, media_defines);
     snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
-             has_shadows ? " HAS_SHADOWS" : "",
+             has_shadows && !desc->traced ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, media_defines,
              material_defines, light_defines,
@@ -117,6 +120,12 @@ static void describe(const struct shade_desc *desc, const struct light_slice *sl
              : slice->is_whole                 ? " HAS_LIGHT_PARTS"
                                                : " HAS_LIGHT_PARTS HAS_LIGHT_SLICE",
              has_lights ? light_lists_defines(desc->lists) : "", has_shadows ? shadow_defines : "");
+}
+
+static uint32_t count_taps(const struct shade_desc *desc)
+{
+    int taps = desc->frame->view->quality.shadow_taps;
+    return desc->traced ? 1 : taps ? (uint32_t)taps : 4;
 }
 
 static const struct gl_program *prepare_program(struct shade *shade, const struct shade_desc *desc,
@@ -136,15 +145,17 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
     window_set_clip_planes(frame, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);
     gl_program_set_f3(program, "u_ground", frame->state->ground);
-    int taps = frame->view->quality.shadow_taps ? frame->view->quality.shadow_taps : 4;
-    gl_program_set_f(program, "u_taps", (float)taps);
+    gl_program_set_f(program, "u_taps", (float)count_taps(desc));
     gl_program_set_u2(program, "u_light_slice", slice->first, slice->count);
     gl_program_set_u2(program, "u_light_part", slice->is_first, slice->is_last);
     gl_buffer_bind_storage(&shade->lights, BIND_LIGHTS);
     gl_buffer_bind_storage(&shade->statistics, BIND_STATISTICS);
     if (frame->state->light_count) {
         light_lists_bind(desc->lists, program);
-        shadow_system_bind(desc->shadows, program);
+        if (desc->traced)
+            traced_shadows_bind(desc->traced, program);
+        else
+            shadow_system_bind(desc->shadows, program);
     }
     pixel_lists_bind(desc->pixels, program);
     return program;
@@ -217,7 +228,7 @@ static uint64_t steps_per_light(const struct shade_desc *desc)
 {
     const struct view_quality *quality = &desc->frame->view->quality;
     uint64_t longest = desc->frame->report->counts.longest_list;
-    uint64_t taps = quality->shadow_taps ? (uint64_t)quality->shadow_taps : 4, search = 1;
+    uint64_t taps = count_taps(desc), search = 1;
     while (longest >> search)
         search++;
     bool walks = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
@@ -236,6 +247,10 @@ static bool choose_slices(const struct shade_desc *desc, struct light_slice *sli
     const uint64_t budget = LOOP_BUDGET - walks * desc->pixels->longest;
     uint32_t longest = desc->frame->state->light_count ? light_lists_longest(desc->lists) : 0;
     uint64_t steps = steps_per_light(desc), per_slice = budget / steps;
+    if (desc->traced && longest) {
+        uint32_t room = traced_shadows_room(desc->traced, light_lists_clusters(desc->lists));
+        per_slice = per_slice < room ? per_slice : room;
+    }
     *slice_count = 1;
     *slice = (struct light_slice){.count = longest, .is_whole = true};
     if (longest <= per_slice)
@@ -263,6 +278,9 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
     for (uint32_t i = 0; i < slice_count; i++, slice.first += slice.count) {
         slice.is_first = i == 0 && !desc->is_continued;
         slice.is_last = i + 1 == slice_count && !desc->continues;
+        if (desc->traced && !traced_shadows_trace(desc->traced, light_lists_clusters(desc->lists),
+                                                  slice.first, slice.count, err))
+            return false;
         if (desc->pixels->entry_count && !shade_entries(shade, desc, &slice, err))
             return false;
         if (!shade_pixels(shade, desc, &slice, err))

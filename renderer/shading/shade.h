@@ -6,6 +6,7 @@
 #include "renderer/image/image.h"
 #include "renderer/lights/light_lists.h"
 #include "renderer/shading/window.h"
+#include "renderer/shadows/shadow_traced.h"
 #include "renderer/shadows/shadows.h"
 #include "renderer/transparency/pixel_lists.h"
 
@@ -19,14 +20,18 @@ struct shade_desc {
     const struct light_lists *lists;     /* required, prepared for the window */
     const struct shadow_system *shadows; /* required, prepared for the frame */
     const struct pixel_lists *pixels;    /* required, built for the window */
+    struct traced_shadows *traced; /* optional: collected for the window, takes the place of all
+                                      structures; the lists must be clustered */
     bool is_continued; /* other lights have been shaded before these: adds to what is there */
     bool continues;    /* others follow: the image is made with the last of them */
 };
 
 /* Uploads the lights of the frame, relative to the eye. Once per frame, or once for each part of
- * its lights: lights for which is_left_out is true (NULL: none) are black. */
+ * its lights: lights for which is_left_out is true (NULL: none) are black.
+ * traced: NULL where shadows are in structures. */
 MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
-                                    const struct shadow_system *shadows, const double eye[3],
+                                    const struct shadow_system *shadows,
+                                    const struct traced_shadows *traced, const double eye[3],
                                     const bool *is_left_out, struct error *err);
 /* Shades list entries, then pixels, into frame->targets->image. The bits are the same whether the
  * lights come at once or in parts, as long as the parts follow the order of the light lists. */

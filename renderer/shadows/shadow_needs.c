@@ -19,7 +19,10 @@ static bool decide(struct shadow_need *need, const struct shadow_needs_desc *des
         return true;
     if (!shadow_casters_collect(&need->casters, &need->frame, desc->state, err))
         return false;
-    need->has_structure = shadow_casters_kind(&need->casters, desc->quality, &need->kind);
+    if (desc->quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+        need->is_traced = need->casters.opaque_count + need->casters.transparent_count > 0;
+    else
+        need->has_structure = shadow_casters_kind(&need->casters, desc->quality, &need->kind);
     return true;
 }
 

@@ -12,6 +12,7 @@
 struct shadow_need {           /* of one light */
     bool is_unseen;            /* it brightens nothing in view; all else is empty */
     bool has_structure;        /* else it shines without one */
+    bool is_traced;            /* its shadow is found by rays; has_structure is false then */
     uint32_t kind;             /* SHADOW_MAP, SHADOW_DEEP, SHADOW_LINKED */
     struct shadow_frame frame; /* how it looks at the scene */
     struct shadow_casters casters;

@@ -29,10 +29,12 @@
 #define BIND_SHADOW_EVENTS 10       /* vec4 per event: depth, transmittance */
 #define BIND_SHADOW_INDEX 11        /* float per four events: depth */
 #define BIND_SHADOW_EVENTS_ID 12
-#define BIND_SCAN 13        /* block sums of a scan */
-#define BIND_LIGHT_HEADS 13 /* linked light lists: counter and heads under construction */
-#define BIND_STATISTICS 14  /* counters read back by the report */
-#define BIND_LIST_NODES 15  /* linked techniques: elements under construction */
+#define BIND_SCAN 13          /* block sums of a scan */
+#define BIND_LIGHT_HEADS 13   /* linked light lists: counter and heads under construction */
+#define BIND_TRACED_POINTS 11 /* points that traced shadows are asked for */
+#define BIND_TRACED_HEADS 12  /* u32 per pixel: its first point << 3 | their number */
+#define BIND_STATISTICS 14    /* counters read back by the report */
+#define BIND_LIST_NODES 15    /* linked techniques: elements under construction */
 
 /* texture units */
 #define UNIT_GBUFFER_SIGNATURE 7
@@ -40,13 +42,17 @@
 #define UNIT_GBUFFER_0 8
 #define UNIT_GBUFFER_1 9
 #define UNIT_GBUFFER_DEPTH 10
-#define UNIT_SHADOW_DEPTH 11   /* samplerBuffer R32F: nearest opaque caster */
-#define UNIT_SHADOW_HEADS 12   /* usamplerBuffer */
-#define UNIT_SHADOW_EVENTS 13  /* samplerBuffer RGBA32F: depth, transmittance */
-#define UNIT_SHADOW_INDEX 14   /* samplerBuffer R32F: depth of every fourth event */
-#define UNIT_SHADOW_ID 15      /* usamplerBuffer */
-#define UNIT_LIGHT_HEADS 16    /* usamplerBuffer RG32UI: offset and count, or head */
-#define UNIT_LIGHT_ITEMS 17    /* usamplerBuffer: light indices (or list nodes) */
+#define UNIT_SHADOW_DEPTH 11  /* samplerBuffer R32F: nearest opaque caster */
+#define UNIT_SHADOW_HEADS 12  /* usamplerBuffer */
+#define UNIT_SHADOW_EVENTS 13 /* samplerBuffer RGBA32F: depth, transmittance */
+#define UNIT_SHADOW_INDEX 14  /* samplerBuffer R32F: depth of every fourth event */
+#define UNIT_SHADOW_ID 15     /* usamplerBuffer */
+#define UNIT_LIGHT_HEADS 16   /* usamplerBuffer RG32UI: offset and count, or head */
+#define UNIT_LIGHT_ITEMS 17   /* usamplerBuffer: light indices (or list nodes) */
+/* traced shadows take the place of all maps */
+#define UNIT_TRACED_HEADS 12   /* usamplerBuffer R32UI: as BIND_TRACED_HEADS */
+#define UNIT_TRACED_POINTS 13  /* usamplerBuffer RG32UI: first filter, cluster */
+#define UNIT_TRACED_FILTERS 14 /* usamplerBuffer RG32UI: a light's filter, in 64 bits */
 #define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
 #define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, 5 texels each */
 #define UNIT_LIGHT_RECORDS 20  /* linked light lists: samplerBuffer RGBA32F, 6 texels per light */

@@ -109,4 +109,22 @@ LAYOUT(shadow_record, kind_shape_flags_resolution, 64)
 LAYOUT(shadow_record, sigma, 80)
 LAYOUT_SIZE(shadow_record, 96)
 
+#define SHADOW_POINT_UNLIT 1u     /* no light is asked for it */
+#define SHADOW_POINT_TRANSMITS 2u /* light from behind counts, too */
+
+struct shadow_point { /* one surface of a pixel, or one entry of its list, that asks for shadows */
+    vec4 position_lift; /* xyz eye-relative world [m]; w how far its surface may lie above it [m] */
+    uint geo_normal;    /* of the triangle and for shading: pack.glsl, on the viewer's side */
+    uint normal;
+    uint pixel; /* row * width + column of the window, row 0 at the bottom */
+    uint flags; /* SHADOW_POINT_* */
+};
+LAYOUT(shadow_point, geo_normal, 16)
+LAYOUT(shadow_point, flags, 28)
+LAYOUT_SIZE(shadow_point, 32)
+
+/* Traced transmittance in two words: 19 bits for each channel's share of 2^(1 - e), and 7 for e. */
+#define TRACED_FILTER_BITS 19
+#define TRACED_EXPONENT_MAX 100
+
 #endif

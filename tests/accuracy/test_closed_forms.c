@@ -24,6 +24,8 @@ enum { SIDE_PX = 24, RESOLUTION = 1024, EVEN_RESOLUTION = 128 };
 /* A texel's diagonal on the receivers around here: maps cover the 12 m of the scene, or 90 degrees
  * from 4 m. */
 #define REACH_M 0.0166
+/* Depths of f32, up to 2.5 m away. */
+#define TRACED_REACH_M 2e-6
 
 static const double pi = 3.14159265358979323846;
 
@@ -151,9 +153,16 @@ static void the_reference_equals_every_closed_form(void **state)
     assert_int_equal(failed, 0);
 }
 
+struct rasterised {
+    const char *name;
+    enum view_shadows shadows;
+    double reach_m;
+    double stray; /* of A5, which a reach of texels hides */
+};
+
 /* The shadow term alone: the picture with shadows over the picture without. */
-static bool check_deep(struct renderer *renderer, struct closed_form_case *c,
-                       const struct probes *probes)
+static bool check_rasterised(struct renderer *renderer, const struct rasterised *technique,
+                             struct closed_form_case *c, const struct probes *probes)
 {
     struct rig_scene rig;
     rig_scene_open(&rig, renderer, "closed form", c->scene.glb, c->scene.size_bytes);
@@ -163,7 +172,7 @@ static bool check_deep(struct renderer *renderer, struct closed_form_case *c,
                               .shadow_resolution = c->is_even ? EVEN_RESOLUTION : RESOLUTION,
                               .shadows = VIEW_SHADOWS_NONE};
     struct image open = shoot_color(renderer, &rig, &c->view);
-    c->view.quality.shadows = VIEW_SHADOWS_DEEP;
+    c->view.quality.shadows = technique->shadows;
     struct frame frame;
     shoot(renderer, &rig, &c->view, &frame);
     const struct image *shadowed = &frame.outputs[VIEW_OUTPUT_COLOR];
@@ -171,6 +180,9 @@ static bool check_deep(struct renderer *renderer, struct closed_form_case *c,
     double relative = is_grazing ? 1e-3 : 1e-5;
     /* llvmpipe decodes sRGB texels by a polynomial: tests/images/test_pane_laws.c */
     double absolute = !strcmp(c->id, "A9") ? 2.5e-3 : 2e-6;
+    /* the camera looks through the bodies, whose clear walls send it a trace of the light, too */
+    if (!strcmp(c->id, "A5"))
+        absolute = fmax(absolute, technique->stray);
     struct verdict v = {0};
     for (size_t i = 0; i < probes->count; i++) {
         const float *p = image_pixel_f32(shadowed, probes->x[i], probes->y[i]);
@@ -179,16 +191,16 @@ static bool check_deep(struct renderer *renderer, struct closed_form_case *c,
         assert_true(q[0] > 0 && q[1] > 0 && q[2] > 0);
         for (int k = 0; k < 3; k++)
             t[k] = (double)p[k] / (double)q[k];
-        judge(c, probes, i, (double[]){REACH_M, relative, absolute}, t, &v);
+        judge(c, probes, i, (double[]){technique->reach_m, relative, absolute}, t, &v);
     }
     double ms = frame.report.total_ms;
     frame_finish(&frame);
     image_finish(&open);
     rig_scene_finish(&rig, renderer);
-    return report(c, probes, "deep", &v, ms);
+    return report(c, probes, technique->name, &v, ms);
 }
 
-static void the_default_technique_equals_every_closed_form(void **state)
+static void check_every_case(struct renderer *renderer, const struct rasterised *technique)
 {
     int failed = 0;
     for (int i = 0; i < closed_form_case_count(); i++) {
@@ -196,10 +208,22 @@ static void the_default_technique_equals_every_closed_form(void **state)
         struct probes probes;
         closed_form_case_init(&c, i);
         place_probes(&c, &probes);
-        failed += !check_deep(*state, &c, &probes);
+        failed += !check_rasterised(renderer, technique, &c, &probes);
         closed_form_case_finish(&c);
     }
     assert_int_equal(failed, 0);
+}
+
+static void the_default_technique_equals_every_closed_form(void **state)
+{
+    check_every_case(*state, &(struct rasterised){"deep", VIEW_SHADOWS_DEEP, REACH_M, 0});
+}
+
+static void traced_shadows_equal_every_closed_form(void **state)
+{
+    check_every_case(*state,
+                     &(struct rasterised){"raytraced-shadows", VIEW_SHADOWS_RAYTRACED_SHADOWS,
+                                          TRACED_REACH_M, 4e-5});
 }
 
 /* A3 once more: the logarithm of T against the way from the edge is a straight line, whose slope
@@ -346,6 +370,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_reference_equals_every_closed_form),
         cmocka_unit_test(the_default_technique_equals_every_closed_form),
+        cmocka_unit_test(traced_shadows_equal_every_closed_form),
         cmocka_unit_test(the_shadow_of_a_wedge_has_the_slope_of_the_wedge),
         cmocka_unit_test(lights_fall_off_as_their_formula_says),
     };

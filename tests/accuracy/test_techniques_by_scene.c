@@ -48,6 +48,7 @@ struct technique {
 #define MAP .shadows = VIEW_SHADOWS_MAP
 #define DEEP .shadows = VIEW_SHADOWS_DEEP
 #define LINKED .shadows = VIEW_SHADOWS_DEEP_LINKED
+#define RAYS .shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS
 #define TRACED .shadows = VIEW_SHADOWS_RAYTRACED
 
 static const struct technique techniques[] = {
@@ -72,9 +73,11 @@ static const struct technique techniques[] = {
      {0.025, 0.17},
      false},
     {"deep-linked", SAME_SAMPLES, {LINKED, .samples = 1}, {0.025, 0.11}, {0.0075, 0.15}, false},
+    {"raytraced-shadows", SAME_SAMPLES, {RAYS, .samples = 1}, {4e-4, 0.11}, {5e-5, 0.15}, false},
     {"raytraced", SAME_SAMPLES, {TRACED, .samples = 1}, {0.001, 0.005}, {0.001, 0.001}, false},
     {"deep", PICTURES, {DEEP, .samples = 4}, {0.12, 0.13}, {0}, false},
     {"deep, 1 sample", PICTURES, {DEEP, .samples = 1}, {0.12, 0.2}, {0}, false},
+    {"raytraced-shadows", PICTURES, {RAYS, .samples = 4}, {0.12, 0.13}, {0}, false},
     {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.12, 0.17}, {0}, false},
     {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.025, 0.08}, {0}, false},
 };

@@ -16,7 +16,7 @@
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/image_checks.h"
 
-enum { SCENES = 3, TECHNIQUES = 2, HASHES = SCENES * TECHNIQUES, PANES = 24 };
+enum { SCENES = 3, TECHNIQUES = 3, HASHES = SCENES * TECHNIQUES, PANES = 24 };
 
 /* Scene i as GLB bytes, and how to look at it. */
 static void make_scene(int i, void **glb, size_t *size, struct view *view)
@@ -55,7 +55,9 @@ static void hash_scenes(struct renderer *renderer, uint64_t hashes[HASHES])
         size_t size;
         make_scene(i % SCENES, &glb, &size, &view);
         /* The corrected linked lists sort by depth, too: their bits are as fixed. */
-        view.quality.shadows = i < SCENES ? VIEW_SHADOWS_DEEP : VIEW_SHADOWS_DEEP_LINKED;
+        static const enum view_shadows techniques[TECHNIQUES] = {
+            VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED, VIEW_SHADOWS_RAYTRACED_SHADOWS};
+        view.quality.shadows = techniques[i / SCENES];
         rig_scene_open(&rig, renderer, "hashed", glb, size);
         struct image color = shoot_color(renderer, &rig, &view);
         assert_image_is_sound(&color, 1e6);
@@ -106,8 +108,8 @@ static void number_of_threads_does_not_change_a_bit(void **state)
     for (int i = 0; i < HASHES; i++)
         for (int t = 1; t < 3; t++)
             if (hashes[t][i] != hashes[0][i])
-                fail_msg("scene %d, %s: %s threads render other bits than 0", i % SCENES,
-                         i < SCENES ? "deep" : "deep-linked", threads[t]);
+                fail_msg("scene %d, technique %d: %s threads render other bits than 0", i % SCENES,
+                         i / SCENES, threads[t]);
 }
 
 /* The random panes with their nodes in another order; some lie in one plane. */

@@ -501,7 +501,7 @@ static void every_technique_named_is_accepted_by_the_parser(void **state)
             accepted++;
         }
     }
-    assert_int_equal(accepted, 14);
+    assert_int_equal(accepted, 15);
     assert_int_equal(json_array_size(json_object_get(json, "formats")), 4);
     assert_int_equal(json_array_size(json_object_get(json, "outputs")), REQUEST_OUTPUT_COUNT);
     assert_int_equal(json_array_size(json_object_get(json, "extensions")), 1);

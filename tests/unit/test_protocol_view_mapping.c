@@ -205,6 +205,7 @@ static const struct {
     COUNT(events),
     COUNT(longest_list),
     COUNT(lookups),
+    COUNT(shadow_rays),
     COUNT(transparent_fragments),
     COUNT(longest_pixel_list),
     COUNT(light_list_entries),

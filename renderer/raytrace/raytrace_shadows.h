@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: MIT */
+/* Shadows alone, for a picture that is drawn by other means: what the light of each lamp loses on
+ * its way to given points, by the scene, filters, media and tolerances of raytrace.h. Thread: one
+ * per object; uses its own threads and no GL. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RAYTRACE_SHADOWS_H
+#define VITRAIL_RENDERER_RAYTRACE_RAYTRACE_SHADOWS_H
+
+#include "renderer/lights/clusters.h"
+#include "renderer/raytrace/raytrace.h"
+
+struct shadow_point; /* shaders/shared/records.h */
+
+/* The scene and the lamps of one frame. Borrows what the desc points to until it is destroyed. */
+struct raytrace_shadows;
+
+/* desc: view, state, camera; cache, threads and progress as of raytrace_render. is_shadowed: per
+ * light, copied; the others get no rays, and no filters. stats: build_ms, is_scene_reused and
+ * scene_bytes. */
+struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *desc,
+                                                 const bool *is_shadowed,
+                                                 struct raytrace_stats *stats, struct error *err);
+void raytrace_shadows_destroy(struct raytrace_shadows *shadows); /* accepts NULL */
+
+/* Points of one window, by pixel (rows from the bottom). All required but entry_ends. */
+struct raytrace_shadow_points {
+    const struct shadow_point *points; /* first those of list entries, then those of surfaces */
+    size_t count;                      /* of both */
+    size_t entry_count;
+    const uint32_t *entry_ends; /* per pixel: its entries end there; NULL where there are none */
+    const uint32_t *heads;      /* per pixel: first surface << 3 | their number */
+    int width, height;
+    int image_x, image_y_bottom; /* pixel (0, 0) in the image, whose rows count from the top */
+};
+
+/* Some lights of every point's list: the global prefix of the clusters, then its cluster's. */
+struct raytrace_shadow_slice {
+    const struct clusters *clusters; /* required; of the points' window */
+    uint32_t first, count;           /* entries of each list */
+    /* out: per point its first filter and its cluster. Each light of the slice that is shadowed
+     * has one filter, in the order of the list. Points without light keep theirs unset. */
+    uint32_t (*table)[2];
+    uint32_t (*filters)[2]; /* out: shared/records.h says how they are packed */
+    size_t capacity;        /* of filters; see raytrace_shadows_room */
+    size_t filter_count;    /* out */
+};
+
+/* Filters of the light at a point. */
+uint32_t raytrace_shadows_filters(const struct raytrace_shadows *shadows, uint32_t light);
+/* The most that so many lights have. */
+uint64_t raytrace_shadows_most_filters(const struct raytrace_shadows *shadows,
+                                       uint32_t light_count);
+
+/* Lights of a list, counted from its first, whose filters for all points have room in a slice; 0 if
+ * not even one of each. */
+uint32_t raytrace_shadows_room(const struct raytrace_shadows *shadows,
+                               const struct raytrace_shadow_points *points,
+                               const struct clusters *clusters, size_t capacity);
+
+/* Traces the slice; adds to stats->trace_ms and shadow_rays. A cancelled one is ERROR_TIMEOUT. */
+MUST_CHECK bool raytrace_shadows_trace(struct raytrace_shadows *shadows,
+                                       const struct raytrace_shadow_points *points,
+                                       struct raytrace_shadow_slice *slice,
+                                       struct raytrace_stats *stats, struct error *err);
+
+#endif

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: MIT */
+/* Points to the CPU, filters to the GPU. */
+#include "renderer/shadows/shadow_traced.h"
+
+#include <epoxy/gl.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/records.h"
+
+enum array_kind { POINTS, HEADS, LIST_ENDS, TABLE, FILTERS };
+
+bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_desc *desc,
+                          const bool *is_shadowed, struct error *err)
+{
+    traced_shadows_end(traced);
+    traced->rays = raytrace_shadows_create(desc, is_shadowed, &traced->stats, err);
+    return traced->rays != NULL;
+}
+
+uint32_t traced_shadows_record(const struct traced_shadows *traced, size_t light)
+{
+    return raytrace_shadows_filters(traced->rays, (uint32_t)light) ? 0 : NO_SHADOW;
+}
+
+static void free_arrays(struct traced_shadows *traced)
+{
+    for (size_t i = 0; i < sizeof traced->arrays / sizeof *traced->arrays; i++) {
+        free(traced->arrays[i]);
+        traced->arrays[i] = NULL;
+    }
+    traced->filter_capacity = 0;
+    traced->window = (struct raytrace_shadow_points){0};
+}
+
+void traced_shadows_end(struct traced_shadows *traced)
+{
+    raytrace_shadows_destroy(traced->rays);
+    traced->rays = NULL;
+    free_arrays(traced);
+}
+
+void traced_shadows_finish(struct traced_shadows *traced)
+{
+    traced_shadows_end(traced);
+    struct gl_texture *views[] = {&traced->head_view, &traced->table_view, &traced->filter_view};
+    struct gl_buffer *buffers[] = {&traced->points, &traced->heads, &traced->counter,
+                                   &traced->table, &traced->filters};
+    for (size_t i = 0; i < sizeof views / sizeof *views; i++)
+        gl_texture_finish(views[i]);
+    for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
+        gl_buffer_finish(buffers[i]);
+    *traced = (struct traced_shadows){0};
+}
+
+uint64_t traced_shadows_size_bytes(const struct traced_shadows *traced)
+{
+    return traced->points.size_bytes + traced->heads.size_bytes + traced->table.size_bytes +
+           traced->filters.size_bytes;
+}
+
+/* Room in a buffer, and in the texture that views it (optional). */
+static bool reserve(struct gl_buffer *buffer, struct gl_texture *view, const char *label,
+                    uint32_t format, uint64_t bytes, struct error *err)
+{
+    uint32_t old = buffer->name;
+    if (!gl_buffer_reserve(
+            buffer,
+            &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
+            false, err))
+        return false;
+    if (!view || (view->name && buffer->name == old))
+        return true;
+    gl_texture_finish(view);
+    return gl_texture_init_buffer(view, label, format, buffer, err);
+}
+
+static const struct gl_program *use_program(const struct window_frame *frame, const char *file,
+                                            struct error *err)
+{
+    char defines[64];
+    snprintf(defines, sizeof defines, "SAMPLES=%d%s", frame->targets->samples,
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
+    const struct gl_program *program = program_cache_get(
+        frame->programs, &(struct program_desc){.label = file, .compute = file, .defines = defines},
+        err);
+    if (!program)
+        return NULL;
+    gl_program_use(program);
+    window_set_view_ray(frame, program);
+    window_set_samples(frame, program);
+    window_bind_targets(frame, program);
+    return program;
+}
+
+static bool collect_entries(struct traced_shadows *traced, const struct window_frame *frame,
+                            const struct pixel_lists *pixels, struct error *err)
+{
+    if (!pixels->entry_count)
+        return true;
+    const struct gl_program *program = use_program(frame, "shadow_points_entries.comp.glsl", err);
+    if (!program)
+        return false;
+    pixel_lists_bind(pixels, program);
+    gl_buffer_bind_storage(&traced->points, BIND_TRACED_POINTS);
+    gl_program_set_u(program, "u_entries", (uint32_t)pixels->entry_count);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    window_dispatch_items(pixels->entry_count);
+    return true;
+}
+
+/* The surfaces of all pixels: their number, and as many points as there is room for. */
+static bool collect_surfaces(struct traced_shadows *traced, const struct window_frame *frame,
+                             uint32_t first, uint32_t room, uint32_t *count, struct error *err)
+{
+    const struct gl_program *program = use_program(frame, "shadow_points_pixels.comp.glsl", err);
+    if (!program)
+        return false;
+    gl_buffer_clear_u32(&traced->counter, 0, 4, 0);
+    gl_buffer_bind_storage(&traced->points, BIND_TRACED_POINTS);
+    gl_buffer_bind_storage(&traced->heads, BIND_TRACED_HEADS);
+    gl_buffer_bind_storage(&traced->counter, BIND_STATISTICS);
+    gl_program_set_u(program, "u_first_point", first);
+    gl_program_set_u(program, "u_room", room);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT);
+    window_dispatch_pixels(frame);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl_buffer_read(&traced->counter, 0, 4, count);
+    return true;
+}
+
+/* A guess at the number of surfaces, and once more where it was too low. */
+static enum traced_outcome collect(struct traced_shadows *traced, const struct window_frame *frame,
+                                   const struct pixel_lists *pixels, uint32_t *surfaces,
+                                   struct error *err)
+{
+    uint64_t pixel_count = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
+    uint32_t entries = (uint32_t)pixels->entry_count;
+    *surfaces = (uint32_t)(pixel_count + pixel_count / 8);
+    if (!reserve(&traced->heads, &traced->head_view, "shadow.traced.heads", GL_R32UI,
+                 pixel_count * 4, err) ||
+        !reserve(&traced->counter, NULL, "shadow.traced.counter", 0, 16, err))
+        return TRACED_FAILED;
+    for (uint32_t room = 0; room < *surfaces;) {
+        room = *surfaces;
+        if ((uint64_t)room + entries > TRACED_POINTS_MAX)
+            return TRACED_TOO_MANY;
+        if (!reserve(&traced->points, NULL, "shadow.traced.points", 0,
+                     ((uint64_t)room + entries) * sizeof(struct shadow_point), err) ||
+            !collect_entries(traced, frame, pixels, err) ||
+            !collect_surfaces(traced, frame, entries, room, surfaces, err))
+            return TRACED_FAILED;
+    }
+    return TRACED_COLLECTED;
+}
+
+static bool read_array(struct traced_shadows *traced, enum array_kind array,
+                       const struct gl_buffer *buffer, uint64_t bytes, struct error *err)
+{
+    traced->arrays[array] = malloc(bytes ? bytes : 1);
+    if (!traced->arrays[array])
+        return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
+                         (unsigned long long)bytes);
+    if (bytes)
+        gl_buffer_read(buffer, 0, bytes, traced->arrays[array]);
+    return true;
+}
+
+static bool read_points(struct traced_shadows *traced, const struct window_frame *frame,
+                        const struct pixel_lists *pixels, uint32_t surfaces, struct error *err)
+{
+    const struct camera_window *w = &frame->window;
+    uint64_t count = pixels->entry_count + surfaces;
+    uint64_t pixel_bytes = 4 * (uint64_t)w->width * (uint64_t)w->height;
+    free_arrays(traced);
+    traced->arrays[TABLE] = calloc(count + 1, 2 * sizeof(uint32_t));
+    if (!traced->arrays[TABLE])
+        return error_set(err, ERROR_NO_MEMORY, "%llu points in shadow", (unsigned long long)count);
+    if (!read_array(traced, POINTS, &traced->points, count * sizeof(struct shadow_point), err) ||
+        !read_array(traced, HEADS, &traced->heads, pixel_bytes, err) ||
+        (pixels->entry_count && !read_array(traced, LIST_ENDS, &pixels->counts, pixel_bytes, err)))
+        return false;
+    traced->window = (struct raytrace_shadow_points){
+        .points = traced->arrays[POINTS],
+        .count = count,
+        .entry_count = pixels->entry_count,
+        .entry_ends = traced->arrays[LIST_ENDS],
+        .heads = traced->arrays[HEADS],
+        .width = w->width,
+        .height = w->height,
+        .image_x = w->x,
+        .image_y_bottom = w->y + w->height - 1,
+    };
+    return true;
+}
+
+enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
+                                           const struct window_frame *frame,
+                                           const struct pixel_lists *pixels, struct error *err)
+{
+    uint32_t surfaces = 0;
+    gpu_scope_begin(frame->timeline,
+                    &(struct gpu_scope_desc){
+                        .pass = "shadow.points",
+                        .because = "rays are to start from the surfaces that are in view",
+                        .technique = "raytraced-shadows",
+                        .stage = REPORT_SHADOW,
+                    });
+    enum traced_outcome outcome = collect(traced, frame, pixels, &surfaces, err);
+    gpu_scope_end(frame->timeline);
+    if (outcome == TRACED_COLLECTED && !read_points(traced, frame, pixels, surfaces, err))
+        return TRACED_FAILED;
+    return outcome;
+}
+
+uint32_t traced_shadows_room(const struct traced_shadows *traced, const struct clusters *clusters)
+{
+    return raytrace_shadows_room(traced->rays, &traced->window, clusters, TRACED_FILTERS_MAX);
+}
+
+/* Pages of it that nothing is written to cost nothing. */
+static bool reserve_filters(struct traced_shadows *traced, uint64_t count, struct error *err)
+{
+    size_t capacity = count < TRACED_FILTERS_MAX ? count : TRACED_FILTERS_MAX;
+    if (capacity <= traced->filter_capacity)
+        return true;
+    free(traced->arrays[FILTERS]);
+    traced->arrays[FILTERS] = malloc(capacity * 2 * sizeof(uint32_t));
+    traced->filter_capacity = traced->arrays[FILTERS] ? capacity : 0;
+    return traced->filter_capacity || error_set(err, ERROR_NO_MEMORY, "%zu shadow rays", capacity);
+}
+
+bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
+                          uint32_t first, uint32_t count, struct error *err)
+{
+    uint64_t points = traced->window.count;
+    if (!reserve_filters(traced, points * raytrace_shadows_most_filters(traced->rays, count) + 1,
+                         err))
+        return false;
+    struct raytrace_shadow_slice slice = {.clusters = clusters,
+                                          .first = first,
+                                          .count = count,
+                                          .table = traced->arrays[TABLE],
+                                          .filters = traced->arrays[FILTERS],
+                                          .capacity = traced->filter_capacity};
+    if (!raytrace_shadows_trace(traced->rays, &traced->window, &slice, &traced->stats, err) ||
+        !reserve(&traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI, points * 8,
+                 err) ||
+        !reserve(&traced->filters, &traced->filter_view, "shadow.traced.filters", GL_RG32UI,
+                 slice.filter_count * 8, err))
+        return false;
+    gl_buffer_write(&traced->table, 0, points * 8, slice.table);
+    gl_buffer_write(&traced->filters, 0, slice.filter_count * 8, slice.filters);
+    return true;
+}
+
+void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program)
+{
+    gl_texture_bind(&traced->head_view, UNIT_TRACED_HEADS);
+    gl_texture_bind(&traced->table_view, UNIT_TRACED_POINTS);
+    gl_texture_bind(&traced->filter_view, UNIT_TRACED_FILTERS);
+    gl_program_set_u(program, "u_traced_first", (uint32_t)traced->window.entry_count);
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+/* Ray-traced shadows in a rasterised frame. The rasteriser finds the surfaces of a window, opaque
+ * ones and every layer of the lists; rays on the CPU find what each lamp's light loses on its way
+ * to them (renderer/raytrace/raytrace_shadows.h); shading reads that in place of any map. Thread:
+ * GL. */
+#ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_TRACED_H
+#define VITRAIL_RENDERER_SHADOWS_SHADOW_TRACED_H
+
+#include "renderer/lights/clusters.h"
+#include "renderer/raytrace/raytrace_shadows.h"
+#include "renderer/transparency/pixel_lists.h"
+
+enum {
+    /* one storage block or buffer texture of 128 MiB, which every device binds, each */
+    TRACED_POINTS_MAX = 4 << 20,
+    TRACED_FILTERS_MAX = 16 << 20,
+};
+
+struct traced_shadows { /* zeroed before begin; buffers are kept between frames */
+    struct gl_buffer points, heads, counter, table, filters;
+    struct gl_texture head_view, table_view, filter_view;
+
+    struct raytrace_shadows *rays; /* of the frame */
+    struct raytrace_stats stats;
+
+    struct raytrace_shadow_points window;
+    void *arrays[5]; /* of the window: points, heads, list ends, table, filters */
+    size_t filter_capacity;
+};
+
+/* Once per frame. desc, is_shadowed: as raytrace_shadows_create takes them. */
+MUST_CHECK bool traced_shadows_begin(struct traced_shadows *traced,
+                                     const struct raytrace_desc *desc, const bool *is_shadowed,
+                                     struct error *err);
+/* What the light's record says: NO_SHADOW, or anything else. */
+uint32_t traced_shadows_record(const struct traced_shadows *traced, size_t light);
+/* Drops what belongs to the frame. */
+void traced_shadows_end(struct traced_shadows *traced);
+
+enum traced_outcome { TRACED_FAILED, TRACED_COLLECTED, TRACED_TOO_MANY };
+
+/* Collects the points of a window, after its surfaces and lists are drawn. TOO_MANY asks the caller
+ * to split the window; err is then untouched. */
+enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
+                                           const struct window_frame *frame,
+                                           const struct pixel_lists *pixels, struct error *err);
+
+/* Lights of each list that one slice has room for; 0: the window must be split. */
+uint32_t traced_shadows_room(const struct traced_shadows *traced, const struct clusters *clusters);
+
+/* Traces `count` lights of every list from the first-th on, and uploads what they found. */
+MUST_CHECK bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
+                                     uint32_t first, uint32_t count, struct error *err);
+
+/* For shading programs with HAS_TRACED_SHADOWS. */
+void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program);
+
+void traced_shadows_finish(struct traced_shadows *traced);
+uint64_t traced_shadows_size_bytes(const struct traced_shadows *traced); /* of the GPU */
+
+#endif

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Shadows that rays have found on the CPU (renderer/shadows/shadow_traced.h): each point brings the
+// filters of the lights of its cluster that cast shadows, in the order of their list.
+// Provides, where HAS_TRACED_SHADOWS:
+//   traced_begin(point)    before the lights of a point are walked
+//   traced_cluster()       its cluster as the CPU found it, for light_list_at
+//   traced_transmittance() of the light at hand
+//   traced_step(shadow)    after each light
+#ifdef HAS_TRACED_SHADOWS
+layout(binding = UNIT_TRACED_POINTS) uniform usamplerBuffer u_traced_points;
+layout(binding = UNIT_TRACED_FILTERS) uniform usamplerBuffer u_traced_filters;
+uvec2 traced_at; // next filter; cluster
+
+void traced_begin(uint point)
+{
+    traced_at = texelFetch(u_traced_points, int(point)).xy;
+}
+
+uint traced_cluster()
+{
+    return traced_at.y;
+}
+
+void traced_step(uint shadow)
+{
+    traced_at.x += shadow == NO_SHADOW ? 0u : 1u;
+}
+
+vec3 traced_transmittance()
+{
+    const int bits = TRACED_FILTER_BITS;
+    uvec2 w = texelFetch(u_traced_filters, int(traced_at.x)).xy;
+    uvec3 m = uvec3(w.x, w.x >> bits | w.y << (32 - bits), w.y >> (2 * bits - 32));
+    uint e = w.y >> (3 * bits - 32);
+    float unit = uintBitsToFloat((128u - uint(bits) - e) << 23); // 2^(1 - e) over 2^bits
+    return vec3(m & ((1u << bits) - 1u)) * unit;
+}
+#endif

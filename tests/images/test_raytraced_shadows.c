@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: MIT */
+/* Rasterised pictures whose shadows are traced: equal to the pictures that are traced as a whole,
+ * whatever is transparent, cut, curved or large; and what the frame says of itself. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "renderer/plan/camera.h"
+#include "renderer/raytrace/raytrace.h"
+#include "renderer/shadows/shadow_traced.h"
+#include "tests/support/closed_form_internal.h"
+#include "tests/support/closed_form_media.h"
+#include "tests/support/image_checks.h"
+
+enum { SIDE_PX = 160 };
+
+static double share_of_differing(const struct image *a, const struct image *b, double tolerance)
+{
+    int differing = 0;
+    for (int i = 0; i < a->width_px * a->height_px; i++) {
+        const float *p = image_pixel_f32(a, i % a->width_px, i / a->width_px);
+        const float *q = image_pixel_f32(b, i % a->width_px, i / a->width_px);
+        bool differs = false;
+        for (int k = 0; k < 4; k++)
+            differs |= !(fabs((double)p[k] - (double)q[k]) <= tolerance * (1 + (double)q[k]));
+        differing += differs;
+    }
+    return (double)differing / (a->width_px * a->height_px);
+}
+
+/* Share of pixels that differ from the picture that is traced as a whole. */
+static double compare(struct renderer *renderer, const struct rig_scene *rig, struct view view,
+                      const char *name, double tolerance)
+{
+    struct frame frame;
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    shoot(renderer, rig, &view, &frame);
+    assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
+    assert_true(report_has_pass(&frame.report, "shadow.trace", "raytraced-shadows"));
+    assert_false(report_has_pass(&frame.report, "shadow.depth", NULL));
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    struct image whole = shoot_color(renderer, rig, &view);
+    double share = share_of_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &whole, tolerance);
+    printf("%s: %.3f %% of pixels differ by more than %g; %llu rays\n", name, 100 * share,
+           tolerance, (unsigned long long)frame.report.counts.shadow_rays);
+    save_picture(&frame.outputs[VIEW_OUTPUT_COLOR], "raytraced_shadows");
+    save_picture(&whole, "raytraced_whole");
+    frame_finish(&frame);
+    image_finish(&whole);
+    return share;
+}
+
+/* The same of the pictures without any shadow: surfaces alone. */
+static double compare_bare(struct renderer *renderer, const struct rig_scene *rig, struct view view,
+                           double tolerance)
+{
+    struct scene_state state;
+    struct camera camera;
+    struct image traced;
+    struct error err = {0};
+    view.quality.shadows = VIEW_SHADOWS_NONE;
+    struct image raster = shoot_color(renderer, rig, &view);
+    assert_true(scene_state_init(&state, &rig->imported.scene, &view, &err));
+    assert_true(camera_resolve(&camera, &view, &state, &err));
+    struct raytrace_desc desc = {
+        .view = &view, .state = &state, .camera = &camera, .samples_per_side = 2};
+    assert_true(raytrace_render(&desc, &traced, NULL, &err));
+    double share = share_of_differing(&raster, &traced, tolerance);
+    image_finish(&traced);
+    image_finish(&raster);
+    scene_state_finish(&state);
+    return share;
+}
+
+static struct view make_view(const char *camera, int samples)
+{
+    return (struct view){.width_px = SIDE_PX,
+                         .height_px = SIDE_PX,
+                         .camera = {.kind = VIEW_CAMERA_NODE, .node = camera},
+                         .quality = {.samples = samples}};
+}
+
+/* At pixel centres both shade the same points. What differs are pixels and rays at edges, which
+ * f32 sends past their other side. */
+static void pixels_equal_those_of_whole_traced_pictures(void **state)
+{
+    for (uint64_t seed = 1; seed <= 6; seed++) {
+        struct closed_form_scene scene;
+        struct rig_scene rig;
+        random_panes_scene_build(
+            &(struct random_panes_scene_desc){
+                .pane_count = 12, .seed = seed, .light = (enum glb_light_type)(seed % 3)},
+            &scene);
+        rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
+        assert_true(compare(*state, &rig, make_view("Floor", 1), "panes", 2e-4) <= 1e-3);
+        rig_scene_finish(&rig, *state);
+        closed_form_scene_finish(&scene);
+    }
+}
+
+/* Curved bodies, glass among them, many lights. In an antialiased picture pixels on silhouettes
+ * differ without shadows already, because surfaces and their normals there are not taken at the
+ * same points; shadows add none. */
+static void a_room_of_lights_equals_its_whole_traced_picture(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    room_scene_build(&(struct room_scene_desc){.light_count = 60, .seed = 7, .glass_spheres = 15},
+                     &scene);
+    rig_scene_open(&rig, *state, "room", scene.glb, scene.size_bytes);
+    assert_true(compare(*state, &rig, make_view("Room", 1), "room", 1e-3) <= 5e-3);
+    struct view view = make_view("Room", 4);
+    double bare = compare_bare(*state, &rig, view, 5e-3);
+    printf("without shadows %.3f %%; ", 100 * bare);
+    assert_true(compare(*state, &rig, view, "room, 4 samples", 5e-3) <= bare);
+    view = make_view("", 1);
+    view.camera = (struct view_camera){
+        .kind = VIEW_CAMERA_LOOK_AT, .eye = {4, 5, 8}, .target = {0, 2, 0}, .ortho_height = 6};
+    assert_true(compare(*state, &rig, view, "room, orthographic", 1e-3) <= 5e-3);
+    double cut[4] = {0, -1, 0, 4}; /* takes the ceiling away, and the lamps that hang above */
+    view.clip_planes = (const double(*)[4]) & cut;
+    view.clip_plane_count = 1;
+    assert_true(compare(*state, &rig, view, "room, cut", 1e-3) <= 5e-3);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+/* One picture in several windows. */
+static void a_wide_picture_comes_in_windows(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 12, .seed = 3},
+                             &scene);
+    rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
+    struct view view = make_view("", 1);
+    view.width_px = 5000;
+    view.height_px = 6;
+    view.camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
+                                       .eye = {0, 0.9, 0},
+                                       .target = {0, 0, 0},
+                                       .up = {0, 0, 1},
+                                       .fov_y_deg = 0.4};
+    assert_true(compare(*state, &rig, view, "5000 x 6", 2e-4) <= 2e-3);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+/* Lights that shine from below fill the lists, brighten nothing and send no ray; the filters of all
+ * of them do not fit into one slice. */
+static void more_filters_than_one_slice_holds_lose_nothing(void **state)
+{
+    enum { LIGHTS = 140, SIDE = 400 };
+    static struct view_light lights[LIGHTS];
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 6, .seed = 4}, &scene);
+    rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
+    struct view view = make_view("Floor", 1);
+    view.width_px = view.height_px = SIDE;
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    struct image few = shoot_color(*state, &rig, &view);
+    for (int i = 0; i < LIGHTS; i++)
+        lights[i] = (struct view_light){.type = SCENE_LIGHT_DIRECTIONAL,
+                                        .direction = {0.1, 1, 0.01 * i},
+                                        .color = {1, 1, 1},
+                                        .intensity = 1};
+    view.lights = lights;
+    view.light_count = LIGHTS;
+    assert_true((long)SIDE * SIDE * (LIGHTS + 1) > TRACED_FILTERS_MAX);
+    struct frame frame;
+    shoot(*state, &rig, &view, &frame);
+    assert_images_close(&frame.outputs[VIEW_OUTPUT_COLOR], &few, 1e-3, 1e-6);
+    assert_int_equal(frame.report.counts.shadowed_lights, LIGHTS + 1);
+    assert_true(frame.report.counts.shadow_rays <= 2 * SIDE * SIDE);
+    frame_finish(&frame);
+    image_finish(&few);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+/* -- what the frame says -- */
+
+static void rays_are_only_for_lights_with_casters(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct view_light lamp = {
+        .type = SCENE_LIGHT_POINT, .position = {0, 2, 0}, .color = {1, 1, 1}, .intensity = 5};
+    media_scene_build(&(struct media_scene_desc){.has_floor = true}, &scene);
+    rig_scene_open(&rig, *state, "floor", scene.glb, scene.size_bytes);
+    struct view view = make_view("", 1);
+    view.camera =
+        (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 1, 1}, .target = {0, 0, 0}};
+    view.lights = &lamp;
+    view.light_count = 1;
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    lamp.casts_no_shadow = true;
+    struct frame frame;
+    shoot(*state, &rig, &view, &frame);
+    assert_false(report_has_pass(&frame.report, "shadow", NULL));
+    assert_false(report_has_pass(&frame.report, "raytrace", NULL));
+    assert_int_equal(frame.report.counts.shadow_rays, 0);
+    view.quality.shadows = VIEW_SHADOWS_NONE;
+    struct image bare = shoot_color(*state, &rig, &view);
+    assert_same_bits(&frame.outputs[VIEW_OUTPUT_COLOR], &bare);
+    frame_finish(&frame);
+    image_finish(&bare);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+/* The structure is the ray tracer's own: either form takes over what the other has built. */
+static void the_scene_is_kept_between_frames_and_forms(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct frame frames[3];
+    random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 8, .seed = 9}, &scene);
+    rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
+    struct view view = make_view("Floor", 4);
+    for (int i = 0; i < 3; i++) {
+        view.quality.shadows = i == 1 ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_RAYTRACED_SHADOWS;
+        shoot(*state, &rig, &view, &frames[i]);
+    }
+    assert_true(report_has_pass(&frames[0].report, "raytrace.build", "raytraced-shadows"));
+    assert_true(report_has_reused(&frames[1].report, "raytrace.build"));
+    assert_true(report_has_reused(&frames[2].report, "raytrace.build"));
+    assert_same_bits(&frames[0].outputs[VIEW_OUTPUT_COLOR], &frames[2].outputs[VIEW_OUTPUT_COLOR]);
+    for (int i = 0; i < 3; i++)
+        frame_finish(&frames[i]);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+static void linked_light_lists_are_refused(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 1, .seed = 1}, &scene);
+    rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
+    struct view view = make_view("Floor", 1);
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
+    struct frame frame;
+    struct error err = {0};
+    assert_false(renderer_render(*state, rig.key, &view, &frame, &err));
+    assert_int_equal(err.code, ERROR_INVALID_REQUEST);
+    assert_non_null(strstr(err.message, "light_lists"));
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pixels_equal_those_of_whole_traced_pictures),
+        cmocka_unit_test(a_room_of_lights_equals_its_whole_traced_picture),
+        cmocka_unit_test(a_wide_picture_comes_in_windows),
+        cmocka_unit_test(more_filters_than_one_slice_holds_lose_nothing),
+        cmocka_unit_test(rays_are_only_for_lights_with_casters),
+        cmocka_unit_test(the_scene_is_kept_between_frames_and_forms),
+        cmocka_unit_test(linked_light_lists_are_refused),
+    };
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
+}
