@@ -93,6 +93,10 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .budget_bytes = renderer->budget_bytes,
         .used_bytes = renderer_used_bytes(renderer),
     };
+    struct program_cache_stats programs;
+    program_cache_get_stats(renderer->programs, &programs);
+    info->programs_built = programs.misses;
+    info->programs_reused = programs.hits;
     snprintf(info->vendor, sizeof info->vendor, "%s", limits->vendor);
     snprintf(info->renderer, sizeof info->renderer, "%s", limits->renderer);
     snprintf(info->version, sizeof info->version, "%s", limits->version);

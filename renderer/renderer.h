@@ -34,8 +34,9 @@ struct renderer_info {
     uint64_t max_storage_block_bytes;
     bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;
-    bool is_robust;                    /* context reports resets */
-    uint64_t budget_bytes, used_bytes; /* used is current at the time of the call */
+    bool is_robust;                           /* context reports resets */
+    uint64_t programs_built, programs_reused; /* since the start: compiled, and found compiled */
+    uint64_t budget_bytes, used_bytes;        /* used is current at the time of the call */
 };
 
 /* Creates the context and runs the self-test (fragment side effects, compute, timers).

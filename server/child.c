@@ -66,6 +66,8 @@ static bool environment_init_worker(struct environment *environment, const char 
         is_good = environment_add(environment, *entry, "");
     if (is_good && cache_dir && !getenv("MESA_SHADER_CACHE_DIR"))
         is_good = environment_add(environment, "MESA_SHADER_CACHE_DIR=", cache_dir);
+    if (is_good && cache_dir && !getenv("MESA_SHADER_CACHE_MAX_SIZE"))
+        is_good = environment_add(environment, "MESA_SHADER_CACHE_MAX_SIZE=", "256M");
     if (is_good && cache_dir && !getenv("__GL_SHADER_DISK_CACHE_PATH"))
         is_good = environment_add(environment, "__GL_SHADER_DISK_CACHE_PATH=", cache_dir);
     return is_good;

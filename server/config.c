@@ -55,6 +55,8 @@ static const struct key keys[] = {
     {"drain-timeout-s", KEY_INT, AT(drain_timeout_s), 0, 86400,
      "how long a stop waits for renders in flight"},
     {"connections", KEY_INT, AT(connections), 8, 65536, "open connections, all clients together"},
+    {"no-warm-up", KEY_BOOL, AT(no_warm_up), 0, 0,
+     "do not draw new scenes once, small, while there is nothing else to do"},
     {"dump-shaders", KEY_PATH, AT(dump_shaders), 0, 0,
      "existing directory that gets the source of every shader composed; for debugging"},
     {"views", KEY_INT, AT(views), 1, 65536, "views at once, all clients together"},

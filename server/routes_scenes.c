@@ -6,6 +6,7 @@
 
 #include "server/router.h"
 #include "server/upload.h"
+#include "server/warm_up.h"
 
 /* A POST on its way: the exchange owns it. */
 struct scene_post {
@@ -83,6 +84,18 @@ static void open_post(struct service *service, struct http_exchange *exchange, c
                                            .max_bytes = service->config->max_upload_bytes});
 }
 
+/* Without it the first render of the scene takes longer, that is all. */
+static void warm_up(struct service *service, const char *id)
+{
+    struct error ignored = {0};
+    if (service->config->no_warm_up || atomic_load(&service->is_draining))
+        return;
+    struct render_task *task =
+        warm_up_task(service->store, supervisor_next_ticket(service->supervisor), id, &ignored);
+    if (task)
+        supervisor_warm_up(service->supervisor, task);
+}
+
 /* On a thread of the decode pool. */
 static void decoded(void *context, bool is_new, const struct error *problem)
 {
@@ -91,6 +104,8 @@ static void decoded(void *context, bool is_new, const struct error *problem)
         http_reply_error(post->exchange, problem);
     else
         reply_stored(post->service, post->exchange, post->id, is_new);
+    if (problem->code == ERROR_NONE)
+        warm_up(post->service, post->id);
     http_resume(post->exchange);
 }
 

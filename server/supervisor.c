@@ -18,6 +18,7 @@
 #include "server/child.h"
 #include "server/ipc.h"
 #include "server/quarantine.h"
+#include "server/warm_up.h"
 
 enum {
     START_MS = 180000, /* a cold shader cache on a software rasteriser, with room */
@@ -49,6 +50,8 @@ struct supervisor {
     pthread_mutex_t mutex; /* guards all below */
     bool is_stopping, is_draining;
     struct render_queue queue;
+    struct warm_ups warm_ups; /* sent when there is nothing else to do */
+    int64_t asked_ms;         /* when someone last submitted a task */
     struct quarantine quarantine;
     struct flight flights[DEPTH_MAX]; /* in the order they were sent */
     int flight_count, depth;
@@ -87,8 +90,10 @@ static void wake(struct supervisor *supervisor)
 
 static void end_task(struct supervisor *supervisor, struct render_task *task)
 {
+    bool is_good = task->outcome.problem.code == ERROR_NONE;
+    supervisor->totals.warm_ups += is_good && warm_up_is_step(task->question);
     if (task->question)
-        supervisor->totals.answered += task->outcome.problem.code == ERROR_NONE;
+        supervisor->totals.answered += is_good;
     else if (task->outcome.problem.code == ERROR_NONE)
         supervisor->totals.rendered++;
     else
@@ -337,6 +342,8 @@ static uint64_t number(const json_t *json, const char *key)
 static void totals_message(struct supervisor *supervisor, const json_t *json)
 {
     struct supervisor_totals *totals = &supervisor->totals;
+    totals->programs_built = number(json, "programs_built");
+    totals->programs_reused = number(json, "programs_reused");
     totals->gpu_used_bytes = number(json, "gpu_used_bytes");
     totals->cache_bytes = number(json, "cache_bytes");
     totals->cache_scenes = number(json, "cache_scenes");
@@ -456,6 +463,30 @@ static bool send_task(struct supervisor *supervisor, struct render_task *task)
     return is_sent;
 }
 
+/* When the next warm-up may be sent; INT64_MAX for none, or none for now. Under the mutex. */
+static int64_t warm_up_due_ms(const struct supervisor *supervisor)
+{
+    if (!supervisor->warm_ups.count || supervisor->state != WORKER_READY ||
+        supervisor->flight_count > 0 || supervisor->is_draining)
+        return INT64_MAX;
+    int64_t since = supervisor->asked_ms > supervisor->last_event_ms ? supervisor->asked_ms
+                                                                     : supervisor->last_event_ms;
+    return since + WARM_UP_IDLE_MS;
+}
+
+/* Under the mutex. */
+static bool send_warm_up(struct supervisor *supervisor)
+{
+    if (now_ms() < warm_up_due_ms(supervisor))
+        return true;
+    struct render_task *task = warm_ups_take(&supervisor->warm_ups);
+    struct error problem = {0};
+    if (quarantine_check(&supervisor->quarantine, task->scene, &problem))
+        return send_task(supervisor, task);
+    render_task_destroy(task);
+    return true;
+}
+
 /* Under the mutex. False when the worker no longer listens; then its socket will say so, too. */
 static bool feed_worker(struct supervisor *supervisor)
 {
@@ -470,7 +501,7 @@ static bool feed_worker(struct supervisor *supervisor)
     }
     json_t *ids = supervisor->flight_count == 0 ? take_forgotten(supervisor) : NULL;
     if (!ids)
-        return true;
+        return send_warm_up(supervisor);
     json_t *message = json_pack("{s:s,s:o}", "op", "forget", "forget", ids);
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, NULL, 0, NULL);
     json_decref(message);
@@ -533,6 +564,7 @@ static int look_around(struct supervisor *supervisor)
     int64_t until =
         supervisor->state == WORKER_NONE ? supervisor->next_start_ms : next_deadline(supervisor);
     bool is_late = supervisor->state != WORKER_NONE && now >= until;
+    int64_t due = warm_up_due_ms(supervisor);
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_deaf) {
         bury_worker(supervisor, NULL, false);
@@ -544,7 +576,7 @@ static int look_around(struct supervisor *supervisor)
         bury_worker(supervisor, reason, true);
         return 0;
     }
-    int64_t left = until - now;
+    int64_t left = (due < until ? due : until) - now;
     return left > 60000 ? 60000 : left < 0 ? 0 : (int)left;
 }
 
@@ -613,6 +645,7 @@ void supervisor_destroy(struct supervisor *supervisor)
     while (supervisor->flight_count > 0)
         refuse_task(supervisor, supervisor->flights[--supervisor->flight_count].task, &stopping);
     refuse_waiting(supervisor, &stopping);
+    warm_ups_drop(&supervisor->warm_ups, NULL);
     pthread_mutex_unlock(&supervisor->mutex);
     tell_ended(supervisor);
     json_decref(supervisor->forgotten);
@@ -647,10 +680,22 @@ bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, 
     if (is_good && !render_queue_push(&supervisor->queue, task, LIMIT_QUEUE_DEPTH))
         is_good = error_set(err, ERROR_OVERLOADED, "%d renders are waiting, which is the limit",
                             LIMIT_QUEUE_DEPTH);
+    supervisor->asked_ms = now_ms();
+    if (is_good && !task->question)
+        warm_ups_drop(&supervisor->warm_ups, task->scene); /* the render does that */
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_good)
         wake(supervisor);
     return is_good;
+}
+
+void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor->asked_ms = now_ms();
+    warm_ups_add(&supervisor->warm_ups, task);
+    pthread_mutex_unlock(&supervisor->mutex);
+    wake(supervisor);
 }
 
 void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket)
@@ -678,6 +723,7 @@ void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
 {
     pthread_mutex_lock(&supervisor->mutex);
     quarantine_forgive(&supervisor->quarantine, scene);
+    warm_ups_drop(&supervisor->warm_ups, scene);
     if (supervisor->state != WORKER_NONE)
         json_array_append_new(supervisor->forgotten, json_string(scene));
     pthread_mutex_unlock(&supervisor->mutex);

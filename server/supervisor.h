@@ -38,6 +38,10 @@ uint64_t supervisor_next_ticket(struct supervisor *supervisor); /* never 0, neve
 MUST_CHECK bool supervisor_submit(struct supervisor *supervisor, struct render_task *task,
                                   struct error *err);
 
+/* Takes a task of warm_up_task: sent once the worker has been idle, dropped when a render of its
+ * scene comes first. */
+void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task);
+
 /* Ends a waiting task with ERROR_OVERLOADED; one that the worker has goes on. No-op for unknown
  * tickets. */
 void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket);
@@ -61,6 +65,8 @@ struct supervisor_totals {
     uint64_t worker_starts, worker_crashes, worker_timeouts;
     uint64_t waiting, in_flight, quarantined;
     double oldest_wait_s;
+    uint64_t warm_ups;                        /* done */
+    uint64_t programs_built, programs_reused; /* of shaders, by the worker that runs */
     uint64_t gpu_used_bytes, cache_bytes, cache_scenes, cache_hits, cache_misses, cache_evictions;
     int worker_pid; /* 0 = none */
 };

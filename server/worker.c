@@ -17,6 +17,7 @@
 #include "server/measure.h"
 #include "server/pick.h"
 #include "server/view_mapping.h"
+#include "server/warm_up.h"
 
 enum { ENCODE_THREADS_MAX = 4 };
 
@@ -86,8 +87,10 @@ static void send_totals(struct worker *worker)
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->scenes);
     renderer_get_info(worker->renderer, &worker->info);
     send_message(worker,
-                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals", "gpu_used_bytes",
-                           (json_int_t)worker->info.used_bytes, "cache_bytes",
+                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals",
+                           "programs_built", (json_int_t)worker->info.programs_built,
+                           "programs_reused", (json_int_t)worker->info.programs_reused,
+                           "gpu_used_bytes", (json_int_t)worker->info.used_bytes, "cache_bytes",
                            (json_int_t)totals.bytes, "cache_scenes", (json_int_t)totals.scenes,
                            "cache_hits", (json_int_t)totals.hits, "cache_misses",
                            (json_int_t)totals.misses, "cache_evictions",
@@ -166,6 +169,8 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                                                     .request = request,
                                                     .question = question},
                              fd, err);
+    if (warm_up_is_step(question))
+        return warm_up_step(worker->renderer, request, err);
     if (pick_is_step(question))
         return pick_step(&(struct pick_step_desc){.renderer = worker->renderer,
                                                   .scene = mapped_scenes_newest(worker->scenes),
@@ -192,6 +197,7 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
     if (read_request(worker, message, &request, &problem))
         result = answer(worker, message, &request, &fd, &problem);
     render_request_finish(&request);
+    send_totals(worker);
     bool is_lost = problem.code == ERROR_NO_DEVICE;
     if (result)
         send_message(

@@ -28,7 +28,7 @@ static void load(void)
         return;
     }
     memcpy(slash + 1, module_name, sizeof module_name);
-    void *module = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    void *module = dlopen(path, RTLD_LAZY | RTLD_LOCAL);
     const struct oiio_functions *(*get)(void) = NULL;
     if (module)
         *(void **)&get = dlsym(module, "oiio_get_functions");

@@ -275,7 +275,7 @@ class Reply:
 class Daemon:
     """A vitraild on a port of its own. Leaves nothing behind."""
 
-    def __init__(self, *flags, program=FAKE, state_dir=None, environment=None):
+    def __init__(self, *flags, program=FAKE, state_dir=None, environment=None, warms_up=False):
         self.folder = tempfile.TemporaryDirectory(prefix="vitrail-test-")
         self.state_dir = state_dir or os.path.join(self.folder.name, "state")
         self.log_path = os.path.join(self.folder.name, "log")
@@ -283,7 +283,8 @@ class Daemon:
         changed = {**clean, **(environment or {})}  # None takes a variable away
         with open(self.log_path, "wb") as log:
             self.process = subprocess.Popen(
-                [program, "--listen", "127.0.0.1:0", "--state-dir", self.state_dir, *flags],
+                [program, "--listen", "127.0.0.1:0", "--state-dir", self.state_dir,
+                 *([] if warms_up else ["--no-warm-up"]), *flags],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=log,

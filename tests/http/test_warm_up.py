@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""Scenes that were posted are warmed up while the worker idles, never at the cost of a render."""
+import os
+import subprocess
+import tempfile
+import time
+import unittest
+
+import support
+
+REAL = os.path.join(support.BIN, "vitraild")
+GLB = {"Content-Type": "model/gltf-binary"}
+
+
+def demo_scene():
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "demo.glb")
+        subprocess.run([os.path.join(support.BIN, "vitrail"), "demo-scene", "-o", path], check=True,
+                       stdout=subprocess.DEVNULL,
+                       env={k: v for k, v in os.environ.items() if not k.startswith("VITRAIL_")})
+        with open(path, "rb") as stream:
+            return stream.read()
+
+
+class WarmUp(unittest.TestCase):
+    def setUp(self):
+        self.daemon = support.Daemon("--auto", "raster", program=REAL, warms_up=True)
+        self.addCleanup(self.daemon.__exit__)
+        support.wait_until(lambda: self.daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+
+    def post(self, content):
+        return self.daemon.request("POST", "/v1/scenes", content, GLB).json()["id"]
+
+    def counts(self, scene):
+        reply = self.daemon.request("POST", "/v1/renders", {"scene": scene, "width": 320,
+                                                            "height": 240})
+        self.assertEqual(200, reply.status, reply.body[:300])
+        link = reply.header("Link")
+        return self.daemon.request("GET", link[1:link.index(">")]).json()["counts"]
+
+    def metric(self, name):
+        for line in self.daemon.raw("GET", "/metrics").body.decode().splitlines():
+            if line.startswith(name + " "):
+                return float(line.rsplit(" ", 1)[1])
+        return self.fail("no metric " + name)
+
+    def wait_for_warm_ups(self, count):
+        deadline = time.monotonic() + 120
+        while self.metric("vitrail_warm_ups_total") < count:
+            self.assertLess(time.monotonic(), deadline, self.daemon.log())
+            time.sleep(0.1)
+
+    def test_the_first_frame_of_a_warm_scene_compiles_and_builds_nothing(self):
+        scene = self.post(demo_scene())
+        self.wait_for_warm_ups(1)
+        built = self.metric("vitrail_shader_programs_built_total")
+        self.assertGreater(built, 0)
+        counts = self.counts(scene)
+        self.assertEqual(0, counts["programs_built"])
+        self.assertGreater(counts["programs_reused"], 0)
+        self.assertEqual(0, counts["shadow_maps_built"])
+        self.assertGreater(counts["shadow_maps_reused"], 0)
+        self.assertEqual(built, self.metric("vitrail_shader_programs_built_total"))
+        self.assertGreater(self.metric("vitrail_shader_programs_reused_total"), 0)
+
+    def test_a_render_at_once_comes_first_and_warms_up_itself(self):
+        scene = self.post(support.triangle())
+        self.counts(scene)
+        time.sleep(1)
+        self.assertEqual(0, self.metric("vitrail_warm_ups_total"))
+        self.assertEqual(0, self.counts(scene)["programs_built"])
+
+    def test_a_scene_that_is_gone_is_not_warmed_up(self):
+        scene = self.post(support.triangle())
+        self.daemon.request("DELETE", "/v1/scenes/" + scene)
+        time.sleep(1)
+        self.assertEqual(0, self.metric("vitrail_warm_ups_total"))
+
+
+if __name__ == "__main__":
+    support.needs(REAL)
+    support.run_tests()
