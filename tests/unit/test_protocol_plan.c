@@ -12,7 +12,8 @@
 
 static struct plan_document two_passes(void)
 {
-    struct plan plan = {.samples = 4, .pass_count = 2, .deep_lights = 3, .shadow_texels = 4096};
+    struct plan plan = {
+        .samples = 4, .pass_count = 2, .deep_lights = 3, .shadow_texels = 4096, .least_batches = 2};
     struct render_request request = {.width = 64, .height = 32, .scene = "abc"};
     struct plan_document document;
     for (int i = 0; i < PLAN_NEED_COUNT; i++) {
@@ -63,6 +64,7 @@ static void json_holds_every_requirement_and_pass(void **state)
     const json_t *counts = json_object_get(json, "counts");
     assert_int_equal(json_integer_value(json_object_get(counts, "deep_lights")), 3);
     assert_int_equal(json_integer_value(json_object_get(counts, "shadow_texels")), 4096);
+    assert_int_equal(json_integer_value(json_object_get(counts, "light_batches")), 2);
     json_decref(json);
     free(text);
 }
@@ -78,6 +80,7 @@ static void text_parts_what_is_required_from_what_is_not(void **state)
     assert_true(met < unmet);
     assert_true(strstr(text, "layers") > unmet);
     assert_non_null(strstr(text, "3.0 MiB"));
+    assert_non_null(strstr(text, "in at least 2 batches"));
     free(text);
 }
 
