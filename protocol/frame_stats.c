@@ -231,6 +231,10 @@ static json_t *write_chosen(const struct frame_stats_chosen *chosen)
     json_put_text(&writer, "shadows", chosen->shadows);
     json_put(&writer, "shadow_resolution", number_or_null(chosen->shadow_resolution));
     json_put(&writer, "shadow_taps", number_or_null(chosen->shadow_taps));
+    json_put(&writer, "shadow_compression",
+             chosen->shadow_compression > 0 ? json_real(chosen->shadow_compression) : json_null());
+    json_put(&writer, "shadow_prefilter",
+             number_or_null(chosen->shadow_prefilter > 1 ? chosen->shadow_prefilter : 0));
     json_put(&writer, "samples", json_integer(chosen->samples));
     json_put(&writer, "expected_ms",
              chosen->expected_ms > 0 ? json_real(rounded(chosen->expected_ms)) : json_null());
@@ -380,6 +384,8 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
     struct json_node resolution = json_member(node, "shadow_resolution");
     struct json_node taps = json_member(node, "shadow_taps");
     struct json_node samples = json_member(node, "samples");
+    struct json_node compression = json_member(node, "shadow_compression");
+    struct json_node prefilter = json_member(node, "shadow_prefilter");
     struct json_node ms = json_member(node, "expected_ms");
     struct json_node because = json_member(node, "because");
     struct json_node source = json_member(node, "source");
@@ -392,6 +398,8 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
            json_read_int(&resolution, 0, LIMIT_SHADOW_RESOLUTION, &chosen->shadow_resolution) &&
            json_read_int(&taps, 0, 16, &chosen->shadow_taps) &&
            json_read_int(&samples, 1, 256, &chosen->samples) &&
+           json_read_number(&compression, 0, 1, &chosen->shadow_compression) &&
+           json_read_int(&prefilter, 0, LIMIT_PREFILTER, &chosen->shadow_prefilter) &&
            json_read_number(&ms, 0, INFINITY, &chosen->expected_ms) &&
            json_read_text(&because, chosen->because, sizeof chosen->because);
 }

@@ -63,6 +63,8 @@ struct frame_stats_chosen {
     enum frame_choice_source source;
     char shadows[FRAME_STATS_NAME_BYTES]; /* "" = nothing was chosen */
     int shadow_resolution, shadow_taps;   /* 0 where the technique has none */
+    double shadow_compression;            /* of deep lists; 0 = exact */
+    int shadow_prefilter;                 /* of deep lists; 0 and 1 = none */
     int samples;
     double expected_ms;
     char because[FRAME_STATS_TEXT_BYTES];

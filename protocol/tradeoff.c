@@ -95,6 +95,16 @@ void tradeoff_warn(struct tradeoff *tradeoff, const char *format, ...)
     utf8_sanitize(text, length >= TRADEOFF_TEXT_BYTES);
 }
 
+void tradeoff_lists_label(const struct tradeoff_setting *setting, char label[32])
+{
+    char error[16] = "", rays[16] = "";
+    if (setting->shadow_compression > 0)
+        snprintf(error, sizeof error, ", e %.3g", setting->shadow_compression);
+    if (setting->shadow_prefilter > 1)
+        snprintf(rays, sizeof rays, ", k %d", setting->shadow_prefilter);
+    snprintf(label, 32, "%s%s", rays, error);
+}
+
 void tradeoff_setting_label(const struct tradeoff_setting *setting,
                             char label[TRADEOFF_LABEL_BYTES])
 {
@@ -102,8 +112,10 @@ void tradeoff_setting_label(const struct tradeoff_setting *setting,
     if (setting->shadow_resolution)
         snprintf(map, sizeof map, " %d, %d tap%s", setting->shadow_resolution, setting->shadow_taps,
                  setting->shadow_taps == 1 ? "" : "s");
-    snprintf(label, TRADEOFF_LABEL_BYTES, "%.12s%s, %d sample%s",
-             request_shadows_name((int)setting->shadows), map, setting->samples,
+    char lists[32];
+    tradeoff_lists_label(setting, lists);
+    snprintf(label, TRADEOFF_LABEL_BYTES, "%.12s%s%s, %d sample%s",
+             request_shadows_name((int)setting->shadows), map, lists, setting->samples,
              setting->samples == 1 ? "" : "s");
 }
 
@@ -153,8 +165,13 @@ static void write_csv_row(FILE *out, const struct tradeoff_row *row)
     fprintf(out, "%.9g,%.9g,%.9g,", row->rmse, row->p999, row->max);
     if (row->flip >= 0)
         fprintf(out, "%.9g", row->flip);
-    fprintf(out, ",%llu,%s\r\n", (unsigned long long)row->bytes,
-            row->is_on_front ? "true" : "false");
+    fprintf(out, ",%llu,%s,", (unsigned long long)row->bytes, row->is_on_front ? "true" : "false");
+    if (setting->shadow_compression > 0)
+        fprintf(out, "%.9g", setting->shadow_compression);
+    if (setting->shadow_prefilter > 1)
+        fprintf(out, ",%d\r\n", setting->shadow_prefilter);
+    else
+        fputs(",\r\n", out);
 }
 
 char *tradeoff_to_csv(const struct tradeoff *tradeoff)
@@ -166,7 +183,7 @@ char *tradeoff_to_csv(const struct tradeoff *tradeoff)
         return NULL;
     fputs("shadows,shadow_resolution,shadow_taps,samples,warm_ms_median,warm_ms_spread,"
           "warm_ms_max,warm_runs,cold_ms_median,cold_ms_spread,cold_ms_max,cold_runs,"
-          "rmse,p999,max,flip,bytes,on_front\r\n",
+          "rmse,p999,max,flip,bytes,on_front,shadow_compression,shadow_prefilter\r\n",
           out);
     for (int i = 0; i < tradeoff->row_count; i++)
         write_csv_row(out, &tradeoff->rows[i]);

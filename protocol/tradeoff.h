@@ -72,6 +72,8 @@ struct tradeoff_setting {
     enum request_shadows shadows;
     int shadow_resolution, shadow_taps; /* 0 where the technique has none */
     int samples;
+    double shadow_compression; /* of deep lists; 0 = exact */
+    int shadow_prefilter;      /* of deep lists; 0 and 1 = none */
 };
 
 /* Runs of one setting, in the order they were made. */
@@ -135,6 +137,8 @@ void tradeoff_skip(struct tradeoff *tradeoff, const char *what, const char *form
 void tradeoff_warn(struct tradeoff *tradeoff, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
+/* What a setting says of deep lists, as ", k 2, e 0.02"; "" where they are exact. */
+void tradeoff_lists_label(const struct tradeoff_setting *setting, char label[32]);
 /* "deep 1024, 4 taps, 1 sample" */
 enum { TRADEOFF_LABEL_BYTES = 64 };
 void tradeoff_setting_label(const struct tradeoff_setting *setting,

@@ -61,6 +61,12 @@ static json_t *write_row(const struct tradeoff_row *row)
     json_put(&writer, "shadow_resolution", integer_or_null(row->setting.shadow_resolution));
     json_put(&writer, "shadow_taps", integer_or_null(row->setting.shadow_taps));
     json_put(&writer, "samples", json_integer(row->setting.samples));
+    json_put(&writer, "shadow_compression",
+             row->setting.shadow_compression > 0 ? json_real(row->setting.shadow_compression)
+                                                 : json_null());
+    json_put(
+        &writer, "shadow_prefilter",
+        integer_or_null(row->setting.shadow_prefilter > 1 ? row->setting.shadow_prefilter : 0));
     json_put(&writer, "warm_ms", write_times(&row->warm));
     json_put(&writer, "cold_ms", write_times(&row->cold));
     json_put(&writer, "error", write_error(row));
@@ -238,11 +244,16 @@ static bool read_row(const struct json_node *node, struct tradeoff_row *row)
     struct json_node warm = json_member(node, "warm_ms"), cold = json_member(node, "cold_ms");
     struct json_node error = json_member(node, "error"), bytes = json_member(node, "bytes");
     struct json_node front = json_member(node, "on_front"), image = json_member(node, "image");
+    struct json_node compression = json_member(node, "shadow_compression");
+    struct json_node prefilter = json_member(node, "shadow_prefilter");
     int technique = 0;
     if (!json_expect_present(&shadows) || !json_read_choice(&shadows, &names, &technique) ||
         !json_read_int(&resolution, 0, LIMIT_SHADOW_RESOLUTION, &row->setting.shadow_resolution) ||
         !json_read_int(&taps, 0, 16, &row->setting.shadow_taps) || !json_expect_present(&samples) ||
-        !json_read_int(&samples, 1, 256, &row->setting.samples))
+        !json_read_int(&samples, 1, 256, &row->setting.samples) ||
+        !json_read_number(&compression, LIMIT_COMPRESSION_LEAST, LIMIT_COMPRESSION_MOST,
+                          &row->setting.shadow_compression) ||
+        !json_read_int(&prefilter, 1, LIMIT_PREFILTER, &row->setting.shadow_prefilter))
         return false;
     row->setting.shadows = (enum request_shadows)technique;
     return read_times(&warm, &row->warm) && read_times(&cold, &row->cold) &&

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/limits.h"
 #include "protocol/utf8.h"
 #include "renderer/plan/choice.h"
 #include "server/tradeoffs_internal.h"
@@ -34,7 +35,8 @@ static void add_rows(struct candidates *candidates, const struct tradeoff *docum
         if (times->count > 0)
             candidates->rows[candidates->count++] = (struct choice_row){
                 .setting = {(enum view_shadows)row->setting.shadows, row->setting.shadow_resolution,
-                            row->setting.shadow_taps, row->setting.samples},
+                            row->setting.shadow_taps, row->setting.samples,
+                            row->setting.shadow_compression, row->setting.shadow_prefilter},
                 .ms = tradeoff_times_max(times),
                 .error = row->rmse,
             };
@@ -147,6 +149,8 @@ static void promise_from(const struct choice_wish *wish, const struct choice *ch
               request_shadows_name((int)setting->shadows));
     promise->chosen.shadow_resolution = setting->shadow_resolution;
     promise->chosen.shadow_taps = setting->shadow_taps;
+    promise->chosen.shadow_compression = setting->shadow_compression;
+    promise->chosen.shadow_prefilter = setting->shadow_prefilter;
     promise->chosen.samples = setting->samples;
     promise->chosen.expected_ms = choice->row->ms;
     promise->chosen.source = source == SOURCE_VIEW    ? FRAME_CHOICE_MEASURED
@@ -160,8 +164,24 @@ static void promise_from(const struct choice_wish *wish, const struct choice *ch
 
 /* ---- the whole ---- */
 
+/* Where exact lists exceed the budget, the error that was asked for is allowed to them, too. */
+static void apply_lists(struct request_quality *quality, const struct choice_setting *setting)
+{
+    bool has_lists = setting->shadows == VIEW_SHADOWS_AUTO || setting->shadows == VIEW_SHADOWS_DEEP;
+    double error = quality->max_error > 0 ? quality->max_error : quality->shadow_fallback;
+    if (setting->shadow_compression > 0 || !has_lists)
+        quality->shadow_compression = setting->shadow_compression;
+    if (setting->shadow_prefilter > 1 || !has_lists)
+        quality->shadow_prefilter = setting->shadow_prefilter > 1 ? setting->shadow_prefilter : 1;
+    if (!has_lists)
+        quality->shadow_fallback = 0;
+    else if (quality->shadow_fallback <= 0 && error >= LIMIT_COMPRESSION_LEAST)
+        quality->shadow_fallback = fmin(error, LIMIT_COMPRESSION_MOST);
+}
+
 static void apply(struct request_quality *quality, const struct choice_setting *setting)
 {
+    apply_lists(quality, setting);
     quality->shadows = (enum request_shadows)setting->shadows;
     if (setting->shadow_resolution) {
         quality->shadow_resolution = setting->shadow_resolution;
@@ -194,6 +214,8 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
         .shadow_resolution = quality->says_shadow_resolution ? quality->shadow_resolution : 0,
         .shadow_taps = quality->says_shadow_taps ? quality->shadow_taps : 0,
         .samples = quality->samples,
+        .shadow_compression = quality->shadow_compression,
+        .shadow_prefilter = quality->shadow_prefilter > 1 ? quality->shadow_prefilter : 0,
     };
     struct candidates *candidates = calloc(1, sizeof *candidates);
     bool is_good = candidates ? tradeoff_view_key(request, key, err)

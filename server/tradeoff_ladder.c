@@ -56,16 +56,43 @@ static void add_maps(struct rungs *rungs, const struct ladder_desc *desc,
                     continue; /* once */
                 int steps = (fixed->says_shadow_resolution ? 0 : resolution_distance(r)) +
                             (fixed->says_shadow_taps ? 0 : taps_distance(taps)) + (samples[s] == 1);
-                add(rungs, (struct tradeoff_setting){shadows, resolution, taps, samples[s]},
+                bool is_deep = shadows == REQUEST_SHADOWS_DEEP;
+                add(rungs,
+                    (struct tradeoff_setting){shadows, resolution, taps, samples[s],
+                                              is_deep ? fixed->shadow_compression : 0,
+                                              is_deep ? fixed->shadow_prefilter : 0},
                     distance + steps);
             }
+}
+
+/* Compressed and averaged lists beside the exact ones, where nothing is said of them. */
+static void add_approximate(struct rungs *rungs, const struct ladder_desc *desc)
+{
+    static const struct {
+        double compression;
+        int resolution, prefilter;
+    } lists[] = {{0.02, 1024, 1}, {0.02, 512, 2}, {0.02, 256, 4}, {0.05, 512, 4}, {0.005, 1024, 2}};
+    const struct request_quality *fixed = desc->fixed;
+    int samples[2], sample_count = raster_samples(desc, samples);
+    if (fixed->shadow_compression > 0 || fixed->shadow_prefilter > 1)
+        return;
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
+        if (sample_count &&
+            (!fixed->says_shadow_resolution || fixed->shadow_resolution == lists[i].resolution))
+            add(rungs,
+                (struct tradeoff_setting){REQUEST_SHADOWS_DEEP, lists[i].resolution,
+                                          fixed->says_shadow_taps ? fixed->shadow_taps : 4,
+                                          samples[sample_count - 1], lists[i].compression,
+                                          lists[i].prefilter},
+                i < 3 ? 1 : 2);
 }
 
 static void add_bare(struct rungs *rungs, const struct ladder_desc *desc, int distance)
 {
     int samples[2], count = raster_samples(desc, samples);
     for (int s = 0; s < count; s++)
-        add(rungs, (struct tradeoff_setting){REQUEST_SHADOWS_NONE, 0, 0, samples[s]},
+        add(rungs,
+            (struct tradeoff_setting){.shadows = REQUEST_SHADOWS_NONE, .samples = samples[s]},
             distance + (samples[s] == 1));
 }
 
@@ -73,7 +100,8 @@ static void add_traced(struct rungs *rungs, const struct ladder_desc *desc)
 {
     for (int s = 1; s < desc->reference_samples; s *= 4)
         if (!desc->fixed->samples || desc->fixed->samples == s)
-            add(rungs, (struct tradeoff_setting){REQUEST_SHADOWS_RAYTRACED, 0, 0, s},
+            add(rungs,
+                (struct tradeoff_setting){.shadows = REQUEST_SHADOWS_RAYTRACED, .samples = s},
                 s > 4 ? 4 : 1);
 }
 
@@ -92,6 +120,8 @@ static void add_shadows(struct rungs *rungs, const struct ladder_desc *desc,
     bool wants_deep = !is_clear || desc->fixed->shadows != REQUEST_SHADOWS_AUTO;
     if (wants_deep && is_open(desc, REQUEST_SHADOWS_DEEP))
         add_maps(rungs, desc, REQUEST_SHADOWS_DEEP, 0);
+    if (!is_clear && is_open(desc, REQUEST_SHADOWS_DEEP))
+        add_approximate(rungs, desc);
     if (is_open(desc, REQUEST_SHADOWS_MAP))
         add_maps(rungs, desc, REQUEST_SHADOWS_MAP, is_clear ? 0 : 3);
     if (wants_deep && is_open(desc, REQUEST_SHADOWS_DEEP_LINKED))

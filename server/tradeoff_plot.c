@@ -282,9 +282,11 @@ static bool is_free(const struct plot *plot, const struct box *box)
 
 static void write_short_label(const struct tradeoff_setting *setting, char text[64])
 {
+    char lists[32];
+    tradeoff_lists_label(setting, lists);
     if (setting->shadow_resolution)
-        snprintf(text, 64, "%s %d, %d taps, ×%d", request_shadows_name((int)setting->shadows),
-                 setting->shadow_resolution, setting->shadow_taps, setting->samples);
+        snprintf(text, 64, "%s %d, %d taps%s, ×%d", request_shadows_name((int)setting->shadows),
+                 setting->shadow_resolution, setting->shadow_taps, lists, setting->samples);
     else
         snprintf(text, 64, "%s ×%d", request_shadows_name((int)setting->shadows), setting->samples);
 }

@@ -58,6 +58,9 @@ static void set_setting(struct run *run, const struct tradeoff_setting *setting)
     quality->shadow_resolution = setting->shadow_resolution ? setting->shadow_resolution : 1024;
     quality->shadow_taps = setting->shadow_taps ? setting->shadow_taps : 4;
     quality->samples = setting->samples;
+    quality->shadow_compression = setting->shadow_compression;
+    quality->shadow_prefilter = setting->shadow_prefilter ? setting->shadow_prefilter : 1;
+    quality->shadow_fallback = 0;
     quality->reference = false;
     quality->area_samples = run->entry->request.render.quality.area_samples;
 }
@@ -129,7 +132,10 @@ static bool probe(struct run *run)
 {
     struct step_result result;
     struct tradeoff *document = &run->entry->document;
-    set_setting(run, &(struct tradeoff_setting){REQUEST_SHADOWS_DEEP, 256, 1, 1});
+    set_setting(run, &(struct tradeoff_setting){.shadows = REQUEST_SHADOWS_DEEP,
+                                                .shadow_resolution = 256,
+                                                .shadow_taps = 1,
+                                                .samples = 1});
     tell(run, TRADEOFF_STAGE_PROBE, 0);
     bool is_good = must_step(run, json_pack("{s:s}", "step", "probe"), &result);
     if (is_good) {

@@ -71,6 +71,8 @@ bool tradeoff_view_key(const struct render_request *request, char key[65], struc
     plain.quality.samples = 0;
     plain.quality.reference = false;
     plain.quality.max_error = plain.quality.budget_ms = 0;
+    plain.quality.shadow_compression = plain.quality.shadow_fallback = 0;
+    plain.quality.shadow_prefilter = 1;
     plain.outputs = 1u << REQUEST_OUTPUT_COLOR;
     plain.format = REQUEST_FORMAT_ANY;
     plain.quality_percent = 0;

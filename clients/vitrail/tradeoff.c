@@ -236,14 +236,21 @@ static double median_ms(const json_t *setting, const char *name)
 
 static void print_setting(const json_t *setting)
 {
-    char name[64];
+    char name[80], lists[32] = "";
     const json_t *resolution = json_object_get(setting, "shadow_resolution");
+    const json_t *rays = json_object_get(setting, "shadow_prefilter");
+    const json_t *error = json_object_get(setting, "shadow_compression");
     const char *shadows = json_string_value(json_object_get(setting, "shadows"));
 
+    if (json_is_integer(rays))
+        snprintf(lists, sizeof lists, ", k %d", (int)json_integer_value(rays));
+    if (json_is_number(error))
+        snprintf(lists + strlen(lists), sizeof lists - strlen(lists), ", e %.3g",
+                 json_number_value(error));
     if (json_is_integer(resolution))
-        snprintf(name, sizeof name, "%.16s %d, %d taps", shadows ? shadows : "?",
+        snprintf(name, sizeof name, "%.16s %d, %d taps%s", shadows ? shadows : "?",
                  (int)json_integer_value(resolution),
-                 (int)json_integer_value(json_object_get(setting, "shadow_taps")));
+                 (int)json_integer_value(json_object_get(setting, "shadow_taps")), lists);
     else
         snprintf(name, sizeof name, "%.16s", shadows ? shadows : "?");
     printf("%-28s x%-4d %10.1f %10.1f %12.6f\n", name,

@@ -13,6 +13,12 @@ bool choice_row_fits(const struct choice_row *row, const struct choice_wish *wis
         return false;
     if (setting->shadow_resolution == 0)
         return true;
+    bool has_lists = setting->shadows == VIEW_SHADOWS_DEEP;
+    if (has_lists &&
+        ((wish->shadow_compression > 0 &&
+          wish->shadow_compression != setting->shadow_compression) ||
+         (wish->shadow_prefilter && wish->shadow_prefilter != setting->shadow_prefilter)))
+        return false;
     return (!wish->shadow_resolution || wish->shadow_resolution == setting->shadow_resolution) &&
            (!wish->shadow_taps || wish->shadow_taps == setting->shadow_taps);
 }
@@ -159,9 +165,11 @@ static size_t estimate_maps(const struct choice_frame *frame, const struct choic
     for (int s = 0; s < samples_count; s++)
         for (int r = 0; r < resolution_count; r++)
             for (int t = 0; t < taps_count; t++)
-                rows[count++] =
-                    estimate_map(frame, &(struct choice_setting){wish->shadows, resolutions[r],
-                                                                 taps[t], samples[s]});
+                rows[count++] = estimate_map(
+                    frame, &(struct choice_setting){.shadows = wish->shadows,
+                                                    .shadow_resolution = resolutions[r],
+                                                    .shadow_taps = taps[t],
+                                                    .samples = samples[s]});
     return count;
 }
 

@@ -18,6 +18,8 @@ struct choice_setting {
     enum view_shadows shadows;
     int shadow_resolution, shadow_taps; /* 0 where the technique has none */
     int samples;
+    double shadow_compression; /* of deep lists; 0 = exact */
+    int shadow_prefilter;      /* of deep lists; 0 and 1 = none */
 };
 
 struct choice_row {
@@ -31,6 +33,8 @@ struct choice_wish {
     double max_error, budget_ms;                 /* 0 = not asked for; at least one is */
     enum view_shadows shadows;                   /* AUTO = open */
     int shadow_resolution, shadow_taps, samples; /* 0 = open */
+    double shadow_compression;                   /* likewise, and of rows with deep lists */
+    int shadow_prefilter;
 };
 
 struct choice {

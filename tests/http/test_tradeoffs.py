@@ -94,8 +94,14 @@ class Measuring(TradeoffTest):
         settings = self.measure(scene, quality={"shadows": "deep", "shadow_taps": 9})["settings"]
         self.assertEqual({("deep", 9)}, {(s["shadows"], s["shadow_taps"]) for s in settings})
         self.assertEqual(
-            [256, 512, 1024, 2048, 4096], sorted(s["shadow_resolution"] for s in settings)
+            [256, 512, 1024, 2048, 4096],
+            sorted(s["shadow_resolution"] for s in settings if not s["shadow_compression"])
         )
+        self.assertEqual(5, sum(1 for s in settings if s["shadow_compression"]))
+        settings = self.measure(
+            scene, quality={"shadows": "deep", "shadow_taps": 9, "shadow_compression": 0.1}
+        )["settings"]
+        self.assertEqual({0.1}, {s["shadow_compression"] for s in settings})
 
     def test_what_cannot_differ_is_skipped_with_its_reason(self):
         document = self.measure(self.daemon.push(support.triangle("plain")))
@@ -242,7 +248,10 @@ class Measuring(TradeoffTest):
         document = self.measure(scene, quality={"shadows": "deep", "shadow_taps": 4})
         self.assertEqual("done", document["state"])
         self.assertEqual(
-            [256, 512, 1024, 4096], sorted(s["shadow_resolution"] for s in document["settings"])
+            [256, 512, 1024, 4096],
+            sorted(
+                s["shadow_resolution"] for s in document["settings"] if not s["shadow_compression"]
+            ),
         )
         lost = [skip for skip in document["skipped"] if "2048" in skip["what"]]
         self.assertIn("worker", lost[0]["because"])
@@ -329,8 +338,11 @@ class Choosing(TradeoffTest):
         wanted = {
             k: v
             for k, v in frame["chosen"].items()
-            if k in ("shadows", "samples", "shadow_resolution", "shadow_taps")
+            if k in ("shadows", "samples", "shadow_resolution", "shadow_taps",
+                     "shadow_compression", "shadow_prefilter")
         }
+        if wanted["shadows"] in ("auto", "deep"):
+            wanted["shadow_fallback"] = 0.03
         other, said = self.render(scene, **wanted)
         self.assertIsNone(other["chosen"])
         self.assertEqual((chosen.body, chosen.header("ETag")), (said.body, said.header("ETag")))

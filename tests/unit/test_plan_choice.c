@@ -10,9 +10,9 @@
 
 #include "renderer/plan/choice.h"
 
-#define MAP(resolution, taps, samples)               \
-    {                                                \
-        VIEW_SHADOWS_DEEP, resolution, taps, samples \
+#define MAP(resolution, taps, samples)                     \
+    {                                                      \
+        VIEW_SHADOWS_DEEP, resolution, taps, samples, 0, 0 \
     }
 
 /* Slower is better, but for one row that is worse in both. */
@@ -21,7 +21,7 @@ static const struct choice_row rows[] = {
     {MAP(512, 4, 1), 20, 0.05},
     {MAP(512, 4, 4), 90, 0.06},
     {MAP(1024, 4, 4), 40, 0.02},
-    {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4}, 80, 0.01},
+    {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
@@ -99,7 +99,7 @@ static void what_was_said_stays(void **state)
 static void an_unknown_error_is_never_promised(void **state)
 {
     (void)state;
-    const struct choice_row unknown[] = {{{VIEW_SHADOWS_NONE, 0, 0, 1}, 1, INFINITY}};
+    const struct choice_row unknown[] = {{{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 1, INFINITY}};
     struct choice choice;
     assert_true(choice_make(unknown, 1, &(struct choice_wish){.max_error = 1e6}, &choice));
     assert_false(choice.keeps_error);
