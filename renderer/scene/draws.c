@@ -12,6 +12,8 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
+enum { COMMANDS_KEPT = 1 << 20 }; /* 20 MiB before the buffer is written from its start again */
+
 /* All that must be equal between the items of one call. */
 struct draw_state {
     const struct gl_program *program;
@@ -121,6 +123,8 @@ static bool list_commands(const struct draw_desc *desc, uint32_t *batch_count,
 static bool upload_commands(struct draw_arena *arena, uint32_t count, struct error *err)
 {
     uint64_t size = sizeof *arena->command_list;
+    if (arena->command_used + count > COMMANDS_KEPT) /* those before have been submitted */
+        arena->command_used = 0;
     if (!gl_buffer_reserve(
             &arena->commands,
             &(struct gl_buffer_desc){.label = "frame.draws.commands",
@@ -180,6 +184,9 @@ bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, stru
     }
     glDisable(GL_CULL_FACE);
     glFrontFace(GL_CCW);
+    /* or the scene's array would keep the buffer alive when the arena has outgrown it */
+    glVertexArrayVertexBuffer(desc->gpu->vertex_array.name, ATTRIBUTE_DRAW, 0, 0,
+                              sizeof(struct draw_record));
     arena->command_used += command_count;
     if (counts)
         count_items(desc, batch_count, counts);
