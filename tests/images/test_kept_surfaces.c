@@ -123,6 +123,10 @@ static void edit_lights(struct series *series)
     check(series, &view, all);
     view.quality.shadow_resolution = 128;
     check(series, &view, all);
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS; /* asks of the same surfaces by rays */
+    check(series, &view, all);
+    lamp.position[0] = 0.5;
+    check(series, &view, seen);
 }
 
 static void an_edit_of_light_alone_keeps_what_is_seen(void **state)
