@@ -314,31 +314,36 @@ static bool run_frames(struct bench *bench, const struct bench_scene *scene, int
                        struct error *err)
 {
     static struct view_light lights[BENCH_LIGHTS_MAX];
-    struct frame_variant v[3] = {{.name = "raytraced"},
-                                 {.name = "deep, still"},
-                                 {.name = "deep, lights move", .rebuilds_shadows = true}};
+    enum { VARIANTS = 4 };
+    struct frame_variant v[VARIANTS] = {{.name = "raytraced"},
+                                        {.name = "deep, still"},
+                                        {.name = "deep, lights move", .rebuilds_shadows = true},
+                                        {.name = "raytraced-shadows"}};
+    static const enum view_shadows shadows[VARIANTS] = {VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_DEEP,
+                                                        VIEW_SHADOWS_DEEP,
+                                                        VIEW_SHADOWS_RAYTRACED_SHADOWS};
     char subject[48];
     int size[2];
     bench_size(bench, 640, 360, size);
     snprintf(subject, sizeof subject, "%d shadowed spots", spots);
     bench_scene_spots(scene, lights, spots);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < VARIANTS; i++) {
         v[i].view = bench_scene_view(scene, size);
         v[i].view.lights = lights;
         v[i].view.light_count = (size_t)spots;
-        v[i].view.quality.shadows = i ? VIEW_SHADOWS_DEEP : VIEW_SHADOWS_RAYTRACED;
+        v[i].view.quality.shadows = shadows[i];
         v[i].view.quality.samples = 4;
         v[i].view.quality.shadow_resolution = 1024;
     }
-    bool ok = frames_run(bench, &scene->rig, v, 3, err);
-    for (int i = 0; ok && i < 3; i++)
+    bool ok = frames_run(bench, &scene->rig, v, VARIANTS, err);
+    for (int i = 0; ok && i < VARIANTS; i++)
         bench_result(bench, &(struct result){.scene = scene->name,
                                              .subject = subject,
                                              .variant = v[i].name,
                                              .width = size[0],
                                              .height = size[1],
                                              .measurement = &v[i].measurement});
-    for (int i = 1; ok && i < 3; i++) {
+    for (int i = 1; ok && i < VARIANTS; i++) {
         char name[64];
         snprintf(name, sizeof name, "frame cpu raytraced / %s", v[i].name);
         bench_check(bench,
@@ -350,7 +355,7 @@ static bool run_frames(struct bench *bench, const struct bench_scene *scene, int
                                     .p = samples_difference_p(&v[0].measurement.cpu_ms,
                                                               &v[i].measurement.cpu_ms)});
     }
-    frames_finish(v, 3);
+    frames_finish(v, VARIANTS);
     return ok;
 }
 
