@@ -151,8 +151,7 @@ struct technique_kind {
 };
 
 static const char *const shadow_sentences[] = {
-    "raytraced, or deep where a light has a transparent caster and else map: the faster by "
-    "forecast",
+    "the faster by forecast: rays, or deep where a light has a transparent caster, else map",
     "no shadows: every light passes everything",
     "one depth per texel (Williams 1978); transparent casters cast none",
     "every transmittance event of a texel, sorted, in one contiguous list; exact",

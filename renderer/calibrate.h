@@ -12,6 +12,10 @@ struct calibration {
     int rounds;        /* of frames; the fastest of each kind counts */
 };
 
+/* What a frame takes when nothing else runs: its wall time, or where others had the processors and
+ * the frame was made on them, its processor time spread over them. */
+double calibrate_alone_ms(double wall_ms, double processor_ms, bool is_on_processors);
+
 /* A first round compiles the programs of an opaque scene (which frames of others use, too); further
  * ones are timed until there are three and 0.2 s have passed, or 0.6 s where they are slow. Needs a
  * renderer with no frame under way; leaves nothing behind but compiled programs. Thread: GL. */

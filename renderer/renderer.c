@@ -90,6 +90,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .has_true_timers = limits->has_true_timers,
         .has_post_depth_coverage = limits->has_post_depth_coverage,
         .is_robust = limits->is_robust,
+        .is_software = limits->is_software,
         .budget_bytes = renderer->budget_bytes,
         .used_bytes = renderer_used_bytes(renderer),
     };

@@ -35,6 +35,7 @@ struct renderer_info {
     bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;
     bool is_robust;                           /* context reports resets */
+    bool is_software;                         /* the rasteriser runs on our own processors */
     uint64_t programs_built, programs_reused; /* since the start: compiled, and found compiled */
     uint64_t budget_bytes, used_bytes;        /* used is current at the time of the call */
 };

@@ -11,6 +11,7 @@
 #include "protocol/utf8.h"
 #include "renderer/plan/choice.h"
 #include "server/tradeoffs_internal.h"
+#include "server/view_mapping.h"
 
 static_assert((int)REQUEST_SHADOWS_AUTO == (int)VIEW_SHADOWS_AUTO &&
                   (int)REQUEST_SHADOWS_RAYTRACED == (int)VIEW_SHADOWS_RAYTRACED,
@@ -80,10 +81,17 @@ static void find_measured(struct tradeoffs *tradeoffs, const struct render_reque
 }
 
 static void estimate(struct tradeoffs *tradeoffs, const struct render_request *request,
-                     const struct choice_wish *wish, struct candidates *candidates)
+                     const struct choice_wish *wish, bool is_warm, struct candidates *candidates)
 {
+    struct device_capabilities device;
     struct choice_frame frame = {.pixels = (double)request->width * request->height,
-                                 .lights = request->light_count};
+                                 .lights = request->light_count,
+                                 .is_warm = is_warm};
+    if (supervisor_get_device(tradeoffs->desc.supervisor, &device)) {
+        struct auto_settings settings;
+        device_auto_to_settings(&device.automatic, &settings);
+        frame.speed = settings.speed;
+    }
     json_t *summary = scene_store_get_summary(tradeoffs->desc.scenes, request->scene, NULL);
     frame.triangles = (uint64_t)json_integer_value(json_object_get(summary, "triangles"));
     if (!request->ignore_scene_lights)
@@ -98,7 +106,7 @@ static void find_rows(struct tradeoffs *tradeoffs, const struct render_request *
 {
     candidates->count = 0;
     if (source == SOURCE_MODEL)
-        estimate(tradeoffs, request, wish, candidates);
+        estimate(tradeoffs, request, wish, is_warm, candidates);
     else
         find_measured(tradeoffs, request, source == SOURCE_VIEW ? key : NULL, is_warm, candidates);
 }
@@ -108,7 +116,7 @@ static void find_rows(struct tradeoffs *tradeoffs, const struct render_request *
 static const char *const source_texts[SOURCE_COUNT] = {
     [SOURCE_VIEW] = "measured for this view",
     [SOURCE_SCENE] = "measured for another view of this scene",
-    [SOURCE_MODEL] = "estimated from counts: nothing is measured here",
+    [SOURCE_MODEL] = "forecast from counts: nothing is measured here",
 };
 
 static void explain(const struct choice_wish *wish, const struct choice *choice, enum source source,
@@ -192,6 +200,67 @@ static void apply(struct request_quality *quality, const struct choice_setting *
     quality->says_shadow_resolution = quality->says_shadow_taps = false;
 }
 
+/* ---- auto without a wish ---- */
+
+enum {
+    MAP_TEXELS = 1024,
+    MAP_TAPS_MAX = 4
+};                                    /* more is said of maps: renderer/plan/auto_technique.h */
+static const double SAME_ERROR = 1.1; /* a tenth more is seen by nobody */
+
+static const struct choice_row *find_row(const struct candidates *candidates,
+                                         const struct request_quality *quality, bool is_traced)
+{
+    int samples = quality->samples ? quality->samples : 4;
+    for (size_t i = 0; i < candidates->count; i++) {
+        const struct choice_setting *setting = &candidates->rows[i].setting;
+        bool is_map =
+            (setting->shadows == VIEW_SHADOWS_DEEP || setting->shadows == VIEW_SHADOWS_MAP) &&
+            setting->shadow_resolution == quality->shadow_resolution &&
+            setting->shadow_taps == quality->shadow_taps && setting->shadow_compression <= 0 &&
+            setting->shadow_prefilter <= 1;
+        if (setting->samples == samples &&
+            (is_traced ? setting->shadows == VIEW_SHADOWS_RAYTRACED : is_map))
+            return &candidates->rows[i];
+    }
+    return NULL;
+}
+
+/* The faster of maps and rays where both were measured for exactly this view; else the worker
+ * forecasts. Maps of a ladder come as deep where anything transparent casts, before plain ones. */
+static bool choose_measured(struct tradeoffs *tradeoffs, struct render_request *request,
+                            bool is_warm, struct frame_promise *promise, struct error *err)
+{
+    struct request_quality *quality = &request->quality;
+    struct device_capabilities device;
+    char key[65];
+    if (quality->shadows != REQUEST_SHADOWS_AUTO || quality->reference || quality->faithful ||
+        quality->shadow_compression > 0 || quality->shadow_prefilter > 1 ||
+        quality->shadow_resolution != MAP_TEXELS || quality->shadow_taps > MAP_TAPS_MAX ||
+        !supervisor_get_device(tradeoffs->desc.supervisor, &device) ||
+        !device.automatic.is_measured)
+        return true;
+    struct candidates *candidates = calloc(1, sizeof *candidates);
+    if (!candidates)
+        return error_set(err, ERROR_NO_MEMORY, "choice");
+    bool is_good = tradeoff_view_key(request, key, err);
+    if (is_good)
+        find_measured(tradeoffs, request, key, is_warm, candidates);
+    const struct choice_row *maps = find_row(candidates, quality, false);
+    const struct choice_row *rays = find_row(candidates, quality, true);
+    if (maps && rays) {
+        bool takes_rays = rays->ms < maps->ms && rays->error <= SAME_ERROR * maps->error;
+        struct choice choice = {.row = takes_rays ? rays : maps, true, true};
+        promise_from(&(struct choice_wish){0}, &choice, SOURCE_VIEW, is_warm, promise);
+        snprintf(promise->chosen.because, sizeof promise->chosen.because,
+                 "auto: %.4g ms ray traced, %.4g ms rasterised (%s, measured for this view)",
+                 rays->ms, maps->ms, is_warm ? "shadows kept" : "shadows built");
+        quality->shadows = (enum request_shadows)choice.row->setting.shadows;
+    }
+    free(candidates);
+    return is_good;
+}
+
 bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *request, bool is_warm,
                       struct frame_promise *promise, struct error *err)
 {
@@ -199,7 +268,7 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
     char key[65];
     *promise = (struct frame_promise){0};
     if (!request_quality_asks(quality))
-        return true;
+        return choose_measured(tradeoffs, request, is_warm, promise, err);
     if (quality->reference) {
         utf8_copy(promise->warning, sizeof promise->warning,
                   "quality.reference leaves nothing to choose: max_error and budget_ms were not "

@@ -84,63 +84,86 @@ bool choice_make(const struct choice_row *rows, size_t count, const struct choic
 
 /* ---- models ---- */
 
-/* Set by measurements of the demo scene; see choice.h. */
-static const double CAMERA_CONTRAST = 0.06; /* RMSE of one sample per pixel */
-static const double SHADOW_CONTRAST = 0.35; /* RMSE of a map with one texel */
-static const double FRAME_MS = 6;           /* of an empty frame */
-static const double NS_PER_SAMPLE = 300;    /* a pixel's sample without lights */
-static const double NS_PER_LOOKUP = 60;     /* a pixel, a light, a tap */
-static const double NS_PER_TEXEL = 150;     /* of a shadow map, built and sorted */
-static const double NS_PER_TRIANGLE = 120;  /* drawn once for the view and once per light */
-static const double NS_PER_RAY = 300;       /* per level of the triangles' tree */
-static const double SHADE_LIGHTS_MAX = 8;   /* of all lights, those that reach one pixel */
+/* RMSE where the image's side, the root of its pixels, is 480: docs/tradeoffs.md, "The models". */
+static const double SIDE_PX = 480;
+static const double RASTER_ERROR[2] = {0.021, 0.0125};       /* 1 and 4 samples per pixel */
+static const double TRACED_ERROR[3] = {0.022, 0.014, 0.012}; /* 1, 4, 16 and more */
+static const double TEXEL_ERROR = 0.15;                      /* of a map with one texel and tap */
 
-static double camera_error(int samples)
+/* What the counts do not tell, as in the mean of the shared scenes. */
+static struct workload guess_work(const struct choice_frame *frame)
 {
-    return CAMERA_CONTRAST / sqrt((double)samples);
+    double lights = (double)frame->lights, triangles = (double)frame->triangles;
+    return (struct workload){
+        .pixels = frame->pixels,
+        .covered = 0.3,
+        .layers = 0.1,
+        .lit = fmin(0.8 * lights, 3),
+        .textures = 1.5,
+        .triangles = triangles,
+        .triangles_in_view = triangles,
+        .lights = frame->lights,
+        .shadowed_lights = frame->lights,
+        .deep_lights = frame->lights / 2,
+        .map_faces = 2 * lights, /* points have six, spots and suns one */
+        .deep_faces = lights,
+        .map_triangles = 1.5 * lights * triangles,
+        .deep_triangles = 0.2 * lights * triangles,
+        .deep_share = 0.3,
+    };
 }
 
-static struct choice_row estimate_map(const struct choice_frame *frame,
-                                      const struct choice_setting *setting)
+static const struct device_speed *speed_of(const struct choice_frame *frame)
 {
-    double texels = (double)setting->shadow_resolution * setting->shadow_resolution;
-    double lights = (double)frame->lights, reaching = fmin(lights, SHADE_LIGHTS_MAX);
+    static const struct device_speed typical = {0.5, 1, 1, 1, 1};
+    return device_speed_is_known(&frame->speed) ? &frame->speed : &typical;
+}
+
+static struct choice_row estimate(const struct choice_frame *frame,
+                                  const struct choice_setting *setting)
+{
+    const struct device_speed *speed = speed_of(frame);
+    bool is_traced = setting->shadows == VIEW_SHADOWS_RAYTRACED;
+    bool is_bare = setting->shadows == VIEW_SHADOWS_NONE;
+    struct workload workload = guess_work(frame);
+    const struct forecast_setting cost = {
+        .samples = setting->samples,
+        .shadow_resolution = setting->shadow_resolution,
+        .shadow_taps = setting->shadow_taps,
+        .has_shadows = !is_bare,
+        .is_warm = frame->is_warm,
+    };
+    double camera = is_traced ? TRACED_ERROR[setting->samples > 4   ? 2
+                                             : setting->samples > 1 ? 1
+                                                                    : 0]
+                              : RASTER_ERROR[setting->samples > 1];
     double shadow =
-        SHADOW_CONTRAST * sqrt(sqrt((double)setting->shadow_taps) / setting->shadow_resolution);
-    double ns =
-        frame->pixels *
-            (NS_PER_SAMPLE * setting->samples + NS_PER_LOOKUP * reaching * setting->shadow_taps) +
-        lights * NS_PER_TEXEL * texels + (1 + lights) * NS_PER_TRIANGLE * (double)frame->triangles;
+        setting->shadow_resolution && frame->lights
+            ? TEXEL_ERROR * sqrt(sqrt((double)setting->shadow_taps) / setting->shadow_resolution)
+            : 0;
+    double side = sqrt(fmax(frame->pixels, 1));
     return (struct choice_row){
         .setting = *setting,
-        .ms = FRAME_MS + 1e-6 * ns,
-        .error = hypot(camera_error(setting->samples), frame->lights ? shadow : 0),
+        .ms = (is_traced ? forecast_traced_ms : forecast_raster_ms)(&workload, &cost, speed),
+        .error = is_bare ? INFINITY : hypot(camera, shadow) * sqrt(SIDE_PX / side),
     };
 }
 
-static struct choice_row estimate_traced(const struct choice_frame *frame, int samples)
-{
-    double depth = log2(2 + (double)frame->triangles);
-    double rays = frame->pixels * samples * (1 + (double)frame->lights);
-    return (struct choice_row){
-        .setting = {.shadows = VIEW_SHADOWS_RAYTRACED, .samples = samples},
-        .ms = FRAME_MS + 1e-6 * (rays * NS_PER_RAY * depth / 10 +
-                                 NS_PER_TRIANGLE * 10 * (double)frame->triangles),
-        .error = camera_error(samples),
-    };
-}
-
-/* The rasteriser's surfaces, and a ray to each light. */
+/* The rasteriser's surfaces, and a ray to each light: what shadows add to a ray-traced frame. */
 static struct choice_row estimate_traced_shadows(const struct choice_frame *frame, int samples)
 {
-    double depth = log2(2 + (double)frame->triangles);
-    double lights = fmin((double)frame->lights, SHADE_LIGHTS_MAX);
-    double ns = frame->pixels * (NS_PER_SAMPLE * samples + lights * NS_PER_RAY * depth / 10) +
-                NS_PER_TRIANGLE * 11 * (double)frame->triangles;
+    const struct choice_setting bare = {.shadows = VIEW_SHADOWS_NONE, .samples = samples};
+    const struct device_speed *speed = speed_of(frame);
+    struct workload workload = guess_work(frame);
+    struct forecast_setting cost = {.samples = samples, .has_shadows = true, .is_warm = true};
+    double rays_ms = forecast_traced_ms(&workload, &cost, speed);
+    cost.has_shadows = false;
+    rays_ms -= forecast_traced_ms(&workload, &cost, speed);
+    double build_ms = frame->is_warm ? 0 : speed->build * forecast_build_ms(&workload);
     return (struct choice_row){
         .setting = {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = samples},
-        .ms = FRAME_MS + 1e-6 * ns,
-        .error = camera_error(samples),
+        .ms = estimate(frame, &bare).ms + rays_ms + build_ms,
+        .error = RASTER_ERROR[samples > 1] * sqrt(SIDE_PX / sqrt(fmax(frame->pixels, 1))),
     };
 }
 
@@ -158,6 +181,8 @@ static size_t estimate_maps(const struct choice_frame *frame, const struct choic
     static const int all_resolutions[] = {256, 512, 1024, 2048, 4096}, all_taps[] = {1, 4, 9, 16};
     static const int all_samples[] = {1, 4};
     int resolutions[5], taps[4], samples[2];
+    enum view_shadows shadows =
+        wish->shadows == VIEW_SHADOWS_AUTO ? VIEW_SHADOWS_DEEP : wish->shadows;
     int resolution_count = rungs(wish->shadow_resolution, all_resolutions, 5, resolutions);
     int taps_count = rungs(wish->shadow_taps, all_taps, 4, taps);
     int samples_count = rungs(wish->samples, all_samples, 2, samples);
@@ -165,11 +190,11 @@ static size_t estimate_maps(const struct choice_frame *frame, const struct choic
     for (int s = 0; s < samples_count; s++)
         for (int r = 0; r < resolution_count; r++)
             for (int t = 0; t < taps_count; t++)
-                rows[count++] = estimate_map(
-                    frame, &(struct choice_setting){.shadows = wish->shadows,
-                                                    .shadow_resolution = resolutions[r],
-                                                    .shadow_taps = taps[t],
-                                                    .samples = samples[s]});
+                rows[count++] =
+                    estimate(frame, &(struct choice_setting){.shadows = shadows,
+                                                             .shadow_resolution = resolutions[r],
+                                                             .shadow_taps = taps[t],
+                                                             .samples = samples[s]});
     return count;
 }
 
@@ -180,12 +205,8 @@ static size_t estimate_bare(const struct choice_frame *frame, const struct choic
     int samples[2];
     int count = rungs(wish->samples, all_samples, 2, samples);
     for (int s = 0; s < count; s++)
-        rows[s] = (struct choice_row){
-            .setting = {.shadows = VIEW_SHADOWS_NONE, .samples = samples[s]},
-            .ms = FRAME_MS + 1e-6 * (frame->pixels * NS_PER_SAMPLE * samples[s] +
-                                     NS_PER_TRIANGLE * (double)frame->triangles),
-            .error = INFINITY,
-        };
+        rows[s] = estimate(
+            frame, &(struct choice_setting){.shadows = VIEW_SHADOWS_NONE, .samples = samples[s]});
     return (size_t)count;
 }
 
@@ -216,7 +237,8 @@ size_t choice_estimate(const struct choice_frame *frame, const struct choice_wis
         return count;
     int traced = rungs(wish->samples, all_samples, 3, samples);
     for (int s = 0; s < traced; s++)
-        rows[count++] = estimate_traced(frame, samples[s]);
+        rows[count++] = estimate(frame, &(struct choice_setting){.shadows = VIEW_SHADOWS_RAYTRACED,
+                                                                 .samples = samples[s]});
     return count;
 }
 

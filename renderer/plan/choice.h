@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "renderer/plan/forecast.h"
 #include "renderer/view.h"
 
 struct choice_setting {
@@ -59,20 +60,21 @@ bool choice_row_fits(const struct choice_row *row, const struct choice_wish *wis
 /* What the models know of a frame; taken from counts, nothing is rendered. */
 struct choice_frame {
     double pixels;
-    uint64_t lights;    /* that may cast a shadow */
-    uint64_t triangles; /* of the scene */
+    uint64_t lights;           /* that may cast a shadow */
+    uint64_t triangles;        /* of the scene */
+    bool is_warm;              /* what is kept between frames is there */
+    struct device_speed speed; /* zeroed: that of the machine of the fit */
 };
 
-/* Models, set by the demo scene on a software rasteriser with two busy cores and within a factor of
- * three of it (docs/tradeoffs.md), so what they promise is called estimated:
- *   error of an edge that is off by w of an image: sqrt(w) of its contrast, since RMSE is the root
- *   of the area that is wrong. Camera edges are off by 1 / sqrt(samples) of a pixel; shadow edges
- *   by sqrt(taps) / shadow_resolution of a map.
- *   time: a constant; each light's map by its texels and triangles; each pixel by its samples,
- *   lights and taps; ray tracing by rays per light and the depth of the triangles' tree.
- * Fills rows for what was said, else for the techniques AUTO (the rasteriser's default) and
- * RAYTRACED; with what was said of resolution, taps and samples, else with those of the ladder.
- * Returns their number, which is not 0. */
+/* Models, so what they promise is called estimated.
+ *   time: renderer/plan/forecast, for a scene of which only these counts are known: the rest is as
+ *   in the mean of the shared scenes (choice.c).
+ *   error: a constant of the technique, below which four of five settings measured on shared
+ *   scenes are (docs/tradeoffs.md, "The models"), over the root of the image's side: edges are
+ * wrong, and their share of the pixels is one over the side. Camera edges by samples; shadow edges
+ * by the width of a texel, sqrt(taps) / shadow_resolution. Fills rows for what was said, else for
+ * the techniques DEEP (the rasteriser's default) and RAYTRACED; with what was said of resolution,
+ * taps and samples, else with those of the ladder. Returns their number, which is not 0. */
 enum { CHOICE_ESTIMATES_MAX = 64 };
 size_t choice_estimate(const struct choice_frame *frame, const struct choice_wish *wish,
                        struct choice_row rows[CHOICE_ESTIMATES_MAX]);

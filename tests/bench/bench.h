@@ -82,6 +82,7 @@ bool suite_demo(struct bench *bench, struct error *err);
 bool suite_draws(struct bench *bench, struct error *err);
 bool suite_raytrace(struct bench *bench, struct error *err);
 bool suite_foliage(struct bench *bench, struct error *err);
+bool suite_forecast(struct bench *bench, struct error *err);
 bool suite_linear(struct bench *bench, struct error *err);
 
 #endif

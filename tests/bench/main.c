@@ -19,6 +19,8 @@ static const struct suite suites[] = {
      suite_raytrace},
     {"foliage", "deep maps of thousands of thin casters: exact, averaged, compressed",
      suite_foliage},
+    {"forecast", "the models behind auto against what frames take, on shared scenes",
+     suite_forecast},
     {"linear", "frame time against the number of lights", suite_linear},
 };
 enum { SUITES = sizeof suites / sizeof *suites };

@@ -121,6 +121,42 @@ class Measured(unittest.TestCase):
         self.assertEqual(304, reply.status)
 
 
+class MeasuredView(unittest.TestCase):
+    def test_a_measurement_of_the_view_takes_the_place_of_the_forecast(self):
+        with open_daemon() as daemon:
+            scene = daemon.push(lit_floor())
+            before, report = render(daemon, scene)
+            self.assertEqual("calibrated", report["chosen"]["source"])
+            options = {"repeats": 2, "max_settings": 12, "keep_images": False}
+            body = {"scene": scene, **SIZE, "tradeoff": options}
+            path = daemon.request("POST", "/v1/tradeoffs", body).header("Location")
+            ended = ("done", "failed")
+            support.wait_until(
+                lambda: daemon.request("GET", path).json()["state"] in ended, "it is done", 120
+            )
+            times = {}
+            for one in daemon.request("GET", path).json()["settings"]:
+                is_default = one["shadow_resolution"] in (None, 1024) and one["shadow_taps"] in (
+                    None,
+                    4,
+                )
+                if one["samples"] == 4 and is_default and one["cold_ms"]:
+                    times[one["shadows"]] = one["cold_ms"]["max"]
+            reply, report = render(daemon, scene)
+            chosen = report["chosen"]
+            self.assertEqual("measured", chosen["source"])
+            self.assertAlmostEqual(times[chosen["shadows"]], chosen["expected_ms"], 3)
+            self.assertEqual("measured", report["error"]["source"])
+            again, _ = render(daemon, scene)
+            self.assertEqual(reply.body, again.body)
+            daemon.request("DELETE", path + "?forget=true")
+            after, report = render(daemon, scene)
+            self.assertEqual("calibrated", report["chosen"]["source"])
+            self.assertEqual(before.body, after.body)
+            self.assertEqual(before.header("ETag"), after.header("ETag"))
+            assert daemon.stop() == 0
+
+
 class Kept(unittest.TestCase):
     def test_a_second_start_measures_nothing(self):
         first = open_daemon()

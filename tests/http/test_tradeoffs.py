@@ -325,7 +325,7 @@ class Choosing(TradeoffTest):
         scene = self.daemon.push(scene_of("fake:slow=0", "e"))
         frame, _ = self.render(scene, max_error=0.1)
         self.assertEqual("estimated", frame["error"]["source"])
-        self.assertIn("estimated from counts", frame["chosen"]["because"])
+        self.assertIn("forecast from counts", frame["chosen"]["because"])
         self.measure(scene, exposure_ev=1)
         frame, _ = self.render(scene, max_error=1)
         self.assertEqual("estimated", frame["error"]["source"])

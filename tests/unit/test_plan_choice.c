@@ -139,15 +139,12 @@ static void models_grow_with_what_they_are_made_of(void **state)
     struct choice_frame more = frame;
     size_t count = choice_estimate(&frame, &open, small);
     const struct choice_row *coarse =
-        find(small, count,
-             (struct choice_setting){.shadow_resolution = 256, .shadow_taps = 4, .samples = 4});
+        find(small, count, (struct choice_setting){VIEW_SHADOWS_DEEP, 256, 4, 4, 0, 0});
     const struct choice_row *fine =
-        find(small, count,
-             (struct choice_setting){.shadow_resolution = 2048, .shadow_taps = 4, .samples = 4});
+        find(small, count, (struct choice_setting){VIEW_SHADOWS_DEEP, 2048, 4, 4, 0, 0});
     assert_true(fine->error < coarse->error && fine->ms > coarse->ms);
     const struct choice_row *one =
-        find(small, count,
-             (struct choice_setting){.shadow_resolution = 256, .shadow_taps = 4, .samples = 1});
+        find(small, count, (struct choice_setting){VIEW_SHADOWS_DEEP, 256, 4, 1, 0, 0});
     assert_true(one->error > coarse->error && one->ms < coarse->ms);
     more.lights = 40;
     more.pixels = 1e6;

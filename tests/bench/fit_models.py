@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Fits the models behind `auto`, `max_error` and `budget_ms` (docs/tradeoffs.md, "The models").
+
+    vitrail-bench forecast --json > F.json;  fit_models.py costs F.json...
+    vitrail tradeoff SCENE -o T.json;        fit_models.py errors T.json...
+
+costs: what each unit of work takes in ns of processor time, for renderer/plan/forecast.c: least
+squares without negative costs, in which each case weighs by its own time, so that a case of 5 ms
+counts as much as one of 500. errors: the RMSE of each kind of setting, for renderer/plan/choice.c:
+the value below which four of five measured settings are."""
+import json
+import math
+import statistics
+import sys
+
+NS = 1e-6  # ms
+
+
+def solve(rows, targets, rounds=8, sweeps=400):
+    """Costs that are not negative, by coordinate descent; weights follow what is forecast."""
+    count = len(rows[0])
+    costs = [0.0] * count
+    weights = [1 / max(target, 0.5) for target in targets]
+    for _ in range(rounds):
+        gram = [[0.0] * count for _ in range(count)]
+        right = [0.0] * count
+        for row, target, weight in zip(rows, targets, weights):
+            for i in range(count):
+                right[i] += weight**2 * row[i] * target
+                for j in range(count):
+                    gram[i][j] += weight**2 * row[i] * row[j]
+        for _ in range(sweeps):
+            for j in range(count):
+                if gram[j][j] > 0:
+                    slope = right[j] - sum(gram[j][k] * costs[k] for k in range(count))
+                    costs[j] = max(0.0, costs[j] + slope / gram[j][j])
+        told = [sum(a * b for a, b in zip(row, costs)) for row in rows]
+        weights = [1 / max(math.sqrt(max(a, 0) * b), 0.5) for a, b in zip(told, targets)]
+    return costs, told
+
+
+def tell(title, names, rows, targets):
+    costs, told = solve(rows, targets)
+    off = [math.exp(abs(math.log(max(a, 1e-9) / b))) for a, b in zip(told, targets)]
+    off.sort()
+    print(f"{title}: {len(rows)} cases, off by {statistics.median(off):.2f} (median), "
+          f"{off[len(off) * 9 // 10]:.2f} (9 of 10), {off[-1]:.2f} (worst)")
+    for name, cost in zip(names, costs):
+        print(f"    {name:20s}{cost:10.3g}")
+
+
+# ---- costs ----
+
+
+def shade(case):
+    work, more = case["workload"], 1.0 if case["samples"] > 1 else 0.0
+    pixels, covered = work["pixels"], work["pixels"] * work["covered"]
+    layers = work["pixels"] * work["layers"]
+    surfaces = covered + layers
+    lit = surfaces * work["lit"]
+    looks = lit if work["shadowed_lights"] else 0.0
+    return [1 / NS, pixels, more * pixels, more * covered, lit, looks * (1 + 4 * 0.25), layers,
+            more * layers, surfaces * work["textures"], more * surfaces * work["textures"],
+            work["triangles_in_view"], more * work["triangles_in_view"]]
+
+
+SHADE = ["frame_ms", "pixel", "msaa_pixel", "msaa_covered", "light", "look (tap: a quarter)",
+         "layer", "msaa_layer", "texture", "msaa_texture", "triangle", "msaa_triangle"]
+
+
+def maps(case):
+    work, side = case["workload"], 1024.0
+    texels, deep = work["map_faces"] * side**2, work["deep_faces"] * side**2
+    return [work["map_faces"] / NS, texels, work["map_triangles"], deep, work["deep_triangles"],
+            deep * work["deep_share"]]
+
+
+MAPS = ["face_ms", "texel", "caster", "deep_texel", "deep_caster", "event"]
+
+
+def trace(case):
+    work = case["workload"]
+    rays, levels = work["pixels"] * case["samples"], math.log2(2 + work["triangles"])
+    layers = work["pixels"] * work["layers"]
+    surfaces = work["pixels"] * work["covered"] + layers
+    return [1 / NS, rays, rays * work["covered"] * levels, surfaces * work["lit"],
+            rays * work["layers"], layers * work["lit"], surfaces * work["textures"]]
+
+
+TRACE = ["traced_frame_ms", "ray", "hit_level", "shadow_ray", "layer_ray", "layer_light",
+         "traced_texture"]
+
+
+def fit_costs(paths):
+    cases = []
+    for path in paths:
+        with open(path, encoding="utf-8") as file:
+            cases += [one for one in json.load(file)["results"] if one["suite"] == "forecast"]
+    scaled = [(case, case["raster"]["cpu_ms"], case["raytraced"]["cpu_ms"]) for case in cases]
+    built = [one for one in scaled if one[1][0] - one[1][1] > 1]
+    treed = [one for one in scaled if one[0]["workload"]["triangles"] > 2000]
+    tell("picture, rasterised", SHADE, [[NS * x for x in shade(c)] for c, _, _ in scaled],
+         [raster[1] for _, raster, _ in scaled])
+    tell("shadow maps", MAPS, [[NS * x for x in maps(c)] for c, _, _ in built],
+         [raster[0] - raster[1] for _, raster, _ in built])
+    tell("rays", TRACE, [[NS * x for x in trace(c)] for c, _, _ in scaled],
+         [traced[1] for _, _, traced in scaled])
+    tell("tree", ["built_triangle"], [[NS * c["workload"]["triangles"]] for c, _, _ in treed],
+         [max(traced[0] - traced[1], 0.5) for _, _, traced in treed])
+
+
+# ---- errors ----
+
+
+def fit_errors(paths):
+    groups, scenes = {}, set()
+    for path in paths:
+        with open(path, encoding="utf-8") as file:
+            document = json.load(file)
+        scenes.add(document["scene"])
+        side = math.sqrt(document["width"] * document["height"])
+        for one in document["settings"]:
+            key = (one["shadows"], one["samples"], one["shadow_resolution"] or 0,
+                   one["shadow_taps"] or 0)
+            groups.setdefault(key, []).append(one["error"]["rmse"] * math.sqrt(side / 480))
+    print(f"{len(scenes)} scenes, {len(paths)} views; RMSE times sqrt(sqrt(pixels) / 480)")
+    for key, errors in sorted(groups.items()):
+        errors.sort()
+        print("{:12s} samples {:3d} texels {:4d} taps {:2d}: ".format(*key) +
+              f"{len(errors):3d} measured, median {statistics.median(errors):.4f}, "
+              f"4 of 5 below {errors[len(errors) * 4 // 5]:.4f}, worst {errors[-1]:.4f}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 3 or sys.argv[1] not in ("costs", "errors"):
+        sys.exit(__doc__)
+    (fit_costs if sys.argv[1] == "costs" else fit_errors)(sys.argv[2:])
