@@ -189,6 +189,18 @@ class Real(support.unittest.TestCase):
         self.assertEqual(first.body, second.body)
         self.assertEqual(first.header("ETag"), second.header("ETag"))
 
+    def test_what_compressed_lists_are_is_said(self):
+        quality = {"shadows": "deep", "shadow_compression": 0.02, "shadow_prefilter": 2}
+        link = self.render(quality=quality).header("Link")
+        frame = self.daemon.request("GET", link[1 : link.index(">")]).json()
+        self.assertEqual((1, 2, 0.02), tuple(
+            frame["compression"][k] for k in ("maps", "prefilter", "max_error")))
+        self.assertLess(0, frame["compression"]["nodes"])
+        self.assertIn("shadow.deep.compress", [line["pass"] for line in frame["plan"]])
+        refused = self.daemon.render(self.scene, quality={**quality, "shadows": "map"})
+        self.assertEqual(400, refused.status)
+        self.assertEqual("/quality/shadow_compression", refused.json()["pointer"])
+
     def test_ids_name_what_is_seen(self):
         _, _, _, _, rows = read_png(self.render(output="node").body)
         ids = {int.from_bytes(row[i : i + 2], "big") for row in rows for i in range(0, 128, 2)}
