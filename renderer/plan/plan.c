@@ -212,16 +212,16 @@ static bool check_lists(const struct plan *plan, const struct view_quality *qual
 
 /* ---- passes ---- */
 
-static void plan_shadows(struct plan *plan, const struct frame_plan_desc *desc)
+static void plan_shadows(struct plan *plan)
 {
     static const char *const deep[] = {"shadow.deep.count", "shadow.deep.scan",
                                        "shadow.deep.scatter", "shadow.deep.sort"};
     static const char *const linked[] = {"shadow.linked", "shadow.linked.walk"};
     const enum plan_step step = PLAN_STEP_SHADOWS;
-    bool is_faithful = desc->view->quality.faithful;
-    if (!plan->linked_lights || !is_faithful)
-        add_pass(plan, PLAN_NEED_OPAQUE_SHADOWS, step, "shadow.depth", "map",
-                 plan->shadow_texels * 4);
+    /* the depth is drawn for every structure, even where nothing opaque casts or none reads it */
+    enum plan_need depth = needs(plan, PLAN_NEED_OPAQUE_SHADOWS) ? PLAN_NEED_OPAQUE_SHADOWS
+                                                                 : PLAN_NEED_FILTERED_SHADOWS;
+    add_pass(plan, depth, step, "shadow.depth", "map", plan->shadow_texels * 4);
     for (int i = 0; i < 4 && plan->deep_lights; i++)
         add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, deep[i], "deep", 0);
     if (plan->compressed_lights)
@@ -256,7 +256,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     const char *form = quality->reference ? "reference" : "raytraced";
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.build", form, 0);
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.trace", form, 0);
-    plan_shadows(plan, desc);
+    plan_shadows(plan);
     add_pass(plan, PLAN_NEED_TRACED_SHADOWS, PLAN_STEP_RAYS, "raytrace.build", rays, 0);
     add_pass(plan, PLAN_NEED_SURFACES, PLAN_STEP_SURFACES, "gbuffer", "",
              targets_bytes(plan, desc->view));
