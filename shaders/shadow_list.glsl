@@ -15,7 +15,11 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
-layout(std430, binding = BIND_SHADOW_INDEX) writeonly buffer index_buffer { float index_z[]; };
+#ifndef IDS
+#include "shadow_key.glsl"
+layout(std430, binding = BIND_SHADOW_KEYS) writeonly buffer key_buffer { uint keys[]; };
+uniform float u_keys_per_m;
+#endif
 #ifdef MEDIA
 #include "material.glsl"
 layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
@@ -82,6 +86,7 @@ bool event_is_after(event a, event b)
 struct list_end {
     dvec3 product;
     uint last_id;
+    uint key; // of the event before
 #ifdef MEDIA
     dvec3 tau, sigma, size; // size: of all that was added to sigma
     float z;
@@ -93,6 +98,7 @@ list_end list_end_begin()
     list_end end;
     end.product = dvec3(1.0);
     end.last_id = 0xffffffffu;
+    end.key = 0u;
 #ifdef MEDIA
     end.tau = dvec3(0.0);
     end.sigma = dvec3(u_sigma[0].xyz) + dvec3(u_sigma[1].xyz);
@@ -123,8 +129,8 @@ void list_advance(inout list_end end, event e)
 }
 #endif
 
-// Event i of the list that starts at `first`.
-void list_append(inout list_end end, uint first, uint i, event e)
+// Event i of the list of n that starts at `first`.
+void list_append(inout list_end end, uint first, uint n, uint i, event e)
 {
     uint place = first + i;
     vec3 t = e.z_t.yzw;
@@ -146,8 +152,14 @@ void list_append(inout list_end end, uint first, uint i, event e)
 #endif
 #endif
     events[place] = vec4(e.z_t.x, t);
-    if (i > 0u && i % 4u == 0u) // the list's index
-        index_z[SHADOW_INDEX_AT(first) + i / 4u - 1u] = e.z_t.x;
+#ifndef IDS
+    uint key = shadow_key(e.z_t.x, u_keys_per_m);
+    if (i > 0u && i % 2u == 0u)
+        keys[SHADOW_KEYS_AT(first) + i / 2u - 1u] = end.key | key << 16u;
+    else if (i % 2u == 1u && i + 1u == n)
+        keys[SHADOW_KEYS_AT(first) + i / 2u] = key | SHADOW_KEY_NONE << 16u;
+    end.key = key;
+#endif
 }
 
 // Lists longer than a network are sorted in runs of 32 and merged level by level, to and fro

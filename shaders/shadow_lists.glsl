@@ -4,41 +4,69 @@
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_shadow_heads;
 
 #ifdef SHADOW_HAS_DEEP
+#include "shadow_key.glsl"
 layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_shadow_events; // depth, transmittance
-layout(binding = UNIT_SHADOW_INDEX) uniform samplerBuffer u_shadow_index; // SHADOW_INDEX_AT
+layout(binding = UNIT_SHADOW_KEYS) uniform usamplerBuffer u_shadow_keys;    // SHADOW_KEYS_AT
 
-// The last event of a list before the depth, or -1; events are sorted by depth. The index tells
-// which four to look at, so that a search in a long list touches two or three cache lines.
-int shadow_last_event(uint head, uint event_base, float depth, out vec4 last)
+const uint KEY_GUARDS = 0x80008000u; // of the two keys in a word
+
+// Which of a texel's keys are not above the query's: bit i for word i's first key, bit 16 + i for
+// its second. A guard bit survives the subtraction of a smaller or equal key.
+uint shadow_keys_reached(uint query, int texel)
+{
+    uvec4 guards = (query - texelFetch(u_shadow_keys, texel)) & KEY_GUARDS;
+    return guards.x >> 15 | guards.y >> 14 | guards.z >> 13 | guards.w >> 12;
+}
+
+// How many events from the list's second one on have at most this key: all that lie before the
+// depth of the key, and perhaps some with an equal key that do not.
+int shadow_count_keys(int begin, int end, uint key)
+{
+    uint query = key * 0x10001u | KEY_GUARDS;
+    int word = SHADOW_KEYS_AT(begin), words = (end - begin) >> 1;
+    int low = word >> 2, high = (word + words - 1) >> 2; // texels, of which three are looked at
+    // In a long list the last three first: an opaque receiver has all events before it, as those
+    // behind it were culled.
+    for (int probe = high - 2; high - low > 2; probe = (low + high + 1) >> 1) {
+        bool is_reached = (shadow_keys_reached(query, probe) & 1u) != 0u;
+        low = is_reached ? probe : low;
+        high = is_reached ? high : probe - 1;
+    }
+    uint reached = shadow_keys_reached(query, low) | shadow_keys_reached(query, low + 1) << 4 |
+                   shadow_keys_reached(query, low + 2) << 8;
+    int first = max(word - 4 * low, 0), last = min(word + words - 4 * low, 12);
+    uint own = (1u << uint(last)) - (1u << uint(first)); // words of this list among the twelve
+    return 2 * max(4 * low - word, 0) + bitCount(reached & own * 0x10001u);
+}
+
+// The last event of a list before the depth, or -1; events are sorted by depth. The keys tell which
+// one it is, up to events with the key of the depth itself, so that a search touches one or two
+// cache lines of keys and one of events, and a list of at most 17 events needs no dependent reads
+// but these.
+int shadow_last_event(uint head, uint event_base, float depth, float keys_per_m, out vec4 last)
 {
     int begin = int(event_base + texelFetch(u_shadow_heads, int(head)).r);
     int end = int(event_base + texelFetch(u_shadow_heads, int(head) + 1).r);
-    int first = SHADOW_INDEX_AT(begin), four = first, n = SHADOW_INDEX_COUNT(end - begin);
-    // The last entry first: an opaque receiver has all events before it, as those behind it were
-    // culled.
-    for (int probe = n; n > 0; probe = (n + 1) >> 1) {
-        bool is_before = texelFetch(u_shadow_index, four + probe - 1).r < depth;
-        four += is_before ? probe : 0;
-        n = is_before ? n - probe : probe - 1;
-    }
-    int low = begin + 4 * (four - first);
-    int found = -1;
+    int count = 1 + shadow_count_keys(begin, end, shadow_key(depth, keys_per_m));
+    int low = begin - 1, high = min(begin + count, end) - 1; // what it is between, both included
     last = vec4(0.0, vec3(1.0));
-    for (int i = min(low + 4, end) - 1; i >= low; i--) {
-        vec4 event = texelFetch(u_shadow_events, i);
+    for (int back = 0; low < high;) { // nearly always once; leaps back among many of one key
+        int probe = max(high - back, low + 1);
+        vec4 event = texelFetch(u_shadow_events, probe);
         bool is_before = event.x < depth;
         last = is_before ? event : last;
-        found = is_before ? i : found;
-        low = is_before ? end : low;
+        low = is_before ? probe : low;
+        high = is_before ? high : probe - 1;
+        back = is_before ? (high - low) >> 1 : 2 * back + 1;
     }
-    return found;
+    return low >= begin ? low : -1;
 }
 
 // With each event the product of all up to and including it.
-vec3 shadow_deep(uint head, uint event_base, float depth)
+vec3 shadow_deep(uint head, uint event_base, float depth, float keys_per_m)
 {
     vec4 last;
-    shadow_last_event(head, event_base, depth, last);
+    shadow_last_event(head, event_base, depth, keys_per_m, last);
     return last.yzw;
 }
 #endif
@@ -48,10 +76,11 @@ layout(binding = UNIT_SHADOW_MEDIA) uniform usamplerBuffer u_shadow_media; // si
 
 // As above; the last stretch takes light, too, up to the receiver itself at `reach`.
 // sigma: where the light stands.
-vec3 shadow_deep_media(uint head, uint event_base, float depth, float reach, vec3 sigma)
+vec3 shadow_deep_media(uint head, uint event_base, float depth, float reach, vec3 sigma,
+                       float keys_per_m)
 {
     vec4 last;
-    int at = shadow_last_event(head, event_base, depth, last);
+    int at = shadow_last_event(head, event_base, depth, keys_per_m, last);
     if (at >= 0)
         sigma = uintBitsToFloat(texelFetch(u_shadow_media, at).xyz);
     return last.yzw * exp(-max(sigma, vec3(0.0)) * max(reach - last.x, 0.0));
@@ -135,7 +164,7 @@ vec3 shadow_linked(uint head, uint node_base, float depth, uint object)
 
 // depth: what is nearer shadows; reach: of the receiver itself; sigma: extinction at the light
 vec3 shadow_list(uint kind, uint flags, uint head, uint event_base, float depth, float reach,
-                 vec3 sigma, uint object)
+                 vec3 sigma, float keys_per_m, uint object)
 {
 #ifdef SHADOW_HAS_LINKED
     if (kind == SHADOW_LINKED)
@@ -151,7 +180,7 @@ vec3 shadow_list(uint kind, uint flags, uint head, uint event_base, float depth,
 #endif
 #ifdef SHADOW_HAS_MEDIA
     if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_MEDIA) != 0u)
-        return shadow_deep_media(head, event_base, depth, reach, sigma);
+        return shadow_deep_media(head, event_base, depth, reach, sigma, keys_per_m);
 #endif
 #ifdef SHADOW_HAS_NODES
     if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_NODES) != 0u)
@@ -159,7 +188,7 @@ vec3 shadow_list(uint kind, uint flags, uint head, uint event_base, float depth,
 #endif
 #ifdef SHADOW_HAS_DEEP
     if (kind == SHADOW_DEEP)
-        return shadow_deep(head, event_base, depth);
+        return shadow_deep(head, event_base, depth, keys_per_m);
 #endif
     return vec3(1.0);
 }

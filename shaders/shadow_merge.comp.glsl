@@ -48,10 +48,10 @@ event choose(bool is_first, event a, event b)
     return e;
 }
 
-void write_result(inout list_end end, uint first, uint i, event e)
+void write_result(inout list_end end, uint first, uint n, uint i, event e)
 {
 #if defined(LAST)
-    list_append(end, first, i, e);
+    list_append(end, first, n, i, e);
 #elif defined(FROM_SCRATCH)
     stream_write(first + i, e);
 #else
@@ -69,7 +69,7 @@ void sort_list(uint begin, uint finish)
         event e_a = read_source(base + a), e_b = read_source(base + min(b, n - 1u));
         for (uint i = pair; i < b_end; i++) {
             bool takes_a = a < a_end && (b >= b_end || !event_is_after(e_a, e_b));
-            write_result(end, base, i, choose(takes_a, e_a, e_b));
+            write_result(end, base, n, i, choose(takes_a, e_a, e_b));
             a += takes_a ? 1u : 0u;
             b += takes_a ? 0u : 1u;
             event e = read_source(base + min(takes_a ? a : b, n - 1u));

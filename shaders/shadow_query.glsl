@@ -14,8 +14,8 @@
 //   crease  [0, 1]: how much of the tolerance below applies to opaque casters (x) and lists (y)
 //   object  node whose own events are left out (no self shadow), else NO_OBJECT
 // A fragment shader that calls it must have left its helper lanes behind: `if (gl_HelperInvocation)
-// return;`. Loop iterations per call: taps * (log2(longest list) + 1); with IDS or LINKED taps *
-// longest list.
+// return;`. Loop iterations per call: taps * (4 log2(longest list) + 6); with IDS or LINKED taps *
+// (longest list + 6).
 //
 // No bias. Each tap intersects the ray through its texel's centre with the receiver's plane (Dou et
 // al. 2014, "Adaptive depth bias for shadow maps", in its exact planar form) and compares there,
@@ -66,6 +66,7 @@ struct shadow_view {
 
 struct shadow_receiver { // in the light's axes
     vec3 p, n;
+    float n_length;
     float rounding_m;    // of p along its normal
     vec2 crease;         // share of the crease tolerance for opaque casters, for lists
 };
@@ -94,7 +95,7 @@ shadow_receiver shadow_receiver_read(uint shadow, vec3 p, vec3 n)
     vec4 z = uintBitsToFloat(shadow_record_texel(shadow, 2));
     return shadow_receiver(vec3(dot(x.xyz, p) + x.w, dot(y.xyz, p) + y.w, dot(z.xyz, p) + z.w),
                            vec3(dot(x.xyz, n), dot(y.xyz, n), dot(z.xyz, n)),
-                           EYE_ROUNDING * length(p), vec2(0.0));
+                           length(n), EYE_ROUNDING * length(p), vec2(0.0));
 }
 
 uint shadow_texel_index(shadow_view view, uint face, ivec2 at)
@@ -118,7 +119,7 @@ float shadow_opaque(shadow_view view, uint texel)
 vec3 shadow_texel(shadow_view view, uint texel, float depth, float reach, uint object)
 {
     return shadow_list(view.kind, view.flags, view.head_base + texel, view.event_base, depth,
-                       reach, view.sigma, object);
+                       reach, view.sigma, view.projection.w, object);
 }
 
 #ifdef SHADOW_HAS_CUBES
@@ -172,22 +173,22 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     }
 #endif
     at = clamp(at, ivec2(0), ivec2(view.resolution - 1u));
-    vec3 ray = vec3(((vec2(at) + 0.5) * (2.0 / size) - 1.0) / view.projection.x, 1.0);
+    float texel = view.projection.y; // its width at distance 1
+    vec3 ray = vec3((vec2(at) + 0.5 - 0.5 * size) * texel, 1.0);
     float reach = dot(n, p), slope = dot(n, ray), ray_length = length(ray);
-    float texel_m = 2.0 * abs(p.z) / (size * view.projection.x), z = p.z;
+    float texel_m = texel * abs(p.z), per_slope = 1.0 / max(abs(slope), 1e-6), z = p.z;
     if (reach * slope > 0.0)
-        z = min(reach / slope, p.z + STEEPEST_TEXELS * texel_m);
-    float reach_m = z * ray_length, across = max(abs(slope), 1e-6);
-    float steepness = min(length(n) * ray_length / across, STEEPEST);
-    z -= (SHADOW_ROUNDING * z + r.rounding_m / ray_length) * steepness;
-    z -= SNAPPING * texel_m * (abs(n.x) + abs(n.y)) / across;
-    vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
+        z = min(abs(reach) * per_slope, p.z + STEEPEST_TEXELS * texel_m);
+    float reach_m = z * ray_length, steepness = min(r.n_length * per_slope, STEEPEST);
+    z -= SHADOW_ROUNDING * z * min(steepness * ray_length, STEEPEST) + r.rounding_m * steepness;
+    z -= SNAPPING * texel_m * (abs(n.x) + abs(n.y)) * per_slope;
+    vec2 crease_m = r.crease * (shadow_crease(steepness * ray_length) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, p.z) - crease_m.x : z;
-    uint texel = shadow_texel_index(view, face, at);
-    if (z_opaque * shadow_opaque(view, texel) > view.projection.z) // its depth is near / z
+    uint index = shadow_texel_index(view, face, at);
+    if (z_opaque * shadow_opaque(view, index) > view.projection.z) // its depth is near / z
         return vec3(0.0);
     z -= crease_m.y;
-    return shadow_texel(view, texel, z * ray_length, reach_m, object);
+    return shadow_texel(view, index, z * ray_length, reach_m, object);
 }
 #endif
 
@@ -196,17 +197,17 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
 {
     float range = view.projection.z;
     at = clamp(at, ivec2(0), ivec2(view.resolution - 1u));
-    vec2 center = ((vec2(at) + 0.5) * (2.0 / float(view.resolution)) - 1.0) / view.projection.xy;
+    float size = float(view.resolution);
+    vec2 texels_m = 2.0 / (size * view.projection.xy);
+    vec2 center = (vec2(at) + 0.5 - 0.5 * size) * texels_m;
     float toward = -dot(r.n.xy, center - r.p.xy), slope = r.n.z;
-    float texel_m = 2.0 / (float(view.resolution) * min(view.projection.x, view.projection.y));
-    float z = r.p.z;
+    float texel_m = max(texels_m.x, texels_m.y), z = r.p.z;
     if (slope != 0.0)
         z += min(toward / slope, STEEPEST_TEXELS * texel_m);
-    float reach_m = z, across = max(abs(slope), 1e-6);
-    float steepness = min(length(r.n) / across, STEEPEST);
+    float reach_m = z, per_slope = 1.0 / max(abs(slope), 1e-6);
+    float steepness = min(r.n_length * per_slope, STEEPEST);
     z -= (SHADOW_ROUNDING * range + r.rounding_m) * steepness;
-    vec2 texels_m = 2.0 / (float(view.resolution) * view.projection.xy);
-    z -= SNAPPING * dot(texels_m, abs(r.n.xy)) / across;
+    z -= SNAPPING * dot(texels_m, abs(r.n.xy)) * per_slope;
     vec2 crease_m = r.crease * (shadow_crease(steepness) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, r.p.z) - crease_m.x : z;
     uint texel = shadow_texel_index(view, 0u, at);
@@ -223,8 +224,8 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
 bool shadow_locate(shadow_view view, vec3 p, out vec2 ndc, out uint face)
 {
     face = 0u;
-    ndc = p.xy * view.projection.xy;
 #ifdef SHADOW_HAS_ORTHOGRAPHIC
+    ndc = p.xy * view.projection.xy;
     if (view.shape == SHADOW_ORTHOGRAPHIC)
         return all(lessThanEqual(abs(ndc), vec2(1.0)));
 #endif
@@ -233,10 +234,9 @@ bool shadow_locate(shadow_view view, vec3 p, out vec2 ndc, out uint face)
     if (view.shape == SHADOW_CUBE) {
         face = shadow_cube_face(p);
         p = shadow_face_from_light(face, p);
-        ndc = p.xy;
     }
 #endif
-    ndc /= p.z;
+    ndc = p.xy * (view.projection.x / p.z); // x = 1 of a cube
     if (view.shape == SHADOW_ONE_FACE && any(greaterThan(abs(ndc), vec2(1.0))))
         return false; // outside of a spot's cone, or of the casters of a light far away
 #endif
@@ -274,15 +274,19 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
     vec2 first = floor(c - 0.5 * float(side - 1));
     vec3 sum = vec3(0.0);
     float weights = 0.0;
-    for (int y = 0; y < side; y++) {
-        for (int x = 0; x < side; x++) {
-            vec2 at = first + vec2(x, y);
-            vec2 w = max(0.5 * float(side) - abs(at + 0.5 - c), vec2(1e-7));
-            float weight = side == 1 ? 1.0 : w.x * w.y;
-            sum += weight * shadow_tap(view, r, face, ivec2(at), object);
-            weights += weight;
-        }
-    }
-    return sum / weights;
+    // llvmpipe runs a loop's body once more, with all lanes off, unless the test ends it; safe with
+    // a test that is equal in all lanes.
+    int x = 0, y = 0;
+    do {
+        vec2 at = first + vec2(x, y);
+        vec2 w = max(0.5 * float(side) - abs(at + 0.5 - c), vec2(1e-7));
+        float weight = side == 1 ? 1.0 : w.x * w.y;
+        sum += weight * shadow_tap(view, r, face, ivec2(at), object);
+        weights += weight;
+        x++;
+        y += x == side ? 1 : 0;
+        x = x == side ? 0 : x;
+    } while (y < side);
+    return sum * (1.0 / weights);
 }
 #endif

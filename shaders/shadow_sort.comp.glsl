@@ -48,7 +48,7 @@ void exchange(int i, int j, bool is_wrong)
 #define TIE(i) tie = tie || (uint((i) + 1) < n && e[i].z_t.x == e[(i) + 1].z_t.x);
 #define TIE_CE(i) swap = event_is_after(e[i], e[(i) + 1]); \
     swapped = swapped || swap; exchange(i, (i) + 1, swap);
-#define APPEND(i) if (uint(i) < n) list_append(end, first, uint(i), e[i]);
+#define APPEND(i) if (uint(i) < n) list_append(end, first, n, uint(i), e[i]);
 #define STORE(i) if (uint(i) < n) store_run(first + uint(i), e[i]);
 
 #if NET == 2

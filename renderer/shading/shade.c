@@ -223,7 +223,8 @@ static void read_statistics(const struct shade *shade, struct frame_report *repo
 }
 
 /* Loop steps of one light at one point, at most: the list walk, two branches, and the shadow's
- * taps, each a binary search (deep) or a walk (linked) of the longest list. */
+ * taps, each a search (deep: shadow_lists.glsl, by halves in the keys, by leaps and halves in the
+ * events, each loop with the step that ends it) or a walk (linked) of the longest list. */
 static uint64_t steps_per_light(const struct shade_desc *desc)
 {
     const struct view_quality *quality = &desc->frame->view->quality;
@@ -234,7 +235,7 @@ static uint64_t steps_per_light(const struct shade_desc *desc)
     bool walks = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
     for (uint32_t i = 0; i < desc->frame->state->scene->material_count; i++)
         walks |= desc->frame->state->materials[i].no_self_shadow;
-    return 4 + taps * (3 + (walks ? longest : search));
+    return 4 + taps * (6 + (walks ? longest : 4 * search));
 }
 
 /* All loops of one invocation share 65,535 steps on llvmpipe and then end without a word

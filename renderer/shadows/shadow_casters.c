@@ -29,6 +29,15 @@ static bool reserve_casters(struct shadow_casters *casters, struct error *err)
     return true;
 }
 
+/* At least as far as any point of the item, in the depth that events have. */
+static double farthest_depth(const struct shadow_frame *frame, const struct state_item *item)
+{
+    double offset[3];
+    vec3_sub(item->center, frame->origin, offset);
+    bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
+    return item->radius_m + (is_flat ? vec3_dot(frame->axis[2], offset) : vec3_length(offset));
+}
+
 bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_frame *frame,
                             const struct scene_state *state, struct error *err)
 {
@@ -47,6 +56,7 @@ bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_
         }
         const struct state_material *material = &state->materials[item->material];
         casters->transparent_count++;
+        casters->farthest_m = fmax(casters->farthest_m, farthest_depth(frame, item));
         if (material->no_self_shadow || material->cast_once)
             casters->has_exclusions = true;
         casters->has_media |= item->is_medium;

@@ -7,7 +7,7 @@
  *   event   16 bytes  depth [m] (distance from the light; along it for directional ones) and the
  *                     product of all filters up to and including this one, rgb; with
  *                     SHADOW_FLAG_RAW this one's own filter
- *   index    1 byte   of each event, a quarter of a word: SHADOW_INDEX_AT, for searching long lists
+ *   key      2 bytes  of each event but the first: its depth in steps, to search by: SHADOW_KEYS_AT
  *   object   4 bytes  SHADOW_FLAG_RAW: node, and bit 31 for one that casts once
  *   medium  16 bytes  SHADOW_FLAG_MEDIA: sigma, the extinction that acts behind the event, rgb
  *                     [1/m]; with SHADOW_FLAG_RAW the event's own, negative where it leaves

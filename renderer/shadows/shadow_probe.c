@@ -14,8 +14,8 @@ static const struct gl_program *probe_program(const struct shadow_system *shadow
 {
     char defines[320];
     bool has_crease = desc->crease[0] != 0 || desc->crease[1] != 0;
-    snprintf(defines, sizeof defines, "%s%s", shadow_system_defines(shadows),
-             has_crease ? " PROBE_CREASE" : "");
+    snprintf(defines, sizeof defines, "%s%s%s", shadow_system_defines(shadows),
+             has_crease ? " PROBE_CREASE" : "", desc->asks_nothing ? " PROBE_NOTHING" : "");
     return program_cache_get(programs,
                              &(struct program_desc){.label = "shadow.probe",
                                                     .compute = "shadow_probe.comp.glsl",

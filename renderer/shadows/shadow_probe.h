@@ -17,8 +17,9 @@ struct shadow_probe_point { /* as shadow_probe.comp.glsl reads it */
 struct shadow_probe_desc {
     const struct shadow_probe_point *points; /* required */
     uint32_t count;
-    int repeat;      /* asks so often, for measurements; 0 means once */
-    float crease[2]; /* tolerance as of shadow_query.glsl, for opaque casters and for lists */
+    int repeat;        /* asks so often, for measurements; 0 means once */
+    bool asks_nothing; /* reads the points and answers with something, to measure that alone */
+    float crease[2];   /* tolerance as of shadow_query.glsl, for opaque casters and for lists */
 };
 
 /* Writes four floats per point: rgb transmittance and 1. */

@@ -69,6 +69,7 @@ static const struct gl_program *use_program(const struct deep_job *job,
     gl_program_set_u(program, "u_event_base", (uint32_t)map->events.first);
     gl_program_set_u(program, "u_list_first", lists->list_first);
     gl_program_set_u(program, "u_list_count", lists->list_count);
+    gl_program_set_f(program, "u_keys_per_m", map->keys_per_m);
     float sigma[2][4] = {{0}};
     for (int k = 0; k < 3; k++) {
         sigma[0][k] = (float)map->sigma[k];
@@ -121,7 +122,7 @@ static void bind_streams(const struct deep_job *job)
     struct shadow_store *store = builder->store;
     struct shadow_pool *events = &store->pools[SHADOW_POOL_EVENTS];
     gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_EVENT], BIND_SHADOW_EVENTS);
-    gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_INDEX], BIND_SHADOW_INDEX);
+    gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_KEYS], BIND_SHADOW_KEYS);
     gl_buffer_bind_storage(&builder->texels, BIND_SCAN);
     gl_buffer_bind_storage(&builder->scratch, BIND_LIST_NODES);
     gl_buffer_bind_storage(&builder->scratch_objects, BIND_STATISTICS);

@@ -16,7 +16,7 @@ static const struct stream_kind stream_kinds[SHADOW_POOL_COUNT][SHADOW_STREAMS_M
     {{"shadow.depths", GL_R32F, 4, 0}},
     {{"shadow.heads", GL_R32UI, 4, 0}},
     {{"shadow.deep.events", GL_RGBA32F, 16, 0},
-     {"shadow.deep.index", GL_R32F, 4, 4},
+     {"shadow.deep.keys", GL_RGBA32UI, 16, 8},
      {"shadow.deep.objects", GL_R32UI, 4, 0},
      {"shadow.deep.media", GL_RGBA32UI, 16, 0}},
     {{"shadow.linked.nodes", GL_RGBA32UI, 16, 0}},

@@ -22,7 +22,7 @@ enum { SHADOW_STREAMS_MAX = 4 };
 /* Of SHADOW_POOL_EVENTS. */
 enum shadow_stream {
     SHADOW_STREAM_EVENT,
-    SHADOW_STREAM_INDEX,  /* f32 per four events: SHADOW_INDEX_AT of records.h */
+    SHADOW_STREAM_KEYS,   /* 2 bytes per event: SHADOW_KEYS_AT of records.h */
     SHADOW_STREAM_OBJECT, /* u32; these two exist once a map asked for them */
     SHADOW_STREAM_MEDIUM, /* four words: extinction [1/m] as rgb floats */
 };

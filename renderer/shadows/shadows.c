@@ -246,6 +246,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
         map.flags |= SHADOW_FLAG_MEDIA;
     shadow_compress_choose(&map, casters, desc->quality, shadows->allowed_error);
     shadows->keeps_exclusions |= casters->has_exclusions && asks_nodes(shadows, desc->quality);
+    map.keys_per_m = (float)(SHADOW_KEY_MOST / fmax(casters->farthest_m, 1e-6));
     shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters->has_media;
     map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
     struct shadow_map *standing = find_map(shadows, map.key);
@@ -418,14 +419,15 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
 {
     const struct shadow_frame *frame = &map->frame;
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
+    double texel_width = 2 / (frame->scale[0] * map->resolution);
     *record = (struct shadow_record){
         .kind_shape_flags_resolution =
             map->kind | frame->shape << 4 | map->flags << 8 | (uint32_t)shadows->resolution << 16,
         .depth_base = (uint32_t)map->depths.first,
         .head_base = (uint32_t)map->heads.first,
         .event_base = (uint32_t)(map->kind == SHADOW_LINKED ? map->nodes.first : map->events.first),
-        .projection = {{(float)frame->scale[0], (float)frame->scale[1],
-                        (float)(is_flat ? frame->depth_m : frame->near_m), 0}},
+        .projection = {{(float)frame->scale[0], (float)(is_flat ? frame->scale[1] : texel_width),
+                        (float)(is_flat ? frame->depth_m : frame->near_m), map->keys_per_m}},
     };
     for (int k = 0; k < 3; k++)
         record->sigma.v[k] = (float)map->sigma[k];
@@ -706,7 +708,7 @@ void shadow_system_bind(const struct shadow_system *shadows, const struct gl_pro
         {SHADOW_POOL_DEPTHS, 0, UNIT_SHADOW_DEPTH},
         {SHADOW_POOL_HEADS, 0, UNIT_SHADOW_HEADS},
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, UNIT_SHADOW_EVENTS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_INDEX, UNIT_SHADOW_INDEX},
+        {SHADOW_POOL_EVENTS, SHADOW_STREAM_KEYS, UNIT_SHADOW_KEYS},
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, UNIT_SHADOW_ID},
         {SHADOW_POOL_EVENTS, SHADOW_STREAM_MEDIUM, UNIT_SHADOW_MEDIA},
         {SHADOW_POOL_NODES, 0, UNIT_SHADOW_NODES},

@@ -27,7 +27,7 @@
 #define BIND_SHADOW_SCRATCH_MEDIA 8 /* u32 per event */
 #define BIND_SHADOW_COUNTS 9        /* deep build: u32 per texel */
 #define BIND_SHADOW_EVENTS 10       /* vec4 per event: depth, transmittance */
-#define BIND_SHADOW_INDEX 11        /* float per four events: depth */
+#define BIND_SHADOW_KEYS 11         /* u32 per two events: SHADOW_KEYS_AT */
 #define BIND_SHADOW_EVENTS_ID 12
 #define BIND_SCAN 13          /* block sums of a scan */
 #define BIND_LIGHT_HEADS 13   /* linked light lists: counter and heads under construction */
@@ -45,7 +45,7 @@
 #define UNIT_SHADOW_DEPTH 11  /* samplerBuffer R32F: nearest opaque caster */
 #define UNIT_SHADOW_HEADS 12  /* usamplerBuffer */
 #define UNIT_SHADOW_EVENTS 13 /* samplerBuffer RGBA32F: depth, transmittance */
-#define UNIT_SHADOW_INDEX 14  /* samplerBuffer R32F: depth of every fourth event */
+#define UNIT_SHADOW_KEYS 14   /* usamplerBuffer RGBA32UI: SHADOW_KEYS_AT, four words each */
 #define UNIT_SHADOW_ID 15     /* usamplerBuffer */
 #define UNIT_LIGHT_HEADS 16   /* usamplerBuffer RG32UI: offset and count, or head */
 #define UNIT_LIGHT_ITEMS 17   /* usamplerBuffer: light indices (or list nodes) */

@@ -86,17 +86,22 @@ LAYOUT_SIZE(light_record, 64)
 #define SHADOW_FLAG_NODES 4u /* nodes of a compressed function instead of events */
 #define SHADOW_RECORD_TEXELS 6
 
-/* A list of deep events that starts at `event` of the pool has an index beside it: the depths of
- * its events 4, 8, 12, ... (counted from 0) in consecutive words, which no other list uses. */
-#define SHADOW_INDEX_AT(event) (((event) + 3) / 4)
-#define SHADOW_INDEX_COUNT(events) (((events)-1) / 4) /* of an int; 0 for 0 events */
+/* A list of n deep events that starts at `event` of the pool has n / 2 words of keys beside it,
+ * which no other list uses: those of its events 1 and 2, 3 and 4, ... (counted from 0), the first
+ * of two in the lower half; a missing last one is SHADOW_KEY_NONE. A key is the depth in steps:
+ * shadow_key.glsl. */
+#define SHADOW_KEYS_AT(event) (((event) + 1) / 2)
+#define SHADOW_KEY_MOST 32766
+#define SHADOW_KEY_NONE 32767u
 
 struct shadow_record {           /* read as SHADOW_RECORD_TEXELS of UNIT_SHADOW_RECORDS */
     vec4 axis_x, axis_y, axis_z; /* rows of light_from_eye: light coordinate = dot(axis.xyz, p) +
                                     axis.w for p relative to the eye, world axes; the light looks
                                     along +z */
-    vec4 projection;             /* perspective: x = y = 1/tan(half), z = near [m];
-                                    orthographic: x, y = 1/half extents, z = depth range [m] */
+    vec4 projection; /* perspective: x = 1/tan(half), y = width of a texel at distance 1,
+                        z = near [m];
+                        orthographic: x, y = 1/half extents, z = depth range [m];
+                        w = keys per metre of deep events */
     uint kind_shape_flags_resolution; /* SHADOW_MAP ... | SHADOW_ONE_FACE ... << 4 |
                                          SHADOW_FLAG_* << 8 | texels per side of a face << 16 */
     uint depth_base; /* of a texel: depth_base + (face * resolution + y) * resolution + x */

@@ -20,14 +20,14 @@ static const struct form {
     {"linked-faithful", "linked-faithful, static", VIEW_SHADOWS_DEEP_LINKED, true},
 };
 
-/* What one frame's maps take: 16 bytes an event (deep: one more for the index), and per texel a
+/* What one frame's maps take: 16 bytes an event (deep: two more for its key), and per texel a
  * head and, in the forms that cull behind opaque casters, an opaque depth. The pools of the store
  * hold the maps of all variants. */
 static uint64_t map_bytes(const struct frame_report *report, int resolution,
                           enum view_shadows technique, bool faithful)
 {
     uint64_t texels = (uint64_t)resolution * (uint64_t)resolution * report->counts.shadowed_lights;
-    uint64_t event_bytes = technique == VIEW_SHADOWS_DEEP ? 17 : 16;
+    uint64_t event_bytes = technique == VIEW_SHADOWS_DEEP ? 18 : 16;
     return report->counts.events * event_bytes + texels * (faithful ? 4 : 8);
 }
 

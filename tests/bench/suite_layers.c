@@ -145,7 +145,7 @@ static bool measure_builds(struct bench *bench, struct layer_case *c, struct err
                                 .width = c->resolution,
                                 .height = c->resolution,
                                 .stage = PART_SHADOW,
-                                .structure_bytes = m[i].report.counts.events * (i ? 16 : 17) +
+                                .structure_bytes = m[i].report.counts.events * (i ? 16 : 18) +
                                                    texels * (forms[i].faithful ? 4 : 8),
                                 .measurement = &m[i],
                             });
@@ -192,8 +192,8 @@ static void place_points(struct lookup *lookup)
 }
 
 /* Time of one dispatch: of 1 + REPEATS less that of 1, which carries transfers and waiting. */
-static bool measure_lookup(struct layer_case *c, struct lookup *lookup, struct frame_times *times,
-                           struct error *err)
+static bool measure_lookup(struct layer_case *c, struct lookup *lookup, bool asks_nothing,
+                           struct frame_times *times, struct error *err)
 {
     double wall[2], cpu[2];
     uint32_t count = (uint32_t)(lookup->width * lookup->height);
@@ -202,8 +202,10 @@ static bool measure_lookup(struct layer_case *c, struct lookup *lookup, struct f
     for (int k = 0; k < 2; k++) {
         wall[k] = wall_now_ms();
         cpu[k] = cpu_now_ms();
-        struct shadow_probe_desc desc = {
-            .points = lookup->points, .count = count, .repeat = k ? 1 + REPEATS : 1};
+        struct shadow_probe_desc desc = {.points = lookup->points,
+                                         .count = count,
+                                         .repeat = k ? 1 + REPEATS : 1,
+                                         .asks_nothing = asks_nothing};
         if (!shadow_probe_run(c->rig.shadows, c->rig.programs, &desc, lookup->answers, err))
             return false;
         wall[k] = wall_now_ms() - wall[k];
@@ -215,14 +217,15 @@ static bool measure_lookup(struct layer_case *c, struct lookup *lookup, struct f
 }
 
 static void report_lookups(struct bench *bench, const struct layer_case *c,
-                           const struct lookup *lookup, const struct measurement m[FORMS])
+                           const struct lookup *lookup, const struct measurement m[FORMS + 1])
 {
+    double harness = samples_summary(&m[FORMS].cpu_ms).median;
     char subject[64], name[96];
     snprintf(subject, sizeof subject, "%s %s x%d", c->subject, lookup->place, lookup->taps);
-    for (int i = 0; i < FORMS; i++)
+    for (int i = 0; i <= FORMS; i++)
         bench_result(bench, &(struct result){.scene = c->scene,
                                              .subject = subject,
-                                             .variant = forms[i].name,
+                                             .variant = i < FORMS ? forms[i].name : "no query",
                                              .width = lookup->width,
                                              .height = lookup->height,
                                              .measurement = &m[i]});
@@ -237,29 +240,37 @@ static void report_lookups(struct bench *bench, const struct layer_case *c,
                                            .relation = target > 0 ? ">=" : NULL,
                                            .bound = target,
                                            .p = samples_difference_p(&m[i].cpu_ms, &m[0].cpu_ms)});
+        snprintf(name, sizeof name, "same without points and answers");
+        bench_check(bench,
+                    &(struct check){.scene = c->scene,
+                                    .subject = subject,
+                                    .name = name,
+                                    .value = (samples_summary(&m[i].cpu_ms).median - harness) /
+                                             (samples_summary(&m[0].cpu_ms).median - harness),
+                                    .p = NAN});
     }
 }
 
 static bool measure_lookups(struct bench *bench, struct layer_case *c, struct lookup *lookup,
                             struct error *err)
 {
-    struct measurement m[FORMS] = {0};
+    struct measurement m[FORMS + 1] = {0}; /* the last one asks nothing */
     bool ok = true;
     place_points(lookup);
     for (struct rounds rounds = rounds_begin(bench); ok && rounds_next(&rounds);) {
-        for (int i = 0; ok && i < FORMS; i++) {
-            struct view_quality quality = quality_of(c, i, lookup->taps);
+        for (int i = 0; ok && i <= FORMS; i++) {
+            struct view_quality quality = quality_of(c, i % FORMS, lookup->taps);
             struct frame_times times;
             ok = prepare(c, &quality, false, &times, err);
             m[i].report = c->rig.report;
-            ok = ok && measure_lookup(c, lookup, &times, err);
+            ok = ok && measure_lookup(c, lookup, i == FORMS, &times, err);
             if (ok && !rounds.is_warming)
                 measurement_add(&m[i], &times);
         }
     }
     if (ok)
         report_lookups(bench, c, lookup, m);
-    for (int i = 0; i < FORMS; i++)
+    for (int i = 0; i <= FORMS; i++)
         measurement_finish(&m[i]);
     return ok;
 }
