@@ -28,6 +28,14 @@ FEW = (
 )
 VIEW = {"width": 96, "height": 64}
 KEPT_SHARE = 0.95
+SETTING = (
+    "shadows",
+    "samples",
+    "shadow_resolution",
+    "shadow_taps",
+    "shadow_compression",
+    "shadow_prefilter",
+)
 
 support.needs(DAEMON)
 
@@ -109,13 +117,10 @@ class Scene:
         self.daemon.request("DELETE", path + "?forget=true")
         for wish, asked, frame in frames:
             chosen = frame["chosen"]
-            fixed = {
-                k: chosen[k]
-                for k in ("shadows", "samples", "shadow_resolution", "shadow_taps")
-                if chosen[k]
-            }
+            fixed = {key: chosen[key] for key in SETTING if chosen[key]}
             again, measured = self.measure(fixed, repeats=3, time_budget_s=600)
             self.daemon.request("DELETE", again + "?forget=true")
+            measured = [one for one in measured if all(one[k] == chosen[k] for k in SETTING)]
             assert len(measured) == 1 and frame["error"]["source"] == "measured", (chosen, measured)
             got = (
                 measured[0]["error"]["rmse"]
