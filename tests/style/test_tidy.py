@@ -3,7 +3,7 @@
 
 A file that was found clean is not judged again while its preprocessed text, its command, the
 configuration and clang-tidy stay what they were: the build folder keeps the hashes of clean files
-($VITRAIL_TIDY_CACHE names another folder, which checkouts may share)."""
+($TIDY_CLEAN_DIR names another folder, which checkouts may share)."""
 
 import concurrent.futures
 import hashlib
@@ -79,7 +79,7 @@ class Tidy(unittest.TestCase):
         database = sources.build_dir()
         entries = compiled_files(database).values()
         self.assertGreater(len(entries), 10, "the compilation database must name the sources")
-        clean = pathlib.Path(os.environ.get("VITRAIL_TIDY_CACHE") or database / "tidy_clean")
+        clean = pathlib.Path(os.environ.get("TIDY_CLEAN_DIR") or database / "tidy_clean")
         clean.mkdir(parents=True, exist_ok=True)
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             judged = pool.map(lambda entry: findings_unless_clean(database, entry, clean), entries)
