@@ -240,7 +240,7 @@ static void report_lookups(struct bench *bench, const struct layer_case *c,
                                            .relation = target > 0 ? ">=" : NULL,
                                            .bound = target,
                                            .p = samples_difference_p(&m[i].cpu_ms, &m[0].cpu_ms)});
-        snprintf(name, sizeof name, "same without points and answers");
+        snprintf(name, sizeof name, "net lookup cpu %s / deep", forms[i].name);
         bench_check(bench,
                     &(struct check){.scene = c->scene,
                                     .subject = subject,

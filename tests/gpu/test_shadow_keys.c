@@ -42,9 +42,10 @@ static struct cell_pane cells[CELLS][LONGEST];
 
 static void cell_place(int cell, double distance, double out[3])
 {
-    out[0] = (cell % SIDE - SIDE / 2) * CELL * distance;
+    int column = cell % SIDE - SIDE / 2, row = cell / SIDE - SIDE / 2;
+    out[0] = column * CELL * distance;
     out[1] = LAMP_Y - distance;
-    out[2] = (cell / SIDE - SIDE / 2) * CELL * distance;
+    out[2] = row * CELL * distance;
 }
 
 static void make_cells(struct pane_scene *panes)
@@ -53,7 +54,8 @@ static void make_cells(struct pane_scene *panes)
     for (int cell = 0; cell < CELLS; cell++) {
         for (int i = 0; i < cell; i++) {
             struct cell_pane *p = &cells[cell][(i * 127 + cell) % cell];
-            p->distance = i % 2 ? 1 + CLUMP * (i / 2) : 0.5 + rig_random(&seed);
+            int pair = i / 2;
+            p->distance = i % 2 ? 1 + CLUMP * pair : 0.5 + rig_random(&seed);
             struct pane pane = {.u = {0.4 * CELL * p->distance, 0, 0},
                                 .v = {0, 0, -0.4 * CELL * p->distance}};
             for (int k = 0; k < 3; k++)
