@@ -16,8 +16,8 @@
 struct frame_plan {
     struct plan plan;
     struct geometry_items items; /* in view */
-    struct light_reach reach;    /* empty without colour */
-    struct shadow_needs shadows; /* likewise */
+    struct light_reach reach;    /* empty where no light list is needed */
+    struct shadow_needs shadows; /* empty without colour */
     struct shader_needs shaders; /* of the scene's state */
 };
 

@@ -158,9 +158,10 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     struct plan *plan = &made->plan;
     struct shadow_census census[2] = {{0}};
     bool is_lit = needs(plan, PLAN_NEED_COLOR);
+    bool is_listed = is_lit || desc->view->outputs & 1u << VIEW_OUTPUT_LIGHTS;
     size_t lights = desc->state->light_count;
     int resolution = shadow_resolution(&desc->view->quality, desc->limits);
-    if (is_lit &&
+    if (is_listed &&
         !light_reach_collect(&made->reach, desc->state->lights, lights, desc->camera, err))
         return false;
     if (is_lit && !shadow_needs_init(&made->shadows,
@@ -180,8 +181,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     plan->unseen_lights = made->reach.unseen_count;
     plan->least_batches =
         shadow_needs_least_batches(&made->shadows, resolution, desc->shadow_budget_bytes);
-    bool is_counted = desc->view->outputs & 1u << VIEW_OUTPUT_LIGHTS;
-    set_need(plan, PLAN_NEED_LIGHTS, (is_lit || is_counted) && lights > 0,
+    set_need(plan, PLAN_NEED_LIGHTS, is_listed && lights > 0,
              "%zu light%s, %zu of them out of view", lights, lights == 1 ? "" : "s",
              plan->unseen_lights);
     set_need(plan, PLAN_NEED_OPAQUE_SHADOWS,
