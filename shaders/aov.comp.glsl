@@ -11,15 +11,7 @@
 #include "surface.glsl"
 #include "view_ray.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-#if SAMPLES > 1
-layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
-layout(binding = UNIT_GBUFFER_1) uniform usampler2DMS u_surface_1;
-layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2DMS u_depth_map;
-#else
-layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
-layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
-layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
-#endif
+#include "gbuffer.glsl"
 layout(std430, binding = BIND_STATISTICS) writeonly buffer aov_buffer { uint words[]; };
 uniform uvec2 u_size_px;
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
@@ -67,13 +59,7 @@ vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
     float depth[SAMPLES];
     for (int i = 0; i < SAMPLES; i++)
         depth[i] = texelFetch(u_depth_map, pixel, i).x;
-    media_begin(pixel, depth);
-#ifdef MEDIA_SURROUND
-    for (uint k = first; k < end; k++) {
-        uvec4 key = keys[u_keys_offset + k];
-        media_surround(media_event(key.z, uintBitsToFloat(key.x)), key.w);
-    }
-#endif
+    media_begin_list(pixel, depth, first, end);
 #endif
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
@@ -89,12 +75,7 @@ vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
         product *= filter_unpack(colors[2u * key.z + 1u].rgb);
     }
 #ifdef HAS_MEDIA
-#ifdef IS_ORTHOGRAPHIC
-    media_advance(0, media_ends[0].y);
-#else
-    if (depth[0] > 0.0)
-        media_advance(0, media_ends[0].y);
-#endif
+    media_end(0, depth[0]);
     through = media_transmittance(0);
 #endif
     return vec3(product) * through;

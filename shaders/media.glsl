@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Media along the ray of each sample of a pixel (docs/shading.md, section 2): the running sum of
 // extinctions, and the optical depth up to the point reached.
-// Needs, where HAS_MEDIA: SAMPLES, view_ray.glsl, u_sample_positions, lists of the camera;
-// CUT_PLANES (count) where the view has clip planes, MEDIA_SURROUND where the eye may be inside.
+// Needs, where HAS_MEDIA: SAMPLES, view_ray.glsl, u_sample_positions, keys and u_keys_offset of the
+// camera's lists; CUT_PLANES (count) where the view has clip planes, MEDIA_SURROUND where the eye
+// may be inside.
 // An event's depth is that of its plane at the sample, so that steep planes lose nothing to
 // antialiasing.
 #ifdef HAS_MEDIA
@@ -97,6 +98,18 @@ void media_surround(medium_event e, uint coverage)
             media_sigma[i] -= dvec3(e.side * e.sigma);
 }
 
+// The media of a pixel's list, from its eye on: media_begin, and what surrounds the eye.
+void media_begin_list(ivec2 pixel, float depth[SAMPLES], uint first, uint end)
+{
+    media_begin(pixel, depth);
+#ifdef MEDIA_SURROUND
+    for (uint k = first; k < end; k++) {
+        uvec4 key = keys[u_keys_offset + k];
+        media_surround(media_event(key.z, uintBitsToFloat(key.x)), key.w);
+    }
+#endif
+}
+
 // Lists are in the order of the pixel's middle. Where a sample meets surfaces the other way round
 // it steps back, and the sum comes out as that of the sample: as long as nothing is clamped. With
 // one sample per pixel there is no such step, and a negative sum is a body inside out.
@@ -122,6 +135,15 @@ void media_cross(int i, medium_event e)
 {
     if (e.is_medium)
         media_sigma[i] += dvec3(e.side * e.sigma);
+}
+
+// Behind the last event: to the opaque surface; else nothing is left around a perspective ray.
+void media_end(int i, float depth)
+{
+#ifndef IS_ORTHOGRAPHIC
+    if (depth > 0.0)
+#endif
+        media_advance(i, media_ends[i].y);
 }
 
 vec3 media_transmittance(int i)

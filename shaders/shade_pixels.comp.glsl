@@ -9,16 +9,7 @@
 #include "filter_word.glsl"
 #endif
 layout(local_size_x = 8, local_size_y = 8) in;
-#if SAMPLES > 1
-layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
-layout(binding = UNIT_GBUFFER_1) uniform usampler2DMS u_surface_1;
-layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2DMS u_depth_map;
-layout(binding = UNIT_GBUFFER_SIGNATURE) uniform usampler2DMS u_signature;
-#else
-layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
-layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
-layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
-#endif
+#include "gbuffer.glsl"
 layout(rgba32f, binding = 0) uniform image2D u_image;
 #ifdef HAS_LIGHT_PARTS
 layout(rgba32f, binding = 1) uniform image2DArray u_parts; // light so far, a layer per sample
@@ -103,13 +94,7 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
         sum[i] = dvec3(0.0LF);
         product[i] = dvec3(1.0LF);
     }
-    media_begin(pixel, depth);
-#ifdef MEDIA_SURROUND
-    for (uint k = first; k < end; k++) {
-        uvec4 key = keys[u_keys_offset + k];
-        media_surround(media_event(key.z, uintBitsToFloat(key.x)), key.w);
-    }
-#endif
+    media_begin_list(pixel, depth, first, end);
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
         vec4 word = colors[2u * key.z + 1u];
@@ -129,12 +114,7 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
         }
     }
     for (int i = 0; i < SAMPLES; i++) {
-#ifdef IS_ORTHOGRAPHIC
-        media_advance(i, media_ends[i].y);
-#else
-        if (depth[i] > 0.0)
-            media_advance(i, media_ends[i].y); // else nothing is left around the ray
-#endif
+        media_end(i, depth[i]);
         through[i] = vec3(product[i]) * media_transmittance(i);
         radiance[i] = vec3(sum[i]);
     }

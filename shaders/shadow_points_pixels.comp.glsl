@@ -4,17 +4,8 @@
 // Needs: those of shadow_points.glsl.
 #include "shadow_points.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
-#if SAMPLES > 1
-layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
-layout(binding = UNIT_GBUFFER_1) uniform usampler2DMS u_surface_1;
-layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2DMS u_depth_map;
-layout(binding = UNIT_GBUFFER_SIGNATURE) uniform usampler2DMS u_signature;
+#include "gbuffer.glsl"
 #include "sample_groups.glsl"
-#else
-layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
-layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
-layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
-#endif
 layout(std430, binding = BIND_TRACED_HEADS) writeonly buffer head_buffer { uint heads[]; };
 layout(std430, binding = BIND_STATISTICS) buffer counter_buffer { uint point_count; };
 uniform uint u_first_point; // points of entries come before

@@ -12,7 +12,7 @@ static uint64_t scramble(uint64_t x)
     return x ^ x >> 33;
 }
 
-static void add_word(struct content_key *key, uint64_t word)
+void content_key_add_word(struct content_key *key, uint64_t word)
 {
     key->words[0] = scramble(key->words[0] ^ word);
     key->words[1] = scramble(key->words[1] + 0x9e3779b97f4a7c15ull * (word + 1)); /* golden ratio */
@@ -26,17 +26,17 @@ struct content_key content_key_begin(void)
 void content_key_add(struct content_key *key, const void *bytes, size_t size_bytes)
 {
     const unsigned char *at = bytes;
-    add_word(key, size_bytes);
+    content_key_add_word(key, size_bytes);
     for (size_t i = 0; i < size_bytes; i += 8) {
         uint64_t word = 0;
         memcpy(&word, at + i, size_bytes - i < 8 ? size_bytes - i : 8);
-        add_word(key, word);
+        content_key_add_word(key, word);
     }
 }
 
 void content_key_add_text(struct content_key *key, const char *text)
 {
-    add_word(key, text != NULL);
+    content_key_add_word(key, text != NULL);
     if (text)
         content_key_add(key, text, strlen(text));
 }

@@ -13,6 +13,7 @@ struct content_key {
 };
 
 struct content_key content_key_begin(void);
+void content_key_add_word(struct content_key *key, uint64_t word);
 /* Padding inside of a struct counts too: it may tell equal structs apart, never the reverse. */
 void content_key_add(struct content_key *key, const void *bytes, size_t size_bytes);
 /* NULL and the empty text differ. */

@@ -5,22 +5,23 @@
 
 #include "renderer/shadows/shadow_map.h"
 
-struct shadow_key shadow_key_of_text(const char *text);
-/* From the map's scene, frame, kind, flags and resolution, the blend filter, and the casters that
- * it shows. */
-struct shadow_key shadow_key_of_map(const struct shadow_map *map,
-                                    const struct shadow_casters *casters,
-                                    const struct scene_state *state, uint32_t blend_filter);
-
-static inline struct shadow_key shadow_key_join(struct shadow_key a, struct shadow_key b)
+static inline struct content_key shadow_key_of_scene(const char *scene_key)
 {
-    const uint64_t odd = 0x9e3779b97f4a7c15ull; /* of splitmix64: bits spread, order shows */
-    return (struct shadow_key){{(a.words[0] ^ b.words[0]) * odd, (a.words[1] + b.words[1]) * odd}};
+    struct content_key key = content_key_begin();
+    content_key_add_text(&key, scene_key);
+    return key;
 }
 
-static inline bool shadow_key_equals(struct shadow_key a, struct shadow_key b)
+/* From the map's scene, frame, kind, flags and resolution, the blend filter, and the casters that
+ * it shows. */
+struct content_key shadow_key_of_map(const struct shadow_map *map,
+                                     const struct shadow_casters *casters,
+                                     const struct scene_state *state, uint32_t blend_filter);
+
+static inline struct content_key shadow_key_join(struct content_key a, struct content_key b)
 {
-    return a.words[0] == b.words[0] && a.words[1] == b.words[1];
+    const uint64_t odd = 0x9e3779b97f4a7c15ull; /* of splitmix64: bits spread, order shows */
+    return (struct content_key){{(a.words[0] ^ b.words[0]) * odd, (a.words[1] + b.words[1]) * odd}};
 }
 
 #endif

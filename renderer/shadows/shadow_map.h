@@ -5,13 +5,10 @@
 
 #include "renderer/gl/program.h"
 #include "renderer/gl/scope.h"
+#include "renderer/plan/content_key.h"
 #include "renderer/scene/scene_gpu.h"
 #include "renderer/shadows/shadow_frame.h"
 #include "renderer/shadows/shadow_store.h"
-
-struct shadow_key {
-    uint64_t words[2];
-};
 
 struct shadow_window { /* rows of one face, built by themselves; no rows: all of the map */
     uint32_t face;
@@ -19,8 +16,8 @@ struct shadow_window { /* rows of one face, built by themselves; no rows: all of
 };
 
 struct shadow_map {
-    struct shadow_key key;   /* of all that decides the structure */
-    struct shadow_key scene; /* of the scene's key alone */
+    struct content_key key;   /* of all that decides the structure */
+    struct content_key scene; /* of the scene's key alone */
     struct shadow_frame frame;
     uint32_t kind;    /* SHADOW_MAP, SHADOW_DEEP, SHADOW_LINKED */
     uint32_t flags;   /* SHADOW_FLAG_* */

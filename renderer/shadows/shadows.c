@@ -41,10 +41,10 @@ struct shadow_system {
     struct shadow_build *builds;
     size_t build_count, build_capacity;
     int resolution, taps;
-    double allowed_error;      /* of lists that take the place of exact ones; 0: none do */
-    struct shadow_key refused; /* of the maps whose exact lists last exceeded the budget */
-    bool keeps_exclusions;     /* a light that was to be compressed has lists with objects */
-    bool has_thick_media;      /* a linked map has media among its casters */
+    double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
+    struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
+    bool keeps_exclusions;      /* a light that was to be compressed has lists with objects */
+    bool has_thick_media;       /* a linked map has media among its casters */
     struct gl_buffer records;
     struct gl_texture record_view;
     char defines[256];
@@ -177,10 +177,10 @@ static bool reserve_lights(struct shadow_system *shadows, size_t count, struct e
     return true;
 }
 
-static struct shadow_map *find_map(const struct shadow_system *shadows, struct shadow_key key)
+static struct shadow_map *find_map(const struct shadow_system *shadows, struct content_key key)
 {
     for (size_t i = 0; i < shadows->map_count; i++)
-        if (shadow_key_equals(shadows->maps[i]->key, key))
+        if (content_key_equals(shadows->maps[i]->key, key))
             return shadows->maps[i];
     return NULL;
 }
@@ -234,7 +234,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     const struct shadow_casters *casters = &need->casters;
     struct shadow_map map = {.resolution = shadows->resolution,
                              .last_frame = shadows->frame,
-                             .scene = shadow_key_of_text(desc->scene_key),
+                             .scene = shadow_key_of_scene(desc->scene_key),
                              .frame = need->frame,
                              .kind = need->kind};
     if (!need->has_structure || (desc->is_left_out && desc->is_left_out[light]))
@@ -357,9 +357,9 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
     return ok;
 }
 
-static struct shadow_key key_of_all(const struct shadow_system *shadows)
+static struct content_key key_of_all(const struct shadow_system *shadows)
 {
-    struct shadow_key key = {{0, 0}};
+    struct content_key key = {{0, 0}};
     for (size_t i = 0; i < shadows->light_count; i++)
         if (shadows->light_maps[i])
             key = shadow_key_join(key, shadows->light_maps[i]->key);
@@ -383,7 +383,7 @@ static bool check_size(const struct shadow_system *shadows, struct error *err)
 static bool is_refused(const struct shadow_system *shadows, const struct view_quality *quality)
 {
     return quality->shadow_error_allowed > 0 && shadows->allowed_error <= 0 &&
-           shadows->light_count > 0 && shadow_key_equals(shadows->refused, key_of_all(shadows));
+           shadows->light_count > 0 && content_key_equals(shadows->refused, key_of_all(shadows));
 }
 
 static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
@@ -606,7 +606,7 @@ static bool prepare_within_budget(struct shadow_system *shadows,
 {
     const struct view_quality *quality = desc->quality;
     struct error failure = {0};
-    struct shadow_key exact = {{0, 0}};
+    struct content_key exact = {{0, 0}};
     for (int attempt = 0; attempt < 3; attempt++) {
         failure = (struct error){0};
         shadows->allowed_error = attempt == 2 ? quality->shadow_error_allowed : 0;
@@ -635,7 +635,7 @@ static bool prepare_within_budget(struct shadow_system *shadows,
         else
             drop_all(shadows);
     }
-    shadows->refused = (struct shadow_key){{0, 0}};
+    shadows->refused = (struct content_key){{0, 0}};
     return error_set(err, failure.code, "%s", failure.message);
 }
 
@@ -725,9 +725,9 @@ void shadow_system_bind(const struct shadow_system *shadows, const struct gl_pro
 
 void shadow_system_forget(struct shadow_system *shadows, const char *scene_key)
 {
-    struct shadow_key scene = shadow_key_of_text(scene_key);
+    struct content_key scene = shadow_key_of_scene(scene_key);
     for (size_t i = shadows->map_count; i-- > 0;)
-        if (shadow_key_equals(shadows->maps[i]->scene, scene))
+        if (content_key_equals(shadows->maps[i]->scene, scene))
             drop_map(shadows, i);
     finish_builds(shadows);
     shadows->light_count = 0; /* the frame's maps may be among them */

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+// The window's surfaces and depth, as renderer/shading/window.c binds them.
+// Needs: shared/bindings.h, SAMPLES.
+#if SAMPLES > 1
+layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;
+layout(binding = UNIT_GBUFFER_1) uniform usampler2DMS u_surface_1;
+layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2DMS u_depth_map;
+layout(binding = UNIT_GBUFFER_SIGNATURE) uniform usampler2DMS u_signature;
+#else
+layout(binding = UNIT_GBUFFER_0) uniform usampler2D u_surface_0;
+layout(binding = UNIT_GBUFFER_1) uniform usampler2D u_surface_1;
+layout(binding = UNIT_GBUFFER_DEPTH) uniform sampler2D u_depth_map;
+#endif
