@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "server/build_id.h"
+#include "server/processor.h"
 
 enum { KEY_BYTES = 1024 };
 
@@ -28,26 +29,14 @@ static const struct member members[] = {
 };
 enum { MEMBERS = sizeof members / sizeof members[0] };
 
-static void read_processor(char name[128])
-{
-    FILE *file = fopen("/proc/cpuinfo", "re");
-    char line[256];
-    snprintf(name, 128, "unknown");
-    while (file && fgets(line, sizeof line, file))
-        if (sscanf(line, "model name : %127[^\n]", name) == 1)
-            break;
-    if (file)
-        fclose(file);
-}
-
 /* All that may change the speed but what else runs on the machine. */
 static void make_key(struct renderer *renderer, char key[KEY_BYTES])
 {
     struct renderer_info info;
-    char processor[128], build[BUILD_ID_BYTES];
+    char processor[PROCESSOR_NAME_BYTES], build[BUILD_ID_BYTES];
     const char *threads = getenv("LP_NUM_THREADS");
     renderer_get_info(renderer, &info);
-    read_processor(processor);
+    processor_get_name(processor);
     build_id_get(build);
     snprintf(key, KEY_BYTES, "%s|%s|%s|%s|%ld|%s|%s", info.vendor, info.renderer, info.version,
              processor, sysconf(_SC_NPROCESSORS_ONLN), threads ? threads : "", build);

@@ -19,26 +19,13 @@ static struct shadow_rig rig;
 static const double up[3] = {0, 1, 0};
 static const double no_eye[3] = {0, 0, 0};
 
-enum { LAMPS = 3 };
+enum { LAMPS = SHADOW_RIG_LAMPS };
 static const char *const lamp_names[LAMPS] = {"directional", "point", "spot"};
-static const struct view_light lamps[LAMPS] = {
-    {.type = SCENE_LIGHT_DIRECTIONAL,
-     .direction = {0.1, -1, 0.05},
-     .color = {1, 1, 1},
-     .intensity = 1},
-    {.type = SCENE_LIGHT_POINT, .position = {0.1, 10, 0.2}, .color = {1, 1, 1}, .intensity = 1},
-    {.type = SCENE_LIGHT_SPOT,
-     .position = {0.1, 10, 0.2},
-     .direction = {0, -1, 0},
-     .color = {1, 1, 1},
-     .intensity = 1,
-     .outer_cone_deg = 30},
-};
 
 static void prepare(const struct pane_scene *panes, const struct view_quality *quality)
 {
     struct error err = {0};
-    if (!shadow_rig_prepare(&rig, panes, lamps, LAMPS, no_eye, quality, &err))
+    if (!shadow_rig_prepare(&rig, panes, shadow_rig_lamps, LAMPS, no_eye, quality, &err))
         fail_msg("%s", err.message);
 }
 
@@ -191,7 +178,7 @@ static void clear_layers_make_no_event_and_change_no_bit(void **state)
             for (int k = 0; k < 3; k++)
                 panes.materials[i].base_color[k] = is_blended ? 0 : 1;
         }
-        if (!shadow_rig_prepare(&rig, &panes, lamps, LAMPS, no_eye,
+        if (!shadow_rig_prepare(&rig, &panes, shadow_rig_lamps, LAMPS, no_eye,
                                 &(struct view_quality){.shadow_resolution = 64}, &err))
             fail_msg("%s", err.message);
         assert_int_equal(rig.report.counts.events, 0);
@@ -346,7 +333,7 @@ static void too_many_layers_are_refused_by_number(void **state)
     struct pane_scene panes = {0};
     struct error err = {0};
     stack(&panes, 60001, (float[3]){0.5f, 0.5f, 0.5f});
-    bool is_made = shadow_rig_prepare(&rig, &panes, lamps, 1, no_eye,
+    bool is_made = shadow_rig_prepare(&rig, &panes, shadow_rig_lamps, 1, no_eye,
                                       &(struct view_quality){.shadow_resolution = 1}, &err);
     assert_false(is_made);
     assert_int_equal(err.code, ERROR_UNSUPPORTED);

@@ -12,7 +12,6 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
 #include "renderer/accuracy/difference_map.h"
 #include "renderer/accuracy/flip.h"
 #include "renderer/image/tone_map.h"
@@ -368,15 +367,8 @@ static void room_of_opaque_spheres(void **state)
 
 static void demo_chapel(void **state)
 {
-    struct error err = {0};
     struct subject s = {.renderer = *state, .name = "demo chapel", .content = TEXTURED};
-    void *glb;
-    size_t size_bytes;
-    if (!demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 128}, &glb, &size_bytes,
-                          &err))
-        fail_msg("%s", err.message);
-    rig_scene_open(&s.rig, *state, s.name, glb, size_bytes);
-    free(glb);
+    rig_demo_open(&s.rig, *state, s.name, 128);
     compare_techniques(&s);
 }
 

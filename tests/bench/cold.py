@@ -14,11 +14,10 @@ import argparse
 import json
 import math
 import os
-import subprocess
 import tempfile
 import time
-import urllib.error
-import urllib.request
+
+from daemon import Daemon
 
 WANTED = argparse.ArgumentParser(description="cold starts of the daemon")
 WANTED.add_argument("bin")
@@ -41,33 +40,10 @@ def spots(count):
     return lights
 
 
-class Daemon:
+class Cold(Daemon):
     def __init__(self, binaries, state_dir):
-        environment = {name: value for name, value in os.environ.items()
-                       if name != "MESA_SHADER_CACHE_DIR" and not name.startswith("VITRAIL_")}
-        self.began = time.monotonic()
-        self.process = subprocess.Popen(
-            [os.path.join(binaries, "vitraild"), "--listen", "127.0.0.1:0", "--state-dir",
-             state_dir, "--log-level", "error"], stdout=subprocess.PIPE, text=True,
-            env=environment)
-        self.port = int(self.process.stdout.readline().rsplit(":", 1)[1])
-        while not self.is_ready():
-            time.sleep(0.02)
-        self.ready_s = time.monotonic() - self.began
+        super().__init__(binaries, state_dir)
         self.ready_cpu_s = self.cpu_s()
-
-    def ask(self, path, body=None, media_type="application/json"):
-        request = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", body,
-                                         {"Content-Type": media_type})
-        with urllib.request.urlopen(request, timeout=600) as reply:
-            return reply.headers, reply.read()
-
-    def is_ready(self):
-        try:
-            self.ask("/readyz")
-            return True
-        except urllib.error.HTTPError:
-            return False
 
     def cpu_s(self):
         """Processor time of the daemon and its worker so far."""
@@ -82,11 +58,6 @@ class Daemon:
                 ticks += int(fields[11]) + int(fields[12])
         return ticks / os.sysconf("SC_CLK_TCK")
 
-    def stop(self):
-        self.process.terminate()
-        self.process.wait(60)
-        self.process.stdout.close()
-
 
 def render(daemon, body):
     begin = time.monotonic()
@@ -99,7 +70,7 @@ def render(daemon, body):
 
 def start_once(wanted, state_dir, scene):
     """scene: bytes to post, or the id of one that is there."""
-    daemon = Daemon(wanted.bin, state_dir)
+    daemon = Cold(wanted.bin, state_dir)
     try:
         posted_s = 0.0
         if isinstance(scene, bytes):

@@ -13,13 +13,12 @@ import json
 import math
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
 import threading
 import time
-import urllib.error
-import urllib.request
+
+from daemon import Daemon
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "http"))
 WANTED = argparse.ArgumentParser(description="live views over loopback")
@@ -35,43 +34,17 @@ def import_sockets():
     return WebSocket
 
 
-class Server:
+class Server(Daemon):
     def __init__(self, binaries):
         self.folder = tempfile.TemporaryDirectory()
-        self.process = subprocess.Popen(
-            [os.path.join(binaries, "vitraild"), "--listen", "127.0.0.1:0", "--state-dir",
-             self.folder.name, "--log-level", "error"], stdout=subprocess.PIPE, text=True)
-        self.port = int(self.process.stdout.readline().rsplit(":", 1)[1])
-        deadline = time.monotonic() + 180
-        while not self.is_ready():
-            if time.monotonic() > deadline:
-                raise SystemExit("the server does not become ready")
-            time.sleep(0.1)
-
-    def is_ready(self):
-        try:
-            self.ask("/readyz")
-            return True
-        except urllib.error.HTTPError:
-            return False
-
-    def ask(self, path, body=None, media_type="application/json", method=None):
-        request = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", body,
-                                         {"Content-Type": media_type}, method=method)
-        with urllib.request.urlopen(request, timeout=300) as reply:
-            return reply.read()
-
-    def ask_json(self, path, body=None):
-        return json.loads(self.ask(path, json.dumps(body).encode() if body else None))
+        super().__init__(binaries, self.folder.name)
 
     def resident_kib(self):
         with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as statm:
             return int(statm.read().split()[1]) * os.sysconf("SC_PAGESIZE") // 1024
 
     def stop(self):
-        self.process.terminate()
-        self.process.wait(30)
-        self.process.stdout.close()
+        super().stop()
         self.folder.cleanup()
 
 
@@ -155,7 +128,7 @@ def patch_times(server):
     document = support.triangle_document()
     document["nodes"], document["scenes"] = nodes, [{"nodes": list(range(len(nodes)))}]
     content = support.glb(document, support.TRIANGLE)
-    scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary"))["id"]
+    scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary")[1])["id"]
     view = server.ask_json("/v1/views", {
         "scene": scene, "width": 320, "height": 180, "camera": {"fit": "iso"},
         "lights": [{"type": "directional", "direction": [0, -1, 0.2]}]})["id"]
@@ -178,7 +151,7 @@ def main():
     try:
         with open(arguments.scene, "rb") as file:
             content = file.read()
-        scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary"))["id"]
+        scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary")[1])["id"]
         measure(server, scene, size, 1, 2)  # compiles the shaders
         rows = [measure(server, scene, size, n, arguments.seconds) for n in (1, 4, 16)]
         rows += [measure(server, scene, size, 4, arguments.seconds, slow)

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "server/processor.h"
 #include "tests/bench/bench.h"
 
 static const struct suite suites[] = {
@@ -83,24 +84,12 @@ static bool read_options(struct bench_options *o, int count, char **arguments)
     return true;
 }
 
-static void read_processor(char out[128])
-{
-    FILE *file = fopen("/proc/cpuinfo", "r");
-    char line[256];
-    snprintf(out, 128, "unknown");
-    while (file && fgets(line, sizeof line, file))
-        if (sscanf(line, "model name : %127[^\n]", out) == 1)
-            break;
-    if (file)
-        fclose(file);
-}
-
 /* What the device and the machine are, and how busy it was. */
 static json_t *describe(const struct bench *bench, const double load[2])
 {
-    char processor[128];
+    char processor[PROCESSOR_NAME_BYTES];
     const char *threads = getenv("LP_NUM_THREADS"), *no_cache = getenv("MESA_SHADER_CACHE_DISABLE");
-    read_processor(processor);
+    processor_get_name(processor);
     return json_pack("{s:s, s:s, s:b, s:s, s:i, s:s, s:s, s:f, s:f}", "device",
                      bench->info.renderer, "version", bench->info.version, "has_true_timers",
                      bench->info.has_true_timers, "processor", processor, "cores",

@@ -24,20 +24,6 @@ static void prepare(const struct pane_scene *panes, const struct view_light *lig
         fail_msg("%s", err.message);
 }
 
-static const struct view_light lamps[] = {
-    {.type = SCENE_LIGHT_DIRECTIONAL,
-     .direction = {0.1, -1, 0.05},
-     .color = {1, 1, 1},
-     .intensity = 1},
-    {.type = SCENE_LIGHT_POINT, .position = {0.1, 10, 0.2}, .color = {1, 1, 1}, .intensity = 1},
-    {.type = SCENE_LIGHT_SPOT,
-     .position = {0.1, 10, 0.2},
-     .direction = {0, -1, 0},
-     .color = {1, 1, 1},
-     .intensity = 1,
-     .outer_cone_deg = 30},
-};
-
 static struct pane level_pane(double height, double half, float r, float g, float b)
 {
     return (struct pane){
@@ -63,7 +49,7 @@ static void n_parallel_panes_give_the_product_after_each_pane(void **state)
             &panes, &(struct pane){
                         .center = {0, 0, 0}, .u = {4, 0, 0}, .v = {0, 0, -4}, .is_opaque = true});
         for (int taps = 1; taps <= 16; taps = taps == 1 ? 4 : taps == 4 ? 9 : taps == 9 ? 16 : 17) {
-            prepare(&panes, lamps, 3,
+            prepare(&panes, shadow_rig_lamps, SHADOW_RIG_LAMPS,
                     &(struct view_quality){.shadow_resolution = 64, .shadow_taps = taps});
             for (uint32_t light = 0; light < 3; light++) {
                 for (int i = 0; i <= n; i++) {
@@ -147,7 +133,7 @@ static void random_panes_agree_with_the_definition_in_f64(void **state)
         uint64_t seed = 77 + (uint64_t)round;
         struct pane_scene panes = {0};
         add_random_panes(&panes, 40, &seed);
-        prepare(&panes, lamps, 3,
+        prepare(&panes, shadow_rig_lamps, SHADOW_RIG_LAMPS,
                 &(struct view_quality){.shadow_resolution = 128, .shadow_taps = taps[round]});
         for (uint32_t light = 0; light < 3; light++) {
             double worst = 0;

@@ -8,7 +8,6 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
 #include "tests/support/image_checks.h"
 
 struct demo {
@@ -109,18 +108,12 @@ static void rose_window_is_seen_in_many_colours(void **state)
 
 static int setup(void **state)
 {
-    struct error err = {0};
-    void *glb;
-    size_t size;
-    if (!demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 512}, &glb, &size, &err))
-        return 1;
     struct demo *demo = calloc(1, sizeof *demo);
     assert_non_null(demo);
     demo->renderer = render_rig_create();
     struct view view = nave_view();
     view.outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_NODE;
-    rig_scene_open(&demo->rig, demo->renderer, "demo", glb, size);
-    free(glb);
+    rig_demo_open(&demo->rig, demo->renderer, "demo", 512);
     shoot(demo->renderer, &demo->rig, &view, &demo->frame);
     save_picture(&demo->frame.outputs[VIEW_OUTPUT_COLOR], "demo");
     *state = demo;

@@ -9,7 +9,6 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
 #include "tests/support/image_checks.h"
 
 enum { FRAMES_MAX = 16 };
@@ -27,8 +26,6 @@ struct series {
 static void series_begin(struct series *series, bool redraws)
 {
     struct error err = {0};
-    void *glb = NULL;
-    size_t size_bytes = 0;
     series->redraws = redraws;
     series->count = 0;
     series->renderer = renderer_create(
@@ -37,11 +34,7 @@ static void series_begin(struct series *series, bool redraws)
         exit(77);
     if (!series->renderer)
         fail_msg("%s", err.message);
-    if (!demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 64}, &glb, &size_bytes,
-                          &err))
-        fail_msg("%s", err.message);
-    rig_scene_open(&series->rig, series->renderer, "demo", glb, size_bytes);
-    free(glb);
+    rig_demo_open(&series->rig, series->renderer, "demo", 64);
 }
 
 static void run(void (*frames)(struct series *series))

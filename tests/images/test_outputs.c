@@ -9,7 +9,6 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
 #include "tests/support/image_checks.h"
 
 enum { WIDTH = 96, HEIGHT = 54, PIXELS = WIDTH * HEIGHT, NODES_MAX = 256 };
@@ -203,16 +202,10 @@ static void hide_what_is_opaque(struct demo *demo)
 
 static int setup(void **state)
 {
-    struct error err = {0};
-    void *glb;
-    size_t size;
-    if (!demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 64}, &glb, &size, &err))
-        return 1;
     struct demo *demo = calloc(1, sizeof *demo);
     assert_non_null(demo);
     demo->renderer = render_rig_create();
-    rig_scene_open(&demo->rig, demo->renderer, "outputs", glb, size);
-    free(glb);
+    rig_demo_open(&demo->rig, demo->renderer, "outputs", 64);
     hide_what_is_opaque(demo);
     *state = demo;
     return 0;

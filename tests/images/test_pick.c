@@ -9,7 +9,6 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
 #include "tests/support/image_checks.h"
 
 enum { WIDTH = 96, HEIGHT = 54 };
@@ -148,16 +147,10 @@ static void the_picked_point_projects_back_to_its_pixel(void **state)
 
 static int setup(void **state)
 {
-    struct error err = {0};
-    void *glb;
-    size_t size;
-    if (!demo_scene_build(&(struct demo_scene_desc){.texture_size_px = 64}, &glb, &size, &err))
-        return 1;
     struct demo *demo = calloc(1, sizeof *demo);
     assert_non_null(demo);
     demo->renderer = render_rig_create();
-    rig_scene_open(&demo->rig, demo->renderer, "pick", glb, size);
-    free(glb);
+    rig_demo_open(&demo->rig, demo->renderer, "pick", 64);
     *state = demo;
     return 0;
 }

@@ -7,7 +7,6 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
 #include "tests/support/closed_form_media.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
@@ -17,17 +16,11 @@ enum { SIDE = 48 };
 struct scene_case {
     struct rig_scene rig;
     struct closed_form_scene closed_form;
-    void *demo;
 };
 
 static void open_demo(struct scene_case *scene, struct renderer *renderer)
 {
-    size_t size_bytes = 0;
-    struct error err = {0};
-    const struct demo_scene_desc desc = {.texture_size_px = 64};
-    if (!demo_scene_build(&desc, &scene->demo, &size_bytes, &err))
-        fail_msg("%s", err.message);
-    rig_scene_open(&scene->rig, renderer, "demo", scene->demo, size_bytes);
+    rig_demo_open(&scene->rig, renderer, "demo", 64);
 }
 
 static void open_panes(struct scene_case *scene, struct renderer *renderer, int count)
@@ -43,7 +36,6 @@ static void close_scene(struct scene_case *scene, struct renderer *renderer)
 {
     rig_scene_finish(&scene->rig, renderer);
     closed_form_scene_finish(&scene->closed_form);
-    free(scene->demo);
 }
 
 static bool plan_has(const struct plan *plan, const struct report_pass *line)

@@ -5,10 +5,12 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
 
+#include "clients/glb/demo_scene.h"
 #include "renderer/scene/matrix.h"
 
 static const double pi = 3.14159265358979323846;
@@ -39,6 +41,19 @@ void rig_scene_open(struct rig_scene *scene, struct renderer *renderer, const ch
     renderer_detach_scene(renderer, key); /* of a test that failed */
     if (!rig_scene_from_glb(scene, renderer, key, glb, size_bytes, &err))
         fail_msg("scene '%s': %s", key, err.message);
+}
+
+void rig_demo_open(struct rig_scene *scene, struct renderer *renderer, const char *key,
+                   int texture_size_px)
+{
+    struct error err = {0};
+    void *glb = NULL;
+    size_t size_bytes = 0;
+    const struct demo_scene_desc desc = {.texture_size_px = texture_size_px};
+    if (!demo_scene_build(&desc, &glb, &size_bytes, &err))
+        fail_msg("%s", err.message);
+    rig_scene_open(scene, renderer, key, glb, size_bytes);
+    free(glb);
 }
 
 void rig_asset_open(struct rig_scene *scene, struct renderer *renderer, const char *path)

@@ -202,6 +202,20 @@ static void must(bool ok, const struct error *err)
     }
 }
 
+const struct view_light shadow_rig_lamps[SHADOW_RIG_LAMPS] = {
+    {.type = SCENE_LIGHT_DIRECTIONAL,
+     .direction = {0.1, -1, 0.05},
+     .color = {1, 1, 1},
+     .intensity = 1},
+    {.type = SCENE_LIGHT_POINT, .position = {0.1, 10, 0.2}, .color = {1, 1, 1}, .intensity = 1},
+    {.type = SCENE_LIGHT_SPOT,
+     .position = {0.1, 10, 0.2},
+     .direction = {0, -1, 0},
+     .color = {1, 1, 1},
+     .intensity = 1,
+     .outer_cone_deg = 30},
+};
+
 bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t first_linked_elements)
 {
     struct error err = {0};

@@ -62,6 +62,10 @@ struct shadow_rig {
     struct frame_report report;
 };
 
+/* A sun, a point and a spot of 30 degrees 10 m up, all a little askew. */
+enum { SHADOW_RIG_LAMPS = 3 };
+extern const struct view_light shadow_rig_lamps[SHADOW_RIG_LAMPS];
+
 /* False when there is no GL device: the test is skipped. */
 bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t first_linked_elements);
 void shadow_rig_close(struct shadow_rig *rig);
