@@ -4,6 +4,8 @@
 
 #include <stdio.h>
 
+#include "renderer/shadows/shadow_compress.h"
+
 /* Forecasts are within a factor of 1.5 of each other's error, so a gain below a tenth is none. */
 static const double GAIN_LEAST = 0.9;
 
@@ -23,8 +25,7 @@ static bool is_open(const struct auto_desc *desc)
     bool speaks_of_maps =
         (quality->shadow_resolution && quality->shadow_resolution != RESOLUTION_DEFAULT) ||
         quality->shadow_taps > TAPS_DEFAULT || quality->faithful ||
-        quality->shadow_compression > 0 || quality->shadow_prefilter > 1 ||
-        quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
+        shadow_compress_is_asked(quality) || quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
     return desc->view->outputs & 1u << VIEW_OUTPUT_COLOR && !quality->reference &&
            quality->shadows == VIEW_SHADOWS_AUTO && !speaks_of_maps && !has_areas(desc->state);
 }
@@ -42,8 +43,10 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
         .is_warm = quality->expects_reuse,
     };
     if (!workload_measure(&workload,
-                          &(struct workload_desc){
-                              .view = desc->view, .state = desc->state, .camera = desc->camera},
+                          &(struct workload_desc){.view = desc->view,
+                                                  .state = desc->state,
+                                                  .camera = desc->camera,
+                                                  .reach = desc->reach},
                           err))
         return false;
     choice->raster_ms = forecast_raster_ms(&workload, &setting, speed);

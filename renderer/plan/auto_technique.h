@@ -7,6 +7,7 @@
 #define VITRAIL_RENDERER_PLAN_AUTO_TECHNIQUE_H
 
 #include "renderer/frame_report.h"
+#include "renderer/lights/light_reach.h"
 #include "renderer/plan/forecast.h"
 
 enum auto_policy {
@@ -33,6 +34,7 @@ struct auto_desc {
     const struct camera *camera;          /* required */
     const struct auto_settings *settings; /* NULL = zeroed */
     int raster_samples;                   /* of the rasteriser for this view */
+    struct light_reach *reach; /* as workload_desc has it, where a forecast was needed; optional */
 };
 
 /* A request leaves the choice open when it asks for color with `shadows: auto`, says nothing that

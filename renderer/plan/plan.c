@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "renderer/frame_raytrace.h"
+#include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows.h"
 #include "shaders/shared/layout.h"
 
@@ -69,9 +70,10 @@ static void add_pass(struct plan *plan, enum plan_need need, enum plan_step step
 
 /* ---- requirements ---- */
 
-static bool require_outputs(struct plan *plan, const struct frame_plan_desc *desc,
+static bool require_outputs(struct frame_plan *made, const struct frame_plan_desc *desc,
                             struct error *err)
 {
+    struct plan *plan = &made->plan;
     uint32_t color = 1u << VIEW_OUTPUT_COLOR, outputs = desc->view->outputs;
     int auxiliary = __builtin_popcount(outputs & ~color);
     char because[REPORT_TEXT_BYTES];
@@ -80,7 +82,8 @@ static bool require_outputs(struct plan *plan, const struct frame_plan_desc *des
                                          .state = desc->state,
                                          .camera = desc->camera,
                                          .settings = desc->automatic,
-                                         .raster_samples = plan_samples(desc->view, desc->limits)},
+                                         .raster_samples = plan_samples(desc->view, desc->limits),
+                                         .reach = &made->reach},
                      err))
         return false;
     bool is_traced = frame_is_raytraced(desc->view, desc->state, &plan->choice, because);
@@ -126,12 +129,6 @@ struct shadow_census {
     size_t lights, casters;
 };
 
-/* Lists are to be compressed where they can be (shadow_compress.h). */
-static bool asks_nodes(const struct view_quality *quality)
-{
-    return quality->shadow_compression > 0 || quality->shadow_prefilter > 1;
-}
-
 static void count_light(struct plan *plan, const struct shadow_need *light, int resolution,
                         struct shadow_census census[2])
 {
@@ -161,7 +158,9 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     bool is_listed = is_lit || desc->view->outputs & 1u << VIEW_OUTPUT_LIGHTS;
     size_t lights = desc->state->light_count;
     int resolution = shadow_resolution(&desc->view->quality, desc->limits);
-    if (is_listed &&
+    if (!is_listed)
+        light_reach_finish(&made->reach); /* `auto` may have asked */
+    if (is_listed && !made->reach.is_in_view &&
         !light_reach_collect(&made->reach, desc->state->lights, lights, desc->camera, err))
         return false;
     if (is_lit && !shadow_needs_init(&made->shadows,
@@ -176,7 +175,8 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     for (size_t i = 0; i < made->shadows.light_count; i++)
         if (!made->shadows.lights[i].is_unseen)
             count_light(plan, &made->shadows.lights[i], resolution, census);
-    for (size_t i = 0; i < made->shadows.light_count && asks_nodes(&desc->view->quality); i++)
+    for (size_t i = 0;
+         i < made->shadows.light_count && shadow_compress_is_asked(&desc->view->quality); i++)
         plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
     plan->unseen_lights = made->reach.unseen_count;
     plan->least_batches =
@@ -275,7 +275,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc, struct error *err)
 {
     *plan = (struct frame_plan){.shaders = shader_needs_of(desc->state)};
-    if (!require_outputs(&plan->plan, desc, err) || !require_geometry(plan, desc, err) ||
+    if (!require_outputs(plan, desc, err) || !require_geometry(plan, desc, err) ||
         !require_lights(plan, desc, err) || !check_lists(&plan->plan, &desc->view->quality, err)) {
         frame_plan_finish(plan);
         return false;

@@ -2,7 +2,6 @@
 /* Counts of lights, shadow maps and what is drawn into them. */
 #include "renderer/plan/workload.h"
 
-#include "renderer/lights/light_reach.h"
 #include "renderer/scene/matrix.h"
 #include "renderer/shadows/shadow_frame.h"
 #include "shaders/shared/layout.h"
@@ -178,10 +177,10 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
                       struct error *err)
 {
     struct survey survey;
-    struct light_reach reach = {0};
+    struct light_reach own = {0}, *reach = desc->reach ? desc->reach : &own;
     *workload = (struct workload){.pixels = (double)desc->view->width_px * desc->view->height_px};
     bool ok = survey_view(&survey, desc, err) &&
-              light_reach_collect(&reach, desc->state->lights, desc->state->light_count,
+              light_reach_collect(reach, desc->state->lights, desc->state->light_count,
                                   desc->camera, err);
     if (ok) {
         workload->covered = survey.covered;
@@ -189,10 +188,10 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
         workload->textures = survey.textures;
         workload->triangles = survey.triangles;
         workload->triangles_in_view = survey.triangles_in_view;
-        workload->lights = desc->state->light_count - reach.unseen_count;
-        workload->lit = count_lit(desc, &survey, &reach);
-        measure_maps(workload, desc, &reach);
+        workload->lights = desc->state->light_count - reach->unseen_count;
+        workload->lit = count_lit(desc, &survey, reach);
+        measure_maps(workload, desc, reach);
     }
-    light_reach_finish(&reach);
+    light_reach_finish(&own);
     return ok;
 }

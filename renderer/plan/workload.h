@@ -5,6 +5,7 @@
 #ifndef VITRAIL_RENDERER_PLAN_WORKLOAD_H
 #define VITRAIL_RENDERER_PLAN_WORKLOAD_H
 
+#include "renderer/lights/light_reach.h"
 #include "renderer/plan/camera.h"
 
 struct workload {
@@ -29,6 +30,8 @@ struct workload_desc {
     const struct view *view;         /* required */
     const struct scene_state *state; /* required */
     const struct camera *camera;     /* required */
+    struct light_reach *reach;       /* out, the caller's to finish: of the state's lights, who need
+                                        not be asked again; optional */
 };
 
 MUST_CHECK bool workload_measure(struct workload *workload, const struct workload_desc *desc,

@@ -25,6 +25,11 @@ struct compress_job {
     bool is_writing; /* else counting */
 };
 
+bool shadow_compress_is_asked(const struct view_quality *quality)
+{
+    return quality->shadow_compression > 0 || quality->shadow_prefilter > 1;
+}
+
 void shadow_compress_choose(struct shadow_map *map, const struct shadow_casters *casters,
                             const struct view_quality *quality, double allowed)
 {
@@ -44,7 +49,7 @@ void shadow_compress_choose(struct shadow_map *map, const struct shadow_casters 
 
 uint64_t shadow_compress_event_bytes(const struct shadow_map *map)
 {
-    return map->has_media ? 33 : 17;
+    return SHADOW_EVENT_BYTES + (map->has_media ? SHADOW_MEDIUM_BYTES : 0);
 }
 
 static int rays_per_side(const struct compress_job *job)

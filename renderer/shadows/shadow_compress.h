@@ -21,7 +21,10 @@
 enum { SHADOW_PREFILTER_MAX = 4 };     /* samples per side of a texel */
 #define SHADOW_COMPRESSION_LEAST 0.001 /* of a transmittance; the default with a prefilter */
 #define SHADOW_COMPRESSION_MOST 0.5
-#define SHADOW_NODE_BYTES 17u /* with its share of the index */
+#define SHADOW_NODE_BYTES SHADOW_EVENT_BYTES /* nodes lie where events do */
+
+/* Whether the quality wants deep lists compressed or averaged. */
+bool shadow_compress_is_asked(const struct view_quality *quality);
 
 /* What the quality asks of deep lists: fills the map's flags, compression and prefilter. `allowed`:
  * an error that takes the place of exact lists, 0 for none. Leaves maps alone that must be exact.
@@ -29,7 +32,7 @@ enum { SHADOW_PREFILTER_MAX = 4 };     /* samples per side of a texel */
 void shadow_compress_choose(struct shadow_map *map, const struct shadow_casters *casters,
                             const struct view_quality *quality, double allowed);
 
-/* Bytes that an event of the exact lists takes, with its share of the index. */
+/* Bytes that an event of the exact lists takes. */
 uint64_t shadow_compress_event_bytes(const struct shadow_map *map);
 
 /* Builds all builds of kind SHADOW_DEEP with SHADOW_FLAG_NODES, whose opaque casters stand in

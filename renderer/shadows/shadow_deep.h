@@ -23,6 +23,9 @@
 
 #include "renderer/shadows/shadow_casters.h"
 
+#define SHADOW_EVENT_BYTES 18u  /* an event and its key */
+#define SHADOW_MEDIUM_BYTES 16u /* more, with SHADOW_FLAG_MEDIA */
+
 struct shadow_builder { /* what the list builders share */
     struct program_cache *programs;
     struct gpu_timeline *timeline;

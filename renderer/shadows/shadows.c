@@ -222,8 +222,7 @@ static bool add_build(struct shadow_system *shadows, struct shadow_map *map, uin
 /* Lists are to be compressed where they can be. */
 static bool asks_nodes(const struct shadow_system *shadows, const struct view_quality *quality)
 {
-    return quality->shadow_compression > 0 || quality->shadow_prefilter > 1 ||
-           shadows->allowed_error > 0;
+    return shadow_compress_is_asked(quality) || shadows->allowed_error > 0;
 }
 
 static bool prepare_light(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,

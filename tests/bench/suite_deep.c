@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "renderer/shadows/shadow_deep.h"
 #include "tests/bench/frames.h"
 #include "tests/bench/scenes.h"
 
@@ -27,7 +28,7 @@ static uint64_t map_bytes(const struct frame_report *report, int resolution,
                           enum view_shadows technique, bool faithful)
 {
     uint64_t texels = (uint64_t)resolution * (uint64_t)resolution * report->counts.shadowed_lights;
-    uint64_t event_bytes = technique == VIEW_SHADOWS_DEEP ? 18 : 16;
+    uint64_t event_bytes = technique == VIEW_SHADOWS_DEEP ? SHADOW_EVENT_BYTES : 16;
     return report->counts.events * event_bytes + texels * (faithful ? 4 : 8);
 }
 
