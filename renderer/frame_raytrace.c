@@ -89,7 +89,7 @@ void frame_warn_of_areas(const struct scene_state *state, struct frame_report *r
     size_t areas = count_areas(state);
     if (areas)
         report_warn(report,
-                    "%zu area light%s drawn from the centre, with hard shadows; shadows raytraced "
-                    "or auto draws all of it",
+                    "%zu area light%s drawn from the centre, with hard shadows; shadows "
+                    "raytraced, raytraced-shadows or auto draws all of it",
                     areas, areas == 1 ? " is" : "s are");
 }

@@ -298,7 +298,8 @@ static bool run_windows(const struct frame_run *run, struct error *err)
 static void warn_of_approximations(const struct frame_run *run)
 {
     struct frame_report *report = &run->frame->report;
-    frame_warn_of_areas(run->state, report);
+    if (!run->frame_plan->shaders.area_samples)
+        frame_warn_of_areas(run->state, report);
     if (run->view->clip_plane_count && !rays_of(run))
         report_warn(report, "clip planes cut the view; shadow maps still hold the whole scene");
     if (run->frame_plan->plan.samples == 1 && run->view->quality.samples == 4)
@@ -328,8 +329,13 @@ static bool run_steps(const struct frame_run *run, struct error *err)
     if (!walk_frame(run, err))
         return false;
     if (needs(run, PLAN_NEED_COLOR) &&
-        !shade_upload_lights(&renderer->shade, run->state, renderer->shadows, rays_of(run),
-                             run->camera->eye, NULL, err))
+        !shade_upload_lights(&renderer->shade,
+                             &(struct shade_lights_desc){.state = run->state,
+                                                         .needs = &run->frame_plan->shaders,
+                                                         .shadows = renderer->shadows,
+                                                         .traced = rays_of(run),
+                                                         .eye = run->camera->eye},
+                             err))
         return false;
     return !is_rasterised || run_windows(run, err);
 }

@@ -144,8 +144,13 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
         place.is_continued = batch->first > 0;
         place.continues = batch->end < batch->light_count;
         count++;
-        if (!shade_upload_lights(&renderer->shade, run->state, renderer->shadows, NULL,
-                                 run->camera->eye, batch->is_left_out, err) ||
+        if (!shade_upload_lights(&renderer->shade,
+                                 &(struct shade_lights_desc){.state = run->state,
+                                                             .needs = &run->frame_plan->shaders,
+                                                             .shadows = renderer->shadows,
+                                                             .eye = run->camera->eye,
+                                                             .is_left_out = batch->is_left_out},
+                                 err) ||
             !shade_window(&renderer->shade, &place, err))
             return false;
     }

@@ -2,7 +2,8 @@
 // Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere,
 // emission.
 // The same code serves opaque pixels and every transparent layer. Needs: light list and shadow
-// defines, LIGHT_KINDS and HAS_LIGHT_RANGES where HAS_LIGHTS, MATERIAL_KINDS of material.glsl.
+// defines, LIGHT_KINDS, HAS_LIGHT_RANGES and HAS_AREA_SAMPLES where HAS_LIGHTS, MATERIAL_KINDS of
+// material.glsl.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
@@ -13,6 +14,7 @@
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
 #include "light_list.glsl"
+#include "light_area.glsl"
 #include "shadow_traced.glsl"
 #ifdef HAS_SHADOWS
 #include "shadow_query.glsl"
@@ -80,6 +82,61 @@ vec3 light_arriving(light_record r, vec3 position, out vec3 l)
     }
     return r.color.rgb * gain;
 }
+
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
+uint light_lookups = 0u;
+#endif
+#ifdef HAS_SHADOWS
+vec2 light_crease; // of the point at hand, as is the object
+uint light_object;
+#endif
+
+// What the surface sends on of a light, or of one point of it, through its shadow.
+vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
+{
+    vec3 l, sent = vec3(0.0);
+    vec3 arriving = light_arriving(r, position, l);
+    BRANCH (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
+        vec3 reflected = brdf_evaluate(b, l);
+#ifdef HAS_SHADOWS
+        BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+            arriving *=
+                shadow_transmittance(r.shadow, position, geo_normal, light_crease, light_object);
+            light_lookups++;
+        }
+#endif
+#ifdef HAS_TRACED_SHADOWS
+        BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+            arriving *= traced_transmittance();
+            light_lookups++;
+        }
+#endif
+        sent = reflected * arriving;
+    }
+#ifdef HAS_TRACED_SHADOWS
+    traced_step(r.shadow);
+#endif
+    return sent;
+}
+
+#ifdef HAS_AREA_SAMPLES
+// The same of all points of a light: its centre, or those on its area.
+vec3 light_sent_by_all(light_record r, uint index, brdf_input b, vec3 position, vec3 geo_normal,
+                       uvec2 pixel)
+{
+    bool is_area = light_is(r, LIGHT_AREA);
+    uint count = is_area ? u_area_samples : 1u;
+    light_area area = light_area_of(index, pixel);
+    vec3 centre = r.position_range.xyz, sum = vec3(0.0);
+    r.color.rgb /= float(count);
+    for (uint i = 0u; i < count; i++) {
+        if (is_area)
+            r.position_range.xyz = centre + light_area_offset(area, i);
+        sum += light_sent(r, b, position, geo_normal);
+    }
+    return sum;
+}
+#endif
 #endif
 
 #ifdef HAS_ENVIRONMENT
@@ -118,17 +175,14 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")
     // fully curved where shading and triangle normal differ by 7 degrees
-    vec2 crease = vec2(1.0, clamp(8.0 * length(cross(s.normal, s.geo_normal)), 0.0, 1.0));
-    uint object = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW) ? s.node : NO_OBJECT;
+    light_crease = vec2(1.0, clamp(8.0 * length(cross(s.normal, s.geo_normal)), 0.0, 1.0));
+    light_object = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW) ? s.node : NO_OBJECT;
 #endif
 #ifdef HAS_ENVIRONMENT
     if (IS_FIRST_PART)
         radiance += hemisphere_light(b, s.roughness, s.occlusion);
 #endif
 #ifdef HAS_LIGHTS
-#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
-    uint lookups = 0u;
-#endif
 #ifdef HAS_TRACED_SHADOWS
     light_cursor cursor = light_list_at(traced_cluster());
 #else
@@ -140,31 +194,16 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
     uint index;
     while (light_list_next(cursor, index)) {
         light_record r = lights[index];
-        vec3 l;
-        vec3 arriving = light_arriving(r, position, l);
-        BRANCH (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
-            vec3 reflected = brdf_evaluate(b, l);
-#ifdef HAS_SHADOWS
-            BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
-                arriving *= shadow_transmittance(r.shadow, position, s.geo_normal, crease, object);
-                lookups++;
-            }
-#endif
-#ifdef HAS_TRACED_SHADOWS
-            BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
-                arriving *= traced_transmittance();
-                lookups++;
-            }
-#endif
-            radiance += reflected * arriving;
-        }
-#ifdef HAS_TRACED_SHADOWS
-        traced_step(r.shadow);
+#ifdef HAS_AREA_SAMPLES
+        radiance += light_sent_by_all(r, index, b, position, s.geo_normal, pixel);
+#else
+        radiance += light_sent(r, b, position, s.geo_normal);
 #endif
     }
 #if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
-    if (lookups > 0u)
-        atomicAdd(statistics[STATISTICS_LOOKUPS + (pixel.x & 63u)], lookups * uint(u_taps));
+    if (light_lookups > 0u)
+        atomicAdd(statistics[STATISTICS_LOOKUPS + (pixel.x & 63u)], light_lookups * uint(u_taps));
+    light_lookups = 0u;
 #endif
 #endif
     return radiance;

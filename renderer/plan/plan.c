@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "renderer/frame_raytrace.h"
+#include "renderer/raytrace/rt_emitter.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows.h"
 #include "shaders/shared/layout.h"
@@ -149,6 +150,18 @@ static void count_light(struct plan *plan, const struct shadow_need *light, int 
     census[1].casters += light->kind != SHADOW_MAP ? light->casters.transparent_count : 0;
 }
 
+/* Points that shading takes of each area light: where rays find the shadows of each. */
+static uint32_t area_samples(const struct frame_plan_desc *desc)
+{
+    const struct view_quality *quality = &desc->view->quality;
+    for (size_t i = 0; i < desc->state->light_count; i++)
+        if (state_light_is_area(&desc->state->lights[i]))
+            return quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS
+                       ? rt_light_sample_count(&desc->state->lights[i], quality)
+                       : 0;
+    return 0;
+}
+
 static bool require_lights(struct frame_plan *made, const struct frame_plan_desc *desc,
                            struct error *err)
 {
@@ -178,6 +191,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     for (size_t i = 0;
          i < made->shadows.light_count && shadow_compress_is_asked(&desc->view->quality); i++)
         plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
+    made->shaders.area_samples = area_samples(desc);
     plan->unseen_lights = made->reach.unseen_count;
     plan->least_batches =
         shadow_needs_least_batches(&made->shadows, resolution, desc->shadow_budget_bytes);

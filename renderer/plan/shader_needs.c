@@ -58,6 +58,7 @@ void shader_needs_light_defines(const struct shader_needs *needs,
 {
     text[0] = 0;
     if (needs->light_kinds)
-        snprintf(text, SHADER_NEEDS_TEXT_BYTES, " LIGHT_KINDS=%uu%s", needs->light_kinds,
-                 needs->has_ranges ? " HAS_LIGHT_RANGES" : "");
+        snprintf(text, SHADER_NEEDS_TEXT_BYTES, " LIGHT_KINDS=%uu%s%s", needs->light_kinds,
+                 needs->has_ranges ? " HAS_LIGHT_RANGES" : "",
+                 needs->area_samples > 1 ? " HAS_AREA_SAMPLES" : "");
 }

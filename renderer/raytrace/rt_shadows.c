@@ -24,7 +24,8 @@ struct raytrace_shadows {
     struct raytrace_desc desc;
     struct rt_scene own, *scene;
     struct rt_lamps lamps;
-    uint32_t *filters; /* of each light at a point; 0: it is not shadowed */
+    uint32_t *filters; /* of each light at a point: one, or those of an area light's points; 0: it
+                          is not shadowed */
     uint32_t filters_max;
 };
 
@@ -104,12 +105,23 @@ struct point_light { /* a point, and what all its rays share */
     struct rt_shadow_job job;
     float normal[3]; /* for shading */
     double footprint_m;
+    uint32_t seed; /* of the points on area lights */
     bool transmits;
 };
 
-static void begin_point(const struct raytrace_shadows *shadows, const struct shadow_point *point,
+static uint32_t seed_of(const struct raytrace_shadow_points *points,
+                        const struct shadow_point *point)
+{
+    uint32_t width = (uint32_t)points->width;
+    return rt_job_seed(points->image_x + (int)(point->pixel % width),
+                       points->image_y_bottom - (int)(point->pixel / width), 0);
+}
+
+static void begin_point(const struct raytrace_shadows *shadows,
+                        const struct raytrace_shadow_points *points, size_t index,
                         struct point_light *p)
 {
+    const struct shadow_point *point = &points->points[index];
     const struct camera *camera = shadows->desc.camera;
     const struct rt_scene *scene = shadows->scene;
     double pixel = 2 * camera->half_height / shadows->desc.view->height_px, square = 0;
@@ -118,6 +130,7 @@ static void begin_point(const struct raytrace_shadows *shadows, const struct sha
     unpack_unit(point->geo_normal, p->job.normal);
     unpack_unit(point->normal, p->normal);
     p->transmits = point->flags & SHADOW_POINT_TRANSMITS;
+    p->seed = seed_of(points, point);
     for (int k = 0; k < 3; k++) {
         double from_eye = (double)point->position_lift.v[k];
         p->job.point[k] = camera->eye[k] + from_eye - scene->origin[k];
@@ -134,14 +147,18 @@ static void begin_point(const struct raytrace_shadows *shadows, const struct sha
                             SNAPPING * p->footprint_m * leaning + curved);
 }
 
-/* Where the light is, seen from the point. False when none of it arrives there. */
-static bool face_light(const struct raytrace_shadows *shadows, struct point_light *p)
+/* Where the light is, seen from the point: of an area light, its index-th point. False when none of
+ * it arrives there. */
+static bool face_light(const struct raytrace_shadows *shadows, struct point_light *p,
+                       uint32_t index)
 {
     const struct state_light *light = &shadows->desc.state->lights[p->job.light];
     if (state_light_is_area(light)) {
         struct rt_arrival arrival;
-        struct rt_light_sample middle = {.count = 1};
-        rt_light_arrive(light, &middle, shadows->scene->origin, p->job.point, &arrival);
+        struct rt_light_sample sample = {.index = index,
+                                         .count = shadows->filters[p->job.light],
+                                         .seed = p->seed + p->job.light};
+        rt_light_arrive(light, &sample, shadows->scene->origin, p->job.point, &arrival);
         for (int k = 0; k < 3; k++)
             p->job.direction[k] = (float)arrival.direction[k];
         p->job.distance_m = (float)arrival.distance_m;
@@ -162,38 +179,41 @@ static bool faces_away(const struct point_light *p)
     return !p->transmits && along < -1e-3 - p->footprint_m / (double)p->job.distance_m;
 }
 
+static void ask_light(struct worker *worker, struct point_light *p)
+{
+    const struct raytrace_shadows *shadows = worker->shared->shadows;
+    for (uint32_t i = 0; i < shadows->filters[p->job.light]; i++, p->job.filter++) {
+        if (face_light(shadows, p, i) && !faces_away(p))
+            rt_shadow_rays_add(&worker->rays, &p->job);
+        else /* nothing comes from there, or so little that its shadow does not matter */
+            rt_shadow_pack((const double[3]){1, 1, 1},
+                           worker->shared->slice->filters[p->job.filter]);
+    }
+}
+
 static void ask_lights(struct worker *worker, size_t index)
 {
     const struct shared *shared = worker->shared;
-    const struct raytrace_shadows *shadows = shared->shadows;
     const struct raytrace_shadow_slice *slice = shared->slice;
     struct light_run run =
         cut_list(slice->clusters, slice->table[index][1], slice->first, slice->count);
     struct point_light p;
-    begin_point(shadows, &shared->points->points[index], &p);
+    begin_point(shared->shadows, shared->points, index, &p);
     p.job.filter = slice->table[index][0];
     for (int i = 0; i < 2; i++) {
         for (uint32_t k = 0; k < run.counts[i]; k++) {
             p.job.light = run.items[i][k];
-            if (!shadows->filters[p.job.light])
-                continue;
-            if (face_light(shadows, &p) && !faces_away(&p))
-                rt_shadow_rays_add(&worker->rays, &p.job);
-            else /* nothing comes from there, or so little that its shadow does not matter */
-                rt_shadow_pack((const double[3]){1, 1, 1}, slice->filters[p.job.filter]);
-            p.job.filter++;
+            ask_light(worker, &p);
         }
     }
 }
 
-static size_t count_filters(const struct shared *shared, uint32_t cluster)
+static size_t count_filters(const struct raytrace_shadows *shadows, const struct light_run *run)
 {
-    const struct raytrace_shadow_slice *slice = shared->slice;
-    struct light_run run = cut_list(slice->clusters, cluster, slice->first, slice->count);
     size_t count = 0;
     for (int i = 0; i < 2; i++)
-        for (uint32_t k = 0; k < run.counts[i]; k++)
-            count += shared->shadows->filters[run.items[i][k]];
+        for (uint32_t k = 0; k < run->counts[i]; k++)
+            count += shadows->filters[run->items[i][k]];
     return count;
 }
 
@@ -239,7 +259,9 @@ static void place_point(struct worker *worker, size_t index)
     uint32_t *row = shared->slice->table[index];
     row[1] = find_cluster(shared->shadows, shared->points, shared->slice->clusters,
                           &shared->points->points[index]);
-    row[0] = (uint32_t)atomic_fetch_add(shared->filter_count, count_filters(shared, row[1]));
+    struct light_run run =
+        cut_list(shared->slice->clusters, row[1], shared->slice->first, shared->slice->count);
+    row[0] = (uint32_t)atomic_fetch_add(shared->filter_count, count_filters(shared->shadows, &run));
 }
 
 static void run_tiles(void *argument)
@@ -284,13 +306,36 @@ uint64_t raytrace_shadows_most_filters(const struct raytrace_shadows *shadows, u
     return (uint64_t)light_count * shadows->filters_max;
 }
 
+/* Whether the filters of all lights have room: by their number in each cluster, where most lights
+ * have fewer than the one with most. */
+static bool all_have_room(const struct raytrace_shadows *shadows,
+                          const struct raytrace_shadow_points *points,
+                          const struct clusters *clusters, size_t capacity)
+{
+    size_t cluster_count =
+        (size_t)clusters->columns * (size_t)clusters->rows * (size_t)clusters->slices;
+    size_t *counts = calloc(cluster_count, sizeof *counts); /* and one; 0: not known */
+    size_t used = 0;
+    for (size_t i = 0; counts && i < points->count && used <= capacity; i++) {
+        uint32_t cluster = find_cluster(shadows, points, clusters, &points->points[i]);
+        if (!counts[cluster]) {
+            struct light_run run = cut_list(clusters, cluster, 0, UINT32_MAX);
+            counts[cluster] = count_filters(shadows, &run) + 1;
+        }
+        used += counts[cluster] - 1;
+    }
+    free(counts);
+    return counts && used <= capacity;
+}
+
 uint32_t raytrace_shadows_room(const struct raytrace_shadows *shadows,
                                const struct raytrace_shadow_points *points,
                                const struct clusters *clusters, size_t capacity)
 {
     const uint32_t longest = clusters->longest;
     size_t per_light = shadows->filters_max;
-    if (points->count * longest <= capacity / per_light)
+    if (points->count * longest <= capacity / per_light ||
+        (per_light > 1 && all_have_room(shadows, points, clusters, capacity)))
         return longest;                                         /* all that there are */
     size_t *lists = calloc((size_t)longest + 1, sizeof *lists); /* by length */
     size_t reaching = points->count, filters = 0;               /* lists that are longer */
@@ -359,12 +404,15 @@ struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *des
     }
     shadows->desc = *desc;
     shadows->desc.asks_all_lights = true; /* the points bring their clusters */
-    shadows->filters_max = 1;
-    for (size_t i = 0; i < lights; i++)
-        shadows->filters[i] = is_shadowed[i] ? 1 : 0;
     if (!rt_job_take_scene(desc, &shadows->own, &shadows->scene, &stats->is_scene_reused, err) ||
         !rt_lamps_init(&shadows->lamps, shadows->scene, &shadows->desc, err))
         goto fail;
+    shadows->filters_max = 1;
+    for (size_t i = 0; i < lights; i++) {
+        shadows->filters[i] = is_shadowed[i] ? shadows->lamps.lamps[i].samples : 0;
+        if (shadows->filters[i] > shadows->filters_max)
+            shadows->filters_max = shadows->filters[i];
+    }
     stats->build_ms = wall_ms() - begin_ms;
     stats->scene_bytes = rt_scene_size_bytes(shadows->scene);
     return shadows;

@@ -42,18 +42,18 @@ static void fill_light(const struct state_light *light, uint32_t shadow, const d
     r->spot_offset = -outer * scale;
 }
 
-bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
-                         const struct shadow_system *shadows, const struct traced_shadows *traced,
-                         const double eye[3], const bool *is_left_out, struct error *err)
+bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *desc,
+                         struct error *err)
 {
+    const struct scene_state *state = desc->state;
     struct light_record *records = calloc(state->light_count + 1, sizeof *records);
     if (!records)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", state->light_count);
     for (size_t i = 0; i < state->light_count; i++) {
-        uint32_t shadow =
-            traced ? traced_shadows_record(traced, i) : shadow_system_record(shadows, i);
-        fill_light(&state->lights[i], shadow, eye, &records[i]);
-        if (is_left_out && is_left_out[i])
+        uint32_t shadow = desc->traced ? traced_shadows_record(desc->traced, i)
+                                       : shadow_system_record(desc->shadows, i);
+        fill_light(&state->lights[i], shadow, desc->eye, &records[i]);
+        if (desc->is_left_out && desc->is_left_out[i])
             records[i].color = (vec4){{0, 0, 0, 0}};
     }
     uint64_t bytes = state->light_count * sizeof *records;
@@ -66,7 +66,8 @@ bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
                           &(struct gl_buffer_desc){.label = "frame.statistics",
                                                    .size_bytes = STATISTICS_WORDS * 4,
                                                    .is_dynamic = true},
-                          false, err);
+                          false, err) &&
+        (desc->needs->area_samples <= 1 || light_areas_upload(&shade->areas, state, err));
     if (ok)
         gl_buffer_write(&shade->lights, 0, bytes, records);
     free(records);
@@ -152,9 +153,11 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
     gl_buffer_bind_storage(&shade->statistics, BIND_STATISTICS);
     if (frame->state->light_count) {
         light_lists_bind(desc->lists, program);
+        if (frame->needs->area_samples > 1)
+            light_areas_bind(&shade->areas, frame, program);
         if (desc->traced)
             traced_shadows_bind(desc->traced, program);
-        else
+        else if (frame->needs->area_samples <= 1) /* else there are no maps, and units are shared */
             shadow_system_bind(desc->shadows, program);
     }
     pixel_lists_bind(desc->pixels, program);
@@ -222,7 +225,8 @@ static void read_statistics(const struct shade *shade, struct frame_report *repo
         report->counts.lookups += words[STATISTICS_LOOKUPS + i];
 }
 
-/* Loop steps of one light at one point, at most: the list walk, two branches, and the shadow's
+/* Loop steps of one light at one point, at most. Of an area light: the list walk, and for each of
+ * its points that loop and two branches. Of others: the list walk, two branches, and the shadow's
  * taps, each a search (deep: shadow_lists.glsl, by halves in the keys, by leaps and halves in the
  * events, each loop with the step that ends it) or a walk (linked) of the longest list. */
 static uint64_t steps_per_light(const struct shade_desc *desc)
@@ -235,7 +239,8 @@ static uint64_t steps_per_light(const struct shade_desc *desc)
     bool walks = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
     for (uint32_t i = 0; i < desc->frame->state->scene->material_count; i++)
         walks |= desc->frame->state->materials[i].no_self_shadow;
-    return 4 + taps * (6 + (walks ? longest : 4 * search));
+    return desc->frame->needs->area_samples > 1 ? 4 + 4 * (uint64_t)desc->frame->needs->area_samples
+                                                : 4 + taps * (6 + (walks ? longest : 4 * search));
 }
 
 /* All loops of one invocation share 65,535 steps on llvmpipe and then end without a word
@@ -320,4 +325,5 @@ void shade_finish(struct shade *shade)
 {
     gl_buffer_finish(&shade->lights);
     gl_buffer_finish(&shade->statistics);
+    light_areas_finish(&shade->areas);
 }

@@ -5,6 +5,7 @@
 
 #include "renderer/image/image.h"
 #include "renderer/lights/light_lists.h"
+#include "renderer/shading/light_areas.h"
 #include "renderer/shading/window.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "renderer/shadows/shadows.h"
@@ -13,6 +14,7 @@
 struct shade {
     struct gl_buffer lights;     /* light_record[] */
     struct gl_buffer statistics; /* 128 u32, see shaders/lighting.glsl */
+    struct light_areas areas;    /* where points are taken on them */
 };
 
 struct shade_desc {
@@ -26,13 +28,18 @@ struct shade_desc {
     bool continues;    /* others follow: the image is made with the last of them */
 };
 
+struct shade_lights_desc {
+    const struct scene_state *state;     /* required */
+    const struct shader_needs *needs;    /* required; of the frame's plan */
+    const struct shadow_system *shadows; /* required */
+    const struct traced_shadows *traced; /* NULL where shadows are in structures */
+    const double *eye;                   /* required; world */
+    const bool *is_left_out;             /* per light: it is black; NULL: none is */
+};
 /* Uploads the lights of the frame, relative to the eye. Once per frame, or once for each part of
- * its lights: lights for which is_left_out is true (NULL: none) are black.
- * traced: NULL where shadows are in structures. */
-MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct scene_state *state,
-                                    const struct shadow_system *shadows,
-                                    const struct traced_shadows *traced, const double eye[3],
-                                    const bool *is_left_out, struct error *err);
+ * its lights. */
+MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *desc,
+                                    struct error *err);
 /* Shades list entries, then pixels, into frame->targets->image. The bits are the same whether the
  * lights come at once or in parts, as long as the parts follow the order of the light lists. */
 MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);

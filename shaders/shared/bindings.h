@@ -53,6 +53,7 @@
 #define UNIT_TRACED_HEADS 12   /* usamplerBuffer R32UI: as BIND_TRACED_HEADS */
 #define UNIT_TRACED_POINTS 13  /* usamplerBuffer RG32UI: first filter, cluster */
 #define UNIT_TRACED_FILTERS 14 /* usamplerBuffer RG32UI: a light's filter, in 64 bits */
+#define UNIT_LIGHT_AREAS 15    /* samplerBuffer RGBA32F: struct area_record, 2 texels each */
 #define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
 #define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, 5 texels each */
 #define UNIT_LIGHT_RECORDS 20  /* linked light lists: samplerBuffer RGBA32F, 6 texels per light */

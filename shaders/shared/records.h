@@ -57,7 +57,7 @@ LAYOUT_SIZE(material_record, 336)
 #define LIGHT_DIRECTIONAL 0u
 #define LIGHT_POINT 1u
 #define LIGHT_SPOT 2u
-#define LIGHT_AREA 3u /* seen from its centre: a Lambertian emitter without extent */
+#define LIGHT_AREA 3u /* a Lambertian emitter seen from its centre, or from area_samples points */
 #define NO_SHADOW 0xffffffffu
 
 struct light_record {
@@ -73,6 +73,13 @@ struct light_record {
 LAYOUT(light_record, color, 16)
 LAYOUT(light_record, type, 48)
 LAYOUT_SIZE(light_record, 64)
+
+struct area_record { /* beside each light_record, where points are taken on areas; else zero */
+    vec4 half_u;     /* xyz: from the centre, world axes [m]; w 1: the inscribed disk */
+    vec4 half_v;
+};
+LAYOUT(area_record, half_u, 0)
+LAYOUT_SIZE(area_record, 32)
 
 #define SHADOW_MAP 0u      /* opaque depth only */
 #define SHADOW_DEEP 1u     /* opaque depth + contiguous events */

@@ -12,6 +12,7 @@
 
 #include "renderer/plan/camera.h"
 #include "renderer/raytrace/raytrace.h"
+#include "renderer/scene/matrix.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/closed_form_media.h"
@@ -184,6 +185,168 @@ static void more_filters_than_one_slice_holds_lose_nothing(void **state)
     closed_form_scene_finish(&scene);
 }
 
+/* -- area lights -- */
+
+static const struct view_light soft_lights[] = {{.type = SCENE_LIGHT_RECT,
+                                                 .position = {0.6, 2, -0.4},
+                                                 .direction = {-0.3, -1, 0.2},
+                                                 .up = {0.1, 0.2, 1},
+                                                 .color = {1, 0.8, 0.6},
+                                                 .intensity = 6,
+                                                 .width_m = 0.9,
+                                                 .height_m = 0.5},
+                                                {.type = SCENE_LIGHT_DISK,
+                                                 .position = {-0.7, 1.8, 0.5},
+                                                 .direction = {0.4, -1, -0.2},
+                                                 .color = {0.5, 0.7, 1},
+                                                 .intensity = 8,
+                                                 .radius_m = 0.4},
+                                                {.type = SCENE_LIGHT_DISK,
+                                                 .position = {0.5, 1.5, 0.8},
+                                                 .direction = {0, -1, 0},
+                                                 .color = {1, 1, 1},
+                                                 .intensity = 2,
+                                                 .casts_no_shadow = true,
+                                                 .radius_m = 0.3}};
+
+/* Both take the same points of each light: nothing differs but pixels at edges. */
+static void soft_shadows_equal_those_of_whole_traced_pictures(void **state)
+{
+    static const int area_samples[] = {1, 7, 16};
+    for (int i = 0; i < 3; i++) {
+        struct closed_form_scene scene;
+        struct rig_scene rig;
+        random_panes_scene_build(
+            &(struct random_panes_scene_desc){.pane_count = 12, .seed = 20 + (uint64_t)i}, &scene);
+        rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
+        struct view view = make_view("Floor", 1);
+        view.lights = soft_lights;
+        view.light_count = 3;
+        view.quality.area_samples = area_samples[i];
+        assert_true(compare(*state, &rig, view, "panes under areas", 5e-4) <= 2e-3);
+        rig_scene_finish(&rig, *state);
+        closed_form_scene_finish(&scene);
+    }
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    room_scene_build(&(struct room_scene_desc){.light_count = 3, .seed = 5, .glass_spheres = 10},
+                     &scene);
+    rig_scene_open(&rig, *state, "room", scene.glb, scene.size_bytes);
+    struct view view = make_view("Room", 1);
+    view.lights = soft_lights;
+    view.light_count = 3;
+    assert_true(compare(*state, &rig, view, "room under areas", 2e-3) <= 5e-3);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+/* Lambert 1760: irradiance of a rectangle in a plane y = height, on a floor, over its luminance. */
+static double rect_irradiance(const double low[2], const double high[2], double height,
+                              const double at[2])
+{
+    const double corners[4][2] = {
+        {low[0], low[1]}, {high[0], low[1]}, {high[0], high[1]}, {low[0], high[1]}};
+    double sum = 0;
+    for (int i = 0; i < 4; i++) {
+        double a[3] = {corners[i][0] - at[0], height, corners[i][1] - at[1]};
+        double b[3] = {corners[(i + 1) % 4][0] - at[0], height, corners[(i + 1) % 4][1] - at[1]};
+        double across[3];
+        vec3_normalize(a);
+        vec3_normalize(b);
+        vec3_cross(a, b, across);
+        if (vec3_normalize(across))
+            sum += acos(fmin(vec3_dot(a, b), 1)) * across[1];
+    }
+    return fabs(sum) / 2;
+}
+
+/* A7 as a picture: a floor under a half-plane 1 m above and a rectangle 3 m above it, of which each
+ * point of the floor sees a rectangle. Each 1/1024 of the light's width holds one of the points. */
+static void penumbra_of_a_half_plane_follows_lamberts_formula(void **state)
+{
+    enum { SAMPLES = 1024, PICTURE_PX = 64 };
+    static const double eye_m = 0.9, light_m = 3, half[2] = {0.4, 0.3}, luminance = 50;
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct glb_builder *builder = closed_form_begin(&scene, "Half-plane", 0);
+    closed_form_floor(&scene, builder, 4);
+    closed_form_quad(builder, "Blocker", closed_form_receiver(&scene, builder),
+                     (double[]){-4, 1, -4}, (double[]){4, 0, 0}, (double[]){0, 0, 8});
+    closed_form_end(&scene, builder);
+    rig_scene_open(&rig, *state, "half-plane", scene.glb, scene.size_bytes);
+    struct view_light light = {.type = SCENE_LIGHT_RECT,
+                               .position = {0, light_m, 0},
+                               .direction = {0, -1, 0},
+                               .up = {0, 0, 1},
+                               .color = {1, 1, 1},
+                               .intensity = (float)luminance,
+                               .width_m = 2 * (float)half[0],
+                               .height_m = 2 * (float)half[1]};
+    struct view view = make_view("", 1);
+    view.width_px = view.height_px = PICTURE_PX;
+    view.lights = &light;
+    view.light_count = 1;
+    view.camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
+                                       .eye = {0, eye_m, 0},
+                                       .target = {0, 0, 0},
+                                       .up = {0, 0, -1},
+                                       .fov_y_deg = 90};
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.area_samples = SAMPLES;
+    struct frame frame;
+    shoot(*state, &rig, &view, &frame);
+    double worst = 0, brightest = 0;
+    int partly = 0;
+    for (int i = 0; i < PICTURE_PX * PICTURE_PX; i++) {
+        double x = eye_m * (2 * (i % PICTURE_PX + 0.5) / PICTURE_PX - 1);
+        double z = eye_m * (2 * (i / PICTURE_PX + 0.5) / PICTURE_PX - 1);
+        double low[2] = {fmin(fmax(-half[0], x * (1 - light_m)), half[0]), -half[1]};
+        double irradiance = luminance * rect_irradiance(low, half, light_m, (double[]){x, z});
+        double expected = scene.albedo / M_PI * irradiance;
+        const float *pixel =
+            image_pixel_f32(&frame.outputs[VIEW_OUTPUT_COLOR], i % PICTURE_PX, i / PICTURE_PX);
+        worst = fmax(worst, fabs((double)pixel[0] - expected));
+        brightest = fmax(brightest, expected);
+        partly += low[0] > -half[0] && low[0] < half[0];
+    }
+    printf("error of the penumbra %.2g of the brightest, %d pixels in it\n", worst / brightest,
+           partly);
+    assert_true(worst <= 1.1 / SAMPLES * brightest);
+    assert_in_range(partly, 64 * 13, 64 * 15);
+    assert_false(report_has_warning(&frame.report, "centre"));
+    assert_true(frame.report.counts.shadow_rays >= PICTURE_PX * PICTURE_PX / 2 * SAMPLES);
+    frame_finish(&frame);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
+/* Points on an area light that shines upward: no ray and no light, but room for their filters. */
+static void more_points_than_a_window_holds_lose_nothing(void **state)
+{
+    enum { SAMPLES = 800 };
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 6, .seed = 4}, &scene);
+    rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
+    struct view view = make_view("Floor", 1);
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.area_samples = SAMPLES;
+    struct image without = shoot_color(*state, &rig, &view);
+    struct view_light light = soft_lights[0];
+    light.direction[1] = 1;
+    view.lights = &light;
+    view.light_count = 1;
+    assert_true((long)SIDE_PX * SIDE_PX * SAMPLES > TRACED_FILTERS_MAX);
+    struct frame frame;
+    shoot(*state, &rig, &view, &frame);
+    assert_true(report_has_warning(&frame.report, "windows"));
+    assert_images_close(&frame.outputs[VIEW_OUTPUT_COLOR], &without, 1e-5, 1e-6);
+    frame_finish(&frame);
+    image_finish(&without);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
 /* -- what the frame says -- */
 
 static void rays_are_only_for_lights_with_casters(void **state)
@@ -263,6 +426,9 @@ int main(void)
         cmocka_unit_test(a_room_of_lights_equals_its_whole_traced_picture),
         cmocka_unit_test(a_wide_picture_comes_in_windows),
         cmocka_unit_test(more_filters_than_one_slice_holds_lose_nothing),
+        cmocka_unit_test(soft_shadows_equal_those_of_whole_traced_pictures),
+        cmocka_unit_test(penumbra_of_a_half_plane_follows_lamberts_formula),
+        cmocka_unit_test(more_points_than_a_window_holds_lose_nothing),
         cmocka_unit_test(rays_are_only_for_lights_with_casters),
         cmocka_unit_test(the_scene_is_kept_between_frames_and_forms),
         cmocka_unit_test(linked_light_lists_are_refused),

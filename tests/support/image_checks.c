@@ -250,6 +250,14 @@ bool report_has_pass(const struct frame_report *report, const char *pass, const 
     return false;
 }
 
+bool report_has_warning(const struct frame_report *report, const char *text)
+{
+    for (int i = 0; i < report->warning_count; i++)
+        if (strstr(report->warnings[i], text))
+            return true;
+    return false;
+}
+
 bool report_has_reused(const struct frame_report *report, const char *what)
 {
     for (int i = 0; i < report->reused_count; i++)

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/* Areas of lights in a buffer texture. */
+#include "renderer/shading/light_areas.h"
+
+#include <epoxy/gl.h>
+#include <stdlib.h>
+
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/records.h"
+
+bool light_areas_upload(struct light_areas *areas, const struct scene_state *state,
+                        struct error *err)
+{
+    static const char label[] = "frame.areas";
+    uint64_t bytes = state->light_count * sizeof(struct area_record);
+    struct area_record *records = calloc(state->light_count + 1, sizeof *records);
+    if (!records)
+        return error_set(err, ERROR_NO_MEMORY, "areas of %zu lights", state->light_count);
+    for (size_t i = 0; i < state->light_count; i++) {
+        const struct state_light *light = &state->lights[i];
+        if (!state_light_is_area(light))
+            continue;
+        for (int k = 0; k < 3; k++) {
+            records[i].half_u.v[k] = (float)light->half_u[k];
+            records[i].half_v.v[k] = (float)light->half_v[k];
+        }
+        records[i].half_u.v[3] = light->type == SCENE_LIGHT_DISK;
+    }
+    uint32_t old = areas->records.name;
+    bool ok = gl_buffer_reserve(
+        &areas->records,
+        &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true}, false,
+        err);
+    if (ok && (!areas->view.name || areas->records.name != old)) {
+        gl_texture_finish(&areas->view);
+        ok = gl_texture_init_buffer(&areas->view, label, GL_RGBA32F, &areas->records, err);
+    }
+    if (ok)
+        gl_buffer_write(&areas->records, 0, bytes, records);
+    free(records);
+    return ok;
+}
+
+void light_areas_bind(const struct light_areas *areas, const struct window_frame *frame,
+                      const struct gl_program *program)
+{
+    const struct camera_window *w = &frame->window;
+    gl_texture_bind(&areas->view, UNIT_LIGHT_AREAS);
+    gl_program_set_u(program, "u_area_samples", frame->needs->area_samples);
+    gl_program_set_u2(program, "u_area_origin", (uint32_t)w->x, (uint32_t)(w->y + w->height - 1));
+}
+
+void light_areas_finish(struct light_areas *areas)
+{
+    gl_texture_finish(&areas->view);
+    gl_buffer_finish(&areas->records);
+}

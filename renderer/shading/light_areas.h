@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT */
+/* Where the areas of lights lie, for shading programs that take points on them
+ * (shaders/light_area.glsl). Thread: GL. */
+#ifndef VITRAIL_RENDERER_SHADING_LIGHT_AREAS_H
+#define VITRAIL_RENDERER_SHADING_LIGHT_AREAS_H
+
+#include "renderer/shading/window.h"
+
+struct light_areas {          /* zeroed = empty */
+    struct gl_buffer records; /* area_record[], by light */
+    struct gl_texture view;
+};
+
+/* Once per frame whose shader_needs take area samples. */
+MUST_CHECK bool light_areas_upload(struct light_areas *areas, const struct scene_state *state,
+                                   struct error *err);
+/* For programs with HAS_AREA_SAMPLES. */
+void light_areas_bind(const struct light_areas *areas, const struct window_frame *frame,
+                      const struct gl_program *program);
+void light_areas_finish(struct light_areas *areas);
+
+#endif
