@@ -13,12 +13,11 @@
 /* ---- lists ---- */
 
 /* The next element, zeroed but for its name, which is every element's first member. */
-static void *list_add(void **items, size_t *count, size_t size_bytes, const char *name,
-                      struct error *err)
+static void *list_add(void **items, size_t *count, size_t max_count, size_t size_bytes,
+                      const char *name, struct error *err)
 {
-    if (*count >= SCENE_OUTLINE_ITEMS_MAX) {
-        error_set(err, ERROR_TOO_LARGE, "an outline holds at most %d of a kind",
-                  SCENE_OUTLINE_ITEMS_MAX);
+    if (*count >= max_count) {
+        error_set(err, ERROR_TOO_LARGE, "an outline holds at most %zu of this kind", max_count);
         return NULL;
     }
     char *copy = strdup(name);
@@ -45,8 +44,11 @@ struct outline_node *scene_outline_add_node(struct scene_outline *outline, const
                                             struct error *err)
 {
     void *items = outline->nodes;
-    void *added = list_add(&items, &outline->node_count, sizeof *outline->nodes, name, err);
+    struct outline_node *added = list_add(&items, &outline->node_count, SCENE_OUTLINE_NODES_MAX,
+                                          sizeof *outline->nodes, name, err);
     outline->nodes = items;
+    for (int i = 0; added && i < 16; i += 5)
+        added->matrix[i] = 1;
     return added;
 }
 
@@ -54,7 +56,8 @@ struct outline_material *scene_outline_add_material(struct scene_outline *outlin
                                                     struct error *err)
 {
     void *items = outline->materials;
-    void *added = list_add(&items, &outline->material_count, sizeof *outline->materials, name, err);
+    void *added = list_add(&items, &outline->material_count, SCENE_OUTLINE_ITEMS_MAX,
+                           sizeof *outline->materials, name, err);
     outline->materials = items;
     return added;
 }
@@ -63,7 +66,8 @@ struct outline_light *scene_outline_add_light(struct scene_outline *outline, con
                                               struct error *err)
 {
     void *items = outline->lights;
-    void *added = list_add(&items, &outline->light_count, sizeof *outline->lights, name, err);
+    void *added = list_add(&items, &outline->light_count, SCENE_OUTLINE_ITEMS_MAX,
+                           sizeof *outline->lights, name, err);
     outline->lights = items;
     return added;
 }
@@ -72,7 +76,8 @@ struct outline_camera *scene_outline_add_camera(struct scene_outline *outline, c
                                                 struct error *err)
 {
     void *items = outline->cameras;
-    void *added = list_add(&items, &outline->camera_count, sizeof *outline->cameras, name, err);
+    void *added = list_add(&items, &outline->camera_count, SCENE_OUTLINE_ITEMS_MAX,
+                           sizeof *outline->cameras, name, err);
     outline->cameras = items;
     return added;
 }
@@ -100,7 +105,7 @@ struct number_member {
     const char *key;
     size_t offset;
     int count;             /* 1: a number, else an array of so many */
-    bool is_left_out_at_0; /* then it is not written */
+    bool is_left_out_at_0; /* where all of it is 0, it is not written */
 };
 static const struct number_member material_numbers[] = {
     {"base_color", offsetof(struct outline_material, base_color), 4, false},
@@ -117,6 +122,7 @@ static const struct number_member material_numbers[] = {
 static const struct number_member light_numbers[] = {
     {"position", offsetof(struct outline_light, position), 3, false},
     {"direction", offsetof(struct outline_light, direction), 3, false},
+    {"up", offsetof(struct outline_light, up), 3, true},
     {"color", offsetof(struct outline_light, color), 3, false},
     {"intensity", offsetof(struct outline_light, intensity), 1, false},
     {"range", offsetof(struct outline_light, range), 1, false},
@@ -138,9 +144,14 @@ static void put_members(struct json_writer *writer, const struct number_member *
         double numbers[16];
         memcpy(numbers, (const char *)item + members->offset,
                (size_t)members->count * sizeof *numbers);
+        bool is_zero = true;
+        for (int i = 0; i < members->count; i++)
+            is_zero = is_zero && numbers[i] == 0;
+        if (is_zero && members->is_left_out_at_0)
+            continue;
         if (members->count > 1)
             json_put_numbers(writer, members->key, numbers, (size_t)members->count);
-        else if (numbers[0] != 0 || !members->is_left_out_at_0)
+        else
             json_put_number(writer, members->key, numbers[0]);
     }
 }
@@ -163,6 +174,14 @@ static bool read_members(const struct json_node *node, const struct number_membe
 
 /* ---- writing ---- */
 
+static bool is_identity(const double matrix[16])
+{
+    for (int i = 0; i < 16; i++)
+        if (matrix[i] != (i % 5 == 0 ? 1 : 0))
+            return false;
+    return true;
+}
+
 static json_t *write_node(const struct outline_node *node)
 {
     struct json_writer writer = json_writer_begin();
@@ -174,6 +193,8 @@ static json_t *write_node(const struct outline_node *node)
     json_put(&writer, "parent", node->parent < 0 ? json_null() : json_integer(node->parent));
     json_put(&writer, "materials", json_take_unless(materials, has_failed));
     json_put(&writer, "bounds", node->has_bounds ? json_numbers(node->bounds, 6) : json_null());
+    if (!is_identity(node->matrix))
+        json_put_numbers(&writer, "matrix", node->matrix, 16);
     return json_writer_take(&writer);
 }
 
@@ -240,6 +261,7 @@ static bool read_node(const struct json_node *node, const char *name, struct sce
     struct json_node parent = json_member(node, "parent");
     struct json_node materials = json_member(node, "materials");
     struct json_node bounds = json_member(node, "bounds");
+    struct json_node matrix = json_member(node, "matrix");
     size_t count;
     if (!added || !read_index(&parent, &added->parent) ||
         !json_expect_array(&materials, SCENE_OUTLINE_NODE_MATERIALS_MAX, &count))
@@ -251,7 +273,8 @@ static bool read_node(const struct json_node *node, const char *name, struct sce
     }
     added->material_count = (int)count;
     added->has_bounds = bounds.value;
-    return json_read_numbers(&bounds, 6, -DBL_MAX, DBL_MAX, added->bounds);
+    return json_read_numbers(&bounds, 6, -DBL_MAX, DBL_MAX, added->bounds) &&
+           json_read_numbers(&matrix, 16, -DBL_MAX, DBL_MAX, added->matrix);
 }
 
 static bool read_material(const struct json_node *node, const char *name,
@@ -283,14 +306,14 @@ static bool read_camera(const struct json_node *node, const char *name,
     return added && read_index(&of_node, &added->node) && read_members(node, camera_numbers, added);
 }
 
-static bool read_list(const struct json_node *outline_node, const char *key,
+static bool read_list(const struct json_node *outline_node, const char *key, size_t max_count,
                       bool (*read)(const struct json_node *, const char *name,
                                    struct scene_outline *),
                       struct scene_outline *outline)
 {
     struct json_node list = json_member(outline_node, key);
     size_t count;
-    if (!json_expect_array(&list, SCENE_OUTLINE_ITEMS_MAX, &count))
+    if (!json_expect_array(&list, max_count, &count))
         return false;
     for (size_t i = 0; i < count; i++) {
         struct json_node element = json_element(&list, i);
@@ -309,8 +332,9 @@ bool scene_outline_read(const struct json_node *node, struct scene_outline *outl
 {
     if (!node->value)
         return true;
-    return json_expect_object(node, NULL) && read_list(node, "nodes", read_node, outline) &&
-           read_list(node, "materials", read_material, outline) &&
-           read_list(node, "lights", read_light, outline) &&
-           read_list(node, "cameras", read_camera, outline);
+    return json_expect_object(node, NULL) &&
+           read_list(node, "nodes", SCENE_OUTLINE_NODES_MAX, read_node, outline) &&
+           read_list(node, "materials", SCENE_OUTLINE_ITEMS_MAX, read_material, outline) &&
+           read_list(node, "lights", SCENE_OUTLINE_ITEMS_MAX, read_light, outline) &&
+           read_list(node, "cameras", SCENE_OUTLINE_ITEMS_MAX, read_camera, outline);
 }

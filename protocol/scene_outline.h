@@ -11,17 +11,20 @@
 #include "protocol/error.h"
 
 enum {
-    SCENE_OUTLINE_ITEMS_MAX = 4096,      /* of each list; longer ones are cut */
+    SCENE_OUTLINE_NODES_MAX = 65536,     /* as many as a request can override; more are cut */
+    SCENE_OUTLINE_NAMES_BYTES = 8 << 20, /* of all nodes together; the list is cut there */
+    SCENE_OUTLINE_ITEMS_MAX = 4096,      /* of each other list; longer ones are cut */
     SCENE_OUTLINE_NODE_MATERIALS_MAX = 8 /* of one node; more are left out */
 };
 
 /* Names are owned; an index counts nodes or materials in the order of the file. */
 struct outline_node {
     char *name;
-    int parent; /* -1 = root; parents beyond the cut list are -1 too */
+    int parent; /* -1 = root; always of a node before it */
     int materials[SCENE_OUTLINE_NODE_MATERIALS_MAX], material_count;
-    bool has_bounds;  /* false: no geometry of its own */
-    double bounds[6]; /* world [m] at rest: least x y z, greatest x y z */
+    bool has_bounds;   /* false: no geometry of its own */
+    double bounds[6];  /* world [m] at rest: least x y z, greatest x y z */
+    double matrix[16]; /* parent from node, column-major; the identity is not written */
 };
 
 struct outline_material { /* members as of overrides.materials; factors without their textures */
@@ -37,6 +40,7 @@ struct outline_light { /* members as of lights, placed in the world */
     int node;
     int type; /* as request_light_type_name */
     double position[3], direction[3], color[3];
+    double up[3]; /* world: +Y of its node, unit; 0 = none, not written */
     double intensity, range, inner_cone_deg, outer_cone_deg;
 };
 

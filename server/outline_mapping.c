@@ -63,13 +63,17 @@ static void add_node_material(struct outline_node *node, uint32_t material, uint
 static bool add_nodes(const struct scene *scene, struct scene_outline *outline, struct error *err)
 {
     char cut[LIMIT_NAME_BYTES + 1];
-    for (uint32_t i = 0; i < scene->node_count && i < SCENE_OUTLINE_ITEMS_MAX; i++) {
+    size_t name_bytes = 0;
+    for (uint32_t i = 0; i < scene->node_count && i < SCENE_OUTLINE_NODES_MAX; i++) {
         const struct scene_node *from = &scene->nodes[i];
-        struct outline_node *to =
-            scene_outline_add_node(outline, cut_name(scene, from->name, cut), err);
+        name_bytes += strlen(cut_name(scene, from->name, cut));
+        if (name_bytes > SCENE_OUTLINE_NAMES_BYTES)
+            break;
+        struct outline_node *to = scene_outline_add_node(outline, cut, err);
         if (!to)
             return false;
-        to->parent = from->parent < SCENE_OUTLINE_ITEMS_MAX ? from->parent : -1;
+        to->parent = from->parent; /* parents come before their children: it is in the list */
+        memcpy(to->matrix, from->local_matrix, sizeof to->matrix);
         const struct scene_mesh *mesh = from->mesh >= 0 ? &scene->meshes[from->mesh] : NULL;
         for (uint32_t p = 0; mesh && p < mesh->primitive_count; p++) {
             const struct scene_primitive *primitive = &scene->primitives[mesh->first_primitive + p];
@@ -131,6 +135,7 @@ static bool add_light(const struct scene *scene, uint32_t index, struct scene_ou
     to->type = (int)from->type; /* same order, asserted in view_mapping.c */
     memcpy(to->position, &node->world_matrix[12], sizeof to->position);
     unit_column(node->world_matrix, 2, -1, to->direction);
+    unit_column(node->world_matrix, 1, 1, to->up);
     widen(to->color, from->color, 3);
     to->intensity = (double)from->intensity;
     to->range = (double)from->range;

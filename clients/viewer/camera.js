@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The camera as a person moves it: a target, a distance and two angles. +Y is up, metres, degrees.
+import { add, clamp, cross, dot } from "./transforms.js";
 
 const UP_LIMIT_DEG = 89.9; // straight up or down, left and right would have no meaning
 const RAD = Math.PI / 180;
 const DEFAULT_FOV_DEG = 45;
-
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const add = (a, b, scale = 1) => a.map((value, axis) => value + scale * b[axis]);
-const cross = (a, b) => [
-  a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const clamp = (value, least, most) => Math.min(most, Math.max(least, value));
 
 /** Directions from the target to the eye, as {yaw, pitch} in degrees. */
 export const STANDARD_VIEWS = {
@@ -120,6 +115,28 @@ export class OrbitCamera {
    * x and y go from -0.5 to 0.5 (y up), in units of the height. */
   pointAt(x, y) {
     return add(add(this.target, this.right, x * this.height), this.up, y * this.height);
+  }
+
+  /**
+   * Where a point of the world is in a picture of that aspect: shares of its sides from the upper
+   * left corner, and the height of the picture there in metres. Null behind the eye.
+   */
+  project(point, aspect) {
+    const offset = add(point, this.eye, -1);
+    const depth = -dot(offset, this.backward);
+    if (depth <= 0 && !this.isOrthographic) return null;
+    const height = this.isOrthographic ? this.height : (this.height * depth) / this.distance;
+    return { x: 0.5 + dot(offset, this.right) / height / aspect,
+      y: 0.5 - dot(offset, this.up) / height, height };
+  }
+
+  /** The ray through such a point of the picture: where it begins and its unit direction. */
+  rayAt({ x, y }, aspect) {
+    const through = this.pointAt((x - 0.5) * aspect, 0.5 - y);
+    if (this.isOrthographic)
+      return { origin: add(through, this.backward, this.sceneSize), direction: this.backward.map((v) => -v) };
+    const way = add(through, this.eye, -1);
+    return { origin: this.eye, direction: way.map((value) => value / Math.hypot(...way)) };
   }
 
   /** As a request says it. */

@@ -5,10 +5,12 @@ import { byId, el, icon, replace } from "./dom.js";
 
 const isPhone = () => matchMedia("(max-width: 800px)").matches;
 
-export class Dock {
+/** Event "show": another panel shows, or none does. */
+export class Dock extends EventTarget {
   #tabs = [];
 
   constructor(side) {
+    super();
     this.side = side;
     this.root = byId(`dock-${side}`);
     this.tablist = this.root.querySelector(".tabs");
@@ -33,7 +35,17 @@ export class Dock {
     return this.#tabs.find(({ panel }) => !panel.hidden)?.id ?? null;
   }
 
+  /** Whether people see this panel now. */
+  isOpen(id) {
+    return this.selected === id && (!isPhone() || document.body.dataset.sheet === this.side);
+  }
+
   show(id) {
+    this.#select(id);
+    this.dispatchEvent(new Event("show"));
+  }
+
+  #select(id) {
     for (const entry of this.#tabs) {
       const isShown = entry.id === id;
       entry.panel.hidden = !isShown;
@@ -44,14 +56,14 @@ export class Dock {
 
   /** Shows a panel, on a phone as the open sheet. */
   open(id) {
-    this.show(id);
     document.body.dataset.sheet = this.side;
+    this.show(id);
   }
 
   #click(id) {
     const isOpen = document.body.dataset.sheet === this.side && this.selected === id;
-    this.show(id);
     document.body.dataset.sheet = isOpen && isPhone() ? "" : this.side;
+    this.show(id);
   }
 
   #key(event) {

@@ -3,6 +3,7 @@
 import { announce, append, button, byId, el, icon, replace } from "./dom.js";
 import { STANDARD_VIEWS } from "./camera.js";
 import { Dock } from "./docks.js";
+import { makeHandles } from "./handles.js";
 import { Live } from "./live.js";
 import { clearProblems, notice, showProblem } from "./messages.js";
 import { Model, linkFromState, stateFromLink } from "./model.js";
@@ -35,6 +36,7 @@ class Viewer {
   model = new Model();
   stage = new Stage();
   comparing = ""; // the technique of the second picture
+  isMoving = false; // the selected node has handles
   isPending = false;
 
   constructor() {
@@ -66,13 +68,17 @@ class Viewer {
     this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model);
     const fitNode = (index) => this.fit(this.model.boundsOf(index));
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
-      this.model, { fitNode });
-    this.lights = new LightsPanel(right.add("lights", "Lights", "light"), this.model);
+      this.model, { fitNode, isMoving: () => this.isMoving, toggleMoving: () => this.toggleMoving() });
+    this.lights = new LightsPanel(right.add("lights", "Lights", "light"), this.model, () => this.#mark());
     this.section = new SectionPanel(right.add("section", "Section", "section"), this.model);
     this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
       compare: (name) => this.compare(name), rescale: (scale) => this.rescale(scale),
       scale: () => this.stage.scale,
       measure: () => this.model.scene && openTradeoff(this.client, this.wanted) });
+    this.handles = makeHandles(this.stage, this.model, this.lights, {
+      isLighting: () => right.isOpen("lights"), isMoving: () => this.isMoving });
+    right.addEventListener("show", () => this.#mark());
+    left.addEventListener("show", () => this.#mark());
     left.show("scenes");
     right.show("properties");
   }
@@ -245,6 +251,7 @@ class Viewer {
 
   #mark() {
     this.stage.markAt(this.model.selection?.position ?? null, this.model.camera);
+    this.handles.update();
   }
 
   rescale(scale) {
@@ -291,6 +298,16 @@ class Viewer {
     }
     this.model.cameraMoved();
     announce(`View: ${name}`);
+  }
+
+  /** Handles at the selected node, or none. */
+  toggleMoving() {
+    const selected = this.model.selection?.node ?? null;
+    this.isMoving = !this.isMoving && selected !== null && this.model.boundsOf(selected) !== null;
+    if (this.isMoving) this.docks.right.show("properties");
+    this.properties.refresh();
+    this.#mark();
+    announce(this.isMoving ? "Handles are shown" : "Handles are hidden");
   }
 
   toggleOrtho() {
@@ -387,7 +404,7 @@ class Viewer {
     const selected = this.model.selection?.node;
     const actions = {
       f: () => this.fit(), o: () => this.toggleOrtho(), c: () => this.toggleCompare(),
-      i: () => this.toggleStats(), "?": () => openHelp(this.capabilities),
+      i: () => this.toggleStats(), g: () => this.toggleMoving(), "?": () => openHelp(this.capabilities),
       1: () => this.standBy("front"), 2: () => this.standBy("right"), 3: () => this.standBy("top"),
       4: () => this.standBy("iso"), Escape: () => this.model.select(null),
       h: () => selected !== null && selected !== undefined

@@ -2,6 +2,7 @@
 // What is looked at and how: the scene, the edits of a view as the service words them, selection,
 // undo, and all of it as text for a link. Nothing here touches the page or the network.
 import { OrbitCamera } from "./camera.js";
+import { IDENTITY, cross, inverse, movedBounds, multiply } from "./transforms.js";
 
 /** The members of a view that this page edits, at the values a new one has. */
 export const DEFAULTS = Object.freeze({
@@ -104,20 +105,26 @@ export class Model extends EventTarget {
   /** Of a node and all below it; null without geometry. */
   boundsOf(index) {
     const { nodes } = this.scene.outline;
-    const isBelow = (at) => {
-      for (; at !== null && at !== undefined; at = nodes[at].parent) if (at === index) return true;
-      return false;
-    };
+    const isBelow = new Uint8Array(nodes.length); // parents come before their children
+    const isMoved = new Uint8Array(nodes.length);
     let found = null;
     nodes.forEach((node, at) => {
-      if (!node.bounds || !isBelow(at)) return;
-      found ??= [...node.bounds];
+      isBelow[at] = at === index || (node.parent !== null && isBelow[node.parent]);
+      isMoved[at] = this.isMoved(at) || (node.parent !== null && isMoved[node.parent]);
+      if (!node.bounds || !isBelow[at]) return;
+      const box = isMoved[at] ? this.#boundsNow(at) : node.bounds;
+      found ??= [...box];
       for (let axis = 0; axis < 3; axis++) {
-        found[axis] = Math.min(found[axis], node.bounds[axis]);
-        found[axis + 3] = Math.max(found[axis + 3], node.bounds[axis + 3]);
+        found[axis] = Math.min(found[axis], box[axis]);
+        found[axis + 3] = Math.max(found[axis + 3], box[axis + 3]);
       }
     });
     return found;
+  }
+
+  #boundsNow(index) {
+    const fromRest = multiply(this.worldOf(index), inverse(this.worldOf(index, true)));
+    return movedBounds(fromRest, this.scene.outline.nodes[index].bounds);
   }
 
   /** Call after having moved `camera`. */
@@ -188,16 +195,39 @@ export class Model extends EventTarget {
 
   setVisible(index, isVisible) {
     const name = this.scene.outline.nodes[index].name || `#${index}`;
-    this.edit(`${isVisible ? "Show" : "Hide"} ${name}`, (view) => {
-      if (isVisible) delete view.overrides.nodes[`#${index}`];
-      else view.overrides.nodes[`#${index}`] = { visible: false };
-    });
+    this.edit(`${isVisible ? "Show" : "Hide"} ${name}`, (view) =>
+      overrideNode(view, index, "visible", isVisible ? undefined : false));
   }
 
   showAll() {
     this.edit("Show all", (view) => {
-      view.overrides.nodes = {};
+      for (const key of Object.keys(view.overrides.nodes))
+        overrideNode(view, key.slice(1), "visible", undefined);
     });
+  }
+
+  isMoved(index) {
+    return Boolean(this.view.overrides.nodes[`#${index}`]?.matrix);
+  }
+
+  /** Parent from node, as it is now. */
+  matrixOf(index) {
+    return this.view.overrides.nodes[`#${index}`]?.matrix ?? this.scene.outline.nodes[index].matrix
+      ?? IDENTITY;
+  }
+
+  /** World from node, as it is now, or as in the file. */
+  worldOf(index, isAtRest = false) {
+    const { nodes } = this.scene.outline;
+    const own = isAtRest ? nodes[index].matrix ?? IDENTITY : this.matrixOf(index);
+    const { parent } = nodes[index];
+    return parent === null ? [...own] : multiply(this.worldOf(parent, isAtRest), own);
+  }
+
+  /** Places a node in its parent; null puts it back as in the file. */
+  setMatrix(index, matrix, what = "Move") {
+    const name = this.scene.outline.nodes[index].name || `#${index}`;
+    this.edit(`${what} ${name}`, (view) => overrideNode(view, index, "matrix", matrix ?? undefined));
   }
 
   /** As it is now: the file's values with the edits over them. */
@@ -293,10 +323,18 @@ export class Model extends EventTarget {
   }
 }
 
+/** Sets a member of a node's override, or takes it back; one without members is none. */
+function overrideNode(view, index, member, value) {
+  const { [member]: _, ...rest } = view.overrides.nodes[`#${index}`] ?? {};
+  if (value !== undefined) rest[member] = value;
+  if (Object.keys(rest).length) view.overrides.nodes[`#${index}`] = rest;
+  else delete view.overrides.nodes[`#${index}`];
+}
+
 const MEMBERS_OF_TYPE = {
   point: ["position", "range"],
-  spot: ["position", "direction", "range", "inner_cone_deg", "outer_cone_deg"],
-  directional: ["direction"],
+  spot: ["position", "direction", "range", "inner_cone_deg", "outer_cone_deg", "up"],
+  directional: ["direction", "up"],
   rect: ["position", "direction", "width", "height", "up"],
   disk: ["position", "direction", "radius"],
 };
@@ -312,6 +350,7 @@ export function lightMembers(light) {
     if (light[name] !== undefined) kept[name] = light[name];
     else if (ALWAYS_SAID.includes(name)) kept[name] = DEFAULT_MEMBERS[name];
   }
+  if (kept.up && Math.hypot(...cross(kept.up, kept.direction)) < 1e-6) delete kept.up; // says nothing
   return kept;
 }
 

@@ -12,8 +12,12 @@ export class LightsPanel {
   #open = 0; // index of the light whose fields show; -1: none
   #controls = [];
 
-  constructor(panel, model) {
+  #changed;
+
+  /** @param {() => void} changed is called when another light is open */
+  constructor(panel, model, changed) {
     Object.assign(this, { panel, model });
+    this.#changed = changed;
     model.addEventListener("scene", () => {
       this.#open = 0;
       this.fill();
@@ -34,7 +38,19 @@ export class LightsPanel {
     else for (const update of this.#controls) update();
   }
 
-  #nameOf(index) {
+  /** Index of the light whose fields show; -1: none. */
+  get active() {
+    return this.#open;
+  }
+
+  activate(index) {
+    this.#open = index;
+    this.fill();
+    this.panel.querySelector("[data-open]")?.scrollIntoView({ block: "nearest" });
+    this.#changed();
+  }
+
+  nameOf(index) {
     const own = this.model.scene.outline.lights;
     const { type } = this.model.lights[index];
     const name = own[index]?.type === type ? own[index].name : "";
@@ -104,9 +120,8 @@ export class LightsPanel {
     return el("li", { class: "light", "data-open": isOpen ? "" : undefined },
       el("button", { type: "button", class: "light-head", "aria-expanded": String(isOpen),
         "data-key": `light-${index}`, onclick: () => {
-          this.#open = isOpen ? -1 : index;
-          this.fill();
-        } }, icon(iconName), el("span", { class: "grow" }, this.#nameOf(index)), power, swatch),
+          this.activate(isOpen ? -1 : index);
+        } }, icon(iconName), el("span", { class: "grow" }, this.nameOf(index)), power, swatch),
       isOpen && this.#fields(index, light));
   }
 

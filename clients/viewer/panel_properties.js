@@ -3,6 +3,7 @@
 import { button, el, number } from "./dom.js";
 import { checkField, colorField, empty, facts, group, selectField, slider } from "./fields.js";
 import { refill } from "./docks.js";
+import { transformGroup } from "./transform.js";
 
 const vector = (values) => values.map((value) => number(value, 4)).join(", ");
 
@@ -21,6 +22,11 @@ export class PropertiesPanel {
     const key = this.#shape();
     if (key !== this.shape) this.fill();
     else for (const update of this.#controls) update();
+  }
+
+  /** Values that come from elsewhere than the model changed. */
+  refresh() {
+    this.#update();
   }
 
   /** Changes when other controls than now are needed. */
@@ -43,7 +49,8 @@ export class PropertiesPanel {
     for (let at = node.parent; at !== null; at = this.model.scene.outline.nodes[at].parent)
       path.unshift(this.model.scene.outline.nodes[at].name || `Node ${at}`);
     const { position, normal, depth } = this.model.selection;
-    const size = node.bounds && [0, 1, 2].map((axis) => node.bounds[axis + 3] - node.bounds[axis]);
+    const bounds = this.model.boundsOf(index);
+    const size = bounds && [0, 1, 2].map((axis) => bounds[axis + 3] - bounds[axis]);
     const isVisible = this.model.isVisible(index);
     return group(node.name || `Node ${index}`,
       facts([
@@ -161,6 +168,8 @@ export class PropertiesPanel {
       el("div", { class: "row row-end" }, button({ text: "Clear selection", icon: "close",
         onclick: () => this.model.select(null) })),
       selection.node !== null && this.#nodeGroup(selection.node),
+      selection.node !== null && scene.outline.nodes[selection.node]
+        && transformGroup(this.model, selection.node, this.#controls, this.actions),
       this.#materialIndices().map((index) => this.#materialGroup(index)));
   }
 

@@ -3,10 +3,10 @@
 import { button, el } from "./dom.js";
 import { empty, group, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
+import { dot } from "./transforms.js";
 
 const PLANES_MAX = 8; // as the service takes them
 const AXES = ["X", "Y", "Z"];
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
 export class SectionPanel {
   #controls = [];

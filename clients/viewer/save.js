@@ -101,7 +101,7 @@ const KEYS = [
   ["Click", "select what is there"], ["Double click", "orbit around that point"],
   ["Arrow keys", "orbit; with Shift pan"], ["+  −", "zoom"], ["W A S D  Q E", "fly"],
   ["F", "fit the selection, or all"], ["1  2  3  4", "front, right, top, isometric"],
-  ["O", "orthographic or perspective"], ["H", "hide what is selected"], ["C", "compare"],
+  ["G", "handles to move what is selected"], ["O", "orthographic or perspective"], ["H", "hide what is selected"], ["C", "compare"],
   ["I", "statistics"], ["Enter", "select what is in the middle"], ["Esc", "clear the selection"],
   ["Ctrl Z, Ctrl Shift Z", "undo, redo"],
 ];

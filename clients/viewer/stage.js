@@ -71,22 +71,12 @@ export class Stage extends EventTarget {
 
   /** Puts the mark at a point of the world, or takes it away. */
   markAt(point, camera) {
-    const position = point && this.#project(point, camera);
-    this.mark.hidden = !position;
-    if (!position) return;
+    const position = point && camera.project(point, this.aspect);
+    const isShown = position && Math.max(position.x, position.y) <= 1 && Math.min(position.x, position.y) >= 0;
+    this.mark.hidden = !isShown;
+    if (!isShown) return;
     this.mark.style.left = `${100 * position.x}%`;
     this.mark.style.top = `${100 * position.y}%`;
-  }
-
-  #project(point, camera) {
-    const offset = point.map((value, axis) => value - camera.eye[axis]);
-    const along = (axis) => offset.reduce((sum, value, i) => sum + value * axis[i], 0);
-    const depth = -along(camera.backward);
-    if (depth <= 0 && !camera.isOrthographic) return null;
-    const height = camera.isOrthographic ? camera.height : (camera.height * depth) / camera.distance;
-    const x = 0.5 + along(camera.right) / height / this.aspect;
-    const y = 0.5 - along(camera.up) / height;
-    return x < 0 || x > 1 || y < 0 || y > 1 ? null : { x, y };
   }
 
   // ---- comparison ----

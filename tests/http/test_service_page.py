@@ -106,12 +106,15 @@ class Outline(support.ServiceTest):
         self.assertEqual([0], nodes["Pane"]["materials"])
         self.assertEqual([1, 2, 3, 3, 4, 3], nodes["Pane"]["bounds"])
         self.assertIsNone(nodes["Lamp"]["bounds"])
+        self.assertEqual([2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1], nodes["Pane"]["matrix"])
+        self.assertEqual([1, 2, 3, 1], nodes["Root"]["matrix"][12:])
+        self.assertNotIn("matrix", nodes["Lamp"])
         ruby = outline["materials"][0]
         self.assertEqual(("Ruby", [0.5, 0, 0.25, 0.5], 0.25, "blend"),
                          (ruby["name"], ruby["base_color"], ruby["roughness"], ruby["alpha_mode"]))
         lamp = outline["lights"][0]
-        self.assertEqual(("spot", [1, 2, 3], 40),
-                         (lamp["type"], lamp["position"], lamp["intensity"]))
+        self.assertEqual(("spot", [1, 2, 3], [0, 1, 0], 40),
+                         (lamp["type"], lamp["position"], lamp["up"], lamp["intensity"]))
         self.assertAlmostEqual(28.6479, lamp["outer_cone_deg"], places=3)
         self.assertAlmostEqual(28.6479, outline["cameras"][0]["fov_y_deg"], places=3)
         self.assertEqual([1, 2, 3, 1], outline["cameras"][0]["matrix"][12:])
@@ -128,6 +131,16 @@ class Outline(support.ServiceTest):
         reply = self.daemon.render(scene, lights=[lamp], scene_lights=False, camera=eye,
                                    overrides={"materials": {"#0": ruby}})
         self.assertEqual(200, reply.status, reply.body)
+
+    def test_it_lists_the_nodes_of_large_assemblies(self):
+        document = support.triangle_document("Part")
+        document["nodes"] = [{"name": "Root", "children": list(range(1, 10001))}] + [
+            {"name": f"Part {i}", "mesh": 0, "translation": [i, 0, 0]} for i in range(10000)]
+        scene = self.daemon.push(support.glb(document, support.TRIANGLE))
+        nodes = self.daemon.request("GET", f"/v1/scenes/{scene}/outline").json()["nodes"]
+        self.assertEqual(10001, len(nodes))
+        last = next(node for node in nodes if node["name"] == "Part 9999")
+        self.assertEqual((9999, "Root"), (last["matrix"][12], nodes[last["parent"]]["name"]))
 
     def test_the_summary_is_free_of_it_and_an_unknown_scene_is_404(self):
         summary = self.daemon.request("GET", f"/v1/scenes/{self.scene()}").json()

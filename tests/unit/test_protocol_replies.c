@@ -328,6 +328,8 @@ static void fill_summary(struct scene_summary *summary)
     node->materials[1] = 1;
     node->has_bounds = true;
     node->bounds[5] = 0.1;
+    node->matrix[12] = -1e-3;
+    assert_non_null(scene_outline_add_node(&summary->outline, "At rest", &err));
     struct outline_material *glass = scene_outline_add_material(&summary->outline, "Glass", &err);
     assert_non_null(glass);
     glass->base_color[0] = 0.3;
@@ -335,6 +337,8 @@ static void fill_summary(struct scene_summary *summary)
     struct outline_light *sun = scene_outline_add_light(&summary->outline, "Sun", &err);
     assert_non_null(sun);
     sun->intensity = 3.5;
+    sun->up[1] = 1;
+    assert_non_null(scene_outline_add_light(&summary->outline, "Without up", &err));
     struct outline_camera *camera = scene_outline_add_camera(&summary->outline, "Cam", &err);
     assert_non_null(camera);
     camera->ortho_height = 2;
@@ -356,6 +360,12 @@ static void summaries_read_back_as_they_were(void **state)
     assert_string_equal(read.materials.names[8], "Glass 8 \xC3\xA9");
     assert_true(read.bounds_max[0] == 1e7 + 0.125);
     assert_string_equal(read.lights[0].type, "directional");
+    assert_true(read.outline.nodes[0].matrix[12] == -1e-3);
+    assert_true(read.outline.nodes[1].matrix[15] == 1);
+    assert_true(read.outline.lights[0].up[1] == 1);
+    assert_true(read.outline.lights[1].up[1] == 0);
+    assert_null(strstr(strstr(text, "At rest"), "\"matrix\":[1")); /* cameras come with zeros */
+    assert_null(strstr(strstr(text, "Without up"), "\"up\""));
     assert_int_equal(read.created_unix_s, 1767225600);
     assert_non_null(strstr(text, "\"created\":\"2026-01-01T00:00:00Z\""));
     free(text);

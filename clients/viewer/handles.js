@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// What the handles over the picture hold: the light that is open in its panel, or the selected node
+// while it is being moved.
+import { Gizmo, lightOutlines } from "./gizmo.js";
+import { add, inverse, turned, withTranslation } from "./transforms.js";
+
+const DOTS_MAX = 256; // lights that are marked; more would hide the picture
+
+const short = (values) => values.map((value) => Number(value.toPrecision(12)));
+const cssColor = ([r, g, b]) => `color(srgb-linear ${r} ${g} ${b})`;
+
+/** A node, held by the middle of all it has; the world's way becomes one in its parent. */
+function nodeTarget(model, index) {
+  const bounds = model.boundsOf(index);
+  if (!bounds) return null;
+  const position = [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
+  const { parent } = model.scene.outline.nodes[index];
+  const before = model.matrixOf(index);
+  return { position, move(to) {
+    const way = add(to, position, -1);
+    const local = parent === null ? way : turned(inverse(model.worldOf(parent)), way);
+    model.setMatrix(index, withTranslation(before, add(before.slice(12, 15), local)));
+  } };
+}
+
+/** A light; one without a place is held by the middle of the scene. */
+function lightTarget(model, index) {
+  const light = model.lights[index];
+  if (!light) return null;
+  return {
+    position: light.position ?? model.center,
+    direction: light.direction,
+    outlines: (distance) => lightOutlines(light, distance),
+    move: light.position && ((position) => model.editLight(index, { position: short(position) })),
+    aim: (direction) => model.editLight(index, { direction }),
+  };
+}
+
+/**
+ * @param {object} lights the panel of lights: `active` and `activate(index)`
+ * @param {{isLighting: () => boolean, isMoving: () => boolean}} shown what is at hand now
+ */
+export function makeHandles(stage, model, lights, { isLighting, isMoving }) {
+  const dots = () => {
+    if (!isLighting()) return [];
+    return model.lights.slice(0, DOTS_MAX).map((light, index) => ({ position: light.position,
+      color: cssColor(light.color ?? [1, 1, 1]), name: lights.nameOf(index),
+      choose: () => lights.activate(index), index }))
+      .filter(({ position, index }) => position && index !== lights.active);
+  };
+  const target = () => {
+    if (isLighting()) return lightTarget(model, lights.active);
+    const selected = model.selection?.node ?? null;
+    return isMoving() && selected !== null ? nodeTarget(model, selected) : null;
+  };
+  return new Gizmo(stage, model, { target, dots });
+}

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""Placing parts and lights: by fields, and by handles over the picture."""
+import math
+
+from page import PageTest, support
+
+HANDLE = """const found = document.querySelector(`[data-handle=${arguments[0]}] .gizmo-tip`);
+  const box = found.getBoundingClientRect();
+  return box.width > 0 && [box.x + box.width / 2, box.y + box.height / 2];"""
+
+# Matrices that turn, scale, shear and mirror: taken apart and put together they are the same, and
+# what a person types is what is read back.
+ALGEBRA = """
+const t = await import('/viewer/transforms.js');
+let seed = 7;
+const random = () => (seed = (seed * 48271) % 2147483647) / 1073741823.5 - 1;
+let worst = 0, count = 0;
+const compare = (a, b) => a.forEach((value, i) => {
+  worst = Math.max(worst, Math.abs(value - b[i]));
+});
+while (count < 500) {
+  const m = Array.from({ length: 16 }, (_, i) => i % 4 === 3 ? Number(i === 15) : 2 * random());
+  const columns = [m.slice(0, 3), m.slice(4, 7), m.slice(8, 11)];
+  if (Math.abs(t.dot(columns[0], t.cross(columns[1], columns[2]))) < 0.1) continue;
+  count++;
+  compare(t.multiply(m, t.inverse(m)), t.IDENTITY);
+  const parts = t.decompose(m);
+  compare(t.withRotation(m, parts.rotation), m);
+  compare(t.withScale(m, parts.scale), m);
+  const angles = [180 * random(), 80 * random(), 180 * random()];
+  compare(t.decompose(t.withRotation(m, angles)).rotation, angles);
+}
+compare(t.moved(t.withRotation(t.IDENTITY, [90, 0, 0]), [0, 1, 0]), [0, 0, 1]);
+compare(t.moved(t.withRotation(t.IDENTITY, [0, 90, 0]), [0, 0, 1]), [1, 0, 0]);
+compare(t.moved(t.withRotation(t.IDENTITY, [0, 0, 90]), [1, 0, 0]), [0, 1, 0]);
+compare(t.moved(t.withRotation(t.IDENTITY, [90, 0, 90]), [0, 1, 0]), [0, 0, 1]); // X first, then Z
+for (const tilt of [90, -90]) {
+  const upright = t.withRotation(t.IDENTITY, [20, tilt, 30]);
+  compare(t.withRotation(t.IDENTITY, t.decompose(upright).rotation), upright);
+}
+const quarter = t.withRotation(t.IDENTITY, [0, 0, 90]);
+compare(t.movedBounds(quarter, [0, 0, 0, 1, 2, 3]), [-2, 0, 0, 0, 1, 3]);
+return [worst, t.withScale(t.IDENTITY, [1, 0, 1])];
+"""
+
+
+class Placing(PageTest):
+    def matrix(self, name="#3"):
+        return self.view()["overrides"]["nodes"].get(name, {}).get("matrix")
+
+    def test_matrices_come_apart_and_together_again(self):
+        self.load()
+        worst, flat = self.browser.run(ALGEBRA)
+        self.assertLess(worst, 1e-9)
+        self.assertIsNone(flat)
+
+    def test_fields_move_turn_and_scale_the_selected_part_and_reset_puts_it_back(self):
+        first = self.load()
+        self.select("Pane")
+        moved = self.changed_by(lambda: self.enter("Position X", 0.75, "#panel-properties"))
+        self.assertEqual([0.75, 0, 0, 1], self.matrix()[12:])
+        self.assertNotEqual(first, moved)
+        turned = self.changed_by(lambda: self.enter("Rotation Y", 130, "#panel-properties"))
+        self.assertNotEqual(moved, turned)
+        sin, cos = math.sin(math.radians(130)), math.cos(math.radians(130))
+        expected = [cos, 0, -sin, 0, 0, 1, 0, 0, sin, 0, cos, 0, 0.75, 0, 0, 1]
+        for got, expected in zip(self.matrix(), expected):
+            self.assertAlmostEqual(expected, got, places=12)
+        shown = self.browser.run("""return ['X', 'Y', 'Z'].map((axis) => document
+          .querySelector(`#panel-properties [aria-label="Rotation ${axis}"]`).value);""")
+        self.assertEqual(["0", "130", "0"], shown)  # and not 180, 50, 180, which is the same
+        self.changed_by(lambda: self.enter("Scale Y", 0.5, "#panel-properties"))
+        self.assertAlmostEqual(0.5, self.matrix()[5], places=12)
+        back = self.changed_by(lambda: self.press("Reset", "#panel-properties"))
+        self.assertIsNone(self.matrix())
+        self.assertEqual(first, back)
+
+    def test_a_part_that_is_hidden_and_shown_stays_where_it_was_put(self):
+        self.load()
+        self.select("Pane")
+        self.changed_by(lambda: self.enter("Position Y", 0.5, "#panel-properties"))
+        self.changed_by(lambda: self.press("Hide Pane"))
+        self.assertEqual({"visible": False, "matrix": self.matrix()},
+                         self.view()["overrides"]["nodes"]["#3"])
+        self.changed_by(lambda: self.press("Show all"))
+        self.assertEqual(0.5, self.matrix()[13])
+        self.assertEqual(True, self.view()["overrides"]["nodes"]["#3"].get("visible", True))
+
+    def test_a_scale_of_nothing_is_not_taken(self):
+        self.load()
+        self.select("Pane")
+        self.enter("Scale X", 0, "#panel-properties")
+        self.assertEqual("1", self.browser.run("""return document
+          .querySelector('#panel-properties [aria-label="Scale X"]').value;"""))
+        self.assertIsNone(self.matrix())
+
+
+class Dragging(PageTest):
+    def handle(self, name):
+        return self.browser.wait(f"return (function () {{ {HANDLE} }})('{name}')", f"handle {name}")
+
+    def front(self):
+        return self.changed_by(lambda: self.enter("Standard views", "front"))
+
+    def test_a_part_follows_the_pointer_along_an_axis(self):
+        self.load()
+        self.select("Pane")
+        self.front()
+        self.browser.run("document.getElementById('surface').focus()")
+        self.browser.keys("g")
+        start, tip = self.handle("center"), self.handle("x")
+        self.changed_by(lambda: self.browser.drag(tip, (tip[0] + 60, tip[1] + 25)))
+        x, y, z = self.view()["overrides"]["nodes"]["#3"]["matrix"][12:15]
+        self.assertGreater(x, 0.1)
+        self.assertEqual((0, 0), (y, z))
+        now = self.handle("center")
+        self.assertAlmostEqual(start[0] + 60, now[0], delta=1.5)
+        self.assertAlmostEqual(start[1], now[1], delta=1.5)
+        self.browser.run("document.getElementById('surface').focus()")
+        self.browser.keys("g")
+        self.assertFalse(self.browser.run(
+            "return document.getElementById('gizmo').hasAttribute('data-shown')"))
+
+    def test_a_light_follows_the_pointer_across_the_screen_and_undo_is_one_step(self):
+        self.load()
+        self.panel("lights")
+        first = self.front()
+        start = self.handle("center")
+        moved = self.changed_by(
+            lambda: self.browser.drag(start, (start[0] - 70, start[1] + 40)))
+        self.assertNotEqual(first, moved)
+        now = self.handle("center")
+        self.assertAlmostEqual(start[0] - 70, now[0], delta=1.5)
+        self.assertAlmostEqual(start[1] + 40, now[1], delta=1.5)
+        [lamp] = self.view()["lights"]
+        self.assertAlmostEqual(1.6, lamp["position"][2], places=9)  # stays in its plane
+        self.assertLess(lamp["position"][0], -0.3)
+        self.assertEqual(first, self.changed_by(lambda: self.press("Undo")))
+
+    def test_a_spot_light_is_aimed_by_its_ball_and_shows_its_cones(self):
+        self.load()
+        self.panel("lights")
+        self.changed_by(lambda: self.press("Add a spot light"))
+        self.front()
+        center, ball = self.handle("center"), self.handle("ball")
+        self.assertGreater(ball[1], center[1])  # it shines down
+        self.assertIn("M", self.browser.run(
+            "return document.querySelector('.gizmo-outline').getAttribute('d')"))
+        aim = (center[0] + 150, center[1])
+        self.changed_by(lambda: self.browser.drag(ball, aim))
+        x = self.view()["lights"][-1]["direction"][0]
+        self.assertGreater(x, 0.9)
+        now = self.handle("ball")  # as far out as it goes, on the line to the pointer
+        self.assertGreater(now[0], center[0] + 60)
+        self.assertAlmostEqual(center[1], now[1], delta=6)
+
+    def test_other_lights_are_chosen_by_their_dots(self):
+        self.load()
+        self.panel("lights")
+        self.changed_by(lambda: self.press("Add a point light"))
+        self.assertIn("Point", self.browser.run(
+            "return document.querySelector('.light[data-open]').innerText"))
+        self.front()
+        self.browser.run("""document.querySelector('.gizmo-dot').dispatchEvent(
+          new MouseEvent('click', { bubbles: true }));""")
+        self.assertIn("Lamp", self.browser.run(
+            "return document.querySelector('.light[data-open]').innerText"))
+
+    def test_a_light_of_the_scene_keeps_the_way_its_texels_lie(self):
+        self.load()
+        kept = self.browser.run("""const { lightMembers } = await import('/viewer/model.js');
+          const spot = { type: 'spot', name: 'Lamp', node: 4, position: [0, 1, 0],
+            direction: [0, -1, 0], up: [1, 0, 0] };
+          return [lightMembers(spot), lightMembers({ ...spot, up: [0, 1, 0] }),
+            lightMembers({ ...spot, type: 'point' })];""")
+        self.assertEqual([1, 0, 0], kept[0]["up"])
+        self.assertNotIn("up", kept[1])  # along the direction it would say nothing
+        self.assertNotIn("up", kept[2])
+
+
+if __name__ == "__main__":
+    support.run_tests()
