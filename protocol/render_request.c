@@ -84,6 +84,7 @@ void render_request_init_defaults(struct render_request *request)
 void render_request_finish(struct render_request *request)
 {
     free(request->camera.node);
+    free(request->animation.name);
     free(request->lights);
     for (size_t i = 0; i < request->node_count; i++)
         free(request->nodes[i].node);

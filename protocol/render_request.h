@@ -126,6 +126,13 @@ struct request_material_override {
     bool has_cast_once, cast_once;
 };
 
+/* The scene at a time of its animations. */
+struct request_animation {
+    bool is_given;
+    char *name;    /* owned; name or "#0"; NULL: all, in file order */
+    double time_s; /* [0, 1e9] */
+};
+
 struct request_quality {
     enum request_shadows shadows;
     enum request_transparency transparency;
@@ -164,6 +171,7 @@ struct render_request {
     size_t material_count;
     double clip_planes[8][4]; /* a point with ax+by+cz+d < 0 is cut away */
     size_t clip_plane_count;
+    struct request_animation animation;
     double background[4]; /* linear, unassociated alpha */
     double exposure_ev;   /* stops, [-64, 64] */
     enum request_tone_mapping tone_mapping;

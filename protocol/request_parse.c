@@ -172,6 +172,23 @@ static bool read_environment(const struct json_node *node, struct render_request
            json_read_numbers(&ground, 3, 0, LIMIT_INTENSITY, request->ground);
 }
 
+static bool read_animation(const struct json_node *node, struct request_animation *animation)
+{
+    static const char *const known[] = {"name", "time_s", NULL};
+    animation->is_given = node->value;
+    if (!node->value)
+        return true;
+    if (!json_expect_object(node, known))
+        return false;
+    struct json_node name = json_member(node, "name"), time = json_member(node, "time_s");
+    const char *text = NULL;
+    if (!json_read_name(&name, &text) || !json_read_number(&time, 0, 1e9, &animation->time_s))
+        return false;
+    if (text && !(animation->name = strdup(text)))
+        return error_set(node->err, ERROR_NO_MEMORY, "name of an animation");
+    return true;
+}
+
 static bool read_background(const struct json_node *node, double *background)
 {
     if (!json_read_numbers(node, 4, 0, LIMIT_INTENSITY, background))
@@ -263,11 +280,9 @@ static bool read_members(const struct json_node *root, struct render_request *re
         !json_read_bool(&scene_lights, &has_scene_lights) ||
         !read_background(&background, request->background) ||
         !json_read_number(&exposure, -64, 64, &request->exposure_ev) ||
-        !json_read_choice(&mapping, &mappings, &mapping_index))
+        !json_read_choice(&mapping, &mappings, &mapping_index) ||
+        !read_animation(&animation, &request->animation))
         return false;
-    if (animation.value)
-        return json_refuse(&animation, ERROR_UNSUPPORTED,
-                           "but this version does not animate; leave it out or null");
     request->ignore_scene_lights = !has_scene_lights;
     request->tone_mapping = (enum request_tone_mapping)mapping_index;
     return true;

@@ -161,6 +161,16 @@ static json_t *write_environment(const struct render_request *request)
     return json_writer_take(&writer);
 }
 
+static json_t *write_animation(const struct request_animation *animation)
+{
+    if (!animation->is_given)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_text_or_null(&writer, "name", animation->name);
+    json_put_number(&writer, "time_s", animation->time_s);
+    return json_writer_take(&writer);
+}
+
 static json_t *integer_or_null(int number)
 {
     return number ? json_integer(number) : json_null();
@@ -213,6 +223,7 @@ char *render_request_to_json(const struct render_request *request)
     json_put_bool(&writer, "scene_lights", !request->ignore_scene_lights);
     json_put(&writer, "overrides", write_overrides(request));
     json_put(&writer, "clip_planes", write_clip_planes(request));
+    json_put(&writer, "animation", write_animation(&request->animation));
     json_put_numbers(&writer, "background", request->background, 4);
     json_put_number(&writer, "exposure_ev", request->exposure_ev);
     json_put_text(&writer, "tone_mapping", request_tone_mapping_name((int)request->tone_mapping));

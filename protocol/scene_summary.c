@@ -10,8 +10,8 @@
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 
-/* Eleven full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f, and numbers. */
-enum { SUMMARY_JSON_BYTES_MAX = 320 << 20 };
+/* Twelve full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f, and numbers. */
+enum { SUMMARY_JSON_BYTES_MAX = 352 << 20 };
 
 static const char *light_type_name(int type)
 {
@@ -94,6 +94,22 @@ bool scene_summary_add_camera(struct scene_summary *summary, const char *name, c
                     err);
 }
 
+bool scene_summary_add_animation(struct scene_summary *summary, const char *name, double duration_s,
+                                 struct error *err)
+{
+    void *grown = summary->animations;
+    char *copy = strdup(name);
+    if (!copy ||
+        !list_grow(&grown, summary->animation_list_count, sizeof *summary->animations, err)) {
+        free(copy);
+        return error_set(err, ERROR_NO_MEMORY, "name '%.40s'", name);
+    }
+    summary->animations = grown;
+    summary->animations[summary->animation_list_count++] =
+        (struct summary_animation){.name = copy, .duration_s = duration_s};
+    return true;
+}
+
 void scene_summary_finish(struct scene_summary *summary)
 {
     free(summary->name);
@@ -106,6 +122,9 @@ void scene_summary_finish(struct scene_summary *summary)
         free(summary->lights[i].name);
     for (size_t i = 0; i < summary->camera_list_count; i++)
         free(summary->cameras[i].name);
+    for (size_t i = 0; i < summary->animation_list_count; i++)
+        free(summary->animations[i].name);
+    free(summary->animations);
     free(summary->lights);
     free(summary->cameras);
     scene_outline_finish(&summary->outline);
@@ -126,10 +145,10 @@ static const struct count_member count_members[] = {
     {"primitives", offsetof(struct scene_summary, primitives)},
     {"textures", offsetof(struct scene_summary, textures)},
     {"images", offsetof(struct scene_summary, images)},
-    {"animations", offsetof(struct scene_summary, animations)},
     {"material_count", offsetof(struct scene_summary, material_count)},
     {"light_count", offsetof(struct scene_summary, light_count)},
     {"camera_count", offsetof(struct scene_summary, camera_count)},
+    {"animation_count", offsetof(struct scene_summary, animation_count)},
 };
 enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
 
@@ -152,6 +171,19 @@ static json_t *write_items(const struct summary_item *items, size_t count)
         struct json_writer writer = json_writer_begin();
         json_put_text(&writer, "name", items[i].name);
         json_put_text(&writer, "type", items[i].type);
+        json_append(array, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(array, has_failed);
+}
+
+static json_t *write_animations(const struct scene_summary *summary)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (size_t i = 0; i < summary->animation_list_count; i++) {
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "name", summary->animations[i].name);
+        json_put_number(&writer, "duration_s", summary->animations[i].duration_s);
         json_append(array, json_writer_take(&writer), &has_failed);
     }
     return json_take_unless(array, has_failed);
@@ -208,6 +240,7 @@ json_t *scene_summary_to_json(const struct scene_summary *summary)
     json_put(&writer, "materials", write_names(&summary->materials));
     json_put(&writer, "lights", write_items(summary->lights, summary->light_list_count));
     json_put(&writer, "cameras", write_items(summary->cameras, summary->camera_list_count));
+    json_put(&writer, "animations", write_animations(summary));
     json_put(&writer, "node_names", write_names(&summary->node_names));
     json_put(&writer, "bounds", write_bounds(summary));
     json_put(&writer, "bytes", write_bytes(summary));
@@ -269,6 +302,26 @@ static bool read_items(const struct json_node *node,
     return true;
 }
 
+static bool read_animations(const struct json_node *node, struct scene_summary *summary)
+{
+    size_t count;
+    if (!json_expect_array(node, SCENE_SUMMARY_NAMES_MAX, &count))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        struct json_node element = json_element(node, i);
+        if (!json_expect_object(&element, NULL))
+            return false;
+        struct json_node name = json_member(&element, "name");
+        struct json_node duration = json_member(&element, "duration_s");
+        const char *text = "";
+        double duration_s = 0;
+        if (!read_string(&name, &text) || !json_read_number(&duration, 0, DBL_MAX, &duration_s) ||
+            !scene_summary_add_animation(summary, text, duration_s, node->err))
+            return false;
+    }
+    return true;
+}
+
 static bool read_counts(const struct json_node *root, struct scene_summary *summary)
 {
     for (int i = 0; i < COUNT_MEMBERS; i++) {
@@ -325,6 +378,7 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     struct json_node materials = json_member(root, "materials");
     struct json_node node_names = json_member(root, "node_names");
     struct json_node lights = json_member(root, "lights"), cameras = json_member(root, "cameras");
+    struct json_node animations = json_member(root, "animations");
     struct json_node warnings = json_member(root, "warnings");
     struct json_node created = json_member(root, "created");
     struct json_node outline = json_member(root, "outline");
@@ -337,7 +391,8 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
            read_names(&materials, &summary->materials) &&
            read_names(&node_names, &summary->node_names) &&
            read_items(&lights, scene_summary_add_light, summary) &&
-           read_items(&cameras, scene_summary_add_camera, summary) && read_parts(root, summary) &&
+           read_items(&cameras, scene_summary_add_camera, summary) &&
+           read_animations(&animations, summary) && read_parts(root, summary) &&
            read_names(&warnings, &summary->warnings) &&
            read_created(&created, &summary->created_unix_s) &&
            scene_outline_read(&outline, &summary->outline);

@@ -28,18 +28,26 @@ struct summary_item {
     const char *type; /* static: directional point spot | perspective orthographic */
 };
 
+struct summary_animation {
+    char *name;        /* owned */
+    double duration_s; /* time of its last key */
+};
+
 /* Zeroed = empty; scene_summary_finish frees everything. */
 struct scene_summary {
     char id[65];
     char *name;         /* owned; as uploaded, NULL = none */
     uint64_t triangles; /* over all nodes, instances counted each time */
-    uint64_t vertices, nodes, meshes, primitives, textures, images, animations;
-    uint64_t material_count, light_count, camera_count; /* may be more than the lists hold */
+    uint64_t vertices, nodes, meshes, primitives, textures, images;
+    uint64_t material_count, light_count, camera_count, animation_count; /* may be more than the
+                                                                            lists hold */
     struct name_list materials, node_names;
     struct summary_item *lights; /* owned; light_list_count of them */
     size_t light_list_count;
     struct summary_item *cameras; /* owned */
     size_t camera_list_count;
+    struct summary_animation *animations; /* owned */
+    size_t animation_list_count;
     bool has_bounds;                     /* false: no geometry, bounds is null */
     double bounds_min[3], bounds_max[3]; /* world [m] */
     uint64_t upload_bytes, decoded_bytes;
@@ -53,6 +61,8 @@ MUST_CHECK bool scene_summary_add_light(struct scene_summary *summary, const cha
                                         const char *type, struct error *err);
 MUST_CHECK bool scene_summary_add_camera(struct scene_summary *summary, const char *name,
                                          const char *type, struct error *err);
+MUST_CHECK bool scene_summary_add_animation(struct scene_summary *summary, const char *name,
+                                            double duration_s, struct error *err);
 void scene_summary_finish(struct scene_summary *summary); /* accepts zeroed; zeroes */
 
 /* A new reference, or malloc'ed text; NULL only when memory runs out. */

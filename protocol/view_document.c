@@ -229,7 +229,10 @@ static bool check_count(const json_t *old, const json_t *added, const char *list
 
 static const char *kind_name(enum view_name_kind kind)
 {
-    return kind == VIEW_NAME_NODE ? "node" : "material";
+    static const char *const names[] = {[VIEW_NAME_NODE] = "node",
+                                        [VIEW_NAME_MATERIAL] = "material",
+                                        [VIEW_NAME_ANIMATION] = "animation"};
+    return names[kind];
 }
 
 static bool check_override(json_t *members, const struct view_names *names, int list,
@@ -250,11 +253,16 @@ static bool check_names(json_t *members, const struct view_names *names, struct 
     const json_t *overrides = json_object_get(members, "overrides");
     const char *node =
         json_string_value(json_object_get(json_object_get(members, "camera"), "node"));
+    const char *animation =
+        json_string_value(json_object_get(json_object_get(members, "animation"), "name"));
     if (!names)
         return true;
     if (node && !view_names_may_have(names, VIEW_NAME_NODE, node))
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%.200s'",
                             node);
+    if (animation && !view_names_may_have(names, VIEW_NAME_ANIMATION, animation))
+        return error_set_at(err, ERROR_NOT_FOUND, "/animation/name",
+                            "the scene has no animation '%.200s'", animation);
     for (int i = 0; i < OVERRIDE_LISTS; i++) {
         const char *key;
         json_t *value;
@@ -305,7 +313,8 @@ static void install(struct view_document *document, json_t *canonical, json_t *p
                          override_lists[i]);
         }
     }
-    if (json_object_get(patch, "overrides") || json_object_get(patch, "clip_planes"))
+    if (json_object_get(patch, "overrides") || json_object_get(patch, "clip_planes") ||
+        json_object_get(patch, "animation"))
         document->shape++;
 }
 

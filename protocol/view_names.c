@@ -33,6 +33,23 @@ static bool fill(struct name_set *set, const json_t *names, uint64_t count)
     return is_good;
 }
 
+/* Names from a list of objects. */
+static bool fill_of_items(struct name_set *set, const json_t *items, uint64_t count)
+{
+    json_t *names = json_array();
+    size_t i;
+    const json_t *item;
+    bool is_good = names;
+    json_array_foreach(items, i, item)
+    {
+        json_t *name = json_object_get(item, "name");
+        is_good = is_good && json_array_append(names, name) == 0;
+    }
+    is_good = is_good && fill(set, names, count);
+    json_decref(names);
+    return is_good;
+}
+
 static uint64_t number(const json_t *summary, const char *key)
 {
     return (uint64_t)json_integer_value(json_object_get(summary, key));
@@ -45,7 +62,9 @@ struct view_names *view_names_create(json_t *summary, struct error *err)
         fill(&names->sets[VIEW_NAME_NODE], json_object_get(summary, "node_names"),
              number(summary, "nodes")) &&
         fill(&names->sets[VIEW_NAME_MATERIAL], json_object_get(summary, "materials"),
-             number(summary, "material_count")))
+             number(summary, "material_count")) &&
+        fill_of_items(&names->sets[VIEW_NAME_ANIMATION], json_object_get(summary, "animations"),
+                      number(summary, "animation_count")))
         return names;
     view_names_destroy(names);
     error_set(err, ERROR_NO_MEMORY, "names of a scene");

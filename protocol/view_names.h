@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The names of a scene's nodes and materials, to find edits of what is not there. Thread: any, once
- * it is made. */
+/* The names of a scene's nodes, materials and animations, to find edits of what is not there.
+ * Thread: any, once it is made. */
 #ifndef VITRAIL_PROTOCOL_VIEW_NAMES_H
 #define VITRAIL_PROTOCOL_VIEW_NAMES_H
 
@@ -17,10 +17,14 @@ struct view_names;
 struct view_names *view_names_create(json_t *summary, struct error *err);
 void view_names_destroy(struct view_names *names); /* accepts NULL */
 
-enum view_name_kind { VIEW_NAME_NODE, VIEW_NAME_MATERIAL, VIEW_NAME_KIND_COUNT };
+enum view_name_kind {
+    VIEW_NAME_NODE,
+    VIEW_NAME_MATERIAL,
+    VIEW_NAME_ANIMATION,
+    VIEW_NAME_KIND_COUNT
+};
 
-/* False only when the scene certainly has no such node or material; "#12" is the one with index 12.
- */
+/* False only when the scene certainly has no such thing; "#12" is the one with index 12. */
 bool view_names_may_have(const struct view_names *names, enum view_name_kind kind,
                          const char *name);
 

@@ -158,6 +158,9 @@ struct view {
     size_t material_override_count;
     const double (*clip_planes)[4]; /* a point with ax+by+cz+d < 0 is cut away */
     size_t clip_plane_count;
+    bool is_animated;      /* false: the scene stands as its nodes say */
+    const char *animation; /* name, or "#0" for index 0; borrowed; NULL: all, in file order */
+    double animation_time_s;
     float background[4]; /* linear, unassociated alpha; 0 = transparent black */
     struct view_quality quality;
 };

@@ -186,6 +186,13 @@ static bool add_names(const struct scene *scene, struct scene_summary *summary, 
     for (uint32_t i = 0; i < scene->node_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
         if (!add_text(scene, scene->nodes[i].name, &summary->node_names, err))
             return false;
+    for (uint32_t i = 0; i < scene->animation_count && i < SCENE_SUMMARY_NAMES_MAX; i++) {
+        char cut[LIMIT_NAME_BYTES + 1];
+        const struct scene_animation *animation = &scene->animations[i];
+        if (!scene_summary_add_animation(summary, cut_text(scene, animation->name, cut),
+                                         (double)animation->duration_s, err))
+            return false;
+    }
     return add_texts(scene, scene->extensions_used, scene->extension_used_count,
                      &summary->extensions_used, err) &&
            add_texts(scene, scene->extensions_ignored, scene->extension_ignored_count,
@@ -227,7 +234,7 @@ bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *s
     summary->primitives = scene->primitive_count;
     summary->textures = scene->texture_count;
     summary->images = scene->image_count;
-    summary->animations = header->animation_count;
+    summary->animation_count = scene->animation_count;
     summary->material_count = scene->material_count - 1; /* the last is the default of glTF */
     summary->has_bounds = header->bounds_min[0] <= header->bounds_max[0];
     memcpy(summary->bounds_min, header->bounds_min, sizeof summary->bounds_min);

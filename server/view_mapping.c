@@ -213,6 +213,9 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .material_override_count = request->material_count,
         .clip_planes = (const double(*)[4])storage->clip_planes,
         .clip_plane_count = request->clip_plane_count,
+        .is_animated = request->animation.is_given,
+        .animation = request->animation.name,
+        .animation_time_s = request->animation.time_s,
     };
     map_camera(&request->camera, &view->camera);
     map_quality(&request->quality, &view->quality);

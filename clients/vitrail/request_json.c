@@ -161,6 +161,16 @@ static bool put_size(json_t *root, const char *size, struct failure *failure)
            put(root, "height", json_integer(height_px), failure);
 }
 
+static bool put_animation(json_t *root, const struct request_options *options,
+                          struct failure *failure)
+{
+    if (!options->time_s.is_given && !options->animation)
+        return true;
+    json_t *animation = member_object(root, "animation");
+    return put_text(animation, "name", options->animation, failure) &&
+           put_number(animation, "time_s", &options->time_s, failure);
+}
+
 static bool put_view(json_t *root, const struct request_options *options, struct failure *failure)
 {
     if (options->camera &&
@@ -173,7 +183,7 @@ static bool put_view(json_t *root, const struct request_options *options, struct
     if (options->environment &&
         !put(root, "environment", environment_spec_parse(options->environment, failure), failure))
         return false;
-    return put_size(root, options->size, failure) &&
+    return put_size(root, options->size, failure) && put_animation(root, options, failure) &&
            put_text(root, "tone_mapping", options->tone_mapping, failure) &&
            put_text(root, "format", options->format, failure) &&
            put_number(root, "exposure_ev", &options->exposure_ev, failure);

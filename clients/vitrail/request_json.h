@@ -15,9 +15,10 @@
 struct request_options {
     const char *base_path; /* --request */
     const char *size, *camera, *background, *environment, *format;
+    const char *animation; /* a name */
     const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
     struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
-        samples, area_samples, max_error, budget_ms, exposure_ev;
+        samples, area_samples, max_error, budget_ms, exposure_ev, time_s;
     struct text_list lights, outputs, settings;
     bool no_scene_lights, reference;
 };
@@ -52,6 +53,10 @@ struct request_options {
                        "light from all around, in nits; numbers or r,g,b", environment),          \
         REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",       \
                        background),                                                               \
+        REQUEST_OPTION(owner, NUMBER, "time", "S",                                                \
+                       "animate: the scene at this time of its animations, in seconds", time_s),  \
+        REQUEST_OPTION(owner, TEXT, "animation", "NAME", "animate: this one only; default all",   \
+                       animation),                                                                \
         REQUEST_OPTION(owner, NUMBER, "exposure", "EV", "in stops; default 0", exposure_ev),      \
         REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral or none", tone_mapping),     \
         REQUEST_OPTION(owner, TEXT, "shadows", "NAME",                                            \

@@ -30,6 +30,7 @@ static struct view without_pointers(const struct view *view)
 {
     struct view copy = *view;
     copy.camera.node = NULL;
+    copy.animation = NULL;
     copy.lights = NULL;
     copy.nodes = NULL;
     copy.materials = NULL;
@@ -61,6 +62,7 @@ struct content_key view_placement_key(const char *scene_key, const struct view *
         own.sky[k] = own.ground[k] = 0;
     content_key_add_text(&key, scene_key);
     content_key_add(&key, &own, sizeof own);
+    content_key_add_text(&key, view->animation);
     add_nodes(&key, view);
     return key;
 }
@@ -71,6 +73,7 @@ struct content_key view_state_key(const char *scene_key, const struct view *view
     struct view own = scene_part(view);
     content_key_add_text(&key, scene_key);
     content_key_add(&key, &own, sizeof own);
+    content_key_add_text(&key, view->animation);
     add_nodes(&key, view);
     add_materials(&key, view);
     content_key_add(&key, view->lights, view->light_count * sizeof *view->lights);

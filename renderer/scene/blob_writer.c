@@ -28,6 +28,10 @@ static const size_t record_bytes[SCENE_SECTION_COUNT] = {
     [SCENE_EXTENSIONS_USED] = sizeof(uint32_t),
     [SCENE_EXTENSIONS_IGNORED] = sizeof(uint32_t),
     [SCENE_WARNINGS] = sizeof(uint32_t),
+    [SCENE_POSES] = sizeof(struct scene_pose),
+    [SCENE_ANIMATIONS] = sizeof(struct scene_animation),
+    [SCENE_CHANNELS] = sizeof(struct scene_channel),
+    [SCENE_KEYS] = sizeof(float),
 };
 
 size_t blob_record_bytes(enum scene_section section)

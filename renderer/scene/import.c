@@ -152,8 +152,8 @@ static bool warn_count(struct importer *importer, uint64_t count, const char *on
 
 static bool list_warnings(struct importer *importer, struct error *err)
 {
-    return warn_count(importer, importer->json.animation_count, "animation", "animations",
-                      "not evaluated; the rest pose is shown", err) &&
+    return warn_count(importer, importer->unmoved_channels, "animation channel",
+                      "animation channels", "not evaluated: they move no node", err) &&
            warn_count(importer, importer->skinned_nodes, "skinned node", "skinned nodes",
                       "not deformed; the bind pose is shown", err) &&
            warn_count(importer, importer->morphed_primitives, "primitive", "primitives",
@@ -185,12 +185,11 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
         desc->max_image_pixels ? desc->max_image_pixels : IMAGE_PIXELS_DEFAULT;
     if (!blob_writer_init(&importer->writer, max_bytes, err) || !open_document(importer, desc, err))
         return false;
-    importer->header.animation_count = (uint32_t)importer->json.animation_count;
     return list_extensions(importer, err) && import_materials(importer, err) &&
            import_textures(importer, err) && import_lights(importer, err) &&
            import_cameras(importer, err) && import_hierarchy(importer, err) &&
            import_meshes(importer, err) && import_nodes(importer, err) &&
-           list_warnings(importer, err);
+           import_animations(importer, err) && list_warnings(importer, err);
 }
 
 static void importer_finish(struct importer *importer)

@@ -184,27 +184,28 @@ static bool copy_doubles(struct gltf_numbers numbers, size_t count, double *out,
     return true;
 }
 
-/* glTF 2.0 specification 3.5.3: T * R * S, R from the unit quaternion (x, y, z, w). */
-static bool compose(const struct gltf_node *node, double m[16], struct error *err)
+bool import_pose(const struct gltf_node *node, struct scene_pose *pose, struct error *err)
 {
-    double t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
-    if (!copy_doubles(node->translation, 3, t, "translation", err) ||
+    double *q = pose->rotation;
+    q[3] = pose->scale[0] = pose->scale[1] = pose->scale[2] = 1;
+    if (!copy_doubles(node->translation, 3, pose->translation, "translation", err) ||
         !copy_doubles(node->rotation, 4, q, "rotation", err) ||
-        !copy_doubles(node->scale, 3, s, "scale", err))
+        !copy_doubles(node->scale, 3, pose->scale, "scale", err))
         return false;
     double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(length > 0) || !isfinite(length))
         return error_set(err, ERROR_INVALID_SCENE, "rotation has no direction");
-    double x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
-    double r[9] = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w),     2 * (x * z - y * w),
-                   2 * (x * y - z * w),     1 - 2 * (x * x + z * z), 2 * (y * z + x * w),
-                   2 * (x * z + y * w),     2 * (y * z - x * w),     1 - 2 * (x * x + y * y)};
-    mat4_identity(m);
-    for (int column = 0; column < 3; column++) {
-        for (int row = 0; row < 3; row++)
-            m[column * 4 + row] = r[column * 3 + row] * s[column];
-        m[12 + column] = t[column];
-    }
+    for (int i = 0; i < 4; i++)
+        q[i] /= length;
+    return true;
+}
+
+static bool compose(const struct gltf_node *node, double m[16], struct error *err)
+{
+    struct scene_pose pose = {.node = 0};
+    if (!import_pose(node, &pose, err))
+        return false;
+    mat4_compose(pose.translation, pose.rotation, pose.scale, m);
     return true;
 }
 

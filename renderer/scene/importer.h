@@ -27,11 +27,13 @@ struct importer {
     uint64_t degenerate_triangles, repaired_normals, clamped_colors, morphed_primitives,
         skinned_nodes;
     uint64_t instanced_nodes, missing_texcoords, far_texcoords, open_volumes;
+    uint64_t unmoved_channels; /* of animations, that move no node */
 };
 
 /* Each returns false with err set, and fills the sections of its name. In the order of the calls in
  * import.c: materials also is_texture_used; textures also images and pixels; hierarchy node_order
- * and mesh_of; meshes all vertex sections; nodes also the bounds and counts of the header. */
+ * and mesh_of; meshes all vertex sections; nodes also the bounds and counts of the header;
+ * animations also poses, channels and keys. */
 MUST_CHECK bool import_materials(struct importer *importer, struct error *err);
 MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
 MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
@@ -39,6 +41,11 @@ MUST_CHECK bool import_cameras(struct importer *importer, struct error *err);
 MUST_CHECK bool import_hierarchy(struct importer *importer, struct error *err);
 MUST_CHECK bool import_meshes(struct importer *importer, struct error *err);
 MUST_CHECK bool import_nodes(struct importer *importer, struct error *err);
+MUST_CHECK bool import_animations(struct importer *importer, struct error *err);
+
+/* Translation, rotation and scale of a node without a matrix, into a zeroed pose. */
+MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pose,
+                            struct error *err);
 
 void importer_free_scratch(struct geometry_scratch *scratch);
 

@@ -49,6 +49,22 @@ static inline void mat4_identity(double m[16])
     m[0] = m[5] = m[10] = m[15] = 1;
 }
 
+/* glTF 2.0 specification 3.5.3: T * R * S, R from the unit quaternion (x, y, z, w). */
+static inline void mat4_compose(const double t[3], const double q[4], const double s[3],
+                                double m[16])
+{
+    double x = q[0], y = q[1], z = q[2], w = q[3];
+    double r[9] = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w),     2 * (x * z - y * w),
+                   2 * (x * y - z * w),     1 - 2 * (x * x + z * z), 2 * (y * z + x * w),
+                   2 * (x * z + y * w),     2 * (y * z - x * w),     1 - 2 * (x * x + y * y)};
+    mat4_identity(m);
+    for (int column = 0; column < 3; column++) {
+        for (int row = 0; row < 3; row++)
+            m[column * 4 + row] = r[column * 3 + row] * s[column];
+        m[12 + column] = t[column];
+    }
+}
+
 /* out = a * b; out may alias either. */
 static inline void mat4_mul(const double a[16], const double b[16], double out[16])
 {

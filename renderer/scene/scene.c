@@ -110,6 +110,10 @@ static bool open_sections(struct scene *scene, struct error *err)
     scene->extensions_ignored =
         open_records(&o, SCENE_EXTENSIONS_IGNORED, &scene->extension_ignored_count);
     scene->warnings = open_records(&o, SCENE_WARNINGS, &scene->warning_count);
+    scene->poses = open_records(&o, SCENE_POSES, &scene->pose_count);
+    scene->animations = open_records(&o, SCENE_ANIMATIONS, &scene->animation_count);
+    scene->channels = open_records(&o, SCENE_CHANNELS, &scene->channel_count);
+    scene->keys = open_records(&o, SCENE_KEYS, &scene->key_count);
     if (o.has_failed)
         return false;
     if (scene->material_count == 0)
@@ -352,6 +356,65 @@ static bool check_lights_and_cameras(const struct scene *scene, struct error *er
     return true;
 }
 
+/* ---- animations ---- */
+
+static bool is_pose(const struct scene *scene, uint32_t index)
+{
+    const struct scene_pose *pose = &scene->poses[index];
+    const double *q = pose->rotation;
+    double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    return pose->node < scene->node_count &&
+           (index == 0 || pose->node > scene->poses[index - 1].node) &&
+           are_finite_f64(pose->translation, 3) && are_finite_f64(pose->scale, 3) &&
+           length2 > 0.999 && length2 < 1.001;
+}
+
+static uint64_t channel_numbers(const struct scene_channel *channel)
+{
+    uint64_t components = channel->path == SCENE_ROTATION ? 4 : 3;
+    uint64_t values = channel->interpolation == SCENE_CUBIC ? 3 : 1;
+    return channel->key_count * (1 + components * values);
+}
+
+static bool is_channel(const struct scene *scene, const struct scene_channel *channel)
+{
+    if (channel->pose >= scene->pose_count || channel->path > SCENE_SCALE ||
+        channel->interpolation > SCENE_CUBIC || channel->key_count == 0 ||
+        channel->first_key > scene->key_count ||
+        channel_numbers(channel) > scene->key_count - channel->first_key)
+        return false;
+    const float *times = scene->keys + channel->first_key;
+    for (uint32_t i = 0; i < channel->key_count; i++)
+        if (!(times[i] >= (i > 0 ? times[i - 1] : 0)))
+            return false;
+    return true;
+}
+
+/* Channels may share keys, within the same bound as primitives their indices. */
+static bool check_animations(const struct scene *scene, struct error *err)
+{
+    uint64_t checked = 0, channels = 0;
+    if (!are_finite(scene->keys, scene->key_count))
+        return error_set(err, ERROR_INVALID_SCENE, "scene blob: a key is not finite");
+    for (uint32_t i = 0; i < scene->pose_count; i++)
+        if (!is_pose(scene, i))
+            return refuse(err, "pose", i);
+    for (uint32_t i = 0; i < scene->channel_count; i++) {
+        checked += scene->channels[i].key_count;
+        if (checked > scene->header->size_bytes / 2 || !is_channel(scene, &scene->channels[i]))
+            return refuse(err, "channel", i);
+    }
+    for (uint32_t i = 0; i < scene->animation_count; i++) {
+        const struct scene_animation *a = &scene->animations[i];
+        if (!is_text(scene, a->name) || a->first_channel != channels ||
+            a->channel_count > scene->channel_count - channels ||
+            !in_range(a->duration_s, 0, 3e38f))
+            return refuse(err, "animation", i);
+        channels += a->channel_count;
+    }
+    return true;
+}
+
 bool scene_open(struct scene *scene, const void *blob, size_t size_bytes, struct error *err)
 {
     memset(scene, 0, sizeof *scene);
@@ -366,7 +429,7 @@ bool scene_open(struct scene *scene, const void *blob, size_t size_bytes, struct
         check_lines(scene, scene->extensions_ignored, scene->extension_ignored_count, err) &&
         check_lines(scene, scene->warnings, scene->warning_count, err) &&
         check_hierarchy(scene, err) && check_primitives(scene, err) && check_surfaces(scene, err) &&
-        check_lights_and_cameras(scene, err);
+        check_lights_and_cameras(scene, err) && check_animations(scene, err);
     if (!is_good)
         memset(scene, 0, sizeof *scene);
     return is_good;
@@ -398,6 +461,14 @@ int32_t scene_find_material(const struct scene *scene, const char *name)
         if (strcmp(scene->strings + scene->materials[i].name, name) == 0)
             return (int32_t)i;
     return index_from_name(name, scene->material_count);
+}
+
+int32_t scene_find_animation(const struct scene *scene, const char *name)
+{
+    for (uint32_t i = 0; i < scene->animation_count; i++)
+        if (strcmp(scene->strings + scene->animations[i].name, name) == 0)
+            return (int32_t)i;
+    return index_from_name(name, scene->animation_count);
 }
 
 bool scene_material_attenuates(const struct scene_material *m)

@@ -41,6 +41,14 @@ struct scene {
     uint32_t extension_ignored_count;
     const uint32_t *warnings;
     uint32_t warning_count;
+    const struct scene_pose *poses;
+    uint32_t pose_count;
+    const struct scene_animation *animations;
+    uint32_t animation_count;
+    const struct scene_channel *channels;
+    uint32_t channel_count;
+    const float *keys;
+    uint32_t key_count;
 };
 
 /* Checks every offset, count, index, enum and number (finite) of the blob, in time linear in its
@@ -49,10 +57,11 @@ struct scene {
 MUST_CHECK bool scene_open(struct scene *scene, const void *blob, size_t size_bytes,
                            struct error *err);
 
-/* Node or material by exact name, first match in file order; -1 when there is none. "#12" means
- * index 12. */
+/* Node, material or animation by exact name, first match in file order; -1 when there is none.
+ * "#12" means index 12. */
 int32_t scene_find_node(const struct scene *scene, const char *name);
 int32_t scene_find_material(const struct scene *scene, const char *name);
+int32_t scene_find_animation(const struct scene *scene, const char *name);
 
 /* Whether light loses something on its way through the inside: transmission, a thickness, and an
  * attenuation that is neither infinite nor white (KHR_materials_volume). */

@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 2 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 3 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -40,6 +40,10 @@ enum scene_section {
     SCENE_EXTENSIONS_USED,    /* u32 string offsets */
     SCENE_EXTENSIONS_IGNORED, /* u32 string offsets: used but not evaluated here */
     SCENE_WARNINGS,           /* u32 string offsets: sentences for the user */
+    SCENE_POSES,              /* struct scene_pose, nodes ascending: those that animations move */
+    SCENE_ANIMATIONS,         /* struct scene_animation; their channels follow each other */
+    SCENE_CHANNELS,           /* struct scene_channel */
+    SCENE_KEYS,               /* f32 */
     SCENE_SECTION_COUNT
 };
 
@@ -60,7 +64,7 @@ struct scene_header {
     double bounds_max[3];
     uint64_t triangle_count;     /* over all nodes, instances counted each time */
     int32_t default_camera_node; /* first node with a camera, or -1 */
-    uint32_t animation_count;    /* present in the file; not evaluated by this version */
+    uint32_t pad;
     struct scene_section_range sections[SCENE_SECTION_COUNT];
 };
 
@@ -70,6 +74,36 @@ struct scene_node {
     int32_t parent, mesh, camera, light;
     uint32_t name;
     uint32_t source_index; /* index of the node in the glTF */
+};
+
+/* Where a node is while nothing moves it: its local matrix is translation * rotation * scale. */
+struct scene_pose {
+    uint32_t node;
+    uint32_t pad;
+    double translation[3];
+    double rotation[4]; /* unit quaternion x, y, z, w */
+    double scale[3];
+};
+
+struct scene_animation {
+    uint32_t name;
+    uint32_t first_channel, channel_count;
+    float duration_s; /* time of the last key of any channel; 0 without channels */
+};
+
+enum scene_path { SCENE_TRANSLATION, SCENE_ROTATION, SCENE_SCALE };
+enum scene_interpolation { SCENE_STEP, SCENE_LINEAR, SCENE_CUBIC };
+
+/* Keys of one member of one pose. SCENE_KEYS holds from first_key on: key_count times [s], not
+ * descending, from 0 on; then a value of 3 numbers per key, 4 for rotations; for SCENE_CUBIC three
+ * such values: in-tangent, value, out-tangent. */
+struct scene_channel {
+    uint32_t pose;
+    uint32_t path;          /* enum scene_path */
+    uint32_t interpolation; /* enum scene_interpolation */
+    uint32_t key_count;     /* at least 1 */
+    uint32_t first_key;
+    uint32_t pad;
 };
 
 struct scene_mesh {

@@ -5,6 +5,7 @@
 #include <float.h>
 #include <stdlib.h>
 
+#include "renderer/scene/animation.h"
 #include "renderer/scene/matrix.h"
 
 /* Default lighting of scenes without lights (docs/shading.md): a key light from upper right, and a
@@ -41,6 +42,37 @@ static bool apply_node_overrides(struct scene_state *state, const struct view *v
     return true;
 }
 
+/* Where animations put the nodes that they move. Zeroed = nowhere. */
+struct moved_nodes {
+    struct scene_pose *poses;
+    double (*locals)[16]; /* per pose */
+};
+
+static bool animate(const struct scene *scene, const struct view *view, struct moved_nodes *moved,
+                    const double **locals, struct error *err)
+{
+    int32_t only = view->animation ? scene_find_animation(scene, view->animation) : -1;
+    if (view->animation && only < 0)
+        return error_set(err, ERROR_NOT_FOUND, "the scene has no animation '%s'", view->animation);
+    if (!isfinite(view->animation_time_s))
+        return error_set(err, ERROR_INVALID_REQUEST, "the time of the animation is not finite");
+    if (!scene->pose_count)
+        return true;
+    moved->poses = malloc(scene->pose_count * sizeof *moved->poses);
+    moved->locals = calloc(scene->pose_count, sizeof *moved->locals);
+    if (!moved->poses || !moved->locals)
+        return error_set(err, ERROR_NO_MEMORY, "%u moved nodes", scene->pose_count);
+    memcpy(moved->poses, scene->poses, scene->pose_count * sizeof *moved->poses);
+    for (uint32_t i = 0; i < scene->animation_count; i++)
+        if (only < 0 || only == (int32_t)i)
+            animation_evaluate(scene, i, view->animation_time_s, moved->poses);
+    for (uint32_t i = 0; i < scene->pose_count; i++) {
+        pose_compose(&moved->poses[i], moved->locals[i]);
+        locals[moved->poses[i].node] = moved->locals[i];
+    }
+    return true;
+}
+
 /* Parents come before children, so one pass composes matrices and passes invisibility down. */
 static bool compose_nodes(struct scene_state *state, const struct view *view, struct error *err)
 {
@@ -50,7 +82,9 @@ static bool compose_nodes(struct scene_state *state, const struct view *view, st
         return error_set(err, ERROR_NO_MEMORY, "%u nodes", scene->node_count);
     for (uint32_t i = 0; i < scene->node_count; i++)
         state->is_visible[i] = true;
-    bool ok = apply_node_overrides(state, view, locals, err);
+    struct moved_nodes moved = {.poses = NULL};
+    bool ok = (!view->is_animated || animate(scene, view, &moved, locals, err)) &&
+              apply_node_overrides(state, view, locals, err);
     for (uint32_t i = 0; ok && i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];
         const double *local = locals[i] ? locals[i] : node->local_matrix;
@@ -62,6 +96,8 @@ static bool compose_nodes(struct scene_state *state, const struct view *view, st
         }
     }
     free(locals);
+    free(moved.poses);
+    free(moved.locals);
     return ok;
 }
 

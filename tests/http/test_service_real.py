@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The daemon over the real renderer: what is posted is drawn, and the report says how."""
+import json
 import os
 import struct
 import sys
@@ -76,6 +77,29 @@ def lit_floor():
     return support.glb(document, positions + normals + indices)
 
 
+def swinging_lamp():
+    """The lit floor, whose lamp and pane an animation moves along x by 1 m/s for two seconds."""
+    (_, _, _, length, _), content = struct.unpack("<4sIIII", lit_floor()[:20]), lit_floor()
+    document = json.loads(content[20 : 20 + length])
+    binary = content[20 + length + 8 :]
+    keys = struct.pack("<2f", 0, 2) + struct.pack("<6f", 0, 1, 0, 2, 1, 0)
+    keys += struct.pack("<6f", 0, 3, 0, 2, 3, 0)
+    begin = len(binary)
+    for offset, size in ((0, 8), (8, 24), (32, 24)):
+        document["accessors"].append({
+            "bufferView": len(document["bufferViews"]), "componentType": 5126, "count": 2,
+            "type": "SCALAR" if size == 8 else "VEC3"})
+        document["bufferViews"].append(
+            {"buffer": 0, "byteOffset": begin + offset, "byteLength": size})
+    document["buffers"][0]["byteLength"] = begin + len(keys)
+    document["animations"] = [
+        {"name": name,
+         "channels": [{"sampler": 0, "target": {"node": node, "path": "translation"}}],
+         "samplers": [{"input": 3, "output": output}]}
+        for name, node, output in (("Pane", 1, 4), ("Lamp", 2, 5))]
+    return support.glb(document, binary + keys)
+
+
 class Real(support.unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -126,6 +150,38 @@ class Real(support.unittest.TestCase):
         hidden = {"nodes": {"Pane": {"visible": False}}}
         pixel = self.floor_pixel(0, overrides=hidden)
         self.assertGreater(min(pixel), 60)
+
+    def test_a_time_of_the_animation_is_the_scene_with_its_nodes_there(self):
+        scene = self.daemon.push(swinging_lamp())
+        summary = self.daemon.request("GET", f"/v1/scenes/{scene}").json()
+        self.assertEqual([{"name": "Pane", "duration_s": 2.0}, {"name": "Lamp", "duration_s": 2.0}],
+                         summary["animations"])
+        self.assertEqual(2, summary["animation_count"])
+
+        def image(**members):
+            members = {"width": 48, "height": 48, "camera": self.CAMERA, **members}
+            reply = self.daemon.render(scene, timeout=300, **members)
+            self.assertEqual(200, reply.status, reply.body[:500])
+            return reply.body
+
+        def moved(pane, lamp):
+            matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
+            pane_matrix = [0.25, *matrix[1:10], 0.25, 0, pane, 1, 0, 1]
+            return {"nodes": {"Pane": {"matrix": pane_matrix},
+                              "Lamp": {"matrix": [*matrix, lamp, 3, 0, 1]}}}
+
+        rest = image()
+        self.assertEqual(image(overrides=moved(0.75, 0.75)), image(animation={"time_s": 0.75}))
+        self.assertNotEqual(rest, image(animation={"time_s": 0.75}))
+        self.assertEqual(image(overrides=moved(2, 2)), image(animation={"time_s": 1e6}))
+        self.assertEqual(image(overrides=moved(0, 1)),
+                         image(animation={"time_s": 1, "name": "Lamp"}))
+        self.assertEqual(image(overrides=moved(1, 0)),
+                         image(animation={"time_s": 1, "name": "#0"}))
+        self.assertEqual(rest, image(animation={}))
+        reply = self.daemon.render(scene, animation={"name": "Door"})
+        self.assertEqual(("not_found", 404), (reply.code, reply.status))
+        self.assertIn("Door", reply.json()["detail"])
 
     def test_the_report_tells_the_passes_and_why(self):
         link = self.render(quality={"shadow_resolution": 256}).header(

@@ -69,7 +69,9 @@ class Making(ViewTest):
             ("outputs", ["depth"], 400, "/outputs"),
             ("format", "png", 400, "/format"),
             ("quality_percent", 5, 400, "/quality_percent"),
-            ("animation", {"time_s": 1}, 422, "/animation"),
+            ("animation", {"time_s": -1}, 400, "/animation/time_s"),
+            ("animation", {"time": 1}, 400, "/animation/time"),
+            ("animation", {"name": "Walk"}, 404, "/animation/name"),
             ("colour", 1, 400, "/colour"),
             ("stream", {"budget_ms": 0}, 400, "/stream/budget_ms"),
             ("stream", {"format": "exr"}, 400, "/stream/format"),
@@ -107,6 +109,18 @@ class Patching(ViewTest):
         self.patch(view, {"quality": None, "camera": None, "stream": None})
         fresh = self.members(self.make())
         self.assertEqual(fresh, self.members(view))
+
+    def test_the_time_of_an_animation_merges(self):
+        view = self.make(animation={"time_s": 1})
+        self.assertEqual({"name": None, "time_s": 1}, self.members(view)["animation"])
+        tag = self.get(f"{view}/image").header("ETag")
+        self.patch(view, {"animation": {"time_s": 2.5}})
+        self.assertEqual({"name": None, "time_s": 2.5}, self.members(view)["animation"])
+        self.assertNotEqual(tag, self.get(f"{view}/image").header("ETag"))
+        self.assertEqual("/animation/name",
+                         self.patch(view, {"animation": {"name": "Walk"}}).json()["pointer"])
+        self.patch(view, {"animation": None})
+        self.assertIsNone(self.members(view)["animation"])
 
     def test_overrides_come_and_go_one_by_one(self):
         view = self.make()

@@ -299,10 +299,10 @@ static void fill_summary(struct scene_summary *summary)
                                       .primitives = 2,
                                       .textures = 4,
                                       .images = 6,
-                                      .animations = 8,
                                       .material_count = 5000,
                                       .light_count = 1,
                                       .camera_count = 1,
+                                      .animation_count = 2,
                                       .has_bounds = true,
                                       .bounds_min = {-1e7, 0.1, 0},
                                       .bounds_max = {1e7 + 0.125, 2, 3},
@@ -321,6 +321,7 @@ static void fill_summary(struct scene_summary *summary)
     assert_true(name_list_add(&summary->warnings, "sheen is ignored", &err));
     assert_true(scene_summary_add_light(summary, "Sun", "directional", &err));
     assert_true(scene_summary_add_camera(summary, "Cam", "orthographic", &err));
+    assert_true(scene_summary_add_animation(summary, "Walk", 1.25, &err));
     struct outline_node *node = scene_outline_add_node(&summary->outline, "Pane", &err);
     assert_non_null(node);
     node->parent = -1;

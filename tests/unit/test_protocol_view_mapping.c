@@ -359,11 +359,12 @@ static void assert_outline(const struct scene_outline *outline)
 static void scenes_reach_their_summary(void **state)
 {
     (void)state;
-    struct scene_header header = {.size_bytes = 4096,
-                                  .bounds_min = {-1, -2, -3},
-                                  .bounds_max = {1, 2, 3},
-                                  .triangle_count = 24,
-                                  .animation_count = 2};
+    struct scene_header header = {
+        .size_bytes = 4096,
+        .bounds_min = {-1, -2, -3},
+        .bounds_max = {1, 2, 3},
+        .triangle_count = 24,
+    };
     const struct scene_node nodes[] = {
         {.name = LAMP, .parent = -1, .mesh = -1, .camera = -1, .light = 0},
         {.name = CAMERA,
@@ -383,6 +384,7 @@ static void scenes_reach_their_summary(void **state)
     const struct scene_light lights[] = {
         {.type = SCENE_LIGHT_SPOT, .name = LAMP, .outer_cone_rad = 0.5F}};
     const struct scene_camera cameras[] = {{.is_orthographic = 1, .y_mag = 3}};
+    const struct scene_animation animations[] = {{.name = LAMP, .duration_s = 1.5F}};
     const uint32_t extensions[] = {EXTENSION}, warnings[] = {WARNING};
     const struct scene scene = {
         .header = &header,
@@ -406,6 +408,8 @@ static void scenes_reach_their_summary(void **state)
         .extension_used_count = 1,
         .warnings = warnings,
         .warning_count = 1,
+        .animations = animations,
+        .animation_count = 1,
     };
     struct scene_summary summary = {0};
     struct error err = {0};
@@ -417,7 +421,9 @@ static void scenes_reach_their_summary(void **state)
     assert_int_equal(summary.primitives, 2);
     assert_int_equal(summary.textures, 7);
     assert_int_equal(summary.images, 8);
-    assert_int_equal(summary.animations, 2);
+    assert_int_equal(summary.animation_count, 1);
+    assert_string_equal(summary.animations[0].name, "Lamp");
+    assert_true(summary.animations[0].duration_s == 1.5);
     assert_int_equal(summary.decoded_bytes, 4096);
     assert_true(summary.has_bounds && summary.bounds_min[2] == -3 && summary.bounds_max[0] == 1);
     /* The default material of glTF belongs to no file. */

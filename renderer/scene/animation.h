@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/* Animations of nodes at a time: glTF 2.0 specification, section 3.11 and appendix C, in f64.
+ * Thread: any. */
+#ifndef VITRAIL_RENDERER_SCENE_ANIMATION_H
+#define VITRAIL_RENDERER_SCENE_ANIMATION_H
+
+#include "renderer/scene/scene.h"
+
+/* Sets what the animation moves; the rest of poses, scene->pose_count of them, stays as it is.
+ * Before its first key and after its last one a channel holds the value of that key. animation is
+ * an index of the scene. Rotations come out as unit quaternions. */
+void animation_evaluate(const struct scene *scene, uint32_t animation, double time_s,
+                        struct scene_pose *poses);
+
+/* parent_from_node, column-major: translation * rotation * scale. */
+void pose_compose(const struct scene_pose *pose, double local[16]);
+
+#endif
