@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "renderer/frame_pause.h"
 #include "renderer/frame_run.h"
 #include "renderer/plan/view_key.h"
 #include "renderer/wall_clock.h"
@@ -102,8 +103,8 @@ struct opened_view {
 static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
                       struct opened_view *opened, struct error *err)
 {
-    *opened = (struct opened_view){.scene = scene_cache_find(&renderer->scenes, scene_key),
-                                   .view = *view};
+    *opened =
+        (struct opened_view){.scene = scene_cache_find(renderer->scenes, scene_key), .view = *view};
     if (!opened->scene)
         return error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
     if (!opened->view.outputs)
@@ -152,8 +153,8 @@ static void count_caches(const struct renderer *renderer, const struct program_c
 {
     struct program_cache_stats after;
     program_cache_get_stats(renderer->programs, &after);
-    report->counts.programs_built = after.misses - before->misses;
-    report->counts.programs_reused = after.hits - before->hits;
+    report->counts.programs_built = after.misses - before->misses - renderer->aside.misses;
+    report->counts.programs_reused = after.hits - before->hits - renderer->aside.hits;
     report->counts.plans_made = renderer->plans.misses - plans_made;
     report->counts.plans_reused = 1 - report->counts.plans_made;
 }
@@ -164,8 +165,12 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     double begin_ms = wall_ms();
     struct opened_view opened;
     struct program_cache_stats before;
-    uint64_t plans_made = renderer->plans.misses;
     *frame = (struct frame){0};
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_render(renderer, scene_key, view, frame, err);
+    uint64_t plans_made = renderer->plans.misses;
+    renderer->aside = (struct program_cache_stats){0};
     program_cache_get_stats(renderer->programs, &before);
     if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
@@ -188,7 +193,7 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     gpu_timeline_collect(renderer->timeline, &frame->report);
     if (ok && renderer->is_strict)
         check_passes(&opened.plan->plan, &frame->report);
-    frame->report.total_ms = wall_ms() - begin_ms;
+    frame->report.total_ms = wall_ms() - begin_ms - frame->report.paused_ms;
     if (!ok)
         frame_finish(frame);
     return ok;

@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "renderer/frame_pause.h"
+
 static size_t count_areas(const struct scene_state *state)
 {
     size_t count = 0;
@@ -67,12 +69,15 @@ bool frame_raytrace(struct renderer *renderer, const char *scene_key, const stru
                     const char *because, struct frame *frame, struct error *err)
 {
     struct raytrace_stats stats;
+    struct frame_pause pause = {.renderer = renderer, .report = &frame->report};
+    const struct interlude interlude = frame_pause_interlude(&pause);
     struct raytrace_desc desc = {
         .view = view,
         .state = state,
         .camera = camera,
         .samples_per_side = grid_side(view->quality.samples),
         .cache = renderer->traced,
+        .interlude = renderer->interlude ? &interlude : NULL,
     };
     frame_claim_traced(renderer, scene_key);
     image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);

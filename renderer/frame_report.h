@@ -40,7 +40,8 @@ struct frame_report {
     struct report_pass passes[REPORT_PASSES_MAX];
     int pass_count;
     double stage_ms[REPORT_STAGE_COUNT];
-    double total_ms; /* wall clock of the whole frame in the renderer */
+    double total_ms;  /* wall clock of the whole frame in the renderer, without pauses */
+    double paused_ms; /* while other frames went before the rest of this one */
     struct {
         uint64_t lights, shadowed_lights;
         uint64_t draws, triangles; /* drawables of the camera's passes, each pass counted */

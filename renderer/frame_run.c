@@ -6,6 +6,7 @@
 #include <assert.h>
 #include <epoxy/gl.h>
 
+#include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
 #include "renderer/frame_shadows.h"
 #include "renderer/light_batches.h"
@@ -175,6 +176,18 @@ static const struct {
     [PLAN_STEP_AUXILIARY] = {.of_window = read_auxiliary},
 };
 
+static bool upload_lights(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    return shade_upload_lights(&renderer->shade,
+                               &(struct shade_lights_desc){.state = run->state,
+                                                           .needs = &run->frame_plan->shaders,
+                                                           .shadows = renderer->shadows,
+                                                           .traced = rays_of(run),
+                                                           .eye = run->camera->eye},
+                               err);
+}
+
 /* Passes of one step are neighbours: the step begins where the one before it was another. */
 static bool begins_step(const struct plan *plan, int pass)
 {
@@ -192,12 +205,46 @@ static bool walk_frame(const struct frame_run *run, struct error *err)
     return true;
 }
 
+/* What other frames replaced: the materials that are bound, the shadow structures, and what
+ * Embree's scene refers to. */
+static bool put_back(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    const struct plan *plan = &run->frame_plan->plan;
+    struct frame unseen = {0}; /* the report has all that from the first time */
+    struct frame_run again = *run;
+    bool has_structures = false;
+    draw_arena_bind_materials(renderer->arena);
+    if (rays_of(run))
+        raytrace_shadows_resume(renderer->shadow_rays.rays);
+    if (!needs(run, PLAN_NEED_COLOR))
+        return true;
+    again.frame = &unseen;
+    for (int i = 0; i < plan->pass_count; i++)
+        has_structures |= plan->passes[i].step == PLAN_STEP_SHADOWS;
+    return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err) &&
+           (!has_structures || light_batches_prepare(&again, err)) && upload_lights(run, err);
+}
+
+/* Lets other frames go first where they are due. */
+static bool pause_frame(const struct frame_run *run, struct error *err)
+{
+    struct frame_pause pause = {.renderer = run->renderer, .report = &run->frame->report};
+    const struct interlude interlude = frame_pause_interlude(&pause);
+    if (!interlude.is_due(interlude.context))
+        return true;
+    if (!interlude.serve(interlude.context))
+        return error_set(err, ERROR_OVERLOADED, "the frame is not wanted any more");
+    return put_back(run, err);
+}
+
 static bool walk_window(struct window_run *window, struct error *err)
 {
     const struct plan *plan = &window->run->frame_plan->plan;
     for (int i = 0; i < plan->pass_count && !window->must_split; i++) {
         enum plan_step step = plan->passes[i].step;
-        if (begins_step(plan, i) && steps[step].of_window && !steps[step].of_window(window, err))
+        if (begins_step(plan, i) && steps[step].of_window &&
+            (!pause_frame(window->run, err) || !steps[step].of_window(window, err)))
             return false;
     }
     return true;
@@ -320,7 +367,6 @@ static bool begin_rasterised(const struct frame_run *run, struct error *err)
 
 static bool run_steps(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
     const struct plan *plan = &run->frame_plan->plan;
     bool is_rasterised = needs(run, PLAN_NEED_COLOR) || needs(run, PLAN_NEED_AUXILIARY);
     run->frame->report.counts.unseen_lights = plan->unseen_lights;
@@ -328,14 +374,7 @@ static bool run_steps(const struct frame_run *run, struct error *err)
         return false;
     if (!walk_frame(run, err))
         return false;
-    if (needs(run, PLAN_NEED_COLOR) &&
-        !shade_upload_lights(&renderer->shade,
-                             &(struct shade_lights_desc){.state = run->state,
-                                                         .needs = &run->frame_plan->shaders,
-                                                         .shadows = renderer->shadows,
-                                                         .traced = rays_of(run),
-                                                         .eye = run->camera->eye},
-                             err))
+    if (needs(run, PLAN_NEED_COLOR) && !upload_lights(run, err))
         return false;
     return !is_rasterised || run_windows(run, err);
 }

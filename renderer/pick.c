@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/frame_pause.h"
 #include "renderer/renderer_internal.h"
 
 /* What the rays of one call fill in. */
@@ -108,7 +109,10 @@ bool renderer_pick(struct renderer *renderer, const char *scene_key, const struc
 {
     struct scene_state state;
     struct camera camera;
-    struct resident_scene *scene = scene_cache_find(&renderer->scenes, scene_key);
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_pick(renderer, scene_key, view, desc, result, err);
+    struct resident_scene *scene = scene_cache_find(renderer->scenes, scene_key);
     *result = (struct pick_result){0};
     if (!scene)
         return error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);

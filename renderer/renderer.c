@@ -11,6 +11,29 @@
 
 static const uint64_t default_budget_bytes = 4ull << 30;
 
+/* What frames hold, of this renderer alone. */
+static bool create_own(struct renderer *renderer, struct error *err)
+{
+    renderer->arena = draw_arena_create(err);
+    if (!renderer->arena)
+        return false;
+    renderer->lists = light_lists_create(renderer->programs, renderer->timeline, err);
+    return renderer->lists;
+}
+
+static void finish_own(struct renderer *renderer)
+{
+    traced_shadows_finish(&renderer->shadow_rays);
+    aov_finish(&renderer->aov);
+    shade_finish(&renderer->shade);
+    pixel_lists_finish(&renderer->pixels);
+    targets_finish(&renderer->targets);
+    light_lists_destroy(renderer->lists);
+    plan_cache_clear(&renderer->plans);
+    kept_state_drop(&renderer->kept_state);
+    draw_arena_destroy(renderer->arena);
+}
+
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
 {
     struct renderer *renderer = calloc(1, sizeof *renderer);
@@ -21,6 +44,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->is_strict = desc->is_strict;
     renderer->redraws_surfaces = desc->redraws_surfaces;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
+    renderer->scenes = &renderer->own_scenes;
     renderer->context = gl_context_create(
         &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
     if (!renderer->context)
@@ -29,10 +53,8 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
         goto fail;
     renderer->timeline = gpu_timeline_create(renderer->context, err);
-    renderer->arena = draw_arena_create(err);
-    if (!renderer->timeline || !renderer->arena)
+    if (!renderer->timeline || !create_own(renderer, err))
         goto fail;
-    renderer->lists = light_lists_create(renderer->programs, renderer->timeline, err);
     renderer->shadows = shadow_system_create(
         &(struct shadow_system_desc){
             .programs = renderer->programs,
@@ -42,7 +64,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
         },
         err);
     renderer->traced = raytrace_cache_create(err);
-    if (!renderer->lists || !renderer->shadows || !renderer->traced)
+    if (!renderer->shadows || !renderer->traced)
         goto fail;
     return renderer;
 
@@ -51,22 +73,46 @@ fail:
     return NULL;
 }
 
+struct renderer *renderer_create_beside(struct renderer *renderer, struct error *err)
+{
+    struct renderer *beside = calloc(1, sizeof *beside);
+    if (!beside) {
+        error_set(err, ERROR_NO_MEMORY, "renderer");
+        return NULL;
+    }
+    *beside = (struct renderer){
+        .other = renderer,
+        .is_beside = true,
+        .context = renderer->context,
+        .programs = renderer->programs,
+        .timeline = renderer->timeline,
+        .shadows = renderer->shadows,
+        .traced = renderer->traced,
+        .scenes = renderer->scenes,
+        .budget_bytes = renderer->budget_bytes,
+        .is_strict = renderer->is_strict,
+        .redraws_surfaces = renderer->redraws_surfaces,
+    };
+    if (create_own(beside, err))
+        return beside;
+    renderer_destroy(beside);
+    return NULL;
+}
+
 void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer)
         return;
-    traced_shadows_finish(&renderer->shadow_rays);
+    if (renderer->is_beside) {
+        finish_own(renderer);
+        free(renderer);
+        return;
+    }
+    renderer_destroy(renderer->other);
     raytrace_cache_destroy(renderer->traced); /* borrows a scene */
-    scene_cache_finish(&renderer->scenes);
-    aov_finish(&renderer->aov);
-    shade_finish(&renderer->shade);
-    pixel_lists_finish(&renderer->pixels);
-    targets_finish(&renderer->targets);
+    scene_cache_finish(&renderer->own_scenes);
+    finish_own(renderer);
     shadow_system_destroy(renderer->shadows);
-    light_lists_destroy(renderer->lists);
-    plan_cache_clear(&renderer->plans);
-    kept_state_drop(&renderer->kept_state);
-    draw_arena_destroy(renderer->arena);
     gpu_timeline_destroy(renderer->timeline);
     program_cache_destroy(renderer->programs);
     gl_context_destroy(renderer->context);
@@ -77,6 +123,11 @@ void renderer_set_auto(struct renderer *renderer, const struct auto_settings *se
 {
     renderer->automatic = *settings;
     plan_cache_clear(&renderer->plans);
+}
+
+void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude)
+{
+    renderer->interlude = interlude;
 }
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
@@ -104,33 +155,46 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
     snprintf(info->driver, sizeof info->driver, "%s", limits->platform);
 }
 
+static uint64_t own_bytes(const struct renderer *renderer)
+{
+    return pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
+           traced_shadows_size_bytes(&renderer->shadow_rays);
+}
+
 uint64_t renderer_used_bytes(const struct renderer *renderer)
 {
-    return renderer->scenes.size_bytes + shadow_system_size_bytes(renderer->shadows) +
-           pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
-           raytrace_cache_size_bytes(renderer->traced) +
-           traced_shadows_size_bytes(&renderer->shadow_rays);
+    return renderer->scenes->size_bytes + shadow_system_size_bytes(renderer->shadows) +
+           raytrace_cache_size_bytes(renderer->traced) + own_bytes(renderer) +
+           (renderer->other ? own_bytes(renderer->other) : 0);
 }
 
 void renderer_forget_traced(struct renderer *renderer, const char *key)
 {
-    if (!key || !strcmp(renderer->traced_key, key))
+    if (!key || !strcmp(renderer->traced_key, key) ||
+        (renderer->other && !strcmp(renderer->other->traced_key, key)))
         raytrace_cache_clear(renderer->traced);
+}
+
+static void forget_own(struct renderer *renderer)
+{
+    plan_cache_clear(&renderer->plans);
+    kept_state_drop(&renderer->kept_state);
+    renderer->kept = (struct kept_window){0};
 }
 
 void renderer_forget_kept(struct renderer *renderer, const char *key)
 {
     shadow_system_forget(renderer->shadows, key);
     renderer_forget_traced(renderer, key);
-    plan_cache_clear(&renderer->plans);
-    kept_state_drop(&renderer->kept_state);
-    renderer->kept = (struct kept_window){0};
+    forget_own(renderer);
+    if (renderer->other)
+        forget_own(renderer->other);
 }
 
 bool renderer_has_scene(const struct renderer *renderer, const char *key)
 {
-    for (size_t i = 0; i < renderer->scenes.count; i++)
-        if (!strcmp(renderer->scenes.entries[i]->key, key))
+    for (size_t i = 0; i < renderer->scenes->count; i++)
+        if (!strcmp(renderer->scenes->entries[i]->key, key))
             return true;
     return false;
 }
@@ -139,23 +203,23 @@ bool renderer_has_scene(const struct renderer *renderer, const char *key)
 static void evict_scenes(struct renderer *renderer, const char *keep)
 {
     while (renderer_used_bytes(renderer) > renderer->budget_bytes) {
-        const char *oldest = scene_cache_oldest(&renderer->scenes, keep);
+        const char *oldest = scene_cache_oldest(renderer->scenes, keep);
         if (!oldest)
             return;
         renderer_forget_kept(renderer, oldest);
-        scene_cache_remove(&renderer->scenes, oldest);
+        scene_cache_remove(renderer->scenes, oldest);
     }
 }
 
 bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scene_desc *desc,
                            struct error *err)
 {
-    if (scene_cache_find(&renderer->scenes, desc->key)) {
+    if (scene_cache_find(renderer->scenes, desc->key)) {
         if (desc->release)
             desc->release(desc->context);
         return true;
     }
-    if (!scene_cache_add(&renderer->scenes, desc, err))
+    if (!scene_cache_add(renderer->scenes, desc, err))
         return false;
     evict_scenes(renderer, desc->key);
     if (renderer_used_bytes(renderer) > renderer->budget_bytes) {
@@ -173,7 +237,7 @@ void renderer_detach_scene(struct renderer *renderer, const char *key)
     if (!renderer_has_scene(renderer, key))
         return;
     renderer_forget_kept(renderer, key);
-    scene_cache_remove(&renderer->scenes, key);
+    scene_cache_remove(renderer->scenes, key);
 }
 
 void renderer_drop_structures(struct renderer *renderer, const char *key)

@@ -9,6 +9,7 @@
 #include "renderer/frame_report.h"
 #include "renderer/pick.h"
 #include "renderer/image/image.h"
+#include "renderer/interlude.h"
 #include "renderer/plan/plan.h"
 #include "renderer/scene/scene.h"
 #include "renderer/view.h"
@@ -80,6 +81,13 @@ void frame_finish(struct frame *frame);
  * code is ERROR_NO_DEVICE (context lost: destroy and create anew). */
 MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, struct error *err);
+
+/* From now on frames stop for what is due, and go on with the same bits (but those of deep-linked
+ * with `faithful`, which has no bits of its own): at most where a tile of rays is done, a pass of a
+ * window, a window. Meanwhile `serve` may render and pick, on scenes that are attached already, and
+ * nothing else; such frames are made in one piece. A frame that is not wanted any more fails with
+ * ERROR_OVERLOADED. Borrowed; NULL: none. */
+void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude);
 
 /* What is at a point of the view's image, or in a rectangle of it (renderer/pick.h). Renders
  * nothing; keeps the ray tracer's structure for the next call. */

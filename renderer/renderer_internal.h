@@ -30,6 +30,8 @@ struct light_batches { /* zeroed: nothing is known */
 };
 
 struct renderer {
+    struct renderer *other; /* makes frames while one is paused, and back; NULL: not made yet */
+    bool is_beside;         /* it is the other of one that was created before it */
     struct gl_context *context;
     struct program_cache *programs;
     struct gpu_timeline *timeline;
@@ -44,14 +46,20 @@ struct renderer {
     struct pixel_lists pixels;
     struct shade shade;
     struct aov aov;
-    struct scene_cache scenes;
-    struct raytrace_cache *traced; /* of the scene with traced_key */
+    struct scene_cache own_scenes, *scenes; /* of the two together */
+    struct raytrace_cache *traced;          /* of the scene with traced_key */
     struct traced_shadows shadow_rays;
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
     struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
+    const struct interlude *interlude; /* borrowed; NULL: frames are made in one piece */
+    bool is_paused;                    /* its frame is: others go to `other` */
+    struct program_cache_stats aside;  /* what others did while the frame was paused */
 };
+
+/* One that shares the context, programs, scenes and shadow structures of another. NULL with err. */
+struct renderer *renderer_create_beside(struct renderer *renderer, struct error *err);
 
 /* Drops all that is kept of a scene between its frames, but the scene. */
 void renderer_forget_kept(struct renderer *renderer, const char *key);

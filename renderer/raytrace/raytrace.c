@@ -12,6 +12,8 @@
 
 struct raytrace_cache {
     struct rt_scene scene; /* scene.scene NULL: empty */
+    struct rt_scene spare; /* of who uses the cache while it is lent, where that is another */
+    bool is_lent;          /* a picture that is paused needs the scene */
 };
 
 struct raytrace_cache *raytrace_cache_create(struct error *err)
@@ -32,12 +34,19 @@ void raytrace_cache_destroy(struct raytrace_cache *cache)
 
 void raytrace_cache_clear(struct raytrace_cache *cache)
 {
-    rt_scene_finish(&cache->scene);
+    if (!cache->is_lent)
+        rt_scene_finish(&cache->scene);
+    rt_scene_finish(&cache->spare);
+}
+
+void raytrace_cache_lend(struct raytrace_cache *cache, bool is_lent)
+{
+    cache->is_lent = is_lent;
 }
 
 uint64_t raytrace_cache_size_bytes(const struct raytrace_cache *cache)
 {
-    return rt_scene_size_bytes(&cache->scene);
+    return rt_scene_size_bytes(&cache->scene) + rt_scene_size_bytes(&cache->spare);
 }
 
 bool rt_job_take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
@@ -45,6 +54,10 @@ bool rt_job_take_scene(const struct raytrace_desc *desc, struct rt_scene *own,
 {
     *scene = desc->cache ? &desc->cache->scene : own;
     *is_reused = rt_scene_rebind(*scene, desc->state, desc->view);
+    if (!*is_reused && desc->cache && desc->cache->is_lent) {
+        *scene = &desc->cache->spare;
+        *is_reused = rt_scene_rebind(*scene, desc->state, desc->view);
+    }
     if (*is_reused)
         return true;
     rt_scene_finish(*scene);
@@ -59,6 +72,8 @@ static bool run_form(struct rt_job *job, struct error *err)
     job->unit_count = view->row_count_px ? view->row_count_px : image->height_px;
     ok = ok && (view->quality.reference ? rt_job_run(job, &rt_reference_form, err)
                                         : rt_production_render(job, err));
+    if (ok && job->is_unwanted)
+        ok = error_set(err, ERROR_OVERLOADED, "the picture is not wanted any more");
     if (ok && atomic_load(&job->is_cancelled))
         ok = error_set(err, ERROR_TIMEOUT, "ray tracing was cancelled");
     if (ok && atomic_load(&job->has_no_memory))
@@ -83,7 +98,7 @@ bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
     struct rt_job job = {.desc = desc, .scene = scene, .image = image};
     bool ok = run_form(&job, err);
     measured.build_ms = built_ms - begin_ms;
-    measured.trace_ms = wall_ms() - built_ms;
+    measured.trace_ms = wall_ms() - built_ms - job.paused_ms;
     measured.camera_rays = atomic_load(&job.camera_rays);
     measured.shadow_rays = atomic_load(&job.shadow_rays);
     measured.surfaces = atomic_load(&job.surfaces);

@@ -9,6 +9,7 @@
 #define VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 
 #include "renderer/image/image.h"
+#include "renderer/interlude.h"
 #include "renderer/plan/camera.h"
 #include "renderer/scene/scene_state.h"
 
@@ -17,6 +18,8 @@ struct raytrace_cache;
 struct raytrace_cache *raytrace_cache_create(struct error *err);
 void raytrace_cache_destroy(struct raytrace_cache *cache);
 void raytrace_cache_clear(struct raytrace_cache *cache);
+/* From true to false others may use the cache while a picture that was made with it is paused. */
+void raytrace_cache_lend(struct raytrace_cache *cache, bool is_lent);
 uint64_t raytrace_cache_size_bytes(const struct raytrace_cache *cache);
 
 struct raytrace_desc {
@@ -31,10 +34,12 @@ struct raytrace_desc {
     /* Optional, called from any thread with the share done in [0, 1]; returning true cancels. */
     bool (*progress)(void *context, double share);
     void *context;
+    const struct interlude *interlude; /* optional: what goes before the tiles, or rows, that are
+                                          left; during it the cache is to be lent */
 };
 
 struct raytrace_stats {
-    double build_ms, trace_ms;
+    double build_ms, trace_ms; /* without interludes */
     bool is_scene_reused; /* taken from the cache: only the view, lights or materials changed */
     uint64_t scene_bytes; /* of Embree's structure and our copy of the vertices */
     uint64_t camera_rays, shadow_rays;
@@ -43,7 +48,8 @@ struct raytrace_stats {
 };
 
 /* Renders linear radiance with associated alpha, F32 RGBA, of view's size. A cancelled render is
- * ERROR_TIMEOUT. image is empty on failure. */
+ * ERROR_TIMEOUT, one that is not wanted after an interlude ERROR_OVERLOADED. image is empty on
+ * failure. */
 MUST_CHECK bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
                                 struct raytrace_stats *stats, struct error *err);
 

@@ -44,6 +44,9 @@ struct raytrace_shadow_slice {
     size_t filter_count;    /* out */
 };
 
+/* After others used the cache: takes its scene back to the description's state and view. */
+void raytrace_shadows_resume(struct raytrace_shadows *shadows);
+
 /* Filters of the light at a point. */
 uint32_t raytrace_shadows_filters(const struct raytrace_shadows *shadows, uint32_t light);
 /* The most that so many lights have. */

@@ -2,10 +2,13 @@
 /* Threads of one picture, and its camera rays. */
 #include "renderer/raytrace/rt_job.h"
 
+#include <assert.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <unistd.h>
+
+#include "renderer/wall_clock.h"
 
 enum { THREADS_MAX = 256 };
 
@@ -17,7 +20,11 @@ int rt_job_next(struct rt_job *job, bool has_done_one)
         if (desc->progress && desc->progress(desc->context, (double)done / job->unit_count))
             atomic_store(&job->is_cancelled, true);
     }
-    if (atomic_load(&job->is_cancelled) || atomic_load(&job->has_no_memory))
+    if (has_done_one && desc->interlude && atomic_load(&job->next_unit) < job->unit_count &&
+        desc->interlude->is_due(desc->interlude->context))
+        atomic_store(&job->is_paused, true);
+    if (atomic_load(&job->is_cancelled) || atomic_load(&job->has_no_memory) ||
+        atomic_load(&job->is_paused))
         return -1;
     int unit = atomic_fetch_add(&job->next_unit, 1);
     return unit < job->unit_count ? unit : -1;
@@ -43,7 +50,7 @@ static void *run_thread(void *argument)
     return NULL;
 }
 
-bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err)
+static bool run_threads(struct rt_job *job, const struct rt_form *form, struct error *err)
 {
     int count = choose_threads(job), ready = 0, started = 0;
     char *workers = calloc((size_t)count, form->worker_bytes);
@@ -66,6 +73,28 @@ bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *er
     for (int i = 0; i < ready; i++)
         form->finish(shares[i].worker);
     free(workers);
+    return ok;
+}
+
+/* Others may have taken the scene over to their states and views: back with it. False when the job
+ * is over. */
+static bool pause_job(struct rt_job *job)
+{
+    const struct raytrace_desc *desc = job->desc;
+    double begin_ms = wall_ms();
+    job->is_unwanted = !desc->interlude->serve(desc->interlude->context);
+    bool is_same = rt_scene_rebind(job->scene, desc->state, desc->view);
+    assert(is_same);
+    job->paused_ms += wall_ms() - begin_ms;
+    return !job->is_unwanted;
+}
+
+bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err)
+{
+    bool ok;
+    do
+        ok = run_threads(job, form, err);
+    while (ok && atomic_exchange(&job->is_paused, false) && pause_job(job));
     return ok;
 }
 

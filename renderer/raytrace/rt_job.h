@@ -10,18 +10,21 @@
 
 struct rt_job {
     const struct raytrace_desc *desc;
-    const struct rt_scene *scene;
+    struct rt_scene *scene;
     struct image *image;
     const void *shared; /* what the form's threads share; rt_production.c */
     int unit_count;
     atomic_int next_unit, units_done;
     atomic_bool is_cancelled, has_overflowed, has_no_memory;
+    atomic_bool is_paused; /* threads end after the units that they work on */
+    bool is_unwanted;      /* said in an interlude */
+    double paused_ms;
     atomic_uint_fast64_t camera_rays, shadow_rays;
     atomic_uint_fast64_t surfaces, lights_listed, lights_reaching;
 };
 
-/* The next unit to work on, or -1: all are taken, or the job is cancelled. Reports the one before
- * as done. Thread: any. */
+/* The next unit to work on, or -1: all are taken, or the job is cancelled or paused. Reports the
+ * one before as done. Thread: any. */
 int rt_job_next(struct rt_job *job, bool has_done_one);
 
 /* How a form of the ray tracer works. A worker is one thread's memory, zeroed before init. */
@@ -37,8 +40,9 @@ extern const struct rt_form rt_reference_form;
 /* The fast one: packets of rays, light clusters (rt_production.c). unit: a tile. */
 bool rt_production_render(struct rt_job *job, struct error *err);
 
-/* Runs the job on desc's threads. Threads that cannot be started leave their units to the others;
- * the calling one always works. */
+/* Runs the job on desc's threads, and what interludes there are in between: workers are then made
+ * anew, so they hand in all that they have when they run out of units. Threads that cannot be
+ * started leave their units to the others; the calling one always works. */
 MUST_CHECK bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err);
 
 /* The scene that fits the state: that of desc's cache, rebuilt where the geometry is another, or

@@ -296,6 +296,12 @@ static void worker_finish(void *argument)
     rt_shadow_rays_finish(&((struct worker *)argument)->rays);
 }
 
+void raytrace_shadows_resume(struct raytrace_shadows *shadows)
+{
+    bool is_same = rt_scene_rebind(shadows->scene, shadows->desc.state, shadows->desc.view);
+    assert(is_same);
+}
+
 uint32_t raytrace_shadows_filters(const struct raytrace_shadows *shadows, uint32_t light)
 {
     return shadows->filters[light];

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/* Pausing a frame, and the renderer beside it. */
+#include "renderer/frame_pause.h"
+
+#include <stdlib.h>
+
+#include "renderer/wall_clock.h"
+
+static bool is_due(void *context)
+{
+    const struct frame_pause *pause = context;
+    const struct interlude *interlude = pause->renderer->interlude;
+    return interlude && interlude->is_due(interlude->context);
+}
+
+/* Programs that others asked for are not this frame's. */
+static void count_programs(struct renderer *renderer, const struct program_cache_stats *before)
+{
+    struct program_cache_stats after;
+    program_cache_get_stats(renderer->programs, &after);
+    renderer->aside.hits += after.hits - before->hits;
+    renderer->aside.misses += after.misses - before->misses;
+}
+
+static bool serve(void *context)
+{
+    const struct frame_pause *pause = context;
+    struct renderer *renderer = pause->renderer;
+    const struct interlude *interlude = renderer->interlude;
+    struct program_cache_stats before;
+    double begin_ms = wall_ms();
+    gpu_timeline_collect(renderer->timeline, pause->report); /* which others use, too */
+    program_cache_get_stats(renderer->programs, &before);
+    raytrace_cache_lend(renderer->traced, true);
+    renderer->is_paused = true;
+    bool is_wanted = interlude->serve(interlude->context);
+    renderer->is_paused = false;
+    raytrace_cache_lend(renderer->traced, false);
+    count_programs(renderer, &before);
+    pause->report->paused_ms += wall_ms() - begin_ms;
+    return is_wanted;
+}
+
+struct interlude frame_pause_interlude(struct frame_pause *pause)
+{
+    return (struct interlude){.context = pause, .is_due = is_due, .serve = serve};
+}
+
+struct renderer *frame_pause_other(struct renderer *renderer, struct error *err)
+{
+    if (!renderer->other)
+        renderer->other = renderer_create_beside(renderer, err);
+    if (renderer->other)
+        renderer->other->automatic = renderer->automatic;
+    return renderer->other;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* A frame that stops for others. They are made by a renderer beside the first, which shares its
+ * context, programs, scenes and shadow structures and has all else that frames hold of its own;
+ * so a paused frame finds all as it was, but for the shadow structures. Thread: GL. */
+#ifndef VITRAIL_RENDERER_FRAME_PAUSE_H
+#define VITRAIL_RENDERER_FRAME_PAUSE_H
+
+#include "renderer/interlude.h"
+#include "renderer/renderer_internal.h"
+
+struct frame_pause {
+    struct renderer *renderer;   /* required */
+    struct frame_report *report; /* required: gets the passes so far, and how long others took */
+};
+
+/* An interlude in which the renderer is ready for other frames. pause is borrowed, as its members
+ * are. */
+struct interlude frame_pause_interlude(struct frame_pause *pause);
+
+/* Who makes frames while the renderer's own is paused; made at the first call. NULL with err. */
+struct renderer *frame_pause_other(struct renderer *renderer, struct error *err);
+
+#endif

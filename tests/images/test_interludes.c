@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: MIT */
+/* Frames that stop for others have the bits of frames that do not, whatever the others are; and the
+ * others have theirs. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/support/closed_form_scenes.h"
+#include "tests/support/image_checks.h"
+
+enum { OTHERS = 4, PAUSES = 6 };
+
+/* What is rendered in an interlude, and what it looks like without one. */
+struct other {
+    const struct rig_scene *scene;
+    struct view view;
+    uint64_t hash;
+};
+
+struct interruption {
+    struct renderer *renderer;
+    struct other others[OTHERS];
+    int pauses_left, served;
+    int wanted; /* after so many pauses the frame is unwanted; 0: never */
+};
+
+static bool is_due(void *context)
+{
+    const struct interruption *interruption = context;
+    return interruption->pauses_left > 0;
+}
+
+static bool serve(void *context)
+{
+    struct interruption *in = context;
+    const struct other *other = &in->others[in->served % OTHERS];
+    struct image color = shoot_color(in->renderer, other->scene, &other->view);
+    assert_int_equal(other->hash, image_hash(&color));
+    image_finish(&color);
+    in->served++;
+    in->pauses_left--;
+    return !in->wanted || in->served < in->wanted;
+}
+
+struct fixture {
+    struct renderer *renderer;
+    struct rig_scene demo, panes;
+    struct interruption interruption;
+};
+
+static struct view demo_view(enum view_shadows shadows)
+{
+    return (struct view){.width_px = 160,
+                         .height_px = 96,
+                         .quality = {.shadows = shadows, .shadow_resolution = 128}};
+}
+
+static void open_panes(struct rig_scene *rig, struct renderer *renderer)
+{
+    struct closed_form_scene scene;
+    random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 9, .seed = 5}, &scene);
+    rig_scene_open(rig, renderer, "panes", scene.glb, scene.size_bytes);
+    closed_form_scene_finish(&scene);
+}
+
+/* The same scene rasterised with other lights; traced from elsewhere, cut and with a node away;
+ * another scene rasterised, and traced. */
+static void choose_others(struct fixture *fixture)
+{
+    static const double plane[1][4] = {{0, -1, 0, 2}};
+    static const struct view_light light = {.type = SCENE_LIGHT_DIRECTIONAL,
+                                            .direction = {0.3, -1, 0.2},
+                                            .color = {1, 0.5, 0.2},
+                                            .intensity = 4};
+    const struct view_camera camera = {
+        .kind = VIEW_CAMERA_LOOK_AT, .eye = {3, 4.5, 3}, .target = {0, 1.5, 0}};
+    struct other *others = fixture->interruption.others;
+    others[0] = (struct other){&fixture->demo, demo_view(VIEW_SHADOWS_DEEP), 0};
+    others[0].view.width_px = 100;
+    others[0].view.lights = &light;
+    others[0].view.light_count = 1;
+    others[0].view.quality.samples = 1;
+    others[1] = (struct other){&fixture->demo, demo_view(VIEW_SHADOWS_RAYTRACED), 0};
+    others[1].view.camera = camera;
+    others[1].view.clip_planes = plane;
+    others[1].view.clip_plane_count = 1;
+    others[2] = (struct other){&fixture->panes, demo_view(VIEW_SHADOWS_RAYTRACED), 0};
+    others[2].view.camera = camera;
+    others[3] = (struct other){&fixture->panes, demo_view(VIEW_SHADOWS_MAP), 0};
+    others[3].view.camera = camera;
+    for (int i = 0; i < OTHERS; i++) {
+        struct image color = shoot_color(fixture->renderer, others[i].scene, &others[i].view);
+        others[i].hash = image_hash(&color);
+        image_finish(&color);
+    }
+}
+
+static void fixture_init(struct fixture *fixture, struct renderer *renderer)
+{
+    *fixture = (struct fixture){.renderer = renderer, .interruption.renderer = renderer};
+    rig_demo_open(&fixture->demo, renderer, "demo", 64);
+    open_panes(&fixture->panes, renderer);
+    choose_others(fixture);
+}
+
+static void fixture_finish(struct fixture *fixture)
+{
+    rig_scene_finish(&fixture->panes, fixture->renderer);
+    rig_scene_finish(&fixture->demo, fixture->renderer);
+    renderer_destroy(fixture->renderer);
+}
+
+/* Renders the view with pauses; the frame is empty and err set when it is not wanted. */
+static bool render_with_pauses(struct fixture *fixture, const struct view *view,
+                               struct frame *frame, struct error *err)
+{
+    const struct interlude interlude = {&fixture->interruption, is_due, serve};
+    fixture->interruption.served = 0;
+    fixture->interruption.pauses_left = PAUSES;
+    renderer_set_interlude(fixture->renderer, &interlude);
+    bool ok = renderer_render(fixture->renderer, "demo", view, frame, err);
+    renderer_set_interlude(fixture->renderer, NULL);
+    return ok;
+}
+
+static void assert_pauses_change_nothing(struct fixture *fixture, const struct view *view,
+                                         int least_pauses)
+{
+    struct frame plain, paused;
+    struct error err = {0};
+    shoot(fixture->renderer, &fixture->demo, view, &plain);
+    if (!render_with_pauses(fixture, view, &paused, &err))
+        fail_msg("%s", err.message);
+    assert_in_range(fixture->interruption.served, least_pauses, PAUSES);
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        if (plain.outputs[i].pixels)
+            assert_same_bits(&plain.outputs[i], &paused.outputs[i]);
+    assert_int_equal(plain.report.counts.lookups, paused.report.counts.lookups);
+    assert_int_equal(plain.report.counts.shadow_rays, paused.report.counts.shadow_rays);
+    assert_int_equal(0, paused.report.counts.programs_built);
+    assert_true(plain.report.paused_ms == 0);
+    assert_true(paused.report.paused_ms > 0);
+    frame_finish(&plain);
+    frame_finish(&paused);
+}
+
+static void ray_traced_frames_keep_their_bits(void **state)
+{
+    struct fixture fixture;
+    (void)state;
+    fixture_init(&fixture, render_rig_create());
+    struct view view = demo_view(VIEW_SHADOWS_RAYTRACED);
+    assert_pauses_change_nothing(&fixture, &view, PAUSES);
+    view.quality.reference = true;
+    view.quality.samples = 1;
+    assert_pauses_change_nothing(&fixture, &view, PAUSES);
+    fixture_finish(&fixture);
+}
+
+/* Five steps of a window at least: surfaces, layers, light lists, shading, reading. */
+static void rasterised_frames_keep_their_bits(void **state)
+{
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
+                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
+                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    struct fixture fixture;
+    (void)state;
+    fixture_init(&fixture, render_rig_create());
+    for (size_t i = 0; i < sizeof techniques / sizeof techniques[0]; i++) {
+        struct view view = demo_view(techniques[i]);
+        view.outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_LAYERS;
+        assert_pauses_change_nothing(&fixture, &view, 5);
+    }
+    fixture_finish(&fixture);
+}
+
+static void batches_of_lights_keep_their_bits(void **state)
+{
+    (void)state;
+    struct error err = {0};
+    struct fixture fixture;
+    struct renderer *renderer = renderer_create(
+        &(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 24 << 20}, &err);
+    if (!renderer)
+        fail_msg("%s", err.message);
+    fixture_init(&fixture, renderer);
+    struct view view = demo_view(VIEW_SHADOWS_DEEP);
+    view.quality.shadow_resolution = 256;
+    struct frame frame;
+    shoot(renderer, &fixture.demo, &view, &frame);
+    assert_in_range(frame.report.counts.light_batches, 2, 100);
+    frame_finish(&frame);
+    assert_pauses_change_nothing(&fixture, &view, 4);
+    fixture_finish(&fixture);
+}
+
+static void an_unwanted_frame_ends_and_the_next_is_whole(void **state)
+{
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_DEEP};
+    struct fixture fixture;
+    (void)state;
+    fixture_init(&fixture, render_rig_create());
+    for (int i = 0; i < 2; i++) {
+        struct view view = demo_view(techniques[i]);
+        struct frame frame;
+        struct error err = {0};
+        fixture.interruption.wanted = 2;
+        assert_false(render_with_pauses(&fixture, &view, &frame, &err));
+        assert_int_equal(ERROR_OVERLOADED, err.code);
+        assert_null(frame.outputs[VIEW_OUTPUT_COLOR].pixels);
+        assert_int_equal(2, fixture.interruption.served);
+        fixture.interruption.wanted = 0;
+        assert_pauses_change_nothing(&fixture, &view, 4);
+    }
+    fixture_finish(&fixture);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ray_traced_frames_keep_their_bits),
+        cmocka_unit_test(rasterised_frames_keep_their_bits),
+        cmocka_unit_test(batches_of_lights_keep_their_bits),
+        cmocka_unit_test(an_unwanted_frame_ends_and_the_next_is_whole),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
