@@ -157,6 +157,11 @@ struct request_quality {
     double budget_ms;          /* [0.001, 86400000]; 0 = none asked for */
 };
 
+/* What becomes of the cut of a clip plane. */
+struct request_cut {
+    bool spares_shadows; /* what it cuts away still casts its shadow */
+};
+
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
 struct render_request {
     char scene[65];    /* 64 lowercase hexadecimal digits; "" until it is known */
@@ -169,7 +174,8 @@ struct render_request {
     size_t node_count;
     struct request_material_override *materials; /* owned, sorted by name */
     size_t material_count;
-    double clip_planes[8][4]; /* a point with ax+by+cz+d < 0 is cut away */
+    double clip_planes[8][4];   /* a point with ax+by+cz+d < 0 is cut away */
+    struct request_cut cuts[8]; /* per clip plane */
     size_t clip_plane_count;
     struct request_animation animation;
     double background[4]; /* linear, unassociated alpha */

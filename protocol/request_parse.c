@@ -141,6 +141,28 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
 
 /* ---- the picture ---- */
 
+/* Its four numbers, or an object that has them as `plane`. */
+static bool read_clip_plane(const struct json_node *node, double plane[4], struct request_cut *cut)
+{
+    static const char *const known[] = {"plane", "shadows", NULL};
+    struct json_node numbers = *node;
+    bool cuts_shadows = true;
+    *cut = (struct request_cut){0};
+    if (json_is_object(node->value)) {
+        struct json_node shadows = json_member(node, "shadows");
+        numbers = json_member(node, "plane");
+        if (!json_expect_object(node, known) || !json_expect_present(&numbers) ||
+            !json_read_bool(&shadows, &cuts_shadows))
+            return false;
+        cut->spares_shadows = !cuts_shadows;
+    }
+    if (!json_read_numbers(&numbers, 4, -LIMIT_COORDINATE, LIMIT_COORDINATE, plane))
+        return false;
+    return fmax(fmax(fabs(plane[0]), fabs(plane[1])), fabs(plane[2])) >= 1e-15 ||
+           json_refuse(&numbers, ERROR_INVALID_REQUEST,
+                       "but its first three numbers, the normal, must not be zero");
+}
+
 static bool read_clip_planes(const struct json_node *node, struct render_request *request)
 {
     size_t count;
@@ -148,12 +170,8 @@ static bool read_clip_planes(const struct json_node *node, struct render_request
         return false;
     for (size_t i = 0; i < count; i++) {
         struct json_node plane = json_element(node, i);
-        double *p = request->clip_planes[i];
-        if (!json_read_numbers(&plane, 4, -LIMIT_COORDINATE, LIMIT_COORDINATE, p))
+        if (!read_clip_plane(&plane, request->clip_planes[i], &request->cuts[i]))
             return false;
-        if (fmax(fmax(fabs(p[0]), fabs(p[1])), fabs(p[2])) < 1e-15)
-            return json_refuse(&plane, ERROR_INVALID_REQUEST,
-                               "but its first three numbers, the normal, must not be zero");
     }
     request->clip_plane_count = count;
     return true;

@@ -142,12 +142,24 @@ static json_t *write_overrides(const struct render_request *request)
     return json_writer_take(&writer);
 }
 
+/* The numbers alone where all else is the default. */
+static json_t *write_clip_plane(const double plane[4], const struct request_cut *cut)
+{
+    if (!cut->spares_shadows)
+        return json_numbers(plane, 4);
+    struct json_writer writer = json_writer_begin();
+    json_put_numbers(&writer, "plane", plane, 4);
+    json_put_bool(&writer, "shadows", !cut->spares_shadows);
+    return json_writer_take(&writer);
+}
+
 static json_t *write_clip_planes(const struct render_request *request)
 {
     json_t *planes = json_array();
     bool has_failed = !planes;
     for (size_t i = 0; i < request->clip_plane_count; i++)
-        json_append(planes, json_numbers(request->clip_planes[i], 4), &has_failed);
+        json_append(planes, write_clip_plane(request->clip_planes[i], &request->cuts[i]),
+                    &has_failed);
     return json_take_unless(planes, has_failed);
 }
 

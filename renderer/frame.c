@@ -37,9 +37,9 @@ static bool check_view(const struct view *view, struct error *err)
         view->row_count_px > view->height_px - view->first_row_px)
         return error_set(err, ERROR_INVALID_REQUEST, "%d rows from row %d of an image of %d rows",
                          view->row_count_px, view->first_row_px, view->height_px);
-    if (view->clip_plane_count > 8)
-        return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is 8",
-                         view->clip_plane_count);
+    if (view->clip_plane_count > VIEW_CLIP_PLANES_MAX)
+        return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is %d",
+                         view->clip_plane_count, VIEW_CLIP_PLANES_MAX);
     return check_quality(&view->quality, err);
 }
 

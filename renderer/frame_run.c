@@ -347,8 +347,6 @@ static void warn_of_approximations(const struct frame_run *run)
     struct frame_report *report = &run->frame->report;
     if (!run->frame_plan->shaders.area_samples)
         frame_warn_of_areas(run->state, report);
-    if (run->view->clip_plane_count && !rays_of(run))
-        report_warn(report, "clip planes cut the view; shadow maps still hold the whole scene");
     if (run->frame_plan->plan.samples == 1 && run->view->quality.samples == 4)
         report_warn(report, "the device cannot antialias transparent lists: 1 sample per pixel");
 }

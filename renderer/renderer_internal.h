@@ -12,7 +12,7 @@
 #include "renderer/shading/shade.h"
 
 struct kept_state { /* zeroed = none: of the last frame */
-    struct content_key key;
+    struct content_key key, cut;
     struct scene_state state;
 };
 

@@ -141,6 +141,13 @@ enum view_output {
     VIEW_OUTPUT_COUNT
 };
 
+enum { VIEW_CLIP_PLANES_MAX = 8 };
+
+/* What becomes of a clip plane's cut; zeroed is the default. */
+struct view_cut {
+    bool spares_shadows; /* what it cuts away from the picture still casts its shadow */
+};
+
 struct view {
     int width_px, height_px;        /* required; [1, 16384] */
     uint32_t outputs;               /* bit set of 1u << enum view_output; 0 means color */
@@ -157,8 +164,9 @@ struct view {
     const struct view_material_override *materials;
     size_t material_override_count;
     const double (*clip_planes)[4]; /* a point with ax+by+cz+d < 0 is cut away */
-    size_t clip_plane_count;
-    bool is_animated;      /* false: the scene stands as its nodes say */
+    size_t clip_plane_count;        /* at most VIEW_CLIP_PLANES_MAX */
+    const struct view_cut *cuts;    /* per clip plane; NULL: the default for all */
+    bool is_animated;               /* false: the scene stands as its nodes say */
     const char *animation; /* name, or "#0" for index 0; borrowed; NULL: all, in file order */
     double animation_time_s;
     float background[4]; /* linear, unassociated alpha; 0 = transparent black */

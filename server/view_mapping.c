@@ -62,6 +62,7 @@ void view_storage_finish(struct view_storage *storage)
     free(storage->nodes);
     free(storage->materials);
     free(storage->clip_planes);
+    free(storage->cuts);
     *storage = (struct view_storage){0};
 }
 
@@ -151,6 +152,11 @@ static void map_material(const struct request_material_override *from,
     to_floats(from->edge_color, to->edge_color, 3);
 }
 
+static void map_cut(const struct request_cut *from, struct view_cut *to)
+{
+    *to = (struct view_cut){.spares_shadows = from->spares_shadows};
+}
+
 static bool storage_init(struct view_storage *storage, const struct render_request *request)
 {
     /* One more than needed: an empty array is no failure. */
@@ -158,7 +164,9 @@ static bool storage_init(struct view_storage *storage, const struct render_reque
     storage->nodes = calloc(request->node_count + 1, sizeof *storage->nodes);
     storage->materials = calloc(request->material_count + 1, sizeof *storage->materials);
     storage->clip_planes = calloc(request->clip_plane_count + 1, sizeof *storage->clip_planes);
-    return storage->lights && storage->nodes && storage->materials && storage->clip_planes;
+    storage->cuts = calloc(request->clip_plane_count + 1, sizeof *storage->cuts);
+    return storage->lights && storage->nodes && storage->materials && storage->clip_planes &&
+           storage->cuts;
 }
 
 static void map_quality(const struct request_quality *from, struct view_quality *to)
@@ -196,8 +204,10 @@ bool view_from_request(const struct render_request *request, struct view_storage
         map_node(&request->nodes[i], &storage->nodes[i]);
     for (size_t i = 0; i < request->material_count; i++)
         map_material(&request->materials[i], &storage->materials[i]);
-    for (size_t i = 0; i < request->clip_plane_count; i++)
+    for (size_t i = 0; i < request->clip_plane_count; i++) {
         memcpy(storage->clip_planes[i], request->clip_planes[i], sizeof *storage->clip_planes);
+        map_cut(&request->cuts[i], &storage->cuts[i]);
+    }
 
     *view = (struct view){
         .width_px = request->width,
@@ -213,6 +223,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .material_override_count = request->material_count,
         .clip_planes = (const double(*)[4])storage->clip_planes,
         .clip_plane_count = request->clip_plane_count,
+        .cuts = storage->cuts,
         .is_animated = request->animation.is_given,
         .animation = request->animation.name,
         .animation_time_s = request->animation.time_s,

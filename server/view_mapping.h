@@ -22,6 +22,7 @@ struct view_storage {
     struct view_node_override *nodes;
     struct view_material_override *materials;
     double (*clip_planes)[4];
+    struct view_cut *cuts; /* per clip plane */
 };
 void view_storage_finish(struct view_storage *storage); /* accepts zeroed; zeroes */
 

@@ -38,6 +38,12 @@ flat in vec3 v_t_leave;
 #ifdef SUBTEXELS
 #include "shadow_subtexel.glsl"
 #else
+// A point on the way of the light, about its origin; perspective: its unit direction.
+vec3 caster_ray()
+{
+    return u_clip_w.y != 0.0 ? normalize(v_from_light) : v_from_light;
+}
+
 float caster_depth()
 {
     return u_clip_w.y != 0.0 ? length(v_from_light) : dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;

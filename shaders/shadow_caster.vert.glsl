@@ -3,7 +3,7 @@
 // COLORS: the primitive has vertex colours; TEXTURES: bit mask of the sampled slots; ANGLED: the
 // filter depends on the angle; CONSTANT: it does not, nor on anything else that varies over the
 // surface, so it is evaluated here. MEDIUM: the primitive bounds a medium, its filter has no
-// thickness.
+// thickness. CUT_PLANES: clip planes that cut casters, at most 8.
 #include "draw.glsl"
 #ifdef CONSTANT
 #include "material.glsl"
@@ -35,7 +35,12 @@ out vec3 v_from_light; // world axes
 flat out uvec2 v_draw; // material, node
 #endif
 
+#ifdef CUT_PLANES
+uniform vec4 u_cut_planes[CUT_PLANES]; // about the light's origin
+out gl_PerVertex { invariant vec4 gl_Position; float gl_ClipDistance[CUT_PLANES]; };
+#else
 out gl_PerVertex { invariant vec4 gl_Position; };
+#endif
 
 void main()
 {
@@ -45,6 +50,15 @@ void main()
     precise vec4 clip = vec4(face.x * u_clip.x, face.y * u_clip.y, u_clip.z + face.z * u_clip.w,
                              u_clip_w.x + face.z * u_clip_w.y);
     gl_Position = clip;
+#ifdef CUT_PLANES
+    for (int i = 0; i < CUT_PLANES; i++) {
+#ifdef MEDIUM
+        gl_ClipDistance[i] = 1.0; // drawn whole: shadow_deep.frag.glsl moves its events
+#else
+        gl_ClipDistance[i] = dot(u_cut_planes[i].xyz, r) + u_cut_planes[i].w;
+#endif
+    }
+#endif
 #ifdef CONSTANT
     uint m = a_draw.x;
     vec4 base = clamp(materials[m].base_color, 0.0, 1.0);

@@ -8,6 +8,8 @@
 //   MEDIA    keep the medium that each event enters or leaves: twice the number of its material
 //            record from 1 on, plus 1 where it enters; 0 for a surface without one
 //   SUBTEXELS=k   texels of the light are k * k of these: shadow_subtexel.glsl
+//   CUT_PLANES=n   clip planes. What they cut away of a medium acts on no light: its events there
+//            move, without their filter, to where the texel's ray enters what is kept, or leaves it
 //   MEDIUM   the caster bounds a medium (CERTAIN, too: parity counts, even where the filter is 1)
 // Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque
 // pre-pass").
@@ -35,6 +37,32 @@ uniform uint u_event_count;
 uniform bool u_scatter;
 #endif
 
+#if defined(CUT_PLANES) && defined(MEDIUM)
+uniform vec4 u_cut_planes[CUT_PLANES]; // about the light's origin
+uniform float u_farthest; // no event is deeper
+
+// Where the way of the light through the event is inside all planes, as depths.
+vec2 kept_range()
+{
+    vec3 origin = vec3(0.0), way = caster_ray();
+    if (u_clip_w.y == 0.0) {
+        origin = way - u_axis_z.xyz * dot(u_axis_z.xyz, way);
+        way = u_axis_z.xyz;
+    }
+    vec2 range = vec2(-3e38, 3e38);
+    for (int k = 0; k < CUT_PLANES; k++) {
+        float height = dot(u_cut_planes[k].xyz, origin) + u_cut_planes[k].w;
+        float climb = dot(u_cut_planes[k].xyz, way);
+        float at = climb != 0.0 ? -height / climb : (height < 0.0 ? 3e38 : -3e38);
+        if (climb < 0.0)
+            range.y = min(range.y, at);
+        else
+            range.x = max(range.x, at);
+    }
+    return min(vec2(range.x, max(range.x, range.y)), u_farthest);
+}
+#endif
+
 void store_event(uint texel, vec3 t)
 {
     // The count of the texel now is the offset of its next free place.
@@ -42,7 +70,14 @@ void store_event(uint texel, vec3 t)
     if (place >= u_event_count)
         return;
     place += u_event_base;
-    events[place] = vec4(caster_depth(), t);
+    float depth = caster_depth();
+#if defined(CUT_PLANES) && defined(MEDIUM)
+    vec2 range = kept_range();
+    if (depth < range.x || depth > range.y)
+        t = vec3(1.0);
+    depth = clamp(depth, range.x, range.y);
+#endif
+    events[place] = vec4(depth, t);
 #ifdef MEDIUM
     events_medium[place].x = 2u * v_draw.x + (gl_FrontFacing ? 3u : 2u);
 #elif defined(MEDIA)

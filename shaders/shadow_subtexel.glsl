@@ -18,6 +18,13 @@ vec3 subtexel_shift()
     return u_axis_x.xyz * metres.x + u_axis_y.xyz * metres.y;
 }
 
+vec3 caster_ray()
+{
+    vec3 shift = subtexel_shift();
+    float z = dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;
+    return u_clip_w.y != 0.0 ? normalize(v_from_light + shift * z) : v_from_light + shift;
+}
+
 float caster_depth()
 {
     vec3 n = cross(dFdx(v_from_light), dFdy(v_from_light)), shift = subtexel_shift();

@@ -35,6 +35,7 @@ static struct view without_pointers(const struct view *view)
     copy.nodes = NULL;
     copy.materials = NULL;
     copy.clip_planes = NULL;
+    copy.cuts = NULL;
     return copy;
 }
 
@@ -80,6 +81,17 @@ struct content_key view_state_key(const char *scene_key, const struct view *view
     return key;
 }
 
+struct content_key view_cut_key(const struct view *view)
+{
+    struct content_key key = content_key_begin();
+    content_key_add(&key, view->clip_planes, view->clip_plane_count * sizeof *view->clip_planes);
+    for (size_t i = 0; i < view->clip_plane_count; i++) {
+        struct view_cut cut = view->cuts ? view->cuts[i] : (struct view_cut){0};
+        content_key_add(&key, &cut, sizeof cut);
+    }
+    return key;
+}
+
 struct content_key view_plan_key(struct content_key state_key, const struct view *view)
 {
     struct content_key key = state_key;
@@ -88,6 +100,7 @@ struct content_key view_plan_key(struct content_key state_key, const struct view
         own.background[k] = 0; /* decides pixels, no pass */
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->camera.node);
-    content_key_add(&key, view->clip_planes, view->clip_plane_count * sizeof *view->clip_planes);
+    struct content_key cut = view_cut_key(view);
+    content_key_add(&key, &cut, sizeof cut);
     return key;
 }

@@ -166,11 +166,12 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
     }
     batch->has_overflowed |= sample->hits->has_overflowed;
     double sigma[3], through[3] = {1, 1, 1}, t = 0;
-    double length = vec3_length(sample->ray->direction);
+    double range[2];
+    rt_scene_kept_range(scene, sample->ray, range);
     begin_media(batch, sample, sigma);
     for (size_t i = 0; i < sample->hits->count; i++) {
         const struct rt_hit *hit = &sample->hits->hits[i];
-        rt_media_attenuate(sigma, (hit->t - t) * length, through);
+        rt_media_pass(sigma, sample->ray, range, t, hit->t, through);
         rt_media_cross(scene, hit, sigma);
         t = hit->t;
         if (hit->is_left_unseen)

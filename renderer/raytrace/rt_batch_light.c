@@ -65,8 +65,7 @@ static void trace_jobs(struct rt_batch *batch, const struct rt_ray_job *jobs, si
             continue;
         if (hits->count || batch->desc.scene->state->medium_count) {
             light_media(batch, &jobs[i], sigma);
-            rt_path_transmittance(batch->desc.scene, hits, packet->rays[i].direction,
-                                  packet->rays[i].t_max, sigma,
+            rt_path_transmittance(batch->desc.scene, hits, &packet->rays[i], sigma,
                                   batch->desc.view->quality.blend_filter, transmittance);
         }
         add_light(&batch->fragments[jobs[i].fragment], &jobs[i], transmittance);

@@ -65,8 +65,7 @@ void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arr
     if (last && last->is_opaque)
         out[0] = out[1] = out[2] = 0;
     else
-        rt_path_transmittance(scene, hits, ray.direction, ray.t_max, sigma,
-                              lighting->view->quality.blend_filter, out);
+        rt_path_transmittance(scene, hits, &ray, sigma, lighting->view->quality.blend_filter, out);
 }
 
 /* Adds the light of one sample. */

@@ -39,6 +39,14 @@ void rt_media_attenuate(const double sigma[3], double length_m, double through[3
             through[k] *= exp(-sigma[k] * length_m);
 }
 
+void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double range[2],
+                   double from, double to, double through[3])
+{
+    double length = fmin(to, range[1]) - fmax(from, range[0]);
+    if (length > 0)
+        rt_media_attenuate(sigma, length * vec3_length(ray->direction), through);
+}
+
 void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
                       const double direction[3], double through[3])
 {
@@ -52,10 +60,11 @@ void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
 }
 
 void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
-                           const double direction[3], double t_max, const double sigma_end[3],
+                           const struct rt_ray *ray, const double sigma_end[3],
                            enum view_blend_filter blend, double out[3])
 {
-    double sigma[3] = {0}, t = 0;
+    double sigma[3] = {0}, range[2], t = 0;
+    rt_scene_kept_range(scene, ray, range);
     for (size_t i = 0; i < hits->count; i++)
         rt_media_cross(scene, &hits->hits[i], sigma);
     for (int k = 0; k < 3; k++)
@@ -63,7 +72,7 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
     out[0] = out[1] = out[2] = 1;
     for (size_t i = 0; i < hits->count; i++) {
         const struct rt_hit *hit = &hits->hits[i];
-        rt_media_attenuate(sigma, hit->t - t, out);
+        rt_media_pass(sigma, ray, range, t, hit->t, out);
         rt_media_cross(scene, hit, sigma);
         t = hit->t;
         if (hit->is_hidden || scene->meshes[hit->mesh].item->class_ == STATE_MASKED)
@@ -73,11 +82,11 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
         rt_surface_evaluate_filter(scene, hit, &surface);
         rt_scene_normal(scene, hit, normal);
         /* the light comes from the far end of this ray: it enters where the ray sees the back */
-        rt_surface_light_filter(&surface, fabs(vec3_dot(normal, direction)), !hit->is_front, blend,
-                                filter);
+        rt_surface_light_filter(&surface, fabs(vec3_dot(normal, ray->direction)), !hit->is_front,
+                                blend, filter);
         for (int k = 0; k < 3; k++)
             out[k] *= filter[k];
     }
-    if (t_max < INFINITY)
-        rt_media_attenuate(sigma, t_max - t, out);
+    if (ray->t_max < INFINITY)
+        rt_media_pass(sigma, ray, range, t, ray->t_max, out);
 }

@@ -18,15 +18,20 @@ void rt_media_cross(const struct rt_scene *scene, const struct rt_hit *hit, doub
 /* Multiplies by exp(-sigma * length); a sum below zero counts as zero. */
 void rt_media_attenuate(const double sigma[3], double length_m, double through[3]);
 
+/* The same for the ray's way between two numbers of its direction's units, where it lies within
+ * range (rt_scene_kept_range): what is cut away attenuates nothing. */
+void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double range[2],
+                   double from, double to, double through[3]);
+
 /* Multiplies by the filter of a face that is_left_unseen; it reflects nothing (docs/shading.md,
  * section 2). */
 void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
                       const double direction[3], double through[3]);
 
-/* From a point along a unit direction to a light at t_max. hits: in order, none of them opaque.
+/* Along a ray of unit direction to a light at its t_max. hits: in order, none of them opaque.
  * sigma_end: rt_media_at of the light, zeros for one infinitely far away. */
 void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
-                           const double direction[3], double t_max, const double sigma_end[3],
+                           const struct rt_ray *ray, const double sigma_end[3],
                            enum view_blend_filter blend, double out[3]);
 
 #endif

@@ -30,11 +30,12 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double co
     tracer->lighting.has_overflowed |= tracer->hits.has_overflowed;
     double view[3] = {-ray->direction[0], -ray->direction[1], -ray->direction[2]};
     vec3_normalize(view);
-    double length = vec3_length(ray->direction), t = 0, sigma[3];
+    double t = 0, sigma[3], range[2];
+    rt_scene_kept_range(job->scene, ray, range);
     memcpy(sigma, tracer->eye_sigma, sizeof sigma);
     for (size_t i = 0; i < tracer->hits.count; i++) {
         const struct rt_hit *hit = &tracer->hits.hits[i];
-        rt_media_attenuate(sigma, (hit->t - t) * length, through);
+        rt_media_pass(sigma, ray, range, t, hit->t, through);
         rt_media_cross(job->scene, hit, sigma);
         t = hit->t;
         if (hit->is_left_unseen)

@@ -125,6 +125,7 @@ static void bind_view(struct rt_scene *scene, const struct scene_state *state,
     scene->state = state;
     scene->clip_planes = view->clip_planes;
     scene->clip_plane_count = view->clip_plane_count;
+    scene->cuts = view->cuts;
 }
 
 bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
@@ -274,16 +275,45 @@ void rt_scene_normal(const struct rt_scene *scene, const struct rt_hit *hit, dou
         normal[k] *= scale;
 }
 
+/* Whether the plane counts for the ray. */
+static bool cuts(const struct rt_scene *scene, const struct rt_ray *ray, size_t plane)
+{
+    return ray->culls_back_faces || !scene->cuts || !scene->cuts[plane].spares_shadows;
+}
+
+static double height_above(const struct rt_scene *scene, size_t plane, const double point[3])
+{
+    const double *p = scene->clip_planes[plane];
+    return p[3] + p[0] * (point[0] + scene->origin[0]) + p[1] * (point[1] + scene->origin[1]) +
+           p[2] * (point[2] + scene->origin[2]);
+}
+
+void rt_scene_kept_range(const struct rt_scene *scene, const struct rt_ray *ray, double range[2])
+{
+    range[0] = -INFINITY;
+    range[1] = INFINITY;
+    for (size_t i = 0; i < scene->clip_plane_count; i++) {
+        if (!cuts(scene, ray, i))
+            continue;
+        double height = height_above(scene, i, ray->origin);
+        double climb = vec3_dot(scene->clip_planes[i], ray->direction);
+        double at = climb != 0 ? -height / climb : height < 0 ? INFINITY : -INFINITY;
+        if (climb < 0)
+            range[1] = fmin(range[1], at);
+        else
+            range[0] = fmax(range[0], at);
+    }
+    range[1] = fmax(range[0], range[1]);
+}
+
 static bool is_clipped(const struct rt_scene *scene, const struct rt_ray *ray, double t)
 {
-    for (size_t i = 0; i < scene->clip_plane_count; i++) {
-        const double *plane = scene->clip_planes[i];
-        double side = plane[3];
-        for (int k = 0; k < 3; k++)
-            side += plane[k] * (ray->origin[k] + ray->direction[k] * t + scene->origin[k]);
-        if (side < 0)
+    double point[3];
+    for (int k = 0; k < 3; k++)
+        point[k] = ray->origin[k] + ray->direction[k] * t;
+    for (size_t i = 0; i < scene->clip_plane_count; i++)
+        if (cuts(scene, ray, i) && height_above(scene, i, point) < 0)
             return true;
-    }
     return false;
 }
 

@@ -37,6 +37,7 @@ struct rt_scene {
     double linear_from_srgb[256], linear_from_unorm[256]; /* of the texels' bytes */
     const double (*clip_planes)[4];                       /* world; borrowed */
     size_t clip_plane_count;
+    const struct view_cut *cuts; /* per clip plane; NULL: the default; borrowed */
 };
 
 struct rt_hit {
@@ -63,7 +64,8 @@ void rt_hits_finish(struct rt_hits *hits); /* accepts zeroed */
 struct rt_ray {
     double origin[3], direction[3]; /* origin relative to rt_scene.origin */
     double t_min, t_max;
-    bool culls_back_faces;             /* of single-sided materials, for camera rays */
+    bool culls_back_faces;             /* of single-sided materials: it is a camera ray, which all
+                                          clip planes cut */
     bool only_media;                   /* through everything, keeping surfaces of media */
     uint32_t skip_mesh, skip_triangle; /* the triangle that the ray starts on; UINT32_MAX: none */
 };
@@ -103,6 +105,10 @@ bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, ui
  * runs through an edge or corner that triangles of one surface share; cuts after the first opaque
  * surface. */
 void rt_scene_order_hits(const struct rt_scene *scene, struct rt_hits *hits);
+
+/* Where the ray is inside all clip planes that count for it, in units of its direction; those of
+ * shadow rays let light in. Empty: the same number twice. */
+void rt_scene_kept_range(const struct rt_scene *scene, const struct rt_ray *ray, double range[2]);
 
 /* Both of the above for all that the ray meets. */
 void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, struct rt_hits *hits);

@@ -94,15 +94,16 @@ static void light_media(struct rt_shadow_rays *rays, const struct rt_shadow_job 
 
 /* What media take on the way that the leap leaves out. */
 static void attenuate_leap(const struct rt_shadow_rays *rays, const struct rt_shadow_job *job,
-                           const struct rt_hits *hits, const double sigma_end[3],
-                           double transmittance[3])
+                           const struct rt_ray *ray, const struct rt_hits *hits,
+                           const double sigma_end[3], double transmittance[3])
 {
-    double crossed[3] = {0}, sigma[3];
+    double crossed[3] = {0}, sigma[3], range[2];
+    rt_scene_kept_range(rays->scene, ray, range);
     for (size_t i = 0; i < hits->count; i++)
         rt_media_cross(rays->scene, &hits->hits[i], crossed);
     for (int k = 0; k < 3; k++)
         sigma[k] = sigma_end[k] - crossed[k];
-    rt_media_attenuate(sigma, choose_leap(job).along_ray_m, transmittance);
+    rt_media_pass(sigma, ray, range, -choose_leap(job).along_ray_m, 0, transmittance);
 }
 
 void rt_shadow_pack(const double t[3], uint32_t words[2])
@@ -140,10 +141,10 @@ static void trace(struct rt_shadow_rays *rays, const struct rt_shadow_job *jobs,
             transmittance[0] = transmittance[1] = transmittance[2] = 0;
         } else if (hits->count || rays->scene->state->medium_count) {
             light_media(rays, &jobs[i], sigma);
-            rt_path_transmittance(rays->scene, hits, packet->rays[i].direction,
-                                  packet->rays[i].t_max, sigma, rays->blend, transmittance);
+            rt_path_transmittance(rays->scene, hits, &packet->rays[i], sigma, rays->blend,
+                                  transmittance);
             if (rays->scene->state->medium_count)
-                attenuate_leap(rays, &jobs[i], hits, sigma, transmittance);
+                attenuate_leap(rays, &jobs[i], &packet->rays[i], hits, sigma, transmittance);
         }
         rt_shadow_pack(transmittance, rays->filters[jobs[i].filter]);
     }

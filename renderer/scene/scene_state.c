@@ -426,6 +426,38 @@ static bool list_lights(struct scene_state *state, const struct view *view, stru
     return true;
 }
 
+bool scene_state_cut(struct scene_state *state, const struct view *view, struct error *err)
+{
+    state->shadow_plane_count = 0;
+    if (view->clip_plane_count > VIEW_CLIP_PLANES_MAX)
+        return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is %d",
+                         view->clip_plane_count, VIEW_CLIP_PLANES_MAX);
+    for (size_t i = 0; i < view->clip_plane_count; i++)
+        if (!view->cuts || !view->cuts[i].spares_shadows)
+            memcpy(state->shadow_planes[state->shadow_plane_count++], view->clip_planes[i],
+                   sizeof *state->shadow_planes);
+    return true;
+}
+
+bool state_planes_meet(const double (*planes)[4], size_t count, const double bounds_min[3],
+                       const double bounds_max[3], uint32_t *through)
+{
+    *through = 0;
+    for (size_t i = 0; i < count; i++) {
+        double low = planes[i][3], high = low;
+        for (int k = 0; k < 3; k++) {
+            double a = planes[i][k] * bounds_min[k], b = planes[i][k] * bounds_max[k];
+            low += fmin(a, b);
+            high += fmax(a, b);
+        }
+        if (high < 0)
+            return false;
+        if (low < 0)
+            *through |= 1u << i;
+    }
+    return true;
+}
+
 bool scene_state_init(struct scene_state *state, const struct scene *scene, const struct view *view,
                       struct error *err)
 {
@@ -438,7 +470,8 @@ bool scene_state_init(struct scene_state *state, const struct scene *scene, cons
         goto fail;
     }
     if (!compose_nodes(state, view, err) || !apply_material_overrides(state, view, err) ||
-        !list_items(state, err) || !list_lights(state, view, err))
+        !list_items(state, err) || !list_lights(state, view, err) ||
+        !scene_state_cut(state, view, err))
         goto fail;
     return true;
 

@@ -66,8 +66,10 @@ struct scene_state {
     size_t light_count;
     bool has_default_lights; /* neither scene nor view brought a light */
     bool has_environment;
-    float sky[3], ground[3];             /* nt */
-    double bounds_min[3], bounds_max[3]; /* world, of all items; min > max when empty */
+    float sky[3], ground[3];                       /* nt */
+    double bounds_min[3], bounds_max[3];           /* world, of all items; min > max when empty */
+    double shadow_planes[VIEW_CLIP_PLANES_MAX][4]; /* clip planes that let light in, world */
+    size_t shadow_plane_count;
 };
 
 /* Errors: ERROR_NOT_FOUND naming an unknown node or material; ERROR_INVALID_REQUEST for a
@@ -75,6 +77,16 @@ struct scene_state {
 MUST_CHECK bool scene_state_init(struct scene_state *state, const struct scene *scene,
                                  const struct view *view, struct error *err);
 void scene_state_finish(struct scene_state *state);
+
+/* Takes the clip planes of another view, which is otherwise equal. ERROR_INVALID_REQUEST where
+ * there are too many. */
+MUST_CHECK bool scene_state_cut(struct scene_state *state, const struct view *view,
+                                struct error *err);
+
+/* How a box lies to clip planes: bits of those that run through it. False where one of them cuts
+ * all of it away. */
+bool state_planes_meet(const double (*planes)[4], size_t count, const double bounds_min[3],
+                       const double bounds_max[3], uint32_t *through);
 
 enum state_class material_class(const struct scene_material *material);
 

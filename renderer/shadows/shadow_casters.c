@@ -43,8 +43,9 @@ bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_
 {
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
-        uint32_t faces = item->casts_shadow ? shadow_frame_faces(frame, item) : 0;
-        if (!faces)
+        uint32_t faces = item->casts_shadow ? shadow_frame_faces(frame, item) : 0, planes;
+        if (!faces || !state_planes_meet(state->shadow_planes, state->shadow_plane_count,
+                                         item->bounds_min, item->bounds_max, &planes))
             continue;
         if (!reserve_casters(casters, err))
             return false;
@@ -52,10 +53,12 @@ bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_
         casters->faces[casters->count++] = (uint8_t)faces;
         if (item->class_ != STATE_TRANSPARENT) {
             casters->opaque_count++;
+            casters->opaque_planes |= planes;
             continue;
         }
         const struct state_material *material = &state->materials[item->material];
         casters->transparent_count++;
+        casters->transparent_planes |= planes;
         casters->farthest_m = fmax(casters->farthest_m, farthest_depth(frame, item));
         if (material->no_self_shadow || material->cast_once)
             casters->has_exclusions = true;
@@ -74,6 +77,16 @@ void shadow_casters_count(const struct shadow_casters *casters, uint32_t face_co
         all += state->items[i].casts_shadow;
     *drawn += seen;
     *culled += all * face_count - seen;
+}
+
+void shadow_casters_cut(const struct shadow_casters *casters, const struct scene_state *state,
+                        struct shadow_map *map)
+{
+    uint32_t through =
+        casters->opaque_planes | (map->kind == SHADOW_MAP ? 0 : casters->transparent_planes);
+    for (size_t i = 0; i < state->shadow_plane_count; i++)
+        if (through >> i & 1)
+            memcpy(map->planes[map->plane_count++], state->shadow_planes[i], sizeof *map->planes);
 }
 
 bool shadow_casters_kind(const struct shadow_casters *casters, const struct view_quality *quality,
@@ -131,7 +144,8 @@ enum {
     VARIANT_MEDIA = 1 << 14,     /* keep the medium of each event */
     VARIANT_MEDIUM = 1 << 15,    /* the caster is one */
     VARIANT_PASS = 1 << 16,      /* times enum caster_pass, which has three bits */
-    VARIANT_SUBTEXELS = 1 << 19, /* times sub-texel samples per side */
+    VARIANT_SUBTEXELS = 1 << 19, /* times sub-texel samples per side, at most 4 */
+    VARIANT_PLANES = 1 << 22,    /* times clip planes, at most 8 */
 };
 
 static uint32_t variant_pass(uint32_t key)
@@ -193,7 +207,8 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
     const struct scene *scene = desc->scene->state->scene;
     const struct scene_material *m = &desc->scene->state->materials[item->material].base;
     bool has_colors = scene->primitives[item->primitive].flags & SCENE_PRIMITIVE_HAS_COLORS;
-    uint32_t key = (uint32_t)desc->pass * VARIANT_PASS;
+    uint32_t key = (uint32_t)desc->pass * VARIANT_PASS +
+                   desc->build->map->plane_count * (uint32_t)VARIANT_PLANES;
     uint32_t slots = sampled_slots(scene, m) | (has_colors ? VARIANT_COLORS : 0u);
     if (item->class_ == STATE_OPAQUE)
         return key | VARIANT_OPAQUE;
@@ -206,11 +221,14 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
         ((has_media && item->is_medium) ||
          (m->alpha_mode != SCENE_MASK &&
           filters_everywhere(m, has_colors ? 0 : least_alpha(desc, m), desc->scene->blend_filter)));
-    if (is_certain && desc->pass == CASTER_COUNT)
-        return key | VARIANT_CERTAIN;
+    if (is_certain && desc->pass == CASTER_COUNT) /* a medium counts where it is cut away, too */
+        return key | VARIANT_CERTAIN |
+               (has_media && item->is_medium && desc->build->map->plane_count
+                    ? VARIANT_MEDIA | VARIANT_MEDIUM
+                    : 0u);
     if (!is_certain && desc->pass == CASTER_SCATTER) /* one program for both passes: they must
                                                         decide alike */
-        key = (uint32_t)CASTER_COUNT * VARIANT_PASS;
+        key -= (uint32_t)(CASTER_SCATTER - CASTER_COUNT) * VARIANT_PASS;
     if (!is_linked && desc->build->map->prefilter > 1)
         key |= (uint32_t)desc->build->map->prefilter * VARIANT_SUBTEXELS;
     key |= slots | (is_certain ? VARIANT_CERTAIN : 0u);
@@ -229,11 +247,13 @@ static void write_defines(uint32_t key, char *out, size_t size)
 {
     uint32_t pass = variant_pass(key);
     bool is_flat = pass == CASTER_DEPTH && (key & VARIANT_OPAQUE);
-    char subtexels[24] = "";
-    if (key / VARIANT_SUBTEXELS)
-        snprintf(subtexels, sizeof subtexels, " SUBTEXELS=%u", key / VARIANT_SUBTEXELS);
+    char subtexels[24] = "", planes[24] = "";
+    if (key / VARIANT_SUBTEXELS & 7)
+        snprintf(subtexels, sizeof subtexels, " SUBTEXELS=%u", key / VARIANT_SUBTEXELS & 7);
+    if (key / VARIANT_PLANES)
+        snprintf(planes, sizeof planes, " CUT_PLANES=%u", key / VARIANT_PLANES);
     snprintf(
-        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
+        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
         key & VARIANT_COLORS ? " COLORS" : "", key & VARIANT_CONSTANT ? " CONSTANT" : "",
         key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
         key & VARIANT_MEDIA ? " MEDIA" : "", key & VARIANT_MEDIUM ? " MEDIUM" : "",
@@ -241,7 +261,7 @@ static void write_defines(uint32_t key, char *out, size_t size)
                               : "",
         pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
         pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "",
-        subtexels);
+        subtexels, planes);
 }
 
 static struct caster_variant *find_variant(struct caster_painter *painter, uint32_t key,
@@ -250,13 +270,14 @@ static struct caster_variant *find_variant(struct caster_painter *painter, uint3
     for (uint32_t i = 0; i < painter->variant_count; i++)
         if (painter->variants[i].key == key)
             return &painter->variants[i];
-    assert(painter->variant_count < CASTER_VARIANTS_MAX);
+    if (painter->variant_count == CASTER_VARIANTS_MAX)
+        painter->variant_count = 0; /* the programs stay in their cache */
     uint32_t pass = variant_pass(key);
     const char *fragment =
         pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
         : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
                                                          : "shadow_linked.frag.glsl";
-    char defines[160];
+    char defines[192];
     write_defines(key, defines, sizeof defines);
     const struct gl_program *program =
         program_cache_get(painter->programs,
@@ -290,6 +311,19 @@ static void set_frame(const struct gl_program *program, const struct shadow_fram
                       (float[4]){is_flat ? 1.0f : 0.0f, is_flat ? 0.0f : 1.0f});
 }
 
+/* About the light's origin. */
+static void set_planes(const struct gl_program *program, const struct shadow_map *map)
+{
+    for (uint32_t i = 0; i < map->plane_count; i++) {
+        const double *plane = map->planes[i];
+        char name[32];
+        snprintf(name, sizeof name, "u_cut_planes[%u]", i);
+        gl_program_set_f4(program, name,
+                          (float[4]){(float)plane[0], (float)plane[1], (float)plane[2],
+                                     (float)(plane[3] + vec3_dot(plane, map->frame.origin))});
+    }
+}
+
 static void set_uniforms(const struct paint_context *context, const struct gl_program *program)
 {
     const struct caster_paint_desc *desc = context->desc;
@@ -305,6 +339,9 @@ static void set_uniforms(const struct paint_context *context, const struct gl_pr
         first += context->face * face_texels;
     const struct shadow_range *room = is_linked ? &map->nodes : &map->events;
     set_frame(program, &map->frame, context->face);
+    set_planes(program, map);
+    if (map->plane_count)
+        gl_program_set_f(program, "u_farthest", (float)desc->build->casters.farthest_m);
     gl_program_set_u(program, "u_blend_filter", desc->scene->blend_filter);
     gl_program_set_u(program, "u_first_count", (uint32_t)first);
     gl_program_set_u(program, "u_resolution", (uint32_t)map->resolution);
@@ -384,6 +421,12 @@ static void set_state(const struct caster_paint_desc *desc)
     }
 }
 
+static void cut_casters(const struct shadow_map *map, bool is_on)
+{
+    for (uint32_t i = 0; i < map->plane_count; i++)
+        (is_on ? glEnable : glDisable)(GL_CLIP_DISTANCE0 + i);
+}
+
 static bool paint_face(struct caster_painter *painter, const struct caster_paint_desc *desc,
                        uint32_t face, struct error *err)
 {
@@ -401,6 +444,7 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
         return false;
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name);
     set_state(desc);
+    cut_casters(map, true);
     if (desc->pass == CASTER_DEPTH)
         glClearNamedFramebufferfv(framebuffer.name, GL_DEPTH, 0, &(GLfloat){0});
     painter->face_number++;
@@ -416,6 +460,7 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
         .context = &context,
     };
     bool ok = draws_submit(&draw, NULL, err);
+    cut_casters(map, false);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_framebuffer_finish(&framebuffer);
     glDisable(GL_SCISSOR_TEST);

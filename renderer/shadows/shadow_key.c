@@ -33,6 +33,8 @@ struct content_key shadow_key_of_map(const struct shadow_map *map,
         add_doubles(&key, &map->compression, 1);
         content_key_add_word(&key, (uint64_t)map->prefilter << 1 | map->has_media);
     }
+    content_key_add_word(&key, map->plane_count);
+    add_doubles(&key, map->planes[0], 4 * (size_t)map->plane_count);
     for (size_t i = 0; i < casters->count; i++) {
         const struct state_item *item = &state->items[casters->items[i]];
         if (map->kind == SHADOW_MAP && item->class_ == STATE_TRANSPARENT)

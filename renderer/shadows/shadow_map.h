@@ -31,6 +31,8 @@ struct shadow_map {
     uint64_t exact_events;  /* SHADOW_FLAG_NODES: of the lists that were compressed */
     uint32_t built_windows; /* SHADOW_FLAG_NODES: pieces it was built in */
     struct shadow_range depths, heads, events, nodes;
+    double planes[VIEW_CLIP_PLANES_MAX][4]; /* world; those that run through some caster */
+    uint32_t plane_count;
     double sigma[3];  /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
     float keys_per_m; /* SHADOW_DEEP: shadow_key.glsl */
     uint64_t event_count, longest_list, occupied_texels;
@@ -50,7 +52,9 @@ struct shadow_casters { /* what one light meets */
     uint8_t *faces;     /* per item: bit f for face f */
     size_t count, capacity;
     size_t opaque_count, transparent_count;
-    double farthest_m;   /* no event of theirs is deeper */
+    uint32_t opaque_planes, transparent_planes; /* bits of state->shadow_planes: those that run
+                                                   through casters of either kind */
+    double farthest_m;                          /* no event of theirs is deeper */
     bool has_exclusions; /* a transparent caster's material is no_self_shadow or cast_once */
     bool has_media;      /* a transparent caster is a medium */
 };

@@ -44,6 +44,7 @@ struct shadow_system {
     double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
     struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
     bool keeps_exclusions;      /* a light that was to be compressed has lists with objects */
+    bool has_cut_lamp;          /* a light stands in a medium, where that is cut away */
     bool has_thick_media;       /* a linked map has media among its casters */
     struct gl_buffer records;
     struct gl_texture record_view;
@@ -225,6 +226,14 @@ static bool asks_nodes(const struct shadow_system *shadows, const struct view_qu
     return shadow_compress_is_asked(quality) || shadows->allowed_error > 0;
 }
 
+static bool has_cut_lamp(const struct shadow_map *map)
+{
+    bool is_cut = false;
+    for (uint32_t i = 0; i < map->plane_count; i++)
+        is_cut |= vec3_dot(map->planes[i], map->frame.origin) + map->planes[i][3] < 0;
+    return is_cut && vec3_length(map->sigma) > 0;
+}
+
 static bool prepare_light(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                           uint32_t light, struct error *err)
 {
@@ -238,6 +247,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
                              .kind = need->kind};
     if (!need->has_structure || (desc->is_left_out && desc->is_left_out[light]))
         return true;
+    shadow_casters_cut(casters, state, &map);
     map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
     if (map.kind == SHADOW_DEEP && casters->has_exclusions)
         map.flags |= SHADOW_FLAG_RAW;
@@ -261,6 +271,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
         }
     }
     standing->last_frame = shadows->frame;
+    shadows->has_cut_lamp |= has_cut_lamp(standing);
     shadows->light_maps[light] = standing;
     return true;
 }
@@ -389,7 +400,7 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
                          struct error *err)
 {
     finish_builds(shadows);
-    shadows->has_thick_media = shadows->keeps_exclusions = false;
+    shadows->has_thick_media = shadows->keeps_exclusions = shadows->has_cut_lamp = false;
     if (!reserve_lights(shadows, desc->state->light_count, err))
         return false;
     for (size_t i = 0; i < desc->state->light_count; i++)
@@ -582,6 +593,10 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
         is_reused[map->kind] = true;
     }
     report_nodes(shadows, report);
+    if (shadows->has_cut_lamp)
+        report_warn(report,
+                    "a lamp stands in a part of a medium that is cut away: the maps attenuate its "
+                    "light from the lamp on; traced shadows do from the cut on");
     if (shadows->has_thick_media)
         report_warn(report,
                     "deep-linked has no room for media: closed volumes keep the thickness of "

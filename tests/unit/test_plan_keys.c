@@ -16,6 +16,7 @@ struct full_view {
     struct view_node_override node;
     struct view_material_override material;
     double planes[1][4];
+    struct view_cut cuts[1];
     char node_name[8], material_name[8], camera_name[8];
 };
 
@@ -42,6 +43,7 @@ static struct full_view *full_view_create(void)
         .material_override_count = 1,
         .clip_planes = (const double(*)[4])full->planes,
         .clip_plane_count = 1,
+        .cuts = full->cuts,
     };
     return full;
 }
@@ -78,6 +80,7 @@ CHANGES(drop_light, changed->view.light_count = 0)
 CHANGES(change_camera, changed->view.camera.fov_y_deg = 30)
 CHANGES(change_camera_name, changed->camera_name[0] = 'b')
 CHANGES(change_plane, changed->planes[0][3] = 2)
+CHANGES(change_cut, changed->cuts[0].spares_shadows = true)
 CHANGES(change_size, changed->view.width_px++)
 CHANGES(change_outputs, changed->view.outputs |= 2)
 CHANGES(change_quality, changed->view.quality.shadow_taps = 9)
@@ -92,8 +95,8 @@ static void every_change_makes_another_key(void **state)
         {change_light, true},          {change_node, true},          {change_node_name, true},
         {change_material, true},       {change_material_name, true}, {change_sky, true},
         {change_default_lights, true}, {drop_light, true},           {change_camera, false},
-        {change_camera_name, false},   {change_plane, false},        {change_size, false},
-        {change_outputs, false},       {change_quality, false},
+        {change_camera_name, false},   {change_plane, false},        {change_cut, false},
+        {change_size, false},          {change_outputs, false},      {change_quality, false},
     };
     struct full_view *plain = full_view_create();
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {

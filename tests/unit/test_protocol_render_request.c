@@ -47,7 +47,8 @@ static const char full[] = BODY(
     "\"attenuation_color\":[0.1,0.2,0.3],\"attenuation_distance\":0.5,\"alpha_mode\":\"blend\","
     "\"pass_through\":{\"model\":\"edge\",\"edge_color\":[0.5,0.6,0.7],\"edge_exponent\":3},"
     "\"self_shadow\":false,\"cast_once\":true}}},"
-    "\"clip_planes\":[[0,1,0,-2],[1,0,0,3]],\"background\":[0.1,0.2,0.3,1],\"exposure_ev\":-1.5,"
+    "\"clip_planes\":[[0,1,0,-2],{\"plane\":[1,0,0,3],\"shadows\":false}],\"background\":[0.1,0.2,"
+    "0.3,1],\"exposure_ev\":-1.5,"
     "\"tone_mapping\":\"none\",\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6]},"
     "\"quality\":{\"shadows\":\"deep-linked\",\"transparency\":\"lists\","
     "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":2048,"
@@ -142,6 +143,7 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_true(r.ignore_scene_lights);
     assert_int_equal(r.clip_plane_count, 2);
     assert_true(r.clip_planes[0][3] == -2 && r.clip_planes[1][0] == 1);
+    assert_true(!r.cuts[0].spares_shadows && r.cuts[1].spares_shadows);
     assert_true(r.background[2] == 0.3 && r.exposure_ev == -1.5);
     assert_int_equal(r.tone_mapping, REQUEST_TONE_NONE);
     assert_true(r.has_environment && r.sky[2] == 3 && r.ground[0] == 4);

@@ -42,7 +42,8 @@ static void every_member_of_a_request_reaches_the_view(void **state)
                    "\"attenuation_distance\":2,\"alpha_mode\":\"mask\",\"pass_through\":{"
                    "\"model\":\"edge\",\"edge_color\":[0.5,0.25,1],\"edge_exponent\":3},"
                    "\"self_shadow\":false,\"cast_once\":true}}},"
-                   "\"clip_planes\":[[0,1,0,-2]],\"background\":[0.5,0.25,0.125,1],"
+                   "\"clip_planes\":[{\"plane\":[0,1,0,-2],\"shadows\":false}],\"background\":[0.5,"
+                   "0.25,0.125,1],"
                    "\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6]},"
                    "\"quality\":{\"shadows\":\"map\",\"transparency\":\"lists\","
                    "\"light_lists\":\"linked\",\"blend_filter\":\"kim\",\"shadow_resolution\":256,"
@@ -90,6 +91,7 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_true(m->has_self_shadow && !m->self_shadow && m->has_cast_once && m->cast_once);
 
     assert_int_equal(view.clip_plane_count, 1);
+    assert_true(view.cuts[0].spares_shadows);
     assert_true(view.clip_planes[0][3] == -2 && view.background[2] == 0.125f);
     assert_true(view.has_environment && view.sky[2] == 3 && view.ground[1] == 5);
     assert_int_equal(view.quality.shadows, VIEW_SHADOWS_MAP);
