@@ -78,6 +78,12 @@ export function number(value, digits = 4) {
   return String(Number(value.toPrecision(digits)));
 }
 
+/** A point for people, in metres: to a hundred-thousandth of the size of what it is part of. */
+export function place(point, size) {
+  const step = 10 ** (Math.floor(Math.log10(Math.max(size, 1e-9))) - 5);
+  return point.map((value) => number(Math.round(value / step) * step || 0, 6)).join("  ");
+}
+
 export function bytes(count) {
   const units = ["B", "KiB", "MiB", "GiB", "TiB"];
   let unit = 0;

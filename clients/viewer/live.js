@@ -171,7 +171,8 @@ class StillLine extends Line {
     const request = isExact ? wanted : this.#quick(wanted);
     const started = performance.now();
     try {
-      const accept = isExact ? "image/png" : "image/jpeg";
+      const isColor = (request.output ?? "color") === "color"; // others would lose their meaning
+      const accept = isExact || !isColor ? "image/png" : "image/jpeg";
       const { blob, frame, timings } = await this.client.render(request, { accept });
       const bitmap = await createImageBitmap(blob);
       const took = performance.now() - started;
@@ -199,6 +200,7 @@ class StillLine extends Line {
 }
 
 const LINES = [SocketLine, StreamLine, StillLine];
+export const STILLS = LINES.indexOf(StillLine);
 
 /**
  * The picture of what is wanted. Events: "frame" {bitmap, isExact, width, height, scale, frame,
@@ -229,13 +231,15 @@ export class Live extends EventTarget {
     return this.#line?.view ?? null;
   }
 
-  /** Shows this from now on: all members of a view. Another scene takes another view. */
+  /** Shows this from now on: all members of a view. Another scene takes another view. False when it
+   * is what shows already: no frame follows. */
   show(wanted) {
-    if (isEqual(wanted, this.#wanted)) return;
+    if (isEqual(wanted, this.#wanted)) return false;
     const isOther = wanted.scene !== this.#wanted?.scene;
     this.#wanted = wanted;
     if (isOther) this.#open();
     else this.#line?.update(wanted);
+    return true;
   }
 
   stop() {

@@ -4,6 +4,7 @@ import { announce, append, button, byId, el, icon, replace } from "./dom.js";
 import { STANDARD_VIEWS } from "./camera.js";
 import { Dock } from "./docks.js";
 import { makeHandles } from "./handles.js";
+import { HeatView, SHOWN } from "./heat.js";
 import { Live } from "./live.js";
 import { clearProblems, notice, showProblem } from "./messages.js";
 import { Model, linkFromState, stateFromLink } from "./model.js";
@@ -12,6 +13,7 @@ import { Overlay } from "./overlay.js";
 import { LightsPanel } from "./panel_lights.js";
 import { PropertiesPanel } from "./panel_properties.js";
 import { RenderPanel, otherTechnique } from "./panel_render.js";
+import { Readout } from "./readout.js";
 import { ScenesPanel } from "./panel_scenes.js";
 import { SectionPanel } from "./panel_section.js";
 import { TreePanel } from "./panel_tree.js";
@@ -44,10 +46,17 @@ class Viewer {
     this.firstLine = Math.max(0, asked);
     this.live = this.#newLive(this.stage.canvas, true);
     this.overlay = new Overlay(this.client);
+    this.heat = new HeatView(this.client, this.stage, {
+      refused: (problem) => this.#notShown(problem), ready: () => this.readout.refresh() });
     this.#makePanels();
     this.#makeToolbar();
     this.navigator = new Navigator(this.model, this.stage, {
       pick: (share) => this.pick(share), aim: (share) => this.pick(share, true) });
+    this.readout = new Readout(this.stage.surface, {
+      pick: (share) => this.#hit(share), also: (share) => this.heat.at(share),
+      isResting: () => Boolean(this.model.scene) && this.stage.canvas.dataset.exact === "true",
+      size: () => this.model.camera.sceneSize,
+      nameOf: ({ node, material }) => [node.name, material?.name].filter(Boolean).join(" · ") });
     this.#listen();
   }
 
@@ -90,6 +99,9 @@ class Viewer {
         views.value = "";
       } });
     this.views = views;
+    this.shows = el("select", { "aria-label": "What the picture shows", title: "Picture or map (M)",
+      onchange: () => this.show(this.shows.value) }, Object.entries(SHOWN).map(([name, { text }]) =>
+      el("option", { value: name }, text)));
     const tool = (name, label, iconName, action) => {
       this.tools[name] = button({ label, icon: iconName, class: "tool", onclick: action });
       return this.tools[name];
@@ -103,6 +115,7 @@ class Viewer {
         tool("fit", "Fit (F)", "fit", () => this.fit()),
         el("span", { class: "tool-select" }, icon("cube"), views),
         tool("ortho", "Orthographic (O)", "ortho", () => this.toggleOrtho())),
+      el("span", { class: "tool-group" }, el("span", { class: "tool-select tool-shows" }, icon("map"), this.shows)),
       el("span", { class: "tool-group" },
         tool("compare", "Compare two techniques (C)", "compare", () => this.toggleCompare()),
         tool("stats", "Statistics (I)", "stats", () => this.toggleStats())),
@@ -125,6 +138,7 @@ class Viewer {
     addEventListener("keydown", (event) => this.#globalKey(event));
     addEventListener("pagehide", () => {
       this.live.stop();
+      this.heat.stop();
       this.second?.stop();
     });
     addEventListener("pageshow", (event) => event.persisted && this.#changed());
@@ -190,6 +204,7 @@ class Viewer {
       cameras.map(({ name: camera }, index) =>
         el("option", { value: `camera-${index}` }, camera || `Camera ${index + 1}`)));
     if (this.comparing) this.compare("");
+    this.show(scene && this.model.shown in SHOWN ? this.model.shown : "color");
     this.#changed();
   }
 
@@ -213,7 +228,11 @@ class Viewer {
       this.isPending = false;
       if (!this.model.scene) return;
       const { wanted } = this;
-      this.live.show(wanted);
+      if (this.live.show(wanted)) {
+        this.stage.canvas.dataset.exact = "false";
+        this.readout.clear();
+      }
+      this.heat.update(wanted);
       this.second?.show({ ...wanted, quality: { ...wanted.quality, shadows: this.comparing } });
       this.#mark();
     });
@@ -233,7 +252,14 @@ class Viewer {
       .filter(Boolean).join(" · ");
     const name = byId("scene-name").textContent;
     canvas.setAttribute("aria-label", `${name}, ${frame.isExact ? "final picture" : "moving"}`);
-    if (frame.isExact) announce("Picture complete");
+    if (!frame.isExact) return;
+    announce("Picture complete");
+    this.readout.refresh();
+  }
+
+  #notShown(problem) {
+    showProblem(problem, `No map of ${SHOWN[this.heat.shown].text.toLowerCase()}`);
+    this.show("color");
   }
 
   #refused(problem, isFirst) {
@@ -261,12 +287,21 @@ class Viewer {
 
   // ---- commands ----
 
-  async pick(share, isAim = false) {
-    const view = this.live.view;
-    if (!this.model.scene || !view) return;
+  /** What is at a point of the picture. Still images have no view to ask: one is made for it. */
+  async #hit(share) {
     const { width, height } = this.stage.size;
+    const view = this.live.view ?? await this.client.createView(this.wanted);
     try {
-      const hit = await view.pick(share.x * width, share.y * height);
+      return await view.pick(share.x * width, share.y * height);
+    } finally {
+      if (view !== this.live.view) view.delete().catch(() => {}); // it would expire by itself
+    }
+  }
+
+  async pick(share, isAim = false) {
+    if (!this.model.scene) return;
+    try {
+      const hit = await this.#hit(share);
       if (isAim && hit) {
         this.model.camera.target = hit.position;
         this.model.cameraMoved();
@@ -333,6 +368,23 @@ class Viewer {
     this.#changed();
   }
 
+  /** Another output over the picture, by its name in SHOWN. */
+  show(name) {
+    this.model.shown = name;
+    this.shows.value = name;
+    this.heat.show(name, this.model.scene && this.wanted);
+    this.readout.clear();
+    this.#updateTools();
+    if (this.model.scene && name !== "color") announce(`Showing ${SHOWN[name].text}`);
+    clearTimeout(this.linkTimer);
+    this.linkTimer = setTimeout(() => this.#keepLink(), 400);
+  }
+
+  nextMap() {
+    const order = ["color", "layers", "lights"];
+    this.show(order[(order.indexOf(this.heat.shown) + 1) % order.length]);
+  }
+
   toggleStats() {
     this.overlay.toggle();
     this.#updateTools();
@@ -381,7 +433,7 @@ class Viewer {
   #updateTools() {
     const hasScene = Boolean(this.model.scene);
     for (const name of ["fit", "ortho", "compare", "save", "share"]) this.tools[name].disabled = !hasScene;
-    this.views.disabled = !hasScene;
+    this.views.disabled = this.shows.disabled = !hasScene;
     this.tools.undo.disabled = !this.model.canUndo;
     this.tools.redo.disabled = !this.model.canRedo;
     const pressed = { ortho: this.model.camera.isOrthographic, compare: Boolean(this.comparing),
@@ -404,7 +456,7 @@ class Viewer {
     const selected = this.model.selection?.node;
     const actions = {
       f: () => this.fit(), o: () => this.toggleOrtho(), c: () => this.toggleCompare(),
-      i: () => this.toggleStats(), g: () => this.toggleMoving(), "?": () => openHelp(this.capabilities),
+      i: () => this.toggleStats(), g: () => this.toggleMoving(), m: () => this.nextMap(), "?": () => openHelp(this.capabilities),
       1: () => this.standBy("front"), 2: () => this.standBy("right"), 3: () => this.standBy("top"),
       4: () => this.standBy("iso"), Escape: () => this.model.select(null),
       h: () => selected !== null && selected !== undefined

@@ -42,7 +42,7 @@ export class Model extends EventTarget {
   scene = null; // summary and, in `outline`, what can be edited
   view = copy(DEFAULTS);
   selection = null; // {node, material, position, normal, depth}: indices, or null each
-  size = { scale: 1 }; // share of the picture's own pixels
+  shown = "color"; // output that the picture shows
   #undo = [];
   #redo = [];
   #lastEdit = { label: "", time: 0 };
@@ -59,6 +59,7 @@ export class Model extends EventTarget {
   open(summary, outline, state) {
     this.scene = summary ? { ...summary, outline } : null;
     this.view = copy(DEFAULTS);
+    this.shown = typeof state?.show === "string" ? state.show : "color";
     this.selection = null;
     this.#undo = [];
     this.#redo = [];
@@ -319,7 +320,8 @@ export class Model extends EventTarget {
     const view = {};
     for (const [name, value] of Object.entries(this.view))
       if (!isEqual(value, DEFAULTS[name])) view[name] = value;
-    return { camera: this.camera.toState(), ...(Object.keys(view).length ? { view } : {}) };
+    return { camera: this.camera.toState(), ...(Object.keys(view).length ? { view } : {}),
+      ...(this.shown === "color" ? {} : { show: this.shown }) };
   }
 }
 

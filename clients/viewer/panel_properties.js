@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What is selected: where it was hit, the node, and its materials to edit.
-import { button, el, number } from "./dom.js";
+import { button, el, number, place } from "./dom.js";
 import { checkField, colorField, empty, facts, group, selectField, slider } from "./fields.js";
 import { refill } from "./docks.js";
 import { transformGroup } from "./transform.js";
@@ -57,8 +57,8 @@ export class PropertiesPanel {
         path.length > 0 && ["Path", path.join(" › ")],
         ["Index", index],
         size && ["Size", `${vector(size)} m`],
-        position && ["Hit", `${vector(position)} m`],
-        normal && ["Normal", vector(normal)],
+        position && ["Hit", `${place(position, this.model.camera.sceneSize)} m`],
+        normal && ["Normal", vector(normal.map((value) => Math.round(value * 1e4) / 1e4 || 0))],
         depth !== undefined && depth !== null && ["Depth", `${number(depth)} m`],
       ]),
       el("div", { class: "row" },

@@ -47,7 +47,7 @@ export class Stage extends EventTarget {
       canvas.width = bitmap.width;
       canvas.height = bitmap.height;
     }
-    const context = canvas.getContext("2d");
+    const context = canvas.getContext("2d", { willReadFrequently: canvas.dataset.isRead === "true" });
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.drawImage(bitmap, 0, 0);
     bitmap.close();
