@@ -107,11 +107,12 @@ export class Model extends EventTarget {
   boundsOf(index) {
     const { nodes } = this.scene.outline;
     const isBelow = new Uint8Array(nodes.length); // parents come before their children
+    const hasMoved = Object.values(this.view.overrides.nodes).some(({ matrix }) => matrix);
     const isMoved = new Uint8Array(nodes.length);
     let found = null;
     nodes.forEach((node, at) => {
       isBelow[at] = at === index || (node.parent !== null && isBelow[node.parent]);
-      isMoved[at] = this.isMoved(at) || (node.parent !== null && isMoved[node.parent]);
+      isMoved[at] = (hasMoved && this.isMoved(at)) || (node.parent !== null && isMoved[node.parent]);
       if (!node.bounds || !isBelow[at]) return;
       const box = isMoved[at] ? this.#boundsNow(at) : node.bounds;
       found ??= [...box];

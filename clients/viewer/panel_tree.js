@@ -1,31 +1,41 @@
 // SPDX-License-Identifier: MIT
-// The nodes of the scene as a tree: find, select, hide, show. Only what is open is in the page.
-import { button, el, icon } from "./dom.js";
+// The nodes of the scene as a tree: find, select, hide, show. Rows have one height, and only those
+// in sight are in the page, so that assemblies of tens of thousands of parts stay quick.
+import { button, count, el, icon, replace } from "./dom.js";
 import { empty } from "./fields.js";
 import { refill } from "./docks.js";
 
 const OPEN_AT_FIRST_MAX = 200; // rows; larger scenes start closed
-const FOUND_MAX = 300;
+const SPARE_ROWS = 8; // above and below those in sight
+const UNSEEN_PX = 600; // height that is filled while the panel is not shown
 
 export class TreePanel {
   #open = new Set();
   #children = [];
   #roots = [];
+  #places = []; // of each node: [which of its siblings, how many they are]
+  #icons = [];
   #query = "";
   #active = 0; // the row that Tab reaches
+  #shown = []; // [index, level] of the rows, in sight or not
+  #rowOf = new Map(); // of each index that is in #shown
 
   constructor(panel, model) {
     Object.assign(this, { panel, model });
-    this.search = el("input", { type: "search", placeholder: "Find a node", "aria-label": "Find a node",
+    this.search = el("input", { type: "search", placeholder: "Find a part", "aria-label": "Find a part",
       oninput: () => {
         this.#query = this.search.value.trim().toLowerCase();
-        this.#fillRows();
-      } });
+        this.panel.scrollTop = 0;
+        this.#list();
+      },
+      onkeydown: (event) => this.#searchKey(event) });
     this.rows = el("ul", { class: "tree", role: "tree", "aria-label": "Nodes",
       onkeydown: (event) => this.#key(event) });
-    this.note = el("p", { class: "fine" });
+    this.note = el("p", { class: "fine", role: "status" });
+    panel.addEventListener("scroll", () => this.#draw());
+    new ResizeObserver(() => this.#draw()).observe(panel);
     model.addEventListener("scene", () => this.#read());
-    model.addEventListener("edit", () => this.#fillRows());
+    model.addEventListener("edit", () => this.#draw());
     model.addEventListener("select", () => this.#reveal());
     this.#read();
   }
@@ -40,54 +50,90 @@ export class TreePanel {
     this.#roots = [];
     nodes.forEach(({ parent }, index) =>
       (parent === null ? this.#roots : this.#children[parent]).push(index));
+    this.#places = [];
+    for (const siblings of [this.#roots, ...this.#children])
+      siblings.forEach((index, at) => (this.#places[index] = [at + 1, siblings.length]));
+    this.#icons = nodes.map(({ bounds }) => (bounds ? "mesh" : "group"));
+    for (const kind of ["camera", "light"])
+      for (const { node } of this.model.scene?.outline[`${kind}s`] ?? [])
+        if (this.#icons[node] === "group") this.#icons[node] = kind;
     this.#open = new Set(nodes.length <= OPEN_AT_FIRST_MAX ? nodes.keys() : this.#roots);
     this.#active = this.#roots[0] ?? 0;
+    this.#query = this.search.value = "";
     if (!nodes.length) {
       refill(this.panel, empty("tree", "Open a scene to see its parts."));
       return;
     }
-    const more = this.model.scene.nodes - nodes.length;
-    this.note.textContent = more > 0 ? `${more} further nodes are not listed` : "";
     refill(this.panel, el("div", { class: "tree-head" }, this.search,
-      button({ text: "Show all", onclick: () => this.model.showAll() })), this.rows, this.note);
-    this.#fillRows();
+      button({ text: "Show all", onclick: () => this.model.showAll() }), this.note), this.rows);
+    this.#list();
   }
 
   /** Opens the way to the selected node and scrolls to it. */
   #reveal() {
     const index = this.model.selection?.node ?? null;
-    if (index !== null && index < this.#nodes.length) {
-      for (let at = this.#nodes[index].parent; at !== null; at = this.#nodes[at].parent)
-        this.#open.add(at);
-      this.#active = index;
+    if (index === null || index >= this.#nodes.length) {
+      this.#draw();
+      return;
     }
-    this.#fillRows();
-    this.rows.querySelector('[aria-selected="true"]')?.scrollIntoView({ block: "nearest" });
+    for (let at = this.#nodes[index].parent; at !== null; at = this.#nodes[at].parent) this.#open.add(at);
+    this.#active = index;
+    this.#list();
+    this.#scrollTo(index);
   }
 
-  /** [index, level] of the rows that show. */
-  #shown() {
-    const found = [];
-    if (this.#query) {
-      this.#nodes.forEach(({ name }, index) => {
-        if (name.toLowerCase().includes(this.#query) && found.length < FOUND_MAX) found.push([index, 1]);
-      });
-      return found;
-    }
-    const visit = (index, level) => {
-      found.push([index, level]);
-      if (this.#open.has(index)) for (const child of this.#children[index]) visit(child, level + 1);
-    };
-    for (const root of this.#roots) visit(root, 1);
-    return found;
+  // ---- which rows there are ----
+
+  #visit(index, level) {
+    this.#shown.push([index, level]);
+    if (this.#open.has(index)) for (const child of this.#children[index]) this.#visit(child, level + 1);
   }
 
-  #iconOf(index) {
-    const { lights, cameras } = this.model.scene.outline;
-    if (this.#nodes[index].bounds) return "mesh";
-    if (lights.some(({ node }) => node === index)) return "light";
-    if (cameras.some(({ node }) => node === index)) return "camera";
-    return "group";
+  #list() {
+    const nodes = this.#nodes;
+    this.#shown = [];
+    if (!this.#query) for (const root of this.#roots) this.#visit(root, 1);
+    else nodes.forEach(({ name }, index) =>
+      name.toLowerCase().includes(this.#query) && this.#shown.push([index, 1]));
+    this.#rowOf = new Map(this.#shown.map(([index], row) => [index, row]));
+    if (!this.#rowOf.has(this.#active)) this.#active = this.#shown[0]?.[0] ?? 0;
+    const more = (this.model.scene?.nodes ?? 0) - nodes.length;
+    this.note.textContent = [
+      this.#query && (this.#shown.length ? `${count(this.#shown.length)} found` : "Nothing found"),
+      more > 0 && `${count(more)} further nodes are not listed`].filter(Boolean).join(" · ");
+    this.#draw();
+  }
+
+  // ---- the rows in sight ----
+
+  get #rowPx() {
+    return Number.parseFloat(getComputedStyle(this.rows).getPropertyValue("--row")) || 25;
+  }
+
+  #scrollTo(index) {
+    const top = this.rows.offsetTop + this.#rowOf.get(index) * this.#rowPx;
+    const head = this.rows.offsetTop; // stays in sight
+    const { scrollTop, clientHeight } = this.panel;
+    if (top < scrollTop + head) this.panel.scrollTop = top - head;
+    else if (top + this.#rowPx > scrollTop + clientHeight)
+      this.panel.scrollTop = top + this.#rowPx - clientHeight;
+    this.#draw();
+  }
+
+  #draw() {
+    if (!this.#nodes.length) return;
+    const rowPx = this.#rowPx;
+    const top = Math.max(0, this.panel.scrollTop - this.rows.offsetTop);
+    const first = Math.max(0, Math.floor(top / rowPx) - SPARE_ROWS);
+    const last = Math.ceil((top + (this.panel.clientHeight || UNSEEN_PX)) / rowPx) + SPARE_ROWS;
+    const rows = this.#shown.slice(first, last).map((row, i) => this.#row(row, first + i));
+    const active = this.#rowOf.get(this.#active); // has to be there for Tab and the focus
+    if (active !== undefined && active < first) rows.unshift(this.#row(this.#shown[active], active));
+    if (active >= last) rows.push(this.#row(this.#shown[active], active));
+    this.rows.style.height = `${this.#shown.length * rowPx}px`;
+    const key = document.activeElement?.dataset?.key;
+    replace(this.rows, rows);
+    if (key) this.rows.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus({ preventScroll: true });
   }
 
   #isHiddenAbove(index) {
@@ -96,69 +142,84 @@ export class TreePanel {
     return false;
   }
 
-  #row([index, level]) {
-    const name = this.#nodes[index].name || `Node ${index}`;
+  #row([index, level], at) {
+    const { parent, name: own } = this.#nodes[index];
+    const name = own || `Node ${index}`;
     const isVisible = this.model.isVisible(index);
-    const isSelected = this.model.selection?.node === index;
     const hasChildren = this.#children[index].length > 0 && !this.#query;
+    const [place, siblings] = this.#query ? [at + 1, this.#shown.length] : this.#places[index];
     const row = el("li", { class: "node", role: "treeitem", "aria-level": level, "aria-label": name,
-      "aria-selected": String(isSelected), tabIndex: index === this.#active ? 0 : -1,
+      "aria-posinset": place, "aria-setsize": siblings,
+      "aria-selected": String(this.model.selection?.node === index),
+      tabIndex: index === this.#active ? 0 : -1,
       "aria-expanded": hasChildren ? String(this.#open.has(index)) : undefined,
       "data-index": index, "data-key": `node-${index}`,
       "data-hidden": !isVisible || this.#isHiddenAbove(index) ? "" : undefined,
-      onclick: () => this.model.select({ node: index, material: null, position: null }) },
+      onclick: () => this.#select(index) },
     el("span", { class: "twist", "data-open": this.#open.has(index) ? "" : undefined,
       onclick: (event) => {
         if (!hasChildren) return;
         event.stopPropagation();
         this.#toggle(index);
       } }, hasChildren && icon("open", 12)),
-    icon(this.#iconOf(index), 14), el("span", { class: "node-name" }, name),
+    icon(this.#icons[index], 14), el("span", { class: "node-name" }, name),
+    this.#query && parent !== null
+      && el("span", { class: "node-parent" }, this.#nodes[parent].name || `Node ${parent}`),
     button({ label: `${isVisible ? "Hide" : "Show"} ${name}`, icon: isVisible ? "eye" : "hidden",
       class: "plain", tabIndex: -1, "aria-pressed": String(!isVisible), onclick: (event) => {
         event.stopPropagation();
         this.model.setVisible(index, !isVisible);
       } }));
     row.style.setProperty("--level", level - 1);
+    row.style.top = `${at * this.#rowPx}px`;
     return row;
   }
 
-  #fillRows() {
-    if (!this.#nodes.length) return;
-    const shown = this.#shown();
-    if (!shown.some(([index]) => index === this.#active)) this.#active = shown[0]?.[0] ?? 0;
-    refill(this.rows, shown.map((row) => this.#row(row)));
-    if (!shown.length) refill(this.rows, el("li", { class: "fine", role: "none" }, "Nothing found."));
+  // ---- what people do ----
+
+  #select(index) {
+    this.model.select({ node: index, material: null, position: null });
   }
 
   #toggle(index) {
     if (!this.#open.delete(index)) this.#open.add(index);
-    this.#fillRows();
+    this.#list();
   }
 
   #focus(index) {
     if (index === undefined) return;
     this.#active = index;
-    for (const row of this.rows.children) row.tabIndex = Number(row.dataset.index) === index ? 0 : -1;
-    this.rows.querySelector(`[data-index="${index}"]`)?.focus();
+    this.#scrollTo(index);
+    this.rows.querySelector(`[data-index="${index}"]`)?.focus({ preventScroll: true });
+  }
+
+  #searchKey(event) {
+    const [first] = this.#shown[0] ?? [];
+    if (first === undefined || !["Enter", "ArrowDown"].includes(event.key)) return;
+    event.preventDefault();
+    if (event.key === "Enter") this.#select(first);
+    else this.#focus(first);
   }
 
   #key(event) {
-    const shown = this.#shown().map(([index]) => index);
-    const at = shown.indexOf(this.#active);
-    const index = shown[at];
+    const at = this.#rowOf.get(this.#active);
+    const index = this.#active;
+    const near = (row) => this.#shown[Math.min(Math.max(row, 0), this.#shown.length - 1)]?.[0];
+    const page = Math.max(1, Math.floor(this.panel.clientHeight / this.#rowPx) - 2);
     const isOpen = this.#open.has(index) && this.#children[index].length > 0;
     const actions = {
-      ArrowDown: () => this.#focus(shown[at + 1]),
-      ArrowUp: () => this.#focus(shown[at - 1]),
-      Home: () => this.#focus(shown[0]),
-      End: () => this.#focus(shown.at(-1)),
+      ArrowDown: () => this.#focus(near(at + 1)),
+      ArrowUp: () => this.#focus(near(at - 1)),
+      PageDown: () => this.#focus(near(at + page)),
+      PageUp: () => this.#focus(near(at - page)),
+      Home: () => this.#focus(near(0)),
+      End: () => this.#focus(near(Infinity)),
       ArrowRight: () => (isOpen ? this.#focus(this.#children[index][0]) : this.#toggle(index)),
       ArrowLeft: () => (isOpen ? this.#toggle(index) : this.#focus(this.#nodes[index].parent ?? undefined)),
-      Enter: () => this.model.select({ node: index, material: null, position: null }),
+      Enter: () => this.#select(index),
       " ": () => this.model.setVisible(index, !this.model.isVisible(index)),
     };
-    if (index === undefined || !(event.key in actions)) return;
+    if (at === undefined || !(event.key in actions)) return;
     event.preventDefault();
     actions[event.key]();
   }
