@@ -50,6 +50,7 @@ static const struct count_member count_members[] = {
     COUNT(shadowed_lights),
     COUNT(unseen_lights),
     COUNT(light_batches),
+    COUNT(light_slices),
     COUNT(draws),
     COUNT(triangles),
     COUNT(draw_calls),

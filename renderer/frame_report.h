@@ -51,6 +51,9 @@ struct frame_report {
         uint64_t shadow_culled;    /* ... and those of the scene that they do not see */
         uint64_t light_batches;    /* 1: all lights at once; more: as many as the budget of shadow
                                       structures asked for; 0: no shadow structure was needed */
+        uint64_t light_slices;     /* dispatches of shading over the pieces of light lists, of each
+                                      window and batch: more than these where lists are too long
+                                      for one shader invocation (renderer/shading/loop_steps.h) */
         uint64_t unseen_lights;    /* they reach nothing in view, and have no structure */
         uint64_t events;           /* transmittance events in all deep maps that the frame uses */
         uint64_t longest_list;     /* events of one texel */

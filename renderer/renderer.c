@@ -43,6 +43,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     }
     renderer->is_strict = desc->is_strict;
     renderer->redraws_surfaces = desc->redraws_surfaces;
+    renderer->shade.loop_steps = desc->loop_steps ? desc->loop_steps : LOOP_STEPS_MAX;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->scenes = &renderer->own_scenes;
     renderer->context = gl_context_create(

@@ -23,7 +23,9 @@ struct renderer_desc {
                                     there */
     bool redraws_surfaces;       /* for measuring: no G-buffer and no per-pixel list of an earlier
                                     frame is used again */
-    bool is_strict;              /* tests: a GL error or undefined-behaviour message aborts */
+    uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means
+                            LOOP_STEPS_MAX (renderer/shading/loop_steps.h) */
+    bool is_strict;      /* tests: a GL error or undefined-behaviour message aborts */
 };
 
 /* What the device is, as /v1/capabilities tells it. */

@@ -36,6 +36,7 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.shadowed_lights = report->counts.shadowed_lights;
     stats->counts.unseen_lights = report->counts.unseen_lights;
     stats->counts.light_batches = report->counts.light_batches;
+    stats->counts.light_slices = report->counts.light_slices;
     stats->counts.draws = report->counts.draws;
     stats->counts.triangles = report->counts.triangles;
     stats->counts.draw_calls = report->counts.draw_calls;

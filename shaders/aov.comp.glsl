@@ -86,14 +86,11 @@ vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
 #ifdef AT_LIGHTS
 uint count_lights(uvec2 pixel, float view_z)
 {
-    uint count = 0u;
 #ifdef HAS_LIGHTS
-    light_cursor c = light_list_first(pixel, view_z);
-    uint light;
-    while (light_list_next(c, light))
-        count++;
+    return light_list_count(light_list_first(pixel, view_z));
+#else
+    return 0u;
 #endif
-    return count;
 }
 #endif
 

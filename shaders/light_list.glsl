@@ -2,7 +2,8 @@
 // Provides: which lights may reach a point in view (renderer/lights/light_lists.h).
 //   light_cursor c = light_list_first(pixel, view_z);
 //   uint light;
-//   while (light_list_next(c, light)) ...
+//   while (light_list_next(c, light)) ... with LIGHT_LIST_HAS_GAPS (linked), not of LIGHT_NONE
+//   uint lights = light_list_count(c);
 // and, clustered only, light_list_slice(c, first, count) to walk a part of the list.
 // pixel: window coordinates, row 0 at the bottom; view_z: distance along the view direction [m].
 // The global prefix (directional and unbounded lights) comes first. LIGHT_LIST chooses the

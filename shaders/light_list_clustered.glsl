@@ -41,3 +41,9 @@ bool light_list_next(inout light_cursor c, out uint light)
     c.at++;
     return true;
 }
+
+// Lights of the point.
+uint light_list_count(light_cursor c)
+{
+    return c.end - c.at;
+}

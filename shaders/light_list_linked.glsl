@@ -5,9 +5,10 @@
 // element that begins behind the point.
 #define LIGHT_LIST_END 0xffffffffu
 #define LIGHT_LIST_HEADER 4 // words before the heads: the element counter
-// All loops of one invocation share 65,535 steps on llvmpipe; a list as long would be cut without a
-// word.
-#define LIGHT_LIST_STEPS 60000
+// Elements that do not reach the point's depth are named, too, as LIGHT_NONE: all lanes of a group
+// then walk a list side by side, and a list takes one step per element whatever their depths are.
+#define LIGHT_LIST_HAS_GAPS
+#define LIGHT_NONE 0xffffffffu
 
 struct light_cursor {
     uint prefix_at;
@@ -30,15 +31,22 @@ bool light_list_next(inout light_cursor c, out uint light)
         c.prefix_at++;
         return true;
     }
-    for (int i = 0; i < LIGHT_LIST_STEPS && c.node != LIGHT_LIST_END; i++) {
-        uvec4 element = texelFetch(u_light_items, int(c.node));
-        if (c.z < uintBitsToFloat(element.x))
-            return false;
-        c.node = element.w;
-        if (c.z <= uintBitsToFloat(element.y)) {
-            light = element.z;
-            return true;
-        }
-    }
-    return false;
+    if (c.node == LIGHT_LIST_END)
+        return false;
+    uvec4 element = texelFetch(u_light_items, int(c.node));
+    if (c.z < uintBitsToFloat(element.x))
+        return false;
+    c.node = element.w;
+    light = c.z <= uintBitsToFloat(element.y) ? element.z : LIGHT_NONE;
+    return true;
+}
+
+// Lights of the point.
+uint light_list_count(light_cursor c)
+{
+    uint count = u_light_prefix - c.prefix_at, light;
+    c.prefix_at = u_light_prefix;
+    while (light_list_next(c, light))
+        count += light == LIGHT_NONE ? 0u : 1u;
+    return count;
 }

@@ -17,6 +17,10 @@ void main()
     uint count = 0u, light;
     light_cursor c = light_list_first(points[i].xy, uintBitsToFloat(points[i].z));
     while (count + 1u < u_stride && light_list_next(c, light)) {
+#ifdef LIGHT_LIST_HAS_GAPS
+        if (light == LIGHT_NONE)
+            continue;
+#endif
         count++;
         lists[i * u_stride + count] = light;
     }

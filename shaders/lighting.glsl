@@ -193,6 +193,10 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
 #endif
     uint index;
     while (light_list_next(cursor, index)) {
+#ifdef LIGHT_LIST_HAS_GAPS
+        if (index == LIGHT_NONE)
+            continue;
+#endif
         light_record r = lights[index];
 #ifdef HAS_AREA_SAMPLES
         radiance += light_sent_by_all(r, index, b, position, s.geo_normal, pixel);

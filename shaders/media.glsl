@@ -17,6 +17,14 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer media_s2_buffe
 uniform vec4 u_clip_planes[CUT_PLANES]; // eye-relative
 #endif
 
+// What is done for each layer and sample is written out: loops of so long a body stay loops, and
+// their steps, times the layers, would exceed those of an invocation (docs/performance.md).
+#if SAMPLES == 4
+#define EACH_SAMPLE(DO) DO(0) DO(1) DO(2) DO(3)
+#else
+#define EACH_SAMPLE(DO) DO(0)
+#endif
+
 dvec3 media_sigma[SAMPLES];  // of all media around the point reached [1/m]; fp64: they cancel
 dvec3 media_tau[SAMPLES];    // optical depth from the eye
 float media_at[SAMPLES];     // view depth reached [m]
@@ -93,9 +101,9 @@ void media_begin(ivec2 pixel, float depth[SAMPLES])
 // At infinity no medium is left, so what surrounds the eye is what the whole ray leaves in excess.
 void media_surround(medium_event e, uint coverage)
 {
-    for (int i = 0; i < SAMPLES; i++)
-        if (e.is_medium && (coverage & 1u << i) != 0u)
-            media_sigma[i] -= dvec3(e.side * e.sigma);
+#define SURROUND(i) if (e.is_medium && (coverage & 1u << i) != 0u) \
+    media_sigma[i] -= dvec3(e.side * e.sigma);
+    EACH_SAMPLE(SURROUND)
 }
 
 // The media of a pixel's list, from its eye on: media_begin, and what surrounds the eye.

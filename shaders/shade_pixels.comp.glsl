@@ -102,16 +102,15 @@ void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES
         dvec3 filter_ = filter_unpack(word.rgb);
         medium_event e = media_event(key.z, uintBitsToFloat(key.x));
         bool is_seen = (key.w & FRAGMENT_HIDDEN) == 0u;
-        for (int i = 0; i < SAMPLES; i++) {
-            if ((key.w & 1u << i) == 0u)
-                continue;
-            media_meet(i, e);
-            media_cross(i, e);
-            if (!is_seen)
-                continue;
-            sum[i] += product[i] * dvec3(media_transmittance(i) * layer);
-            product[i] *= filter_;
+#define CROSS(i) if ((key.w & 1u << i) != 0u) { \
+            media_meet(i, e); \
+            media_cross(i, e); \
+            if (is_seen) { \
+                sum[i] += product[i] * dvec3(media_transmittance(i) * layer); \
+                product[i] *= filter_; \
+            } \
         }
+        EACH_SAMPLE(CROSS)
     }
     for (int i = 0; i < SAMPLES; i++) {
         media_end(i, depth[i]);

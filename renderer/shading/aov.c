@@ -112,6 +112,28 @@ static bool run(struct aov *aov, const struct shade_desc *desc, struct error *er
     return true;
 }
 
+/* The list is walked for the nearest surface and, twice where a medium may surround the eye, for
+ * what it lets through; a linked light list is counted by walking it. */
+static bool check_loops(const struct shade_desc *desc, struct error *err)
+{
+    const uint32_t outputs = desc->frame->view->outputs;
+    const struct pixel_lists *pixels = desc->pixels;
+    bool counts_lights = outputs & 1u << VIEW_OUTPUT_LIGHTS && desc->frame->state->light_count &&
+                         !light_lists_clusters(desc->lists);
+    uint64_t steps = pixels->longest;
+    if (outputs & 1u << VIEW_OUTPUT_TRANSMITTANCE)
+        steps += loop_steps_of_layers(pixels->longest, pixels->may_surround);
+    if (counts_lights)
+        steps += light_lists_longest(desc->lists);
+    if (steps <= LOOP_STEPS_MAX)
+        return true;
+    return error_set(err, ERROR_OVER_BUDGET,
+                     "outputs of %llu layers and linked light lists at one pixel take %llu loop "
+                     "steps, limit is %d: ask for fewer outputs, or for clustered light lists",
+                     (unsigned long long)pixels->longest, (unsigned long long)steps,
+                     LOOP_STEPS_MAX);
+}
+
 /* The first word of the output in each pixel's words is words[0]; the stride is in words. */
 static void copy_output(const struct camera_window *w, const uint32_t *words, size_t stride,
                         struct image *image)
@@ -145,7 +167,8 @@ bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outp
     const struct camera_window *w = &frame->window;
     size_t stride = words_per_pixel(frame->view), at = 0;
     uint64_t bytes = (uint64_t)w->width * (uint64_t)w->height * stride * 4;
-    if (!gl_buffer_reserve(
+    if (!check_loops(desc, err) ||
+        !gl_buffer_reserve(
             &aov->words,
             &(struct gl_buffer_desc){.label = "frame.aov", .size_bytes = bytes, .is_dynamic = true},
             false, err) ||

@@ -17,8 +17,6 @@ enum {
     STATISTICS_WORDS = 128,
     STATISTICS_LOOKUPS = 64,
     DEFINES_BYTES = 512,
-    LOOP_BUDGET = 60000, /* of one invocation; PIXEL_LISTS_LONGEST_MAX leaves most of it to lights
-                          */
 };
 
 static void fill_light(const struct state_light *light, uint32_t shadow, const double eye[3],
@@ -225,34 +223,40 @@ static void read_statistics(const struct shade *shade, struct frame_report *repo
         report->counts.lookups += words[STATISTICS_LOOKUPS + i];
 }
 
-/* Loop steps of one light at one point, at most. Of an area light: the list walk, and for each of
- * its points that loop and two branches. Of others: the list walk, two branches, and the shadow's
- * taps, each a search (deep: shadow_lists.glsl, by halves in the keys, by leaps and halves in the
- * events, each loop with the step that ends it) or a walk (linked) of the longest list. */
-static uint64_t steps_per_light(const struct shade_desc *desc)
+static uint64_t count_shadowed(const struct shade_desc *desc)
 {
-    const struct view_quality *quality = &desc->frame->view->quality;
-    uint64_t longest = desc->frame->report->counts.longest_list;
-    uint64_t taps = count_taps(desc), search = 1;
-    while (longest >> search)
-        search++;
-    bool walks = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
-    for (uint32_t i = 0; i < desc->frame->state->scene->material_count; i++)
-        walks |= desc->frame->state->materials[i].no_self_shadow;
-    return desc->frame->needs->area_samples > 1 ? 4 + 4 * (uint64_t)desc->frame->needs->area_samples
-                                                : 4 + taps * (6 + (walks ? longest : 4 * search));
+    uint64_t count = desc->traced ? desc->frame->state->light_count : 0;
+    for (size_t i = 0; !desc->traced && i < desc->frame->state->light_count; i++)
+        count += shadow_system_record(desc->shadows, i) != NO_SHADOW;
+    return count;
 }
 
-/* All loops of one invocation share 65,535 steps on llvmpipe and then end without a word
- * (docs/performance.md), so long light lists are walked in several dispatches, each going on with
- * the sums of the one before it. */
-static bool choose_slices(const struct shade_desc *desc, struct light_slice *slice,
-                          uint32_t *slice_count, struct error *err)
+static struct loop_lights loops_of(const struct shade_desc *desc)
 {
-    const uint64_t walks = desc->pixels->may_surround ? 2 : 1;
-    const uint64_t budget = LOOP_BUDGET - walks * desc->pixels->longest;
+    const struct window_frame *frame = desc->frame;
+    const struct pixel_lists *pixels = desc->pixels;
+    struct loop_lights loops = {
+        .shadowed = count_shadowed(desc),
+        .longest_list = frame->report->counts.longest_list,
+        .taps = desc->traced ? 0 : count_taps(desc),
+        .points = (uint32_t)frame->needs->area_samples,
+        .walks_lists = frame->view->quality.shadows == VIEW_SHADOWS_DEEP_LINKED,
+        .surfaces = (uint32_t)frame->targets->samples,
+        .besides = loop_steps_of_layers(pixels->longest, pixels->may_surround),
+    };
+    for (uint32_t i = 0; i < frame->state->scene->material_count; i++)
+        loops.walks_lists |= frame->state->materials[i].no_self_shadow;
+    return loops;
+}
+
+/* Long light lists are walked in several dispatches, each going on with the sums of the one before
+ * it (renderer/shading/loop_steps.h). */
+static bool choose_slices(const struct shade *shade, const struct shade_desc *desc,
+                          struct light_slice *slice, uint32_t *slice_count, struct error *err)
+{
     uint32_t longest = desc->frame->state->light_count ? light_lists_longest(desc->lists) : 0;
-    uint64_t steps = steps_per_light(desc), per_slice = budget / steps;
+    const struct loop_lights loops = loops_of(desc);
+    uint64_t per_slice = loop_steps_room(&loops, shade->loop_steps);
     if (desc->traced && longest) {
         uint32_t room = traced_shadows_room(desc->traced, light_lists_clusters(desc->lists));
         per_slice = per_slice < room ? per_slice : room;
@@ -262,9 +266,12 @@ static bool choose_slices(const struct shade_desc *desc, struct light_slice *sli
     if (longest <= per_slice)
         return true;
     if (!per_slice || desc->frame->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED)
-        return error_set(err, ERROR_OVER_BUDGET,
-                         "%u lights at one point take %llu loop steps, limit is %llu", longest,
-                         (unsigned long long)(longest * steps), (unsigned long long)budget);
+        return error_set(
+            err, ERROR_OVER_BUDGET,
+            "%u lights at one point take %llu loop steps, limit is %llu: ask for fewer "
+            "quality.samples, shadow_taps or area_samples",
+            longest, (unsigned long long)loop_steps_of_lights(&loops, longest),
+            (unsigned long long)shade->loop_steps);
     *slice = (struct light_slice){.count = (uint32_t)per_slice};
     *slice_count = (longest + slice->count - 1) / slice->count;
     return true;
@@ -274,13 +281,14 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
 {
     struct light_slice slice;
     uint32_t slice_count;
-    if (!choose_slices(desc, &slice, &slice_count, err))
+    if (!choose_slices(shade, desc, &slice, &slice_count, err))
         return false;
     if (slice_count == 1 && !desc->is_continued && !desc->continues)
         gl_texture_finish(&desc->frame->targets->parts);
     else if (!targets_prepare_parts(desc->frame->targets, err))
         return false;
     gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
+    desc->frame->report->counts.light_slices += slice_count;
     for (uint32_t i = 0; i < slice_count; i++, slice.first += slice.count) {
         slice.is_first = i == 0 && !desc->is_continued;
         slice.is_last = i + 1 == slice_count && !desc->continues;

@@ -6,6 +6,7 @@
 #include "renderer/image/image.h"
 #include "renderer/lights/light_lists.h"
 #include "renderer/shading/light_areas.h"
+#include "renderer/shading/loop_steps.h"
 #include "renderer/shading/window.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "renderer/shadows/shadows.h"
@@ -15,6 +16,7 @@ struct shade {
     struct gl_buffer lights;     /* light_record[] */
     struct gl_buffer statistics; /* 128 u32, see shaders/lighting.glsl */
     struct light_areas areas;    /* where points are taken on them */
+    uint64_t loop_steps;         /* of one invocation, at most */
 };
 
 struct shade_desc {

@@ -202,6 +202,7 @@ static const struct {
     COUNT(shadow_draws),
     COUNT(shadow_culled),
     COUNT(light_batches),
+    COUNT(light_slices),
     COUNT(draws),
     COUNT(triangles),
     COUNT(events),
