@@ -46,6 +46,14 @@ struct interlude frame_pause_interlude(struct frame_pause *pause)
     return (struct interlude){.context = pause, .is_due = is_due, .serve = serve};
 }
 
+bool frame_pause_ends_rays(void *context, double share)
+{
+    const struct renderer *renderer = context;
+    const struct interlude *interlude = renderer->interlude;
+    (void)share;
+    return interlude && interlude->is_unwanted && interlude->is_unwanted(interlude->context);
+}
+
 struct renderer *frame_pause_other(struct renderer *renderer, struct error *err)
 {
     if (!renderer->other)

@@ -77,6 +77,8 @@ bool frame_raytrace(struct renderer *renderer, const char *scene_key, const stru
         .camera = camera,
         .samples_per_side = grid_side(view->quality.samples),
         .cache = renderer->traced,
+        .progress = frame_pause_ends_rays,
+        .context = renderer,
         .interlude = renderer->interlude ? &interlude : NULL,
     };
     frame_claim_traced(renderer, scene_key);

@@ -4,14 +4,19 @@
 
 #include <stdlib.h>
 
+#include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
 
 bool frame_shadows_begin(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
     const struct shadow_needs *needs = &run->frame_plan->shadows;
-    struct raytrace_desc desc = {
-        .view = run->view, .state = run->state, .camera = run->camera, .cache = renderer->traced};
+    struct raytrace_desc desc = {.view = run->view,
+                                 .state = run->state,
+                                 .camera = run->camera,
+                                 .cache = renderer->traced,
+                                 .progress = frame_pause_ends_rays,
+                                 .context = renderer};
     bool *is_shadowed = calloc(needs->light_count + 1, sizeof *is_shadowed);
     if (!is_shadowed)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", needs->light_count);

@@ -11,6 +11,9 @@ struct interlude {
     bool (*is_due)(void *context); /* required; any thread, often: shall the frame stop? */
     bool (*serve)(void *context);  /* required; on the frame's thread, while nothing else of the
                                       frame runs; false: the frame is not wanted any more */
+    bool (*is_unwanted)(void *context); /* any thread, often, also of what cannot stop for others:
+                                           true ends rays within a tile; NULL: asked by `serve`
+                                           alone */
 };
 
 #endif

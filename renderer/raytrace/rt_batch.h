@@ -50,7 +50,10 @@ struct rt_ray_job { /* one shadow ray, waiting */
     float weight[3]; /* radiance that the light adds where nothing is between */
 };
 
+struct rt_job;
+
 struct rt_batch_desc {
+    struct rt_job *job;           /* required; what is cancelled is left unlit */
     const struct rt_scene *scene; /* required */
     const struct view *view;      /* required */
     const struct camera *camera;  /* required */
@@ -73,7 +76,7 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_packet packet;
     struct rt_hits scratch;
     uint64_t shadow_rays, surfaces, lights_listed, lights_reaching; /* raytrace_stats */
-    bool has_overflowed;
+    bool has_overflowed, is_cancelled;
 };
 
 MUST_CHECK bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc,

@@ -85,7 +85,8 @@ static void flush_jobs(struct rt_batch *batch)
     }
     for (size_t i = 0; i < batch->job_count; i++)
         batch->sorted[counts[batch->jobs[i].light]++] = batch->jobs[i];
-    for (size_t i = 0; i < batch->job_count;) {
+    batch->is_cancelled = rt_job_is_cancelled(batch->desc.job);
+    for (size_t i = 0; i < batch->job_count && !batch->is_cancelled;) {
         size_t end = i + 1;
         while (end < batch->job_count && end - i < RT_LANES &&
                batch->sorted[end].light == batch->sorted[i].light)
@@ -215,7 +216,7 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
 void rt_batch_light(struct rt_batch *batch)
 {
     enum { AHEAD = 4 };
-    for (uint32_t i = 0; i < batch->fragment_count; i++) {
+    for (uint32_t i = 0; i < batch->fragment_count && !batch->is_cancelled; i++) {
         if (i + AHEAD < batch->fragment_count)
             rt_surface_prefetch(batch->desc.scene, &batch->fragments[i + AHEAD].hit);
         begin_fragment(batch, i);

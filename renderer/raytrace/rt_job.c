@@ -12,16 +12,24 @@
 
 enum { THREADS_MAX = 256 };
 
-int rt_job_next(struct rt_job *job, bool has_done_one)
+bool rt_job_is_cancelled(struct rt_job *job)
 {
     const struct raytrace_desc *desc = job->desc;
+    double share = (double)atomic_load(&job->units_done) / job->unit_count;
+    if (!atomic_load(&job->is_cancelled) && desc->progress && desc->progress(desc->context, share))
+        atomic_store(&job->is_cancelled, true);
+    return atomic_load(&job->is_cancelled);
+}
+
+int rt_job_next(struct rt_job *job, bool has_done_one)
+{
+    const struct interlude *interlude = job->desc->interlude;
     if (has_done_one) {
-        int done = atomic_fetch_add(&job->units_done, 1) + 1;
-        if (desc->progress && desc->progress(desc->context, (double)done / job->unit_count))
-            atomic_store(&job->is_cancelled, true);
+        atomic_fetch_add(&job->units_done, 1);
+        rt_job_is_cancelled(job);
     }
-    if (has_done_one && desc->interlude && atomic_load(&job->next_unit) < job->unit_count &&
-        desc->interlude->is_due(desc->interlude->context))
+    if (has_done_one && interlude && atomic_load(&job->next_unit) < job->unit_count &&
+        interlude->is_due(interlude->context))
         atomic_store(&job->is_paused, true);
     if (atomic_load(&job->is_cancelled) || atomic_load(&job->has_no_memory) ||
         atomic_load(&job->is_paused))

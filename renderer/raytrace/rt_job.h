@@ -27,6 +27,10 @@ struct rt_job {
  * one before as done. Thread: any. */
 int rt_job_next(struct rt_job *job, bool has_done_one);
 
+/* Whether the rest is wanted no more: asks, within a unit, so that one of many rays ends soon.
+ * Thread: any. */
+bool rt_job_is_cancelled(struct rt_job *job);
+
 /* How a form of the ray tracer works. A worker is one thread's memory, zeroed before init. */
 struct rt_form {
     size_t worker_bytes;

@@ -123,7 +123,8 @@ static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
 {
     struct tracer *tracer = worker;
     const struct shared *shared = job->shared;
-    struct rt_batch_desc desc = {.scene = job->scene,
+    struct rt_batch_desc desc = {.job = job,
+                                 .scene = job->scene,
                                  .view = job->desc->view,
                                  .camera = job->desc->camera,
                                  .lamps = &shared->lamps,

@@ -100,7 +100,7 @@ static void trace_rows(void *worker)
     struct rt_job *job = tracer->job;
     int first = job->desc->view->first_row_px;
     for (int y = rt_job_next(job, false); y >= 0; y = rt_job_next(job, true))
-        for (int x = 0; x < job->image->width_px; x++)
+        for (int x = 0; x < job->image->width_px && !rt_job_is_cancelled(job); x++)
             trace_pixel(tracer, x, first + y);
     atomic_fetch_add(&job->shadow_rays, tracer->lighting.shadow_rays);
     if (tracer->lighting.has_overflowed)

@@ -242,6 +242,8 @@ static void visit_tile(struct worker *worker, int tile,
     int x0 = tile % worker->shared->columns * TILE_PX,
         y0 = tile / worker->shared->columns * TILE_PX;
     for (int y = y0; y < y0 + TILE_PX && y < points->height; y++) {
+        if (rt_job_is_cancelled(worker->job))
+            return;
         for (int x = x0; x < x0 + TILE_PX && x < points->width; x++) {
             size_t pixel = (size_t)y * (size_t)points->width + (size_t)x;
             struct pixel_points found = points_of_pixel(points, pixel);

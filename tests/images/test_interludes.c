@@ -4,6 +4,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -119,7 +120,8 @@ static void fixture_finish(struct fixture *fixture)
 static bool render_with_pauses(struct fixture *fixture, const struct view *view,
                                struct frame *frame, struct error *err)
 {
-    const struct interlude interlude = {&fixture->interruption, is_due, serve};
+    const struct interlude interlude = {
+        .context = &fixture->interruption, .is_due = is_due, .serve = serve};
     fixture->interruption.served = 0;
     fixture->interruption.pauses_left = PAUSES;
     renderer_set_interlude(fixture->renderer, &interlude);
@@ -220,6 +222,61 @@ static void an_unwanted_frame_ends_and_the_next_is_whole(void **state)
     fixture_finish(&fixture);
 }
 
+/* -- rays that nobody waits for -- */
+
+static bool is_never_due(void *context)
+{
+    (void)context;
+    return false;
+}
+
+static bool is_unwanted_from_the_third_question_on(void *context)
+{
+    return atomic_fetch_add((atomic_int *)context, 1) >= 2;
+}
+
+/* One tile, or row, of many rays: it does not have to be done. */
+static void rays_of_an_unwanted_frame_end_within_a_tile(void **state)
+{
+    static const struct view_quality qualities[] = {
+        {.reference = true, .samples = 256, .area_samples = 4096},
+        {.shadows = VIEW_SHADOWS_RAYTRACED, .area_samples = 4096},
+        {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .area_samples = 4096}};
+    static const struct view_light area = {.type = SCENE_LIGHT_DISK,
+                                           .position = {0, 6, 0},
+                                           .direction = {0, -1, 0},
+                                           .color = {1, 1, 1},
+                                           .intensity = 1,
+                                           .radius_m = 1};
+    struct fixture fixture;
+    (void)state;
+    fixture_init(&fixture, render_rig_create());
+    for (size_t i = 0; i < sizeof qualities / sizeof *qualities; i++) {
+        atomic_int questions = 0;
+        const struct interlude interlude = {.context = &questions,
+                                            .is_due = is_never_due,
+                                            .serve = is_never_due,
+                                            .is_unwanted = is_unwanted_from_the_third_question_on};
+        struct view view = {.width_px = 16,
+                            .height_px = 16,
+                            .lights = &area,
+                            .light_count = 1,
+                            .quality = qualities[i]};
+        struct frame frame;
+        struct error err = {0};
+        renderer_set_interlude(fixture.renderer, &interlude);
+        assert_false(renderer_render(fixture.renderer, "demo", &view, &frame, &err));
+        renderer_set_interlude(fixture.renderer, NULL);
+        assert_int_equal(ERROR_TIMEOUT, err.code);
+        assert_null(frame.outputs[VIEW_OUTPUT_COLOR].pixels);
+        assert_in_range(atomic_load(&questions), 3, 16);
+        view.quality = (struct view_quality){.shadows = qualities[i].shadows, .samples = 1};
+        shoot(fixture.renderer, &fixture.demo, &view, &frame);
+        frame_finish(&frame);
+    }
+    fixture_finish(&fixture);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -227,6 +284,7 @@ int main(void)
         cmocka_unit_test(rasterised_frames_keep_their_bits),
         cmocka_unit_test(batches_of_lights_keep_their_bits),
         cmocka_unit_test(an_unwanted_frame_ends_and_the_next_is_whole),
+        cmocka_unit_test(rays_of_an_unwanted_frame_end_within_a_tile),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -211,6 +211,25 @@ static void a_cancelled_render_leaves_nothing(void **state)
     assert_int_equal(err.code, ERROR_TIMEOUT);
     assert_null(image.pixels);
     assert_in_range(calls, 1, 4);
+    /* within a unit, too: the first pixel of a row and the first rays of a tile are asked */
+    struct raytrace_stats stats = {0};
+    view.quality.reference = true;
+    desc.threads = 1;
+    assert_false(raytrace_render(&desc, &image, &stats, &(struct error){0}));
+    assert_int_equal(stats.camera_rays, 0);
+    struct view_light area = {.type = SCENE_LIGHT_DISK,
+                              .position = {0, 3, 0},
+                              .direction = {0, -1, 0},
+                              .color = {1, 1, 1},
+                              .intensity = 1,
+                              .radius_m = 1};
+    view.quality = (struct view_quality){.area_samples = 4096};
+    view.lights = &area;
+    view.light_count = 1;
+    scene_state_finish(&scene_state);
+    assert_true(scene_state_init(&scene_state, &imported.scene, &view, &err));
+    assert_false(raytrace_render(&desc, &image, &stats, &(struct error){0}));
+    assert_int_equal(stats.shadow_rays, 0);
     scene_state_finish(&scene_state);
     imported_scene_finish(&imported);
     closed_form_scene_finish(&scene);
