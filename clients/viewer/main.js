@@ -19,6 +19,7 @@ import { SectionPanel } from "./panel_section.js";
 import { TreePanel } from "./panel_tree.js";
 import { openHelp, openSave, openTradeoff, shareLink } from "./save.js";
 import { Stage } from "./stage.js";
+import { Timeline } from "./timeline.js";
 import { Vitrail } from "./vitrail.js";
 
 const STREAM = { budget_ms: 120, rest_ms: 200 };
@@ -46,6 +47,7 @@ class Viewer {
     this.firstLine = Math.max(0, asked);
     this.live = this.#newLive(this.stage.canvas, true);
     this.overlay = new Overlay(this.client);
+    this.timeline = new Timeline(this.model);
     this.heat = new HeatView(this.client, this.stage, {
       refused: (problem) => this.#notShown(problem), ready: () => this.readout.refresh() });
     this.#makePanels();
@@ -130,7 +132,7 @@ class Viewer {
 
   #listen() {
     this.model.addEventListener("scene", () => this.#sceneChanged());
-    for (const type of ["edit", "camera"])
+    for (const type of ["edit", "camera", "time"])
       this.model.addEventListener(type, () => this.#changed());
     this.model.addEventListener("select", () => this.#mark());
     this.stage.addEventListener("resize", () => this.#changed());
@@ -246,6 +248,7 @@ class Viewer {
     byId("busy").hidden = true;
     if (!isFirst) return;
     this.overlay.add(frame);
+    this.timeline.frameShown();
     const total = frame.timings?.total;
     byId("status-frame").textContent = [`${frame.width} × ${frame.height}`,
       frame.isExact ? "exact" : "moving", total !== undefined && `${total.toFixed(0)} ms`]
@@ -456,7 +459,9 @@ class Viewer {
     const selected = this.model.selection?.node;
     const actions = {
       f: () => this.fit(), o: () => this.toggleOrtho(), c: () => this.toggleCompare(),
-      i: () => this.toggleStats(), g: () => this.toggleMoving(), m: () => this.nextMap(), "?": () => openHelp(this.capabilities),
+      i: () => this.toggleStats(), g: () => this.toggleMoving(), m: () => this.nextMap(),
+      " ": () => this.timeline.toggle(), ",": () => this.timeline.step(-1),
+      ".": () => this.timeline.step(1), "?": () => openHelp(this.capabilities),
       1: () => this.standBy("front"), 2: () => this.standBy("right"), 3: () => this.standBy("top"),
       4: () => this.standBy("iso"), Escape: () => this.model.select(null),
       h: () => selected !== null && selected !== undefined

@@ -15,6 +15,7 @@ export const DEFAULTS = Object.freeze({
   exposure_ev: 0,
   tone_mapping: "neutral",
   quality: {},
+  animation: null,
 });
 
 const UNDO_MAX = 100;
@@ -35,7 +36,7 @@ export function mergePatch(from, to) {
 }
 
 /**
- * Events: "scene" (another one, or none), "edit" (members of the view), "camera", "select".
+ * Events: "scene" (another one, or none), "edit" (members of the view), "camera", "select", "time".
  */
 export class Model extends EventTarget {
   camera = new OrbitCamera();
@@ -167,7 +168,7 @@ export class Model extends EventTarget {
     const step = from.pop();
     if (!step) return null;
     to.push({ label: step.label, view: this.view });
-    this.view = step.view;
+    this.view = { ...step.view, animation: this.view.animation }; // time is no edit
     this.#lastEdit = { label: "", time: 0 };
     this.#tell("edit", step.label);
     return step.label;
@@ -187,6 +188,13 @@ export class Model extends EventTarget {
     const label = this.undo();
     this.#redo = [];
     return label;
+  }
+
+  /** The time that shows, as the service words it; null is the scene at rest. */
+  setAnimation(animation) {
+    if (isEqual(animation, this.view.animation)) return;
+    this.view.animation = animation;
+    this.#tell("time");
   }
 
   // ---- nodes and materials; the names "#index" are exact where names repeat ----

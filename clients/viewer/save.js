@@ -102,7 +102,7 @@ const KEYS = [
   ["Arrow keys", "orbit; with Shift pan"], ["+  −", "zoom"], ["W A S D  Q E", "fly"],
   ["F", "fit the selection, or all"], ["1  2  3  4", "front, right, top, isometric"],
   ["G", "handles to move what is selected"], ["O", "orthographic or perspective"], ["H", "hide what is selected"], ["C", "compare"],
-  ["M", "maps: transparent layers, lights, none"], ["I", "statistics"], ["Enter", "select what is in the middle"], ["Esc", "clear the selection"],
+  ["Space  ,  .", "play or pause, a step back, a step on"], ["M", "maps: transparent layers, lights, none"], ["I", "statistics"], ["Enter", "select what is in the middle"], ["Esc", "clear the selection"],
   ["Ctrl Z, Ctrl Shift Z", "undo, redo"],
 ];
 

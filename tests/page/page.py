@@ -38,7 +38,7 @@ QUADS = {
 COLORS = {"Floor": [0.5, 0.5, 0.5, 1], "Wall": [0.8, 0.7, 0.5, 1], "Pane": [0.9, 0.1, 0.1, 0.6]}
 
 
-def room():
+def room(change=lambda document, binary: binary):
     """A floor, a wall and a red pane of glass between them and a lamp, under one root."""
     binary, views, accessors, meshes, materials = b"", [], [], [], []
     nodes = [{"name": "Room", "children": [1, 2, 3, 4]}]
@@ -65,6 +65,8 @@ def room():
         "meshes": meshes, "materials": materials, "accessors": accessors, "bufferViews": views,
         "buffers": [{"byteLength": len(binary)}], "extensionsUsed": ["KHR_lights_punctual"],
         "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 60}]}}}
+    binary = change(document, binary)
+    document["buffers"][0]["byteLength"] = len(binary)
     return support.glb(document, binary)
 
 
