@@ -6,7 +6,7 @@ import { add, cross, dot, frameOf, unit } from "./transforms.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const ARM_PX = 74; // of the axes
-const AIM_PX = 110; // of the way to the ball
+const AIM_PX = 118; // of the way to the ball
 const SHORT_PX = 14; // an axis that is seen shorter points at us and cannot be dragged
 const CIRCLE_POINTS = 48;
 const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
@@ -88,6 +88,7 @@ export function lightOutlines(light, distance) {
 /**
  * @typedef {object} Target what the handles hold
  * @property {number[]} position in the world
+ * @property {number[]} [along] unit: moved along it alone, instead of along the axes of the world
  * @property {number[]} [direction] with a ball to aim it by
  * @property {(distance: number) => number[][][]} [outlines] lines to show with it
  * @property {(position: number[]) => void} [move] absent: it cannot be moved
@@ -106,20 +107,21 @@ export class Gizmo {
     this.lines = node(this.root, "path", "gizmo-outline");
     this.dotLayer = node(this.root, "g", "gizmo-dots");
     this.stem = node(this.root, "line", "gizmo-stem");
-    this.axes = NAMES.map((name) => this.#axis(name));
+    this.axes = NAMES.map((name, i) => this.#axis(name, () => AXES[i]));
+    this.along = this.#axis("n", () => this.target()?.along);
     this.center = this.#handle("circle", "gizmo-center", 8, (ray) => this.#dragPlane(ray));
     this.ball = this.#handle("circle", "gizmo-ball", 8, (ray) => this.#dragBall(ray));
   }
 
-  #axis(name) {
+  /** An arm to drag along an axis, which is asked for when it is grabbed. */
+  #axis(name, axisOf) {
     const arm = node(this.root, "g", `gizmo-axis gizmo-${name}`);
-    const axis = AXES[NAMES.indexOf(name)];
     const parts = { arm, line: node(arm, "line", "gizmo-line"), tip: node(arm, "circle", "gizmo-tip"),
       reach: node(arm, "line", "gizmo-reach") };
     parts.tip.setAttribute("r", 5);
     arm.dataset.handle = name;
-    this.#listen(arm, (ray) => this.#dragAxis(axis, ray));
-    return { ...parts, axis };
+    this.#listen(arm, (ray) => this.#dragAxis(axisOf(), ray));
+    return { ...parts, axisOf };
   }
 
   #handle(tag, className, radius, grab) {
@@ -226,11 +228,13 @@ export class Gizmo {
     const isAimed = Boolean(at && target.direction);
     for (const part of [this.stem, this.ball.group]) part.toggleAttribute("hidden", !isAimed);
     const canMove = Boolean(at && target.move);
-    this.center.group.toggleAttribute("hidden", !canMove);
-    for (const { arm } of this.axes) arm.toggleAttribute("hidden", !canMove);
+    const isFree = canMove && !target.along;
+    this.center.group.toggleAttribute("hidden", !isFree);
+    for (const { arm } of this.axes) arm.toggleAttribute("hidden", !isFree);
+    this.along.arm.toggleAttribute("hidden", !canMove || isFree);
     this.lines.setAttribute("d", at && target.outlines
       ? target.outlines(2 * AIM_PX * at[2]).map((line) => this.#path(line)).join("") : "");
-    if (canMove) this.#drawAxes(target.position, at);
+    if (canMove) this.#drawAxes(isFree ? this.axes : [this.along], target.position, at);
     if (isAimed) this.#drawBall(target, at);
   }
 
@@ -240,9 +244,9 @@ export class Gizmo {
       : `M${pixels.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L")}`;
   }
 
-  #drawAxes(position, [x, y, pixel]) {
-    for (const { arm, axis, line, tip, reach } of this.axes) {
-      const end = this.#pixels(add(position, axis, ARM_PX * pixel));
+  #drawAxes(arms, position, [x, y, pixel]) {
+    for (const { arm, axisOf, line, tip, reach } of arms) {
+      const end = this.#pixels(add(position, axisOf(), ARM_PX * pixel));
       const isShort = !end || Math.hypot(end[0] - x, end[1] - y) < SHORT_PX;
       arm.toggleAttribute("hidden", isShort);
       if (isShort) continue;

@@ -37,10 +37,11 @@ function lightTarget(model, index) {
 }
 
 /**
- * @param {object} lights the panel of lights: `active` and `activate(index)`
- * @param {{isLighting: () => boolean, isMoving: () => boolean}} shown what is at hand now
+ * @param {{lights: object, section: object}} panels of lights and of clip planes
+ * @param {{isLighting: () => boolean, isCutting: () => boolean, isMoving: () => boolean}} shown what
+ * is at hand now
  */
-export function makeHandles(stage, model, lights, { isLighting, isMoving }) {
+export function makeHandles(stage, model, { lights, section }, { isLighting, isCutting, isMoving }) {
   const dots = () => {
     if (!isLighting()) return [];
     return model.lights.slice(0, DOTS_MAX).map((light, index) => ({ position: light.position,
@@ -50,6 +51,7 @@ export function makeHandles(stage, model, lights, { isLighting, isMoving }) {
   };
   const target = () => {
     if (isLighting()) return lightTarget(model, lights.active);
+    if (isCutting()) return section.target();
     const selected = model.selection?.node ?? null;
     return isMoving() && selected !== null ? nodeTarget(model, selected) : null;
   };

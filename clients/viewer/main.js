@@ -81,13 +81,14 @@ class Viewer {
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
       this.model, { fitNode, isMoving: () => this.isMoving, toggleMoving: () => this.toggleMoving() });
     this.lights = new LightsPanel(right.add("lights", "Lights", "light"), this.model, () => this.#mark());
-    this.section = new SectionPanel(right.add("section", "Section", "section"), this.model);
+    this.section = new SectionPanel(right.add("section", "Section", "section"), this.model,
+      () => this.#mark());
     this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
       compare: (name) => this.compare(name), rescale: (scale) => this.rescale(scale),
       scale: () => this.stage.scale,
       measure: () => this.model.scene && openTradeoff(this.client, this.wanted) });
-    this.handles = makeHandles(this.stage, this.model, this.lights, {
-      isLighting: () => right.isOpen("lights"), isMoving: () => this.isMoving });
+    this.handles = makeHandles(this.stage, this.model, { lights: this.lights, section: this.section }, {
+      isLighting: () => right.isOpen("lights"), isCutting: () => right.isOpen("section"), isMoving: () => this.isMoving });
     right.addEventListener("show", () => this.#mark());
     left.addEventListener("show", () => this.#mark());
     left.show("scenes");

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: MIT
-// Clip planes: cut along an axis, or through what is selected.
+// Clip planes: cut along an axis, or through what is selected; moved by fields and by a handle.
 import { button, el } from "./dom.js";
-import { empty, group, slider, vectorField } from "./fields.js";
+import { checkField, empty, group, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
-import { dot } from "./transforms.js";
+import { add, dot, frameOf, unit } from "./transforms.js";
 
 const PLANES_MAX = 8; // as the service takes them
 const AXES = ["X", "Y", "Z"];
+const FRAME = 0.35; // of the size of the scene: half a side of the frame in the picture
+
+/** [a, b, c, d] of an entry of the view, which is that or an object with it. */
+const planeOf = (entry) => (Array.isArray(entry) ? entry : entry.plane);
+const cutsShadows = (entry) => Array.isArray(entry) || entry.shadows !== false;
+const entryOf = (plane, isCutting) => (isCutting ? plane : { plane, shadows: false });
 
 export class SectionPanel {
   #controls = [];
+  #active = 0; // the plane that has the handle
+  #changed;
 
-  constructor(panel, model) {
+  /** @param {() => void} changed is called when another plane has the handle */
+  constructor(panel, model, changed) {
     Object.assign(this, { panel, model });
+    this.#changed = changed;
     model.addEventListener("scene", () => this.fill());
     model.addEventListener("select", () => this.fill());
     model.addEventListener("edit", () => {
@@ -22,8 +32,12 @@ export class SectionPanel {
     this.fill();
   }
 
+  get #entries() {
+    return this.model.view.clip_planes;
+  }
+
   #shape() {
-    return JSON.stringify([this.model.scene?.id, this.model.view.clip_planes.map((plane) => this.#axis(plane))]);
+    return JSON.stringify([this.model.scene?.id, this.#entries.map((entry) => this.#axis(planeOf(entry)))]);
   }
 
   /** 0 to 2 when the plane stands on an axis, else null. */
@@ -33,6 +47,7 @@ export class SectionPanel {
   }
 
   #add(normal, point) {
+    this.#active = this.#entries.length;
     this.model.edit("Add clip plane", (view) => {
       view.clip_planes.push([...normal, -dot(normal, point)]);
     });
@@ -40,19 +55,36 @@ export class SectionPanel {
 
   #set(index, plane) {
     this.model.edit(`Clip plane ${index + 1}`, (view) => {
-      view.clip_planes[index] = plane;
+      view.clip_planes[index] = entryOf(plane, cutsShadows(view.clip_planes[index]));
     });
+  }
+
+  /** What the handle in the picture holds: a Target of Gizmo, or null. */
+  target() {
+    const index = Math.min(this.#active, this.#entries.length - 1);
+    if (index < 0) return null;
+    const plane = planeOf(this.#entries[index]);
+    const normal = unit(plane.slice(0, 3));
+    const off = (dot(plane, this.model.center) + plane[3]) / Math.hypot(...plane.slice(0, 3));
+    const position = add(this.model.center, normal, -off);
+    const through = (way, point) => this.#set(index, [...way, Number(-dot(way, point).toPrecision(12))]);
+    const half = FRAME * this.model.camera.sceneSize;
+    const [u, v] = frameOf(normal);
+    return { position, along: normal, direction: normal,
+      outlines: () => [[[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].map(([a, b]) =>
+        add(add(position, u, a * half), v, b * half))],
+      move: (to) => through(plane.slice(0, 3), to), aim: (way) => through(way, position) };
   }
 
   #axisSlider(index, axis) {
     const bounds = this.model.bounds;
     const read = () => {
-      const plane = this.model.view.clip_planes[index];
+      const plane = planeOf(this.#entries[index]);
       return -plane[3] / plane[axis];
     };
     const field = slider({ label: `${AXES[axis]} at`, unit: "m", least: bounds[axis],
       most: bounds[axis + 3], limit: 1e12, value: read(), onchange: (value) => {
-        const plane = [...this.model.view.clip_planes[index]];
+        const plane = [...planeOf(this.#entries[index])];
         plane[3] = -value * plane[axis];
         this.#set(index, plane);
       } });
@@ -61,11 +93,11 @@ export class SectionPanel {
   }
 
   #freeFields(index) {
-    const read = () => this.model.view.clip_planes[index];
+    const read = () => planeOf(this.#entries[index]);
     const size = this.model.camera.sceneSize;
     const reach = size + Math.hypot(...this.model.center);
     const normal = vectorField({ label: "Normal", value: read().slice(0, 3), onchange: (values) =>
-      this.#set(index, [...values, read()[3]]) });
+      values.some((value) => value !== 0) && this.#set(index, [...values, read()[3]]) });
     const offset = slider({ label: "Offset", unit: "m", least: -reach, most: reach, limit: 1e12,
       value: read()[3], onchange: (value) => this.#set(index, [...read().slice(0, 3), value]) });
     this.#controls.push(() => {
@@ -75,26 +107,38 @@ export class SectionPanel {
     return [normal.row, offset.row];
   }
 
-  #plane(plane, index) {
-    const axis = this.#axis(plane);
-    return group(`Plane ${index + 1}`,
-      axis === null ? this.#freeFields(index) : this.#axisSlider(index, axis),
+  #plane(entry, index) {
+    const axis = this.#axis(planeOf(entry));
+    const shadows = checkField({ label: "Lets light in", value: cutsShadows(entry), onchange: (isCutting) =>
+      this.model.edit(`Clip plane ${index + 1}: shadows`, (view) => {
+        view.clip_planes[index] = entryOf(planeOf(view.clip_planes[index]), isCutting);
+      }) });
+    this.#controls.push(() => shadows.set(cutsShadows(this.#entries[index])));
+    const part = group(`Plane ${index + 1}`,
+      axis === null ? this.#freeFields(index) : this.#axisSlider(index, axis), shadows.row,
       el("div", { class: "row" },
         button({ text: "Flip", icon: "flip", "data-key": `flip-${index}`, onclick: () =>
-          this.#set(index, plane.map((_, i) => -this.model.view.clip_planes[index][i])) }),
+          this.#set(index, planeOf(this.#entries[index]).map((value) => -value)) }),
         button({ text: "Remove", icon: "remove", onclick: () =>
           this.model.edit("Remove clip plane", (view) => view.clip_planes.splice(index, 1)) })));
+    for (const type of ["focusin", "pointerdown"])
+      part.addEventListener(type, () => {
+        if (this.#active === index) return;
+        this.#active = index;
+        this.#changed();
+      });
+    return part;
   }
 
   fill() {
     this.shape = this.#shape();
     this.#controls = [];
-    const { scene, view, selection } = this.model;
+    const { scene, selection } = this.model;
     if (!scene) {
       refill(this.panel, empty("section", "Open a scene to cut it."));
       return;
     }
-    const isFull = view.clip_planes.length >= PLANES_MAX;
+    const isFull = this.#entries.length >= PLANES_MAX;
     const center = this.model.center;
     const isHit = selection?.position && selection?.normal;
     refill(this.panel,
@@ -103,9 +147,9 @@ export class SectionPanel {
           onclick: () => this.#add([0, 1, 2].map((i) => (i === axis ? -1 : 0)), center) })),
         isHit && button({ text: "At the hit", icon: "target", disabled: isFull, onclick: () =>
           this.#add(selection.normal.map((value) => -value), selection.position) })),
-      el("p", { class: "fine" }, view.clip_planes.length
-        ? "What is cut away still casts shadows." : "Cuts open the view; up to eight at once."),
-      view.clip_planes.map((plane, index) => this.#plane(plane, index)));
+      el("p", { class: "fine" }, this.#entries.length
+        ? "Drag the arrow in the picture to move a cut, its ball to tilt it."
+        : "Cuts open the view; up to eight at once."),
+      this.#entries.map((entry, index) => this.#plane(entry, index)));
   }
 }
-

@@ -110,7 +110,7 @@ def manifest_id(files):
 class Schemas:
     """As much of JSON Schema 2020-12 as the document uses; an unknown keyword is an error."""
 
-    ANNOTATIONS = {"description", "format", "title", "summary"}
+    ANNOTATIONS = {"default", "description", "format", "title", "summary"}
     TYPES = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None)}
 
     def __init__(self, document):

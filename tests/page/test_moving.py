@@ -154,6 +154,28 @@ class Dragging(PageTest):
         self.assertGreater(now[0], center[0] + 60)
         self.assertAlmostEqual(center[1], now[1], delta=6)
 
+    def test_a_cut_follows_its_arrow_is_tilted_by_its_ball_and_lets_light_in_or_not(self):
+        self.load()
+        self.panel("section")
+        self.changed_by(lambda: self.press("Cut X"))
+        self.front()
+        self.assertEqual([[-1, 0, 0, 0]], self.view()["clip_planes"])
+        tip = self.handle("n")
+        self.changed_by(lambda: self.browser.drag(tip, (tip[0] - 20, tip[1])))
+        [plane] = self.view()["clip_planes"]
+        self.assertEqual([-1, 0, 0], plane[:3])
+        self.assertLess(plane[3], -0.05)  # cut at a smaller x
+        self.assertAlmostEqual(tip[0] - 20, self.handle("n")[0], delta=1.5)
+        self.changed_by(lambda: self.browser.click("#panel-section input[type=checkbox]"))
+        self.assertEqual([{"plane": plane, "shadows": False}], self.view()["clip_planes"])
+        ball = self.handle("ball")
+        self.changed_by(lambda: self.browser.drag(ball, (ball[0] + 20, ball[1] - 60)))
+        [tilted] = self.view()["clip_planes"]
+        self.assertFalse(tilted["shadows"])
+        self.assertGreater(tilted["plane"][1], 0.2)
+        self.changed_by(lambda: self.press("Remove", "#panel-section"))
+        self.assertEqual([], self.view()["clip_planes"])
+
     def test_other_lights_are_chosen_by_their_dots(self):
         self.load()
         self.panel("lights")

@@ -5,13 +5,14 @@ import struct
 from page import PageTest, room, support
 
 TIME = "return document.querySelector('#timeline input').valueAsNumber"
-PLAYS = "return document.querySelector('#timeline button').getAttribute('aria-label') === 'Pause'"
+PLAYS = "return document.querySelector('#timeline button').ariaLabel === 'Pause'"
 
 
 def animate(document, binary):
-    """The pane goes 2 m to the right in 1.5 s; the wall, in an animation of its own, 3 m up in 3 s."""
+    """The pane goes 2 m to the right in 1.5 s; the wall, by its own animation, 3 m up in 3 s."""
     document["animations"] = []
-    for name, node, way, duration in (("Pane goes", 3, (2, 0, 0), 1.5), ("Wall goes", 2, (0, 3, 0), 3)):
+    for name, node, way, duration in (("Pane goes", 3, (2, 0, 0), 1.5),
+                                      ("Wall goes", 2, (0, 3, 0), 3)):
         first = len(document["accessors"])
         for values, kind, size in ((struct.pack("<2f", 0, duration), "SCALAR", 1),
                                    (struct.pack("<6f", 0, 0, 0, *way), "VEC3", 3)):
