@@ -69,6 +69,8 @@ static const struct count_member count_members[] = {
     COUNT(states_reused),
     COUNT(gbuffers_drawn),
     COUNT(gbuffers_reused),
+    COUNT(light_lists_built),
+    COUNT(light_lists_reused),
     COUNT(pixel_lists_built),
     COUNT(pixel_lists_reused),
     COUNT(plans_made),

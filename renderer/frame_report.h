@@ -66,6 +66,7 @@ struct frame_report {
         uint64_t shadow_maps_built, shadow_maps_reused;
         uint64_t states_reused; /* 1: the scene's transforms stood from the last frame */
         uint64_t gbuffers_drawn, gbuffers_reused; /* per window */
+        uint64_t light_lists_built, light_lists_reused;
         uint64_t pixel_lists_built, pixel_lists_reused;
         uint64_t plans_made, plans_reused; /* one of them is 1: the plan was made, or kept */
         uint64_t programs_built;  /* shader programs composed and compiled for this frame */

@@ -132,6 +132,7 @@ static bool prepare_lights(struct window_run *window, struct error *err)
                                    .camera = frame->camera,
                                    .window = &frame->window,
                                    .bounds = &window->run->frame_plan->reach.bounds,
+                                   .rebuilds = window->run->renderer->redraws_surfaces,
                                },
                                frame->report, err);
 }

@@ -181,6 +181,7 @@ static void forget_own(struct renderer *renderer)
     plan_cache_clear(&renderer->plans);
     kept_state_drop(&renderer->kept_state);
     renderer->kept = (struct kept_window){0};
+    light_lists_forget(renderer->lists);
 }
 
 void renderer_forget_kept(struct renderer *renderer, const char *key)

@@ -21,8 +21,8 @@ struct renderer_desc {
     uint64_t gpu_budget_bytes;   /* of all that grows with scenes and requests; 0 means 4 GiB */
     const char *shader_dump_dir; /* optional, borrowed during create: composed shaders are saved
                                     there */
-    bool redraws_surfaces;       /* for measuring: no G-buffer and no per-pixel list of an earlier
-                                    frame is used again */
+    bool redraws_surfaces;       /* for measuring: no G-buffer, per-pixel list or light list of an
+                                    earlier frame is used again */
     uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means
                             LOOP_STEPS_MAX (renderer/shading/loop_steps.h) */
     bool is_strict;      /* tests: a GL error or undefined-behaviour message aborts */

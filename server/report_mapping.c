@@ -56,6 +56,8 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.states_reused = report->counts.states_reused;
     stats->counts.gbuffers_drawn = report->counts.gbuffers_drawn;
     stats->counts.gbuffers_reused = report->counts.gbuffers_reused;
+    stats->counts.light_lists_built = report->counts.light_lists_built;
+    stats->counts.light_lists_reused = report->counts.light_lists_reused;
     stats->counts.pixel_lists_built = report->counts.pixel_lists_built;
     stats->counts.pixel_lists_reused = report->counts.pixel_lists_reused;
     stats->counts.plans_made = report->counts.plans_made;

@@ -11,12 +11,14 @@
 
 #include "renderer/lights/clusters.h"
 #include "renderer/lights/linked_lists.h"
+#include "renderer/plan/content_key.h"
 #include "renderer/wall_clock.h"
 #include "shaders/shared/bindings.h"
 
 struct light_lists {
     struct program_cache *programs;
     struct gpu_timeline *timeline;
+    struct content_key key; /* of what stands; not set: nothing */
     bool is_linked;
     struct clusters clusters;
     struct gl_buffer cluster_heads, cluster_items;
@@ -114,9 +116,6 @@ static bool prepare_clustered(struct light_lists *lists, const struct light_list
     begin_gpu_part(lists, &names);
     bool ok = upload_clusters(lists, err);
     gpu_scope_end(lists->timeline);
-    report->counts.light_list_entries += clusters->item_count;
-    report_add_bytes(report, "light_lists",
-                     lists->cluster_heads.size_bytes + lists->cluster_items.size_bytes);
     return ok;
 }
 
@@ -140,19 +139,82 @@ static bool prepare_linked(struct light_lists *lists, const struct light_lists_d
     begin_gpu_part(lists, &names);
     bool ok = linked_lists_build(linked, &linked_desc, lists->programs, err);
     gpu_scope_end(lists->timeline);
-    report->counts.light_list_entries += linked->element_count;
-    report_add_bytes(report, "light_lists",
-                     linked->heads.size_bytes + linked->elements.size_bytes +
-                         linked->records.size_bytes + linked->front.size_bytes);
     return ok;
+}
+
+static void add_reach(struct content_key *key, const struct state_light *light)
+{
+    content_key_add_word(key, (uint64_t)light->type);
+    content_key_add(key, light->position, sizeof light->position);
+    content_key_add(key, light->direction, sizeof light->direction);
+    content_key_add(key, &light->range, sizeof light->range);
+    content_key_add(key, &light->outer_cone_rad, sizeof light->outer_cone_rad);
+}
+
+static struct content_key key_of(const struct light_lists_desc *desc)
+{
+    const struct camera *camera = desc->camera;
+    const double numbers[] = {camera->half_width, camera->half_height, camera->z_near,
+                              camera->z_far};
+    struct content_key key = content_key_begin();
+    content_key_add_word(&key, (uint64_t)desc->technique);
+    content_key_add_word(&key, (uint64_t)desc->faithful | (uint64_t)camera->is_orthographic << 1);
+    content_key_add(&key, camera->eye, sizeof camera->eye);
+    content_key_add(&key, camera->right, sizeof camera->right);
+    content_key_add(&key, camera->up, sizeof camera->up);
+    content_key_add(&key, camera->back, sizeof camera->back);
+    content_key_add(&key, numbers, sizeof numbers);
+    content_key_add(&key, desc->window, sizeof *desc->window);
+    content_key_add_word(&key, desc->light_count);
+    for (size_t i = 0; i < desc->light_count; i++)
+        add_reach(&key, &desc->lights[i]);
+    return key;
+}
+
+static void report_lists(const struct light_lists *lists, struct frame_report *report)
+{
+    const struct linked_lists *linked = &lists->linked;
+    uint64_t bytes = lists->cluster_heads.size_bytes + lists->cluster_items.size_bytes;
+    if (lists->is_linked)
+        bytes = linked->heads.size_bytes + linked->elements.size_bytes +
+                linked->records.size_bytes + linked->front.size_bytes;
+    report->counts.light_list_entries +=
+        lists->is_linked ? linked->element_count : lists->clusters.item_count;
+    report_add_bytes(report, "light_lists", bytes);
+}
+
+static bool build(struct light_lists *lists, const struct light_lists_desc *desc,
+                  struct frame_report *report, struct error *err)
+{
+    lists->is_linked = desc->technique == VIEW_LIGHT_LISTS_LINKED;
+    return lists->is_linked ? prepare_linked(lists, desc, report, err)
+                            : prepare_clustered(lists, desc, report, err);
 }
 
 bool light_lists_prepare(struct light_lists *lists, const struct light_lists_desc *desc,
                          struct frame_report *report, struct error *err)
 {
-    lists->is_linked = desc->technique == VIEW_LIGHT_LISTS_LINKED;
-    return lists->is_linked ? prepare_linked(lists, desc, report, err)
-                            : prepare_clustered(lists, desc, report, err);
+    const struct content_key key = key_of(desc);
+    if (!desc->rebuilds && content_key_equals(lists->key, key)) {
+        if (desc->bounds) /* the caller's may be others by now, of the same lights */
+            lists->clusters.bounds = lists->linked.bounds = desc->bounds;
+        report->counts.light_lists_reused++;
+        report_add_reused(report, "light_list");
+        report_lists(lists, report);
+        return true;
+    }
+    light_lists_forget(lists);
+    if (!build(lists, desc, report, err))
+        return false;
+    lists->key = key;
+    report->counts.light_lists_built++;
+    report_lists(lists, report);
+    return true;
+}
+
+void light_lists_forget(struct light_lists *lists)
+{
+    lists->key = (struct content_key){{0, 0}};
 }
 
 const char *light_lists_defines(const struct light_lists *lists)

@@ -27,12 +27,16 @@ struct light_lists_desc {
     const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
     const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
+    bool rebuilds; /* for measuring: builds them even where those of before would do */
 };
 
-/* Builds the lists for one window. Unbounded and directional lights come first in every list (a
- * global prefix). */
+/* Builds the lists for one window, or keeps those of the last call: where the camera, the window
+ * and all that says how far lights reach are the same; colours may differ. Unbounded and
+ * directional lights come first in every list (a global prefix). */
 MUST_CHECK bool light_lists_prepare(struct light_lists *lists, const struct light_lists_desc *desc,
                                     struct frame_report *report, struct error *err);
+/* The next call of light_lists_prepare builds. */
+void light_lists_forget(struct light_lists *lists);
 /* The #define items that select the technique's shaders/light_list.glsl, for program_desc.defines.
  */
 const char *light_lists_defines(const struct light_lists *lists);

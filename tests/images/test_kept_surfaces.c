@@ -128,6 +128,99 @@ static void an_edit_of_light_alone_keeps_what_is_seen(void **state)
     run(edit_lights);
 }
 
+static void look_at_lists(const struct series *series, const struct view *view, bool is_kept)
+{
+    struct frame frame;
+    shoot(series->renderer, &series->rig, view, &frame);
+    bool keeps = is_kept && !series->redraws;
+    assert_int_equal(frame.report.counts.light_lists_reused, keeps);
+    assert_int_equal(frame.report.counts.light_lists_built, !keeps);
+    assert_true(frame.report.counts.light_list_entries > 0);
+    assert_int_equal(report_has_pass(&frame.report, "light_list", NULL), !keeps);
+    frame_finish(&frame);
+}
+
+/* Built anew for what moves lights or the camera, and not for colours. Both forms alike. */
+static void edit_lists(struct series *series)
+{
+    for (int form = VIEW_LIGHT_LISTS_CLUSTERED; form <= VIEW_LIGHT_LISTS_LINKED; form++) {
+        struct view view = small_view();
+        struct view_light lamps[2] = {{.type = SCENE_LIGHT_POINT,
+                                       .position = {0, 2, 1},
+                                       .color = {1, 1, 1},
+                                       .intensity = 80,
+                                       .range = 3},
+                                      {.type = SCENE_LIGHT_SPOT,
+                                       .position = {0, 3, 1},
+                                       .direction = {0, -1, 0},
+                                       .color = {1, 1, 1},
+                                       .intensity = 80,
+                                       .range = 4}};
+        view.lights = lamps;
+        view.light_count = 2;
+        view.quality.light_lists = form;
+        look_at_lists(series, &view, false);
+        look_at_lists(series, &view, true);
+        lamps[0].intensity = 8;
+        lamps[1].color[0] = 0.5f;
+        look_at_lists(series, &view, true);
+        lamps[0].range = 2;
+        look_at_lists(series, &view, false);
+        lamps[1].outer_cone_deg = 30;
+        look_at_lists(series, &view, false);
+        lamps[1].direction[0] = 0.1;
+        look_at_lists(series, &view, false);
+        view.camera = (struct view_camera){.kind = VIEW_CAMERA_FIT, .fit = VIEW_FIT_TOP};
+        look_at_lists(series, &view, false);
+        view.width_px = 80;
+        look_at_lists(series, &view, false);
+        view.light_count = 1;
+        look_at_lists(series, &view, false);
+        look_at_lists(series, &view, true);
+        renderer_drop_structures(series->renderer, series->rig.key);
+        look_at_lists(series, &view, false);
+    }
+}
+
+static void light_lists_stand_while_camera_and_reach_do(void **state)
+{
+    (void)state;
+    run(edit_lists);
+}
+
+/* The lists that were kept are those that would be built. */
+static void lit_by_kept_lists(struct series *series)
+{
+    struct view view = small_view();
+    struct view_light lamp = {.type = SCENE_LIGHT_POINT,
+                              .position = {0, 2, 1},
+                              .color = {1, 1, 1},
+                              .intensity = 80,
+                              .range = 3};
+    view.lights = &lamp;
+    view.light_count = 1;
+    for (int form = VIEW_LIGHT_LISTS_CLUSTERED; form <= VIEW_LIGHT_LISTS_LINKED; form++) {
+        view.quality.light_lists = form;
+        for (int i = 0; i < 3; i++) {
+            struct frame frame;
+            lamp.intensity = 20 * (float)(i + 1);
+            shoot(series->renderer, &series->rig, &view, &frame);
+            uint64_t hash = image_hash(&frame.outputs[VIEW_OUTPUT_COLOR]);
+            assert_int_equal(frame.report.counts.light_lists_reused, i > 0 && !series->redraws);
+            if (series->redraws)
+                assert_true(series->hashes[series->count] == hash);
+            series->hashes[series->count++] = hash;
+            frame_finish(&frame);
+        }
+    }
+}
+
+static void kept_light_lists_give_the_same_bits(void **state)
+{
+    (void)state;
+    run(lit_by_kept_lists);
+}
+
 static void edit_material(struct series *series)
 {
     const struct scene *scene = &series->rig.imported.scene;
@@ -203,6 +296,8 @@ static void what_moves_is_drawn(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(light_lists_stand_while_camera_and_reach_do),
+        cmocka_unit_test(kept_light_lists_give_the_same_bits),
         cmocka_unit_test(a_view_at_rest_draws_nothing_again),
         cmocka_unit_test(an_edit_of_light_alone_keeps_what_is_seen),
         cmocka_unit_test(an_edit_of_a_material_draws_what_shows_it),
