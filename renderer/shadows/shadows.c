@@ -43,7 +43,7 @@ struct shadow_system {
     int resolution, taps;
     double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
     struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
-    bool keeps_exclusions;      /* a light that was to be compressed has lists with objects */
+    size_t kept_exact;          /* lights that were to be compressed and have lists with objects */
     bool has_cut_lamp;          /* a light stands in a medium, where that is cut away */
     bool has_thick_media;       /* a linked map has media among its casters */
     struct gl_buffer records;
@@ -254,7 +254,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     if (map.kind == SHADOW_DEEP && casters->has_media)
         map.flags |= SHADOW_FLAG_MEDIA;
     shadow_compress_choose(&map, casters, desc->quality, shadows->allowed_error);
-    shadows->keeps_exclusions |= casters->has_exclusions && asks_nodes(shadows, desc->quality);
+    shadows->kept_exact += casters->has_exclusions && asks_nodes(shadows, desc->quality);
     map.keys_per_m = (float)(SHADOW_KEY_MOST / fmax(casters->farthest_m, 1e-6));
     shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters->has_media;
     map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
@@ -400,7 +400,8 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
                          struct error *err)
 {
     finish_builds(shadows);
-    shadows->has_thick_media = shadows->keeps_exclusions = shadows->has_cut_lamp = false;
+    shadows->has_thick_media = shadows->has_cut_lamp = false;
+    shadows->kept_exact = 0;
     if (!reserve_lights(shadows, desc->state->light_count, err))
         return false;
     for (size_t i = 0; i < desc->state->light_count; i++)
@@ -565,10 +566,11 @@ static void report_nodes(const struct shadow_system *shadows, struct frame_repor
         c->prefilter = map->prefilter;
         c->max_error = fmax(c->max_error, map->compression);
     }
-    if (shadows->keeps_exclusions)
+    if (shadows->kept_exact)
         report_warn(report,
-                    "lights that meet a material without self shadow, or one that casts once, keep "
-                    "exact lists: these are neither compressed nor prefiltered");
+                    "%zu of %zu lights with deep lists meet a material without self shadow, or one "
+                    "that casts once: they keep exact lists, neither compressed nor prefiltered",
+                    shadows->kept_exact, shadows->kept_exact + (size_t)c->maps);
 }
 
 static void fill_report(const struct shadow_system *shadows, struct frame_report *report)

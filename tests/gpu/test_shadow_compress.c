@@ -404,7 +404,7 @@ static void lists_with_objects_stay_exact(void **state)
     prepare(&panes, &quality);
     assert_int_equal(rig.report.compression.maps, 0);
     assert_int_equal(rig.report.warning_count, 1);
-    assert_non_null(strstr(rig.report.warnings[0], "exact"));
+    assert_non_null(strstr(rig.report.warnings[0], "3 of 3 lights"));
     pane_scene_finish(&panes);
 }
 
