@@ -182,6 +182,7 @@ class Viewer {
     }
     try {
       const [summary, outline] = await Promise.all([this.client.scene(id), this.client.outline(id)]);
+      this.model.aspect = this.stage.aspect;
       this.model.open(summary, outline, state);
     } catch (problem) {
       showProblem(problem, "The scene cannot be opened");

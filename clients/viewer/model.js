@@ -43,6 +43,7 @@ export class Model extends EventTarget {
   scene = null; // summary and, in `outline`, what can be edited
   view = copy(DEFAULTS);
   selection = null; // {node, material, position, normal, depth}: indices, or null each
+  aspect = 1.6; // of the picture, for what fits into it
   shown = "color"; // output that the picture shows
   #undo = [];
   #redo = [];
@@ -81,7 +82,7 @@ export class Model extends EventTarget {
       return;
     }
     this.camera.turnTo({ yaw: 35, pitch: 20 });
-    this.camera.fit(this.bounds, 1.6);
+    this.camera.fit(this.bounds, this.aspect);
   }
 
   /** Stands where a camera of the scene stands; what is near is told by where the parts are. */

@@ -332,6 +332,11 @@ class Phone(PageTest):
         self.assertEqual(0, self.browser.run(shown))
         self.panel("lights")
         self.assertEqual(1, self.browser.run(shown))
+        self.settle()
+        free = self.browser.run("""return document.querySelector('.dock-right .panels')
+          .getBoundingClientRect().top - document.getElementById('stage')
+          .getBoundingClientRect().bottom;""")
+        self.assertAlmostEqual(0, free, delta=1)  # the picture is whole above the sheet
         self.assertIn("Lamp", self.browser.run(
             "return document.getElementById('panel-lights').innerText"))
         self.panel("lights")
