@@ -13,10 +13,10 @@
 #include "protocol/utf8.h"
 
 static const char *const timing_names[FRAME_TIMING_COUNT] = {
-    [FRAME_TIMING_QUEUE] = "queue",           [FRAME_TIMING_SHADOW] = "shadow",
-    [FRAME_TIMING_LIGHT_LIST] = "light-list", [FRAME_TIMING_SHADE] = "shade",
-    [FRAME_TIMING_READBACK] = "readback",     [FRAME_TIMING_ENCODE] = "encode",
-    [FRAME_TIMING_TOTAL] = "total",
+    [FRAME_TIMING_QUEUE] = "queue",   [FRAME_TIMING_PAUSED] = "paused",
+    [FRAME_TIMING_SHADOW] = "shadow", [FRAME_TIMING_LIGHT_LIST] = "light-list",
+    [FRAME_TIMING_SHADE] = "shade",   [FRAME_TIMING_READBACK] = "readback",
+    [FRAME_TIMING_ENCODE] = "encode", [FRAME_TIMING_TOTAL] = "total",
 };
 
 const char *frame_timing_name(int timing)

@@ -25,6 +25,7 @@ enum {
  * encode, total. */
 enum frame_timing {
     FRAME_TIMING_QUEUE,
+    FRAME_TIMING_PAUSED, /* urgent frames went before the rest of this one */
     FRAME_TIMING_SHADOW,
     FRAME_TIMING_LIGHT_LIST,
     FRAME_TIMING_SHADE,

@@ -132,6 +132,9 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
                       struct plan *plan, struct error *err)
 {
     struct opened_view opened;
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_explain(renderer, scene_key, view, plan, err);
     if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
     *plan = opened.plan->plan;

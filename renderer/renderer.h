@@ -86,9 +86,10 @@ MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key
 
 /* From now on frames stop for what is due, and go on with the same bits (but those of deep-linked
  * with `faithful`, which has no bits of its own): at most where a tile of rays is done, a pass of a
- * window, a window. Meanwhile `serve` may render and pick, on scenes that are attached already, and
- * nothing else; such frames are made in one piece. A frame that is not wanted any more fails with
- * ERROR_OVERLOADED, or with ERROR_TIMEOUT where its rays were ended. Borrowed; NULL: none. */
+ * window, a window. Meanwhile `serve` may render, explain and pick, on scenes that are attached
+ * already, and nothing else; such frames are made in one piece. A frame that is not wanted any more
+ * fails with ERROR_OVERLOADED, or with ERROR_TIMEOUT where its rays were ended. Borrowed; NULL:
+ * none. */
 void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude);
 
 /* What is at a point of the view's image, or in a rectangle of it (renderer/pick.h). Renders

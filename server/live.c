@@ -148,7 +148,7 @@ static struct launch *prepare(struct view *view, bool is_exact)
     return launch;
 }
 
-/* Under the mutex: an exact frame of what was before need not be begun any more. */
+/* Under the mutex: an exact frame of what was before is not wanted any more. */
 static struct launch *cancel_exact(struct view *view)
 {
     struct live *live = &view->live;

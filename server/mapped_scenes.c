@@ -141,6 +141,14 @@ const struct scene *mapped_scenes_newest(const struct mapped_scenes *scenes)
     return scenes->first ? &scenes->first->scene : NULL;
 }
 
+bool mapped_scenes_has(const struct mapped_scenes *scenes, const char *key)
+{
+    for (const struct mapped_scene *mapped = scenes->first; mapped; mapped = mapped->next)
+        if (strcmp(mapped->key, key) == 0)
+            return mapped->is_attached && renderer_has_scene(scenes->renderer, key);
+    return false;
+}
+
 void mapped_scenes_forget(struct mapped_scenes *scenes, const char *key)
 {
     struct mapped_scene *mapped = take(scenes, key);

@@ -26,6 +26,8 @@ MUST_CHECK bool mapped_scenes_attach(struct mapped_scenes *scenes, const char *k
                                      struct error *err);
 const struct scene *mapped_scenes_newest(const struct mapped_scenes *scenes); /* the last one made
                                                                                  ready; or NULL */
+/* Whether attaching it again would be free. */
+bool mapped_scenes_has(const struct mapped_scenes *scenes, const char *key);
 void mapped_scenes_forget(struct mapped_scenes *scenes, const char *key); /* no-op when absent */
 
 struct mapped_scenes_totals mapped_scenes_get_totals(const struct mapped_scenes *scenes);

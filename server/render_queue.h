@@ -32,6 +32,7 @@ struct render_task {
     int request_fd, blob_fd; /* required, owned */
     enum image_format format;
     enum render_priority priority;
+    bool is_cancelled;            /* nobody waits for it any more */
     bool expects_reuse;           /* one of many frames: renderer/view.h */
     int64_t queued_us;            /* set when queued */
     int deaths;                   /* workers that died on it */
@@ -63,6 +64,11 @@ void render_queue_push_back(struct render_queue *queue, struct render_task *task
                                                                                       of its
                                                                                       priority */
 struct render_task *render_queue_pop(struct render_queue *queue); /* NULL when empty */
+/* The first that is not interactive: NULL when there is none, or when it is a question and
+ * interactive ones wait, because they cannot go before the rest of that. */
+struct render_task *render_queue_pop_patient(struct render_queue *queue);
+/* The first interactive one, or NULL. */
+struct render_task *render_queue_pop_urgent(struct render_queue *queue);
 struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket); /* NULL when
                                                                                          not waiting
                                                                                        */

@@ -138,6 +138,7 @@ void frame_stats_from_report(const struct render_request *request,
     stats->timings_ms[FRAME_TIMING_LIGHT_LIST] = report->stage_ms[REPORT_LIGHT_LIST];
     stats->timings_ms[FRAME_TIMING_SHADE] = report->stage_ms[REPORT_SHADE];
     stats->timings_ms[FRAME_TIMING_READBACK] = report->stage_ms[REPORT_READBACK];
+    stats->timings_ms[FRAME_TIMING_PAUSED] = report->paused_ms;
     stats->timings_ms[FRAME_TIMING_TOTAL] = report->total_ms;
     if (report->error_is_exact) {
         stats->has_error = true;

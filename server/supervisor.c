@@ -16,6 +16,7 @@
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
 #include "server/child.h"
+#include "server/flights.h"
 #include "server/ipc.h"
 #include "server/quarantine.h"
 #include "server/warm_up.h"
@@ -26,18 +27,8 @@ enum {
     BACKOFF_MAX_MS = 30000,
     STABLE_MS = 2000, /* a worker that lived this long, or rendered, may be replaced at once */
     PEER_STALL_S = 10,
-    DEPTH_MAX = 8,
     ATTEMPTS = 2,
     FORGOTTEN_PER_MESSAGE = 1000,
-};
-
-enum flight_state { FLIGHT_SENT, FLIGHT_BEGUN, FLIGHT_ENCODING };
-
-/* A render that the worker has. */
-struct flight {
-    struct render_task *task;
-    enum flight_state state;
-    int64_t since_ms; /* of the state */
 };
 
 enum worker_state { WORKER_NONE, WORKER_STARTING, WORKER_READY };
@@ -53,8 +44,7 @@ struct supervisor {
     struct warm_ups warm_ups; /* sent when there is nothing else to do */
     int64_t asked_ms;         /* when someone last submitted a task */
     struct quarantine quarantine;
-    struct flight flights[DEPTH_MAX]; /* in the order they were sent */
-    int flight_count, depth;
+    struct flights flights;
     struct render_task *ended; /* outcome known, `done` not yet called */
     json_t *forgotten;         /* ids of deleted scenes that the worker has not been told of */
     struct child worker;       /* touched by the supervisor's thread only, but for its pid */
@@ -94,8 +84,10 @@ static void end_task(struct supervisor *supervisor, struct render_task *task)
     supervisor->totals.warm_ups += is_good && warm_up_is_step(task->question);
     if (task->question)
         supervisor->totals.answered += is_good;
-    else if (task->outcome.problem.code == ERROR_NONE)
+    else if (is_good)
         supervisor->totals.rendered++;
+    else if (task->is_cancelled)
+        supervisor->totals.cancelled++;
     else
         supervisor->totals.failed++;
     task->next = supervisor->ended;
@@ -129,24 +121,7 @@ static void refuse_waiting(struct supervisor *supervisor, const struct error *pr
         refuse_task(supervisor, task, problem);
 }
 
-static void remove_flight(struct supervisor *supervisor, int index)
-{
-    supervisor->flight_count--;
-    memmove(&supervisor->flights[index], &supervisor->flights[index + 1],
-            (size_t)(supervisor->flight_count - index) * sizeof supervisor->flights[0]);
-}
-
 /* ---- a worker's death ---- */
-
-/* Which flight the death is charged to: the one on the GL thread, else the oldest. -1 when there is
- * none. */
-static int find_guilty(const struct supervisor *supervisor)
-{
-    for (int i = 0; i < supervisor->flight_count; i++)
-        if (supervisor->flights[i].state == FLIGHT_BEGUN)
-            return i;
-    return supervisor->flight_count > 0 ? 0 : -1;
-}
 
 /* A crash condemns the scene; a missed deadline may be the fault of a request alone, so it counts
  * once the request is refused. */
@@ -173,13 +148,13 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
 /* Requeues what the worker had, the guilty one first, and plans the next start. Under the mutex. */
 static void settle_death(struct supervisor *supervisor, const char *how, bool is_timeout)
 {
-    int guilty = find_guilty(supervisor);
-    struct render_task *charged = guilty >= 0 ? supervisor->flights[guilty].task : NULL;
+    struct flights *flights = &supervisor->flights;
+    int guilty = flights_guilty(flights);
+    struct render_task *charged = guilty >= 0 ? flights->list[guilty].task : NULL;
     if (charged)
-        remove_flight(supervisor, guilty);
-    while (supervisor->flight_count > 0)
-        render_queue_push_back(&supervisor->queue,
-                               supervisor->flights[--supervisor->flight_count].task);
+        flights_remove(flights, guilty);
+    while (flights->count > 0)
+        render_queue_push_back(&supervisor->queue, flights->list[--flights->count].task);
     if (charged)
         charge(supervisor, charged, how, is_timeout);
     bool was_stable =
@@ -263,15 +238,6 @@ static void start_worker(struct supervisor *supervisor)
 
 /* ---- messages of the worker ---- */
 
-static int find_flight(const struct supervisor *supervisor, const json_t *message)
-{
-    uint64_t id = (uint64_t)json_integer_value(json_object_get(message, "id"));
-    for (int i = 0; i < supervisor->flight_count; i++)
-        if (supervisor->flights[i].task->ticket == id)
-            return i;
-    return -1;
-}
-
 static void take_image(struct supervisor *supervisor, struct render_task *task,
                        struct ipc_message *message)
 {
@@ -303,34 +269,33 @@ static void take_answer(struct supervisor *supervisor, struct render_task *task,
     refuse_task(supervisor, task, &problem);
 }
 
-/* begin, rendered, done, error of one flight. Under the mutex. */
+static const struct error nobody_waits = {ERROR_OVERLOADED, "the client left before its turn", ""};
+
+/* What the worker says of one flight. Under the mutex. */
 static void flight_message(struct supervisor *supervisor, const char *op,
                            struct ipc_message *message)
 {
-    int index = find_flight(supervisor, message->json);
+    uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
+    int index = flights_find(&supervisor->flights, id);
     if (index < 0)
         return;
-    struct flight *flight = &supervisor->flights[index];
+    struct flight *flight = &supervisor->flights.list[index];
     struct render_task *task = flight->task;
-    int64_t now = now_ms();
-    if (strcmp(op, "begin") == 0) {
-        flight->state = FLIGHT_BEGUN;
-        flight->since_ms = now;
+    if (strcmp(op, "begin") == 0)
         task->outcome.queue_ms = 1e-3 * (double)(now_us() - task->queued_us);
-    } else if (strcmp(op, "rendered") == 0) {
-        flight->state = FLIGHT_ENCODING;
-        flight->since_ms = now;
-    } else if (strcmp(op, "done") == 0) {
-        remove_flight(supervisor, index);
+    if (flights_note(flight, op, now_ms()))
+        return;
+    if (strcmp(op, "done") == 0) {
+        flights_remove(&supervisor->flights, index);
         take_image(supervisor, task, message);
     } else if (strcmp(op, "answer") == 0) {
-        remove_flight(supervisor, index);
+        flights_remove(&supervisor->flights, index);
         take_answer(supervisor, task, message);
     } else if (strcmp(op, "error") == 0) {
         struct error problem = {0};
         ipc_error_from_json(json_object_get(message->json, "error"), &problem);
-        remove_flight(supervisor, index);
-        refuse_task(supervisor, task, &problem);
+        flights_remove(&supervisor->flights, index);
+        refuse_task(supervisor, task, task->is_cancelled ? &nobody_waits : &problem);
     }
 }
 
@@ -374,7 +339,9 @@ static bool hello_message(struct supervisor *supervisor, const json_t *json, str
     pthread_mutex_lock(&supervisor->mutex);
     supervisor->device = device;
     supervisor->has_device = true;
-    supervisor->depth = depth < 1 ? 1 : depth > DEPTH_MAX ? DEPTH_MAX : (int)depth;
+    supervisor->flights.depth = depth < 1                   ? 1
+                                : depth > FLIGHTS_DEPTH_MAX ? FLIGHTS_DEPTH_MAX
+                                                            : (int)depth;
     supervisor->state = WORKER_READY;
     supervisor->state_ms = now_ms();
     supervisor->start_error = (struct error){0};
@@ -451,15 +418,16 @@ static json_t *take_forgotten(struct supervisor *supervisor)
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message = json_pack(
-        "{s:s,s:I,s:s,s:b,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
-        (json_int_t)task->ticket, "format", image_format_name(task->format), "reuse",
+        "{s:s,s:I,s:s,s:b,s:s,s:b,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
+        (json_int_t)task->ticket, "scene", task->scene, "urgent",
+        task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format), "reuse",
         task->expects_reuse, "question", task->question, "forget", take_forgotten(supervisor));
     int fds[] = {task->request_fd, task->blob_fd, task->reference_fd};
     int fd_count = task->reference_fd >= 0 ? 3 : 2;
     struct error problem = {0};
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);
     json_decref(message);
-    supervisor->flights[supervisor->flight_count++] = (struct flight){task, FLIGHT_SENT, now_ms()};
+    flights_add(&supervisor->flights, task, now_ms());
     return is_sent;
 }
 
@@ -467,7 +435,7 @@ static bool send_task(struct supervisor *supervisor, struct render_task *task)
 static int64_t warm_up_due_ms(const struct supervisor *supervisor)
 {
     if (!supervisor->warm_ups.count || supervisor->state != WORKER_READY ||
-        supervisor->flight_count > 0 || supervisor->is_draining)
+        supervisor->flights.count > 0 || supervisor->is_draining)
         return INT64_MAX;
     int64_t since = supervisor->asked_ms > supervisor->last_event_ms ? supervisor->asked_ms
                                                                      : supervisor->last_event_ms;
@@ -487,66 +455,84 @@ static bool send_warm_up(struct supervisor *supervisor)
     return true;
 }
 
-/* Under the mutex. False when the worker no longer listens; then its socket will say so, too. */
-static bool feed_worker(struct supervisor *supervisor)
+/* Takes the reference. */
+static bool send_small(struct supervisor *supervisor, json_t *message)
 {
-    struct render_task *task;
-    while (supervisor->flight_count < supervisor->depth &&
-           (task = render_queue_pop(&supervisor->queue))) {
-        struct error problem = {0};
-        if (!quarantine_check(&supervisor->quarantine, task->scene, &problem))
-            refuse_task(supervisor, task, &problem);
-        else if (!send_task(supervisor, task))
-            return false;
-    }
-    json_t *ids = supervisor->flight_count == 0 ? take_forgotten(supervisor) : NULL;
-    if (!ids)
-        return send_warm_up(supervisor);
-    json_t *message = json_pack("{s:s,s:o}", "op", "forget", "forget", ids);
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, NULL, 0, NULL);
     json_decref(message);
     return is_sent;
 }
 
+/* Tells the worker which of its renders nobody waits for any more. Under the mutex. */
+static bool send_cancelled(struct supervisor *supervisor)
+{
+    for (int i = 0; i < supervisor->flights.count; i++) {
+        struct flight *flight = &supervisor->flights.list[i];
+        if (!flight->task->is_cancelled || flight->is_told || flight->state == FLIGHT_ENCODING)
+            continue;
+        flight->is_told = true;
+        if (!send_small(supervisor, json_pack("{s:s,s:I}", "op", "cancel", "id",
+                                              (json_int_t)flight->task->ticket)))
+            return false;
+    }
+    return true;
+}
+
+/* What the worker has room for. Under the mutex. */
+static struct render_task *next_task(struct supervisor *supervisor)
+{
+    struct render_task *task = NULL;
+    if (flights_have_room(&supervisor->flights, RENDER_INTERACTIVE))
+        task = render_queue_pop_urgent(&supervisor->queue);
+    if (!task && flights_have_room(&supervisor->flights, RENDER_NORMAL))
+        task = render_queue_pop_patient(&supervisor->queue);
+    return task;
+}
+
+/* Under the mutex. False when the worker no longer listens; then its socket will say so, too. */
+static bool feed_worker(struct supervisor *supervisor)
+{
+    if (!send_cancelled(supervisor))
+        return false;
+    for (struct render_task *task; (task = next_task(supervisor));) {
+        struct error problem = {0};
+        if (task->is_cancelled) /* before the worker died that had it */
+            refuse_task(supervisor, task, &nobody_waits);
+        else if (!quarantine_check(&supervisor->quarantine, task->scene, &problem))
+            refuse_task(supervisor, task, &problem);
+        else if (!send_task(supervisor, task))
+            return false;
+    }
+    json_t *ids = supervisor->flights.count == 0 ? take_forgotten(supervisor) : NULL;
+    if (!ids)
+        return send_warm_up(supervisor);
+    return send_small(supervisor, json_pack("{s:s,s:o}", "op", "forget", "forget", ids));
+}
+
 /* ---- the loop ---- */
 
-/* How long a flight may stay in its state. */
-static int64_t limit_ms(const struct supervisor *supervisor, const struct flight *flight)
+static int64_t timeout_ms(const struct supervisor *supervisor)
 {
-    bool is_own = flight->task->limit_ms > 0 && flight->state == FLIGHT_BEGUN;
-    return is_own ? flight->task->limit_ms : 1000ll * supervisor->desc.config->render_timeout_s;
+    return 1000ll * supervisor->desc.config->render_timeout_s;
 }
 
 /* Of the flight that a late worker is charged with. Under the mutex. */
 static int limit_s(const struct supervisor *supervisor)
 {
-    int guilty = find_guilty(supervisor);
+    int guilty = flights_guilty(&supervisor->flights);
     if (supervisor->state == WORKER_STARTING || guilty < 0)
         return START_MS / 1000;
-    return (int)(limit_ms(supervisor, &supervisor->flights[guilty]) / 1000);
+    const struct flight *flight = &supervisor->flights.list[guilty];
+    return (int)(flight_limit_ms(flight, timeout_ms(supervisor)) / 1000);
 }
 
-/* When the worker must have done something, and what it failed to do then. Under the mutex. */
+/* When the worker must have done something. Under the mutex. */
 static int64_t next_deadline(const struct supervisor *supervisor)
 {
-    if (supervisor->state == WORKER_STARTING)
-        return supervisor->state_ms + START_MS;
-    int64_t earliest = INT64_MAX;
-    bool has_begun = false;
-    for (int i = 0; i < supervisor->flight_count; i++)
-        has_begun |= supervisor->flights[i].state == FLIGHT_BEGUN;
-    for (int i = 0; i < supervisor->flight_count; i++) {
-        const struct flight *flight = &supervisor->flights[i];
-        int64_t since = flight->since_ms;
-        if (flight->state == FLIGHT_SENT && has_begun)
-            continue; /* it waits for the one before it */
-        if (flight->state == FLIGHT_SENT && since < supervisor->last_event_ms)
-            since = supervisor->last_event_ms;
-        int64_t end = since + limit_ms(supervisor, flight);
-        if (end < earliest)
-            earliest = end;
-    }
-    return earliest;
+    return supervisor->state == WORKER_STARTING
+               ? supervisor->state_ms + START_MS
+               : flights_deadline(&supervisor->flights, timeout_ms(supervisor),
+                                  supervisor->last_event_ms);
 }
 
 /* Starts, feeds and checks the worker. Returns how long poll may sleep. */
@@ -602,7 +588,7 @@ static void *supervisor_run(void *argument)
             receive(supervisor);
         tell_ended(supervisor);
     }
-    child_stop(&supervisor->worker, supervisor->flight_count > 0 ? 0 : 2000, NULL, 0);
+    child_stop(&supervisor->worker, supervisor->flights.count > 0 ? 0 : 2000, NULL, 0);
     return NULL;
 }
 
@@ -642,8 +628,9 @@ void supervisor_destroy(struct supervisor *supervisor)
     }
     struct error stopping = {ERROR_OVERLOADED, "the server is stopping", ""};
     pthread_mutex_lock(&supervisor->mutex);
-    while (supervisor->flight_count > 0)
-        refuse_task(supervisor, supervisor->flights[--supervisor->flight_count].task, &stopping);
+    struct flights *flights = &supervisor->flights;
+    while (flights->count > 0)
+        refuse_task(supervisor, flights->list[--flights->count].task, &stopping);
     refuse_waiting(supervisor, &stopping);
     warm_ups_drop(&supervisor->warm_ups, NULL);
     pthread_mutex_unlock(&supervisor->mutex);
@@ -702,12 +689,17 @@ void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket)
 {
     pthread_mutex_lock(&supervisor->mutex);
     struct render_task *task = render_queue_remove(&supervisor->queue, ticket);
+    int flight = task ? -1 : flights_find(&supervisor->flights, ticket);
     if (task)
         supervisor->totals.cancelled++;
+    if (flight >= 0 && !supervisor->flights.list[flight].task->question)
+        supervisor->flights.list[flight].task->is_cancelled = true;
     pthread_mutex_unlock(&supervisor->mutex);
+    if (flight >= 0)
+        wake(supervisor);
     if (!task)
         return;
-    error_set(&task->outcome.problem, ERROR_OVERLOADED, "the client left before its turn");
+    task->outcome.problem = nobody_waits;
     task->done(task->context, &task->outcome);
     render_task_destroy(task);
 }
@@ -769,7 +761,7 @@ struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
     struct supervisor_totals totals = supervisor->totals;
     int64_t now = now_us();
     totals.waiting = supervisor->queue.count;
-    totals.in_flight = (uint64_t)supervisor->flight_count;
+    totals.in_flight = (uint64_t)supervisor->flights.count;
     totals.quarantined = (uint64_t)quarantine_count(&supervisor->quarantine);
     totals.oldest_wait_s = 1e-6 * (double)(now - render_queue_oldest_us(&supervisor->queue, now));
     pthread_mutex_unlock(&supervisor->mutex);

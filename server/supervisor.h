@@ -42,8 +42,8 @@ MUST_CHECK bool supervisor_submit(struct supervisor *supervisor, struct render_t
  * scene comes first. */
 void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task);
 
-/* Ends a waiting task with ERROR_OVERLOADED; one that the worker has goes on. No-op for unknown
- * tickets. */
+/* Ends a waiting task with ERROR_OVERLOADED. A render that the worker has ends so a little later,
+ * or is done; a question goes on. No-op for unknown tickets. */
 void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket);
 
 /* Stop (or begin again) to take renders: submit answers ERROR_OVERLOADED while draining. */

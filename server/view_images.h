@@ -67,8 +67,8 @@ uint64_t view_images_next_ticket(struct view_images *images);
 void view_images_ask(struct view_images *images, const struct view_image_request *request,
                      uint64_t ticket);
 
-/* Completes the request with ERROR_OVERLOADED; the render goes on when others wait for it or when
- * it has begun. No-op for unknown tickets. */
+/* Completes the request with ERROR_OVERLOADED; the render goes on when others wait for it. No-op
+ * for unknown tickets. */
 void view_images_cancel(struct view_images *images, uint64_t ticket);
 
 struct view_images_totals {

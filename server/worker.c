@@ -6,12 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "protocol/utf8.h"
 #include "server/device_speed.h"
 #include "server/encoder.h"
 #include "server/explain.h"
+#include "server/inbox.h"
 #include "server/ipc.h"
 #include "server/mapped_scenes.h"
 #include "server/measure.h"
@@ -19,10 +21,21 @@
 #include "server/view_mapping.h"
 #include "server/warm_up.h"
 
-enum { ENCODE_THREADS_MAX = 4 };
+enum {
+    ENCODE_THREADS_MAX = 4,
+    INTERLUDE_US = 60000, /* urgent frames that begin within it go before the rest of another ... */
+    SLICE_US = 10000,     /* ... which goes on for half of what they took, and not less than this */
+};
 
 struct worker {
     int socket;
+    struct inbox *inbox;
+    struct interlude interlude;
+    bool is_paused, is_lost;    /* a frame is, for urgent ones; the context is */
+    uint64_t current;           /* the frame that may be paused */
+    int64_t slice_until_us;     /* of that frame: not before */
+    unsigned urgent_arrivals;   /* when none of those that waited could be served */
+    json_t *forgotten;          /* ids of scenes to be forgotten between frames */
     pthread_mutex_t send_mutex; /* the GL thread and the encode pool both send */
     struct renderer *renderer;
     struct renderer_info info;
@@ -136,16 +149,51 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
     return is_good;
 }
 
+static int64_t now_us(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+}
+
+static bool is_urgent(const struct ipc_message *message)
+{
+    return json_is_true(json_object_get(message->json, "urgent"));
+}
+
+/* Renders that are not urgent are pausable; urgent ones are made in one piece. */
+static void begin_render(struct worker *worker, const struct ipc_message *message, uint64_t id)
+{
+    send_progress(worker, "begin", id);
+    if (worker->is_paused || is_urgent(message))
+        return;
+    worker->current = id;
+    worker->slice_until_us = now_us() + SLICE_US;
+    inbox_set_current(worker->inbox, id);
+    renderer_set_interlude(worker->renderer, &worker->interlude);
+}
+
+static void end_render(struct worker *worker)
+{
+    if (worker->is_paused)
+        return;
+    inbox_set_current(worker->inbox, 0);
+    renderer_set_interlude(worker->renderer, NULL);
+}
+
 /* False when the context is lost and the worker must end. */
 static bool serve_render(struct worker *worker, struct ipc_message *message)
 {
     struct error problem = {0};
     uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
-    send_progress(worker, "begin", id);
+    begin_render(worker, message, id);
     struct encode_task *task = calloc(1, sizeof *task);
     if (!task)
         error_set(&problem, ERROR_NO_MEMORY, "frame");
-    if (task && draw(worker, message, task, &problem)) {
+    bool is_good = task && !(worker->current == id && inbox_is_cancelled(worker->inbox)) &&
+                   draw(worker, message, task, &problem);
+    end_render(worker);
+    if (is_good) {
         task->id = id;
         send_progress(worker, "rendered", id);
         send_totals(worker);
@@ -153,6 +201,10 @@ static bool serve_render(struct worker *worker, struct ipc_message *message)
         return true;
     }
     encode_task_destroy(task);
+    if (worker->is_lost)
+        return false;
+    if (problem.code == ERROR_NONE)
+        error_set(&problem, ERROR_OVERLOADED, "the frame is not wanted any more");
     bool is_lost = problem.code == ERROR_NO_DEVICE;
     send_error(worker, is_lost ? "lost" : "error", id, &problem);
     return !is_lost;
@@ -255,7 +307,13 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
                                                             .context = worker,
                                                             .done = encoded},
                                      err);
-    return worker->scenes && worker->encoder;
+    if (!worker->scenes || !worker->encoder)
+        return false;
+    worker->forgotten = json_array();
+    if (!worker->forgotten)
+        return error_set(err, ERROR_NO_MEMORY, "worker");
+    worker->inbox = inbox_create(worker->socket, err);
+    return worker->inbox;
 }
 
 static void say_hello(struct worker *worker)
@@ -277,16 +335,94 @@ static void say_hello(struct worker *worker)
 static bool serve(struct worker *worker, struct ipc_message *message)
 {
     const char *op = json_string_value(json_object_get(message->json, "op"));
+    json_array_extend(worker->forgotten, json_object_get(message->json, "forget"));
+    if (op && strcmp(op, "ask") == 0)
+        return serve_question(worker, message);
+    return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
+}
+
+/* Not while a frame is paused: it may be of such a scene. */
+static void forget_scenes(struct worker *worker)
+{
     const json_t *scene;
     size_t i;
-    json_array_foreach(json_object_get(message->json, "forget"), i, scene)
+    json_array_foreach(worker->forgotten, i, scene)
     {
         if (json_is_string(scene))
             mapped_scenes_forget(worker->scenes, json_string_value(scene));
     }
-    if (op && strcmp(op, "ask") == 0)
-        return serve_question(worker, message);
-    return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
+    json_array_clear(worker->forgotten);
+}
+
+/* ---- interludes ---- */
+
+static bool is_interlude_due(void *context)
+{
+    const struct worker *worker = context;
+    if (inbox_is_cancelled(worker->inbox))
+        return true;
+    return inbox_urgent_count(worker->inbox) > 0 &&
+           inbox_urgent_arrivals(worker->inbox) != worker->urgent_arrivals &&
+           now_us() >= worker->slice_until_us;
+}
+
+/* A scene that would have to be brought to the device takes its turn: it could drive out that of
+ * the paused frame. */
+static bool is_at_hand(void *context, const json_t *message)
+{
+    const struct worker *worker = context;
+    const char *scene = json_string_value(json_object_get(message, "scene"));
+    return scene && mapped_scenes_has(worker->scenes, scene);
+}
+
+/* Serves what is urgent for a while; false when the worker must end. */
+static bool serve_urgent(struct worker *worker, int64_t until_us)
+{
+    bool is_good = true;
+    while (is_good && now_us() < until_us) {
+        struct ipc_message message = {0};
+        unsigned arrivals = inbox_urgent_arrivals(worker->inbox);
+        if (!inbox_take_urgent(worker->inbox, is_at_hand, worker, &message)) {
+            worker->urgent_arrivals = arrivals;
+            break;
+        }
+        if (!worker->is_paused)
+            send_progress(worker, "paused", worker->current);
+        worker->is_paused = true;
+        is_good = serve(worker, &message);
+        ipc_message_finish(&message);
+    }
+    return is_good;
+}
+
+/* True while the frame is wanted. */
+static bool serve_interlude(void *context)
+{
+    struct worker *worker = context;
+    int64_t begin_us = now_us();
+    if (inbox_is_cancelled(worker->inbox))
+        return false;
+    worker->is_lost = !serve_urgent(worker, begin_us + INTERLUDE_US);
+    if (worker->is_paused && !worker->is_lost)
+        send_progress(worker, "resumed", worker->current);
+    worker->is_paused = false;
+    int64_t end_us = now_us(), half_us = (end_us - begin_us) / 2;
+    worker->slice_until_us = end_us + (half_us > SLICE_US ? half_us : SLICE_US);
+    return !worker->is_lost && !inbox_is_cancelled(worker->inbox);
+}
+
+/* ---- life ---- */
+
+static void run(struct worker *worker)
+{
+    struct ipc_message message = {0};
+    bool goes_on = true;
+    while (goes_on && inbox_take(worker->inbox, &message)) {
+        goes_on = serve(worker, &message);
+        ipc_message_finish(&message);
+        forget_scenes(worker);
+    }
+    worker->is_lost |= !goes_on;
 }
 
 int worker_main(int socket)
@@ -295,23 +431,25 @@ int worker_main(int socket)
     struct worker worker = {.socket = socket};
     struct ipc_message message = {0};
     bool is_good = false;
+    worker.interlude = (struct interlude){
+        .context = &worker, .is_due = is_interlude_due, .serve = serve_interlude};
     pthread_mutex_init(&worker.send_mutex, NULL);
     if (ipc_receive(socket, &message, &problem) == IPC_MESSAGE)
         is_good = start(&worker, message.json, &problem);
     ipc_message_finish(&message);
-    if (is_good)
+    if (is_good) {
         say_hello(&worker);
-    else
+        run(&worker);
+    } else {
         send_message(&worker,
                      json_pack("{s:s,s:o}", "op", "failed", "error", ipc_error_to_json(&problem)),
                      NULL, 0);
-    while (is_good && ipc_receive(socket, &message, NULL) == IPC_MESSAGE) {
-        is_good = serve(&worker, &message);
-        ipc_message_finish(&message);
     }
-    encoder_destroy(worker.encoder);
+    encoder_destroy(worker.encoder); /* what it still has is sent */
+    inbox_destroy(worker.inbox);
     mapped_scenes_destroy(worker.scenes);
     renderer_destroy(worker.renderer);
+    json_decref(worker.forgotten);
     pthread_mutex_destroy(&worker.send_mutex);
-    return is_good ? EXIT_SUCCESS : EXIT_FAILURE;
+    return is_good && !worker.is_lost ? EXIT_SUCCESS : EXIT_FAILURE;
 }

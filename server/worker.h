@@ -1,22 +1,33 @@
 /* SPDX-License-Identifier: MIT */
-/* The worker role: one GL context, the scenes on it, and an encode pool. Thread: main of its own
- * process is the GL thread. */
+/* The worker role: one GL context, the scenes on it, and an encode pool. A render that is not
+ * urgent is paused for those that are: they get two thirds of the time, it gets one. Thread: main
+ * of its own process is the GL thread. */
 #ifndef VITRAIL_SERVER_WORKER_H
 #define VITRAIL_SERVER_WORKER_H
 
 /* Serves until the socket closes; returns the exit status. Messages, each with an "op":
  *
- * in   configure  {device, gpu_budget_bytes, cache_bytes, dump_shaders, auto, speed_file}, first
- * and once render     {id, format, reuse, forget}, descriptors: the request as JSON (memfd), the
- * scene's blob ask        {id, question, forget}, descriptors: the same and perhaps a reference:
- * one step of a trade-off (server/measure.h), or a plan (server/explain.h) forget     {forget}: ids
- * of scenes that were deleted, here and in render out  hello      {device: {...}, depth}: ready; at
- * most `depth` renders may be on their way at once failed     {error}: no device; the worker ends
- * begin      {id}: the GL thread works on it rendered   {id}: the encode pool works on it done {id,
- * stats}, descriptor: the image (sealed memfd) answer     {id, result}, perhaps a descriptor: its
- * image or text totals     {gpu_used_bytes, cache_*}: after each frame error      {id, error}: this
- * request failed, the worker is fine lost       {id, error}: the context is lost; the worker ends
- */
+ * in:
+ *   configure {device, gpu_budget_bytes, cache_bytes, dump_shaders, auto, speed_file}: first, once
+ *   render    {id, scene, urgent, format, reuse, forget}, descriptors: the request as JSON (memfd),
+ *             the scene's blob
+ *   ask       {id, scene, urgent, question, forget}, descriptors: the same and perhaps a reference:
+ *             one step of a trade-off (server/measure.h), a plan (server/explain.h), a pick
+ *   cancel    {id}: a render that is not wanted any more; it ends with an error, or is done
+ *   forget    {forget}: ids of scenes that were deleted, here and in render
+ * out:
+ *   hello     {device: {...}, depth}: ready; at most `depth` urgent renders and `depth` others may
+ *             be on their way at once
+ *   failed    {error}: no device; the worker ends
+ *   begin     {id}: the GL thread works on it
+ *   paused    {id}: urgent ones, on scenes that the worker has, go before the rest of it
+ *   resumed   {id}: it goes on
+ *   rendered  {id}: the encode pool works on it
+ *   done      {id, stats}, descriptor: the image (sealed memfd)
+ *   answer    {id, result}, perhaps a descriptor: its image or text
+ *   totals    {gpu_used_bytes, cache_*}: after each frame
+ *   error     {id, error}: this request failed, the worker is fine
+ *   lost      {id, error}: the context is lost; the worker ends */
 int worker_main(int socket);
 
 #endif

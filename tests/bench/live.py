@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Measures live views over loopback: camera to image, frames per second, memory, a slow client.
+"""Measures live views over loopback: camera to image, frames per second, memory, a slow client,
+and others beside a view that comes to rest again and again.
 
 usage: live.py BIN SCENE.glb [--size WxH] [--seconds S] [--json]
 
@@ -73,6 +74,28 @@ class Viewer(threading.Thread):
                 self.scales.append(frame["scale"])
 
 
+class Resting(threading.Thread):
+    """Moves, waits for the exact frame, and moves again: somebody who looks closely."""
+
+    def __init__(self, server, view, until):
+        super().__init__()
+        self.server, self.view, self.until = server, view, until
+        self.latencies_ms, self.exact_ms = [], []
+
+    def run(self):
+        socket_type = import_sockets()
+        with socket_type(self.server.port, f"/v1/views/{self.view}/socket", timeout=120) as client:
+            seq = 0
+            while time.monotonic() < self.until:
+                seq += 1
+                began = time.monotonic()
+                client.send(type="camera", seq=seq, camera=camera(0.3 * seq, 6))
+                client.until_type("frame", seq=seq)
+                self.latencies_ms.append(1e3 * (time.monotonic() - began))
+                client.until_type("frame", seq=seq, exact=True)
+                self.exact_ms.append(1e3 * (time.monotonic() - began))
+
+
 class Slow(threading.Thread):
     """Watches a view's multipart stream at 64 KiB/s while its camera turns."""
 
@@ -89,20 +112,23 @@ class Slow(threading.Thread):
                 time.sleep(0.1)
 
 
-def measure(server, scene, size, viewers, seconds, is_slow_there=False):
+def measure(server, scene, size, viewers, seconds, is_slow_there=False, resting=0):
     width, height = size
     body = {"scene": scene, "width": width, "height": height, "camera": camera(0, 6)}
-    views = [server.ask_json("/v1/views", body)["id"] for _ in range(viewers + is_slow_there)]
+    count = viewers + is_slow_there + resting
+    views = [server.ask_json("/v1/views", body)["id"] for _ in range(count)]
     before = server.resident_kib()
     slow = Slow(server, views[-1]) if is_slow_there else None
     if slow:
         slow.start()
     threads = [Viewer(server, views[i], i, seconds) for i in range(viewers)]
-    for thread in threads:
+    rests = [Resting(server, views[viewers + i], time.monotonic() + seconds)
+             for i in range(resting)]
+    for thread in threads + rests:
         thread.start()
     time.sleep(0.8 * seconds)
     during = server.resident_kib()
-    for thread in threads:
+    for thread in threads + rests:
         thread.join()
     if slow:
         slow.is_over = True
@@ -110,7 +136,10 @@ def measure(server, scene, size, viewers, seconds, is_slow_there=False):
     for view in views:
         server.ask(f"/v1/views/{view}", method="DELETE")
     latencies = sorted(x for thread in threads for x in thread.latencies_ms)
-    return {"viewers": viewers, "slow": is_slow_there, "frames": len(latencies),
+    exact = [x for thread in rests for x in thread.exact_ms]
+    return {"viewers": viewers, "slow": is_slow_there, "resting": resting,
+            "exact_p50_ms": round(statistics.median(exact), 1) if exact else None,
+            "exact_frames": len(exact), "frames": len(latencies),
             "p50_ms": round(statistics.median(latencies), 1),
             "p95_ms": round(latencies[int(0.95 * (len(latencies) - 1))], 1),
             "frames_per_s": round(len(latencies) / seconds, 1),
@@ -156,6 +185,7 @@ def main():
         rows = [measure(server, scene, size, n, arguments.seconds) for n in (1, 4, 16)]
         rows += [measure(server, scene, size, 4, arguments.seconds, slow)
                  for slow in (False, True, False, True)]
+        rows += [measure(server, scene, size, 4, 2 * arguments.seconds, resting=n) for n in (0, 1)]
         result = {"scene": os.path.basename(arguments.scene), "size": arguments.size,
                   "device": server.ask_json("/v1/capabilities")["device"]["renderer"],
                   "viewers": rows, **patch_times(server)}
@@ -166,9 +196,11 @@ def main():
         return
     print(f"{result['scene']}, {result['size']}, {result['device']}")
     for row in rows:
-        print(f"{row['viewers']:3} viewers{' + slow' if row['slow'] else '       '}: "
+        beside = " + slow" if row["slow"] else " + rest" if row["resting"] else "       "
+        exact = f"  exact p50 {row['exact_p50_ms']} ms" if row["exact_frames"] else ""
+        print(f"{row['viewers']:3} viewers{beside}: "
               f"p50 {row['p50_ms']:7} ms  p95 {row['p95_ms']:7} ms  {row['frames_per_s']:5} /s  "
-              f"scale {row['scale']}  {row['kib_per_viewer']} KiB per viewer")
+              f"scale {row['scale']}  {row['kib_per_viewer']} KiB per viewer{exact}")
     print(f"patch of one node of 10,000: p50 {result['patch_p50_ms']} ms, "
           f"p95 {result['patch_p95_ms']} ms, HTTP included")
 

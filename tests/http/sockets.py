@@ -22,6 +22,8 @@ class Wire:
         self.peer = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         if receive_buffer:
             self.peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
+        # As browsers have it: else a camera waits until the acknowledgement before it has arrived.
+        self.peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.peer.settimeout(timeout)
         self.peer.connect(("127.0.0.1", port))
         self.buffer = b""

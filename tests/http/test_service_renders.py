@@ -147,7 +147,8 @@ class Renders(support.ServiceTest):
         self.assertEqual("fake.paint", report["plan"][0]["pass"])
         timing = dict(part.split(";dur=") for part in reply.header("Server-Timing").split(", "))
         self.assertEqual(
-            {"queue", "shadow", "light-list", "shade", "readback", "encode", "total"}, set(timing)
+            {"queue", "paused", "shadow", "light-list", "shade", "readback", "encode", "total"},
+            set(timing),
         )
         self.assertGreater(float(timing["total"]), float(timing["encode"]))
         self.assertEqual(404, self.daemon.request("GET", "/v1/frames/0123456789abcdef").status)

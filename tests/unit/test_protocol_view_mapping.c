@@ -248,6 +248,7 @@ static void reports_reach_the_stats_whole(void **state)
     report->stage_ms[REPORT_SHADE] = 3;
     report->stage_ms[REPORT_READBACK] = 4;
     report->total_ms = 11;
+    report->paused_ms = 7;
     /* Each count a different number, found again under the same name. */
     for (size_t i = 0; i < COUNTED; i++)
         *(uint64_t *)((char *)report + counted[i].report) = i + 1;
@@ -271,7 +272,7 @@ static void reports_reach_the_stats_whole(void **state)
     assert_string_equal(stats->plan[3].because, report->passes[3].because);
     assert_string_equal(stats->plan[3].technique, "deep");
     assert_true(stats->plan[3].ms == 4.5);
-    static const double expected_ms[] = {0, 1, 2, 3, 4, 0, 11};
+    static const double expected_ms[FRAME_TIMING_COUNT] = {0, 7, 1, 2, 3, 4, 0, 11};
     for (int i = 0; i < FRAME_TIMING_COUNT; i++)
         assert_true(stats->timings_ms[i] == expected_ms[i]);
     for (size_t i = 0; i < COUNTED; i++)

@@ -37,6 +37,8 @@ struct renderer {
     uint64_t budget_bytes;
     struct fake_scene scenes[SCENES_MAX]; /* oldest first */
     int scene_count;
+    const struct interlude *interlude;
+    bool is_paused;
 };
 
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
@@ -82,6 +84,11 @@ bool renderer_calibrate(struct renderer *renderer, struct calibration *calibrati
     (void)renderer;
     *calibration = (struct calibration){.rounds = 0};
     return error_set(err, ERROR_UNSUPPORTED, "fake: cannot be measured");
+}
+
+void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude)
+{
+    renderer->interlude = interlude;
 }
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
@@ -158,15 +165,34 @@ static void raise_crash(void)
     raise(SIGSEGV);
 }
 
+/* In pieces, between which others may go first. */
+static bool sleep_with_interludes(struct renderer *renderer, long ms, struct frame *frame,
+                                  struct error *err)
+{
+    const struct interlude *interlude = renderer->is_paused ? NULL : renderer->interlude;
+    bool is_wanted = true;
+    for (long slept = 0; slept < ms && is_wanted; slept++) {
+        sleep_ms(1);
+        if (!interlude || !interlude->is_due(interlude->context))
+            continue;
+        renderer->is_paused = true;
+        is_wanted = interlude->serve(interlude->context);
+        renderer->is_paused = false;
+        frame->report.paused_ms += 1; /* as it says of everything */
+    }
+    return is_wanted || error_set(err, ERROR_OVERLOADED, "fake: not wanted");
+}
+
 /* Does what a node's name asks for. */
-static bool obey(const char *name, struct error *err)
+static bool obey(struct renderer *renderer, const char *name, struct frame *frame,
+                 struct error *err)
 {
     if (strcmp(name, "fake:crash") == 0)
         raise_crash();
     while (strcmp(name, "fake:hang") == 0)
         sleep_ms(1000);
     if (strncmp(name, "fake:slow=", 10) == 0)
-        sleep_ms(strtol(name + 10, NULL, 10));
+        return sleep_with_interludes(renderer, strtol(name + 10, NULL, 10), frame, err);
     if (strcmp(name, "fake:lost") == 0)
         return error_set(err, ERROR_NO_DEVICE, "fake: the context is lost");
     if (strcmp(name, "fake:error") == 0)
@@ -223,10 +249,11 @@ static void weigh(struct fake_scene *scene, const struct view *view, struct fram
     scene->has_structures = true;
 }
 
-static bool obey_nodes(const struct scene *scene, struct error *err)
+static bool obey_nodes(struct renderer *renderer, const struct scene *scene, struct frame *frame,
+                       struct error *err)
 {
     for (uint32_t i = 0; i < scene->node_count; i++)
-        if (!obey(scene->strings + scene->nodes[i].name, err))
+        if (!obey(renderer, scene->strings + scene->nodes[i].name, frame, err))
             return false;
     return true;
 }
@@ -268,7 +295,7 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     if (view->camera.kind == VIEW_CAMERA_NODE && scene_find_node(scene, view->camera.node) < 0)
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%s'",
                             view->camera.node);
-    if (!obey_nodes(scene, err))
+    if (!obey_nodes(renderer, scene, frame, err))
         return false;
     uint32_t outputs = view->outputs ? view->outputs : 1u << VIEW_OUTPUT_COLOR;
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
@@ -302,7 +329,8 @@ bool renderer_pick(struct renderer *renderer, const char *scene_key, const struc
 {
     *result = (struct pick_result){0};
     const struct scene *scene = &renderer->scenes[find_scene(renderer, scene_key)].scene;
-    if (!obey_nodes(scene, err))
+    struct frame unseen = {0};
+    if (!obey_nodes(renderer, scene, &unseen, err))
         return false;
     bool is_there = desc->x < view->width_px / 2;
     size_t layers = !is_there || desc->width ? 0 : desc->is_through ? 2 : 1;

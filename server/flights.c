@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: MIT */
+/* What the worker has. */
+#include "server/flights.h"
+
+#include <assert.h>
+#include <string.h>
+
+static bool is_urgent(const struct render_task *task)
+{
+    return task->priority == RENDER_INTERACTIVE;
+}
+
+bool flights_have_room(const struct flights *flights, enum render_priority priority)
+{
+    int others = 0;
+    for (int i = 0; i < flights->count; i++)
+        others += is_urgent(flights->list[i].task) == (priority == RENDER_INTERACTIVE);
+    return others < flights->depth;
+}
+
+void flights_add(struct flights *flights, struct render_task *task, int64_t now_ms)
+{
+    assert(flights->count < 2 * FLIGHTS_DEPTH_MAX);
+    flights->list[flights->count++] =
+        (struct flight){.task = task, .state = FLIGHT_SENT, .since_ms = now_ms};
+}
+
+void flights_remove(struct flights *flights, int index)
+{
+    flights->count--;
+    memmove(&flights->list[index], &flights->list[index + 1],
+            (size_t)(flights->count - index) * sizeof flights->list[0]);
+}
+
+int flights_find(const struct flights *flights, uint64_t ticket)
+{
+    for (int i = 0; i < flights->count; i++)
+        if (flights->list[i].task->ticket == ticket)
+            return i;
+    return -1;
+}
+
+bool flights_note(struct flight *flight, const char *op, int64_t now_ms)
+{
+    int64_t since_ms = now_ms;
+    if (strcmp(op, "begin") == 0) {
+        flight->state = FLIGHT_BEGUN;
+    } else if (strcmp(op, "paused") == 0) {
+        flight->state = FLIGHT_PAUSED;
+        flight->ran_ms = now_ms - flight->since_ms;
+    } else if (strcmp(op, "resumed") == 0) {
+        flight->state = FLIGHT_BEGUN;
+        since_ms = now_ms - flight->ran_ms;
+    } else if (strcmp(op, "rendered") == 0) {
+        flight->state = FLIGHT_ENCODING;
+    } else {
+        return false;
+    }
+    flight->since_ms = since_ms;
+    return true;
+}
+
+static int find_state(const struct flights *flights, enum flight_state state)
+{
+    for (int i = 0; i < flights->count; i++)
+        if (flights->list[i].state == state)
+            return i;
+    return -1;
+}
+
+int flights_guilty(const struct flights *flights)
+{
+    int begun = find_state(flights, FLIGHT_BEGUN), paused = find_state(flights, FLIGHT_PAUSED);
+    return begun >= 0 ? begun : paused >= 0 ? paused : flights->count > 0 ? 0 : -1;
+}
+
+int64_t flight_limit_ms(const struct flight *flight, int64_t limit_ms)
+{
+    bool is_own = flight->task->limit_ms > 0 && flight->state == FLIGHT_BEGUN;
+    return is_own ? flight->task->limit_ms : limit_ms;
+}
+
+int64_t flights_deadline(const struct flights *flights, int64_t limit_ms, int64_t last_event_ms)
+{
+    int64_t earliest = INT64_MAX;
+    bool has_begun = find_state(flights, FLIGHT_BEGUN) >= 0;
+    bool has_paused = find_state(flights, FLIGHT_PAUSED) >= 0;
+    for (int i = 0; i < flights->count; i++) {
+        const struct flight *flight = &flights->list[i];
+        int64_t since = flight->since_ms;
+        bool waits = flight->state == FLIGHT_SENT || flight->state == FLIGHT_PAUSED;
+        if (waits && (has_begun || (has_paused && flight->state == FLIGHT_SENT)))
+            continue; /* for the one that is worked on */
+        if (waits && since < last_event_ms)
+            since = last_event_ms;
+        int64_t end = since + flight_limit_ms(flight, limit_ms);
+        if (end < earliest)
+            earliest = end;
+    }
+    return earliest;
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+/* Renders that the worker has, in the order they were sent: what it does with them, how many more
+ * it takes, and when it must be done. Not locked: its owner locks. */
+#ifndef VITRAIL_SERVER_FLIGHTS_H
+#define VITRAIL_SERVER_FLIGHTS_H
+
+#include "server/render_queue.h"
+
+enum { FLIGHTS_DEPTH_MAX = 8 };
+
+enum flight_state {
+    FLIGHT_SENT,
+    FLIGHT_BEGUN,  /* on the GL thread */
+    FLIGHT_PAUSED, /* urgent ones go before the rest of it */
+    FLIGHT_ENCODING
+};
+
+struct flight {
+    struct render_task *task;
+    enum flight_state state;
+    int64_t since_ms; /* of the state; of one that was paused, later by as long as it was */
+    int64_t ran_ms;   /* of a paused one, until then */
+    bool is_told;     /* the worker knows that it is cancelled */
+};
+
+/* Zeroed = none. Urgent ones have room of their own, so that others cannot keep them waiting. */
+struct flights {
+    struct flight list[2 * FLIGHTS_DEPTH_MAX];
+    int count;
+    int depth; /* urgent ones that the worker takes at a time, and as many others */
+};
+
+bool flights_have_room(const struct flights *flights, enum render_priority priority);
+void flights_add(struct flights *flights, struct render_task *task, int64_t now_ms);
+void flights_remove(struct flights *flights, int index);
+int flights_find(const struct flights *flights, uint64_t ticket); /* -1: none */
+
+/* What the worker says of a flight; false for a word that is none of these: begin, paused, resumed,
+ * rendered. */
+bool flights_note(struct flight *flight, const char *op, int64_t now_ms);
+
+/* Which flight a death is charged to: the one on the GL thread, else the oldest. -1: none. */
+int flights_guilty(const struct flights *flights);
+
+/* When the worker must have done something. limit_ms: for each state of a flight, where its task
+ * has none of its own; last_event_ms: when the worker last said something. INT64_MAX: never. */
+int64_t flights_deadline(const struct flights *flights, int64_t limit_ms, int64_t last_event_ms);
+/* How long this flight may stay in its state. */
+int64_t flight_limit_ms(const struct flight *flight, int64_t limit_ms);
+
+#endif

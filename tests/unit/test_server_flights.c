@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+/* What the worker has: room for urgent ones, pauses, who is guilty of a death, and deadlines. And
+ * the inbox at its end, where urgent messages overtake and renders are cancelled. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "server/flights.h"
+#include "server/inbox.h"
+
+enum { LIMIT_MS = 1000 };
+
+static struct flight *fly(struct flights *flights, uint64_t ticket, enum render_priority priority,
+                          int64_t now_ms)
+{
+    struct render_task *task = render_task_create();
+    task->ticket = ticket;
+    task->priority = priority;
+    flights_add(flights, task, now_ms);
+    return &flights->list[flights->count - 1];
+}
+
+static void land_all(struct flights *flights)
+{
+    while (flights->count > 0) {
+        render_task_destroy(flights->list[0].task);
+        flights_remove(flights, 0);
+    }
+}
+
+static void urgent_flights_have_room_of_their_own(void **state)
+{
+    (void)state;
+    struct flights flights = {.depth = 2};
+    for (uint64_t i = 1; i <= 2; i++) {
+        assert_true(flights_have_room(&flights, RENDER_BATCH));
+        fly(&flights, i, i == 1 ? RENDER_NORMAL : RENDER_BATCH, 0);
+    }
+    assert_false(flights_have_room(&flights, RENDER_NORMAL));
+    for (uint64_t i = 3; i <= 4; i++) {
+        assert_true(flights_have_room(&flights, RENDER_INTERACTIVE));
+        fly(&flights, i, RENDER_INTERACTIVE, 0);
+    }
+    assert_false(flights_have_room(&flights, RENDER_INTERACTIVE));
+    assert_int_equal(2, flights_find(&flights, 3));
+    assert_int_equal(-1, flights_find(&flights, 5));
+    land_all(&flights);
+    assert_true(flights_have_room(&flights, RENDER_NORMAL));
+}
+
+static void a_pause_does_not_count_against_a_frame(void **state)
+{
+    (void)state;
+    struct flights flights = {.depth = 2};
+    struct flight *slow = fly(&flights, 1, RENDER_NORMAL, 0);
+    assert_true(flights_note(slow, "begin", 100));
+    assert_int_equal(1100, flights_deadline(&flights, LIMIT_MS, 100));
+    struct flight *urgent = fly(&flights, 2, RENDER_INTERACTIVE, 300);
+    assert_int_equal(1100, flights_deadline(&flights, LIMIT_MS, 300)); /* it waits for the other */
+    assert_true(flights_note(slow, "paused", 400));
+    assert_int_equal(1400, flights_deadline(&flights, LIMIT_MS, 400));
+    assert_int_equal(0, flights_guilty(&flights));
+    assert_true(flights_note(urgent, "begin", 410));
+    assert_int_equal(1410, flights_deadline(&flights, LIMIT_MS, 410));
+    assert_int_equal(1, flights_guilty(&flights)); /* and not the one that was begun before it */
+    assert_true(flights_note(urgent, "rendered", 900));
+    assert_int_equal(0, flights_guilty(&flights));
+    assert_true(flights_note(slow, "resumed", 900));
+    assert_int_equal(1600, flights_deadline(&flights, LIMIT_MS, 900)); /* 300 ms of it are used */
+    assert_false(flights_note(slow, "done", 950));
+    land_all(&flights);
+    assert_int_equal(-1, flights_guilty(&flights));
+    assert_true(flights_deadline(&flights, LIMIT_MS, 0) == INT64_MAX);
+}
+
+static void a_task_may_have_a_limit_of_its_own(void **state)
+{
+    (void)state;
+    struct flights flights = {.depth = 1};
+    struct flight *flight = fly(&flights, 1, RENDER_NORMAL, 0);
+    flight->task->limit_ms = 50;
+    assert_int_equal(1000, flights_deadline(&flights, LIMIT_MS, 0));
+    flights_note(flight, "begin", 10);
+    assert_int_equal(60, flights_deadline(&flights, LIMIT_MS, 10));
+    land_all(&flights);
+}
+
+/* ---- the inbox ---- */
+
+static void post(int socket, json_t *message)
+{
+    struct error err = {0};
+    assert_true(ipc_send(socket, message, NULL, 0, &err));
+    json_decref(message);
+}
+
+static bool may_take(void *context, const json_t *message)
+{
+    return json_integer_value(json_object_get(message, "id")) != *(const int *)context;
+}
+
+static void expect(const struct ipc_message *message, int id)
+{
+    assert_int_equal(id, json_integer_value(json_object_get(message->json, "id")));
+}
+
+/* Waits for what another thread is about to do. */
+static void wait_for_urgent(const struct inbox *inbox, unsigned arrivals)
+{
+    for (int i = 0; i < 5000 && inbox_urgent_arrivals(inbox) != arrivals; i++)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    assert_int_equal(arrivals, inbox_urgent_arrivals(inbox));
+}
+
+static void urgent_messages_overtake_and_others_keep_their_order(void **state)
+{
+    (void)state;
+    int sockets[2], not_this = 2;
+    struct error err = {0};
+    assert_true(ipc_pair_create(sockets, &err));
+    struct inbox *inbox = inbox_create(sockets[1], &err);
+    assert_non_null(inbox);
+    for (int i = 1; i <= 4; i++)
+        post(sockets[0], json_pack("{s:s,s:i,s:b}", "op", "render", "id", i, "urgent", i % 2 == 0));
+    wait_for_urgent(inbox, 2);
+    assert_int_equal(2, inbox_urgent_count(inbox));
+    struct ipc_message message = {0};
+    assert_true(inbox_take_urgent(inbox, may_take, &not_this, &message));
+    expect(&message, 4);
+    ipc_message_finish(&message);
+    assert_false(inbox_take_urgent(inbox, may_take, &not_this, &message));
+    for (int i = 1; i <= 3; i++) {
+        assert_true(inbox_take(inbox, &message));
+        expect(&message, i);
+        ipc_message_finish(&message);
+    }
+    assert_int_equal(0, inbox_urgent_count(inbox));
+    close(sockets[0]);
+    assert_false(inbox_take(inbox, &message));
+    inbox_destroy(inbox);
+    close(sockets[1]);
+}
+
+static void a_render_is_cancelled_before_or_while_it_is_current(void **state)
+{
+    (void)state;
+    int sockets[2];
+    struct error err = {0};
+    assert_true(ipc_pair_create(sockets, &err));
+    struct inbox *inbox = inbox_create(sockets[1], &err);
+    assert_non_null(inbox);
+    inbox_set_current(inbox, 7);
+    post(sockets[0], json_pack("{s:s,s:i}", "op", "cancel", "id", 8));
+    post(sockets[0], json_pack("{s:s,s:i,s:b}", "op", "render", "id", 9, "urgent", 1));
+    wait_for_urgent(inbox, 1);
+    assert_false(inbox_is_cancelled(inbox));
+    inbox_set_current(inbox, 8);
+    assert_true(inbox_is_cancelled(inbox));
+    inbox_set_current(inbox, 0);
+    assert_false(inbox_is_cancelled(inbox));
+    inbox_set_current(inbox, 7);
+    post(sockets[0], json_pack("{s:s,s:i}", "op", "cancel", "id", 7));
+    post(sockets[0], json_pack("{s:s,s:i,s:b}", "op", "render", "id", 10, "urgent", 1));
+    wait_for_urgent(inbox, 2);
+    assert_true(inbox_is_cancelled(inbox));
+    inbox_destroy(inbox); /* with two messages in it */
+    close(sockets[0]);
+    close(sockets[1]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(urgent_flights_have_room_of_their_own),
+        cmocka_unit_test(a_pause_does_not_count_against_a_frame),
+        cmocka_unit_test(a_task_may_have_a_limit_of_its_own),
+        cmocka_unit_test(urgent_messages_overtake_and_others_keep_their_order),
+        cmocka_unit_test(a_render_is_cancelled_before_or_while_it_is_current),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
