@@ -93,6 +93,7 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .budget_bytes = renderer->budget_bytes,
         .is_strict = renderer->is_strict,
         .redraws_surfaces = renderer->redraws_surfaces,
+        .shade.loop_steps = renderer->shade.loop_steps,
     };
     if (create_own(beside, err))
         return beside;

@@ -359,11 +359,17 @@ static void forget_scenes(struct worker *worker)
 static bool is_interlude_due(void *context)
 {
     const struct worker *worker = context;
-    if (inbox_is_cancelled(worker->inbox))
+    if (inbox_is_cancelled(worker->inbox)) /* which is told there, too */
         return true;
     return inbox_urgent_count(worker->inbox) > 0 &&
            inbox_urgent_arrivals(worker->inbox) != worker->urgent_arrivals &&
            now_us() >= worker->slice_until_us;
+}
+
+static bool is_unwanted(void *context)
+{
+    const struct worker *worker = context;
+    return inbox_is_cancelled(worker->inbox);
 }
 
 /* A scene that would have to be brought to the device takes its turn: it could drive out that of
@@ -431,8 +437,10 @@ int worker_main(int socket)
     struct worker worker = {.socket = socket};
     struct ipc_message message = {0};
     bool is_good = false;
-    worker.interlude = (struct interlude){
-        .context = &worker, .is_due = is_interlude_due, .serve = serve_interlude};
+    worker.interlude = (struct interlude){.context = &worker,
+                                          .is_due = is_interlude_due,
+                                          .serve = serve_interlude,
+                                          .is_unwanted = is_unwanted};
     pthread_mutex_init(&worker.send_mutex, NULL);
     if (ipc_receive(socket, &message, &problem) == IPC_MESSAGE)
         is_good = start(&worker, message.json, &problem);
