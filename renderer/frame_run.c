@@ -185,7 +185,7 @@ static bool upload_lights(const struct frame_run *run, struct error *err)
                                                            .needs = &run->frame_plan->shaders,
                                                            .shadows = renderer->shadows,
                                                            .traced = rays_of(run),
-                                                           .eye = run->camera->eye},
+                                                           .camera = run->camera},
                                err);
 }
 

@@ -20,19 +20,18 @@ static struct content_key key_of(const struct frame_run *run)
 static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out,
                             struct frame_report *report, struct error *err)
 {
-    const double *eye = run->camera->eye;
-    return shadow_system_prepare(run->renderer->shadows,
-                                 &(struct shadow_prepare_desc){
-                                     .scene_key = run->scene->key,
-                                     .gpu = run->scene->gpu,
-                                     .state = run->state,
-                                     .arena = run->renderer->arena,
-                                     .eye = {eye[0], eye[1], eye[2]},
-                                     .quality = &run->view->quality,
-                                     .needs = &run->frame_plan->shadows,
-                                     .is_left_out = is_left_out,
-                                 },
-                                 report, err);
+    struct shadow_prepare_desc desc = {
+        .scene_key = run->scene->key,
+        .gpu = run->scene->gpu,
+        .state = run->state,
+        .arena = run->renderer->arena,
+        .quality = &run->view->quality,
+        .needs = &run->frame_plan->shadows,
+        .is_left_out = is_left_out,
+    };
+    memcpy(desc.eye, run->camera->eye, sizeof desc.eye);
+    camera_axes(run->camera, desc.eye_axes);
+    return shadow_system_prepare(run->renderer->shadows, &desc, report, err);
 }
 
 bool light_batches_prepare(const struct frame_run *run, struct error *err)
@@ -148,7 +147,7 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
                                  &(struct shade_lights_desc){.state = run->state,
                                                              .needs = &run->frame_plan->shaders,
                                                              .shadows = renderer->shadows,
-                                                             .eye = run->camera->eye,
+                                                             .camera = run->camera,
                                                              .is_left_out = batch->is_left_out},
                                  err) ||
             !shade_window(&renderer->shade, &place, err))

@@ -14,6 +14,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "gbuffer.glsl"
 layout(std430, binding = BIND_STATISTICS) writeonly buffer aov_buffer { uint words[]; };
 uniform uvec2 u_size_px;
+uniform vec3 u_world_x, u_world_y, u_world_z; // in view space
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
 #ifdef HAS_TRANSPARENT
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
@@ -94,6 +95,11 @@ uint count_lights(uvec2 pixel, float view_z)
 }
 #endif
 
+vec3 to_world(vec3 v)
+{
+    return vec3(dot(u_world_x, v), dot(u_world_y, v), dot(u_world_z, v));
+}
+
 void write_vector(uint at, vec3 value)
 {
     for (uint i = 0u; i < 3u; i++)
@@ -129,12 +135,12 @@ void main()
 #ifdef AT_DEPTH
     words[at + AT_DEPTH] = is_hit ? floatBitsToUint(view_z) : 0x7f800000u;
 #endif
-#ifdef AT_POSITION // eye-relative; infinite where nothing is
-    vec3 position = view_position(vec2(pixel) + u_sample_positions[0], view_z);
+#ifdef AT_POSITION // eye-relative, world axes; infinite where nothing is
+    vec3 position = to_world(view_position(vec2(pixel) + u_sample_positions[0], view_z));
     write_vector(at + AT_POSITION, is_hit ? position : vec3(uintBitsToFloat(0x7f800000u)));
 #endif
 #ifdef AT_NORMAL
-    write_vector(at + AT_NORMAL, is_hit ? s.normal : vec3(0.0));
+    write_vector(at + AT_NORMAL, is_hit ? to_world(s.normal) : vec3(0.0));
 #endif
 #ifdef AT_ALBEDO
     write_vector(at + AT_ALBEDO, is_hit ? s.base : vec3(0.0));

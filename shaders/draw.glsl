@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The draw record of this instance (struct draw_record), and positions relative to its origin.
+// The draw record of this instance (struct draw_record), and positions in its space.
 // Vertex stage.
 #include "shared/layout.h"
 #include "shared/bindings.h"

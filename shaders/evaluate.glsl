@@ -21,9 +21,6 @@ layout(location = 4) in vec4 v_texcoords;
 #ifdef HAS_COLOR
 layout(location = 5) in vec4 v_color;
 #endif
-#ifdef IS_ORTHOGRAPHIC
-uniform vec3 u_view_direction; // unit, from the eye into the scene
-#endif
 
 vec4 evaluate_texel(uint m, int slot)
 {
@@ -75,7 +72,7 @@ surface evaluate_surface()
     vec3 cross_product = cross(px, py);
     float area = dot(cross_product, cross_product);
 #ifdef IS_ORTHOGRAPHIC
-    vec3 to_viewer = -u_view_direction;
+    vec3 to_viewer = vec3(0.0, 0.0, 1.0);
 #else
     vec3 to_viewer = -v_position;
 #endif

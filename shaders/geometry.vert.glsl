@@ -4,7 +4,7 @@
 #include "draw.glsl"
 
 layout(location = 1) in vec3 a_normal;
-layout(location = 0) out vec3 v_position; // eye-relative, world axes [m]
+layout(location = 0) out vec3 v_position; // view space [the scene's unit]
 layout(location = 1) out vec3 v_normal;   // not normalised
 layout(location = 2) flat out uvec4 v_ids; // material, node, primitive, determinant is positive
 #ifdef HAS_TANGENT
@@ -21,11 +21,12 @@ layout(location = 5) in vec4 a_color;
 layout(location = 5) out vec4 v_color;
 #endif
 #ifdef CLIP_PLANES
-uniform vec4 u_clip_planes[CLIP_PLANES]; // eye-relative
+uniform vec4 u_clip_planes[CLIP_PLANES]; // for v_position
 out float gl_ClipDistance[CLIP_PLANES];
 #endif
 
-uniform mat4 u_clip_from_relative;
+uniform vec4 u_clip_across; // camera_clip of renderer/plan/camera.h
+uniform vec4 u_clip_depth;
 
 invariant gl_Position; // the count and the scatter pass must agree on every fragment
 
@@ -48,5 +49,7 @@ void main()
     for (int i = 0; i < CLIP_PLANES; i++)
         gl_ClipDistance[i] = dot(u_clip_planes[i].xyz, v_position) + u_clip_planes[i].w;
 #endif
-    gl_Position = u_clip_from_relative * vec4(v_position, 1.0);
+    precise float w = u_clip_depth.z + u_clip_depth.w * v_position.z;
+    precise vec2 across = u_clip_across.xy * v_position.xy + u_clip_across.zw * w;
+    gl_Position = vec4(across, u_clip_depth.x + u_clip_depth.y * v_position.z, w);
 }

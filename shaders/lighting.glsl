@@ -28,6 +28,7 @@ layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statis
 
 #ifdef HAS_ENVIRONMENT
 uniform vec3 u_sky, u_ground; // nt
+uniform vec3 u_world_y;       // in view space
 #endif
 #if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
 uniform float u_taps; // per shadow query, for the statistics
@@ -143,10 +144,10 @@ vec3 light_sent_by_all(light_record r, uint index, brdf_input b, vec3 position, 
 vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
 {
     float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
-    vec3 irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * b.normal.y); // over pi
+    vec3 irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal)); // over pi
     vec3 r = reflect(-b.view, b.normal);
     float spread = mix(0.05, 1.0, roughness);
-    vec3 mirrored = mix(u_ground, u_sky, clamp(0.5 + 0.5 * r.y / spread, 0.0, 1.0));
+    vec3 mirrored = mix(u_ground, u_sky, clamp(0.5 + 0.5 * dot(u_world_y, r) / spread, 0.0, 1.0));
     vec2 split = environment_brdf(roughness, n_dot_v);
     vec3 f0 = mix(vec3(b.f0), b.base, b.metallic);
     vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
@@ -154,7 +155,7 @@ vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
 }
 #endif
 
-// position: eye-relative, world axes; view: unit, towards the viewer; pixel: in the window, y up;
+// position: view space [m]; view: unit, towards the viewer; pixel: in the window, y up;
 // before: the sum of the parts before this one.
 vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, uvec2 pixel,
                        float view_z, vec3 before)

@@ -23,7 +23,7 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
 layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer color_buffer { vec4 colors[]; };
 uniform uint u_width_px;
 #ifdef CUT_PLANES
-uniform vec4 u_clip_planes[CUT_PLANES]; // eye-relative
+uniform vec4 u_clip_planes[CUT_PLANES]; // for v_position
 #endif
 
 // Same value for the same triangle whatever the draw order; breaks ties of equal depth.
@@ -64,7 +64,7 @@ bool is_left_unseen(surface s)
 vec3 filter_to_camera(surface s, float transmission, float thickness_m)
 {
 #ifdef IS_ORTHOGRAPHIC
-    vec3 view = -u_view_direction;
+    vec3 view = vec3(0.0, 0.0, 1.0);
 #else
     vec3 view = normalize(-v_position);
 #endif

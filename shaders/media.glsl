@@ -14,7 +14,7 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer media_s2_buffe
     uvec4 media_surfaces_2[];
 };
 #ifdef CUT_PLANES
-uniform vec4 u_clip_planes[CUT_PLANES]; // eye-relative
+uniform vec4 u_clip_planes[CUT_PLANES]; // view space
 #endif
 
 // What is done for each layer and sample is written out: loops of so long a body stay loops, and
@@ -59,9 +59,9 @@ vec2 media_range(vec2 plane, vec2 range)
 {
 #ifdef CUT_PLANES
 #ifdef IS_ORTHOGRAPHIC
-    vec3 origin = u_right * plane.x + u_up * plane.y, way = -u_back;
+    vec3 origin = vec3(plane, 0.0), way = vec3(0.0, 0.0, -1.0);
 #else
-    vec3 origin = vec3(0.0), way = u_right * plane.x + u_up * plane.y - u_back;
+    vec3 origin = vec3(0.0), way = vec3(plane, -1.0);
 #endif
     for (int k = 0; k < CUT_PLANES; k++) {
         float height = dot(u_clip_planes[k].xyz, origin) + u_clip_planes[k].w;

@@ -7,7 +7,7 @@
 #include "shared/records.h"
 #include "material.glsl"
 
-uniform vec4 u_axis_z;     // row of face_from_world along the light's view
+uniform vec3 u_axis_z;     // row of face_from_light along the light's view
 uniform vec4 u_clip_w;     // y is 0 for orthographic faces
 uniform uint u_blend_filter;
 
@@ -46,7 +46,7 @@ vec3 caster_ray()
 
 float caster_depth()
 {
-    return u_clip_w.y != 0.0 ? length(v_from_light) : dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;
+    return u_clip_w.y != 0.0 ? length(v_from_light) : dot(u_axis_z, v_from_light);
 }
 #endif
 
@@ -77,7 +77,7 @@ vec3 caster_transmittance()
 #endif
     float n_dot_l = 1.0;
 #ifdef ANGLED
-    vec3 l = u_clip_w.y != 0.0 ? normalize(v_from_light) : u_axis_z.xyz;
+    vec3 l = u_clip_w.y != 0.0 ? normalize(v_from_light) : u_axis_z;
     float squared = dot(v_normal, v_normal);
     if (squared > 0.0)
         n_dot_l = abs(dot(v_normal, l)) * inversesqrt(squared);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A shadow caster as one face of a light sees it. Draw records are relative to the light's origin.
+// A shadow caster as one face of a light sees it. Draw records are in the light's space.
 // COLORS: the primitive has vertex colours; TEXTURES: bit mask of the sampled slots; ANGLED: the
 // filter depends on the angle; CONSTANT: it does not, nor on anything else that varies over the
 // surface, so it is evaluated here. MEDIUM: the primitive bounds a medium, its filter has no
@@ -12,7 +12,8 @@ flat out vec3 v_t_enter;
 flat out vec3 v_t_leave;
 #endif
 
-uniform vec4 u_axis_x, u_axis_y, u_axis_z; // rows of face_from_world; w: shift
+uniform vec3 u_axis_x, u_axis_y, u_axis_z; // rows of face_from_light, of 0, 1 and -1
+uniform float u_unit_m;
 uniform vec4 u_clip;   // x' = x * u_clip.x, y' = y * u_clip.y, z' = u_clip.z + z * u_clip.w
 uniform vec4 u_clip_w; // w' = u_clip_w.x + z * u_clip_w.y
 
@@ -31,12 +32,12 @@ layout(location = 1) in vec3 a_normal;
 out vec3 v_normal;
 #endif
 #ifndef DEPTH_ONLY
-out vec3 v_from_light; // world axes
+out vec3 v_from_light; // the light's axes [m]
 flat out uvec2 v_draw; // material, node
 #endif
 
 #ifdef CUT_PLANES
-uniform vec4 u_cut_planes[CUT_PLANES]; // about the light's origin
+uniform vec4 u_cut_planes[CUT_PLANES]; // the light's axes [m]
 out gl_PerVertex { invariant vec4 gl_Position; float gl_ClipDistance[CUT_PLANES]; };
 #else
 out gl_PerVertex { invariant vec4 gl_Position; };
@@ -45,8 +46,7 @@ out gl_PerVertex { invariant vec4 gl_Position; };
 void main()
 {
     vec3 r = draw_position();
-    precise vec3 face = vec3(dot(u_axis_x.xyz, r) + u_axis_x.w, dot(u_axis_y.xyz, r) + u_axis_y.w,
-                             dot(u_axis_z.xyz, r) + u_axis_z.w);
+    precise vec3 face = vec3(dot(u_axis_x, r), dot(u_axis_y, r), dot(u_axis_z, r));
     precise vec4 clip = vec4(face.x * u_clip.x, face.y * u_clip.y, u_clip.z + face.z * u_clip.w,
                              u_clip_w.x + face.z * u_clip_w.y);
     gl_Position = clip;
@@ -55,7 +55,7 @@ void main()
 #ifdef MEDIUM
         gl_ClipDistance[i] = 1.0; // drawn whole: shadow_deep.frag.glsl moves its events
 #else
-        gl_ClipDistance[i] = dot(u_cut_planes[i].xyz, r) + u_cut_planes[i].w;
+        gl_ClipDistance[i] = dot(u_cut_planes[i].xyz, r * u_unit_m) + u_cut_planes[i].w;
 #endif
     }
 #endif
@@ -80,7 +80,7 @@ void main()
     v_normal = draw_normal(a_normal);
 #endif
 #ifndef DEPTH_ONLY
-    v_from_light = r;
+    v_from_light = r * u_unit_m;
     v_draw = a_draw.xy;
 #endif
 }

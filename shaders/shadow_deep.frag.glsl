@@ -38,7 +38,7 @@ uniform bool u_scatter;
 #endif
 
 #if defined(CUT_PLANES) && defined(MEDIUM)
-uniform vec4 u_cut_planes[CUT_PLANES]; // about the light's origin
+uniform vec4 u_cut_planes[CUT_PLANES]; // the light's axes [m]
 uniform float u_farthest; // no event is deeper
 
 // Where the way of the light through the event is inside all planes, as depths.
@@ -46,8 +46,8 @@ vec2 kept_range()
 {
     vec3 origin = vec3(0.0), way = caster_ray();
     if (u_clip_w.y == 0.0) {
-        origin = way - u_axis_z.xyz * dot(u_axis_z.xyz, way);
-        way = u_axis_z.xyz;
+        origin = way - u_axis_z * dot(u_axis_z, way);
+        way = u_axis_z;
     }
     vec2 range = vec2(-3e38, 3e38);
     for (int k = 0; k < CUT_PLANES; k++) {

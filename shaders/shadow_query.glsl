@@ -10,7 +10,7 @@
 //                      published
 // Provides: vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
 //   shadow  index of the light's record or NO_SHADOW
-//   p, n    point relative to the eye and geometric normal there (either side), world axes
+//   p, n    point in view space [m] and geometric normal there (either side)
 //   crease  [0, 1]: how much of the tolerance below applies to opaque casters (x) and lists (y)
 //   object  node whose own events are left out (no self shadow), else NO_OBJECT
 // A fragment shader that calls it must have left its helper lanes behind: `if (gl_HelperInvocation)

@@ -4,34 +4,42 @@
 // covers the texel is one step, and does not shadow itself. A plane so steep that it would leave
 // the sample's own depth by SUBTEXEL_REACH texel widths is followed up to there.
 // Needs what shadow_caster.glsl declares, and u_resolution, that of the samples.
-uniform vec4 u_axis_x, u_axis_y;
+uniform vec3 u_axis_x, u_axis_y;
 uniform vec4 u_clip;
+uniform float u_unit_m;
 
 const float SUBTEXEL_REACH = 4.0;
+
+// Width and height of a sample [m], on a plane 1 m before a perspective light.
+vec2 subtexel_sides()
+{
+    return (u_clip_w.y == 0.0 ? u_unit_m : 1.0) * 2.0 / (float(u_resolution) * u_clip.xy);
+}
 
 // From the sample to the middle, along the face's axes, on a plane 1 m before a perspective light.
 vec3 subtexel_shift()
 {
     ivec2 sample_at = ivec2(gl_FragCoord.xy) % SUBTEXELS;
     vec2 shift = 0.5 * float(SUBTEXELS) - (vec2(sample_at) + 0.5);
-    vec2 metres = shift * 2.0 / (float(u_resolution) * u_clip.xy);
-    return u_axis_x.xyz * metres.x + u_axis_y.xyz * metres.y;
+    vec2 metres = shift * subtexel_sides();
+    return u_axis_x * metres.x + u_axis_y * metres.y;
 }
 
 vec3 caster_ray()
 {
     vec3 shift = subtexel_shift();
-    float z = dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;
+    float z = dot(u_axis_z, v_from_light);
     return u_clip_w.y != 0.0 ? normalize(v_from_light + shift * z) : v_from_light + shift;
 }
 
 float caster_depth()
 {
     vec3 n = cross(dFdx(v_from_light), dFdy(v_from_light)), shift = subtexel_shift();
-    float texel_m = float(SUBTEXELS) * 2.0 / (float(u_resolution) * min(u_clip.x, u_clip.y));
-    float z = dot(u_axis_z.xyz, v_from_light) + u_axis_z.w;
+    vec2 sides = subtexel_sides();
+    float texel_m = float(SUBTEXELS) * max(sides.x, sides.y);
+    float z = dot(u_axis_z, v_from_light);
     if (u_clip_w.y == 0.0) {
-        float along = dot(n, u_axis_z.xyz), off = -dot(n, shift), reach = SUBTEXEL_REACH * texel_m;
+        float along = dot(n, u_axis_z), off = -dot(n, shift), reach = SUBTEXEL_REACH * texel_m;
         return z + (abs(off) < reach * abs(along) ? off / along : 0.0);
     }
     vec3 ray = v_from_light + shift * z; // as deep as the sample

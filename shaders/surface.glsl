@@ -4,7 +4,7 @@
 #include "pack.glsl"
 
 struct surface {
-    vec3 normal;         // shading normal, unit, world axes, on the viewer's side
+    vec3 normal;         // shading normal, unit, view space, on the viewer's side
     vec3 geo_normal;     // of the triangle, unit, on the viewer's side
     vec3 base;           // linear base colour after textures
     float alpha;         // coverage of BLEND surfaces, else 1

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a point of the window and a stored depth back to the eye-relative position.
-uniform vec3 u_right, u_up, u_back;   // camera axes, world
+// From a point of the window and a stored depth back to the position in view space.
 uniform vec4 u_window;  // view-plane x, y = xy + zw * (pixel + sub-pixel offset)
 uniform vec3 u_depth;   // perspective: x = near; orthographic: y = far, z = far - near
 
@@ -9,15 +8,15 @@ float view_depth(float depth) { return u_depth.y - depth * u_depth.z; }
 vec3 view_position(vec2 at, float view_z)
 {
     vec2 plane = u_window.xy + u_window.zw * at;
-    return u_right * plane.x + u_up * plane.y - u_back * view_z;
+    return vec3(plane, -view_z);
 }
-vec3 view_direction(vec3 position) { return u_back; }
+vec3 view_direction(vec3 position) { return vec3(0.0, 0.0, 1.0); }
 #else
 float view_depth(float depth) { return u_depth.x / max(depth, 1e-37); }
 vec3 view_position(vec2 at, float view_z)
 {
     vec2 plane = u_window.xy + u_window.zw * at;
-    return (u_right * plane.x + u_up * plane.y - u_back) * view_z;
+    return vec3(plane * view_z, -view_z);
 }
 vec3 view_direction(vec3 position) { return normalize(-position); }
 #endif

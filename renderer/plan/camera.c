@@ -13,7 +13,8 @@ struct bounds_sphere {
     double center[3], radius;
 };
 
-static struct bounds_sphere scene_sphere(const struct scene_state *state)
+/* Around the bounding box: what a fitted camera looks at. */
+static struct bounds_sphere box_sphere(const struct scene_state *state)
 {
     struct bounds_sphere sphere = {.radius = 1};
     double diagonal[3];
@@ -24,6 +25,23 @@ static struct bounds_sphere scene_sphere(const struct scene_state *state)
         sphere.center[k] = 0.5 * (state->bounds_min[k] + state->bounds_max[k]);
     double radius = 0.5 * vec3_length(diagonal);
     sphere.radius = radius > 0 ? radius : 1;
+    return sphere;
+}
+
+/* Around the items' spheres, about the mean of their middles: turns with the scene. */
+static struct bounds_sphere scene_sphere(const struct scene_state *state)
+{
+    struct bounds_sphere sphere = {0};
+    for (size_t i = 0; i < state->item_count; i++)
+        for (int k = 0; k < 3; k++)
+            sphere.center[k] += state->items[i].center[k] / (double)state->item_count;
+    for (size_t i = 0; i < state->item_count; i++) {
+        double offset[3];
+        vec3_sub(state->items[i].center, sphere.center, offset);
+        sphere.radius = fmax(sphere.radius, vec3_length(offset) + state->items[i].radius_m);
+    }
+    if (!(sphere.radius > 0))
+        sphere.radius = 1;
     return sphere;
 }
 
@@ -48,17 +66,33 @@ static void set_perspective(struct camera *camera, double fov_y_deg, double aspe
     camera->half_width = camera->half_height * aspect;
 }
 
-static double distance_to_bounds(const struct state_item *item, const double point[3])
+/* From the point to the farthest pair of planes of the item's box in its own axes that it lies
+ * outside of: no more than the distance to the item, and at least that over the root of three where
+ * the axes are at right angles. 0 inside. */
+static double distance_to_item(const struct scene_state *state, const struct state_item *item,
+                               const double point[3])
 {
-    double offset[3];
-    for (int k = 0; k < 3; k++)
-        offset[k] = fmax(fmax(item->bounds_min[k] - point[k], point[k] - item->bounds_max[k]), 0);
-    return vec3_length(offset);
+    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const double *world = state->world[item->node];
+    double offset[3], distance;
+    vec3_sub(point, item->center, offset);
+    distance = fmax(vec3_length(offset) - item->radius_m, 0);
+    for (int k = 0; k < 3; k++) {
+        double normal[3];
+        double half = 0.5 * ((double)p->bounds_max[k] - (double)p->bounds_min[k]);
+        vec3_cross(world + 4 * ((k + 1) % 3), world + 4 * ((k + 2) % 3), normal);
+        if (vec3_normalize(normal))
+            distance = fmax(distance, fabs(vec3_dot(normal, offset)) -
+                                          half * fabs(vec3_dot(normal, world + 4 * k)));
+    }
+    return distance;
 }
 
 /* Clip depth that keeps the ratio of near to far moderate, so that depths interpolated across large
  * triangles keep their precision; relative to the scene, never in absolute metres. Where something
- * is nearer than that it decides; of things around the eye, the largest. */
+ * is nearer than that it decides; of things around the eye, the largest. Turns with the scene. A
+ * power of two in the scene's unit, so that dividing it rounds every depth alike, wherever it is.
+ */
 static double choose_near(const struct camera *camera, const struct scene_state *state,
                           const struct bounds_sphere *sphere, double outside)
 {
@@ -66,7 +100,11 @@ static double choose_near(const struct camera *camera, const struct scene_state 
     double near = fmax(share * sphere->radius, 0.25 * outside), around = 0;
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
-        double distance = distance_to_bounds(item, camera->eye);
+        double offset[3];
+        vec3_sub(camera->eye, item->center, offset);
+        if (vec3_length(offset) - item->radius_m > 2 * near)
+            continue;
+        double distance = distance_to_item(state, item, camera->eye);
         if (distance > 0)
             near = fmin(near, 0.5 * distance);
         else
@@ -74,7 +112,8 @@ static double choose_near(const struct camera *camera, const struct scene_state 
     }
     if (around > 0)
         near = fmin(near, share * around);
-    return fmax(near, least * sphere->radius);
+    near = fmax(near, least * sphere->radius);
+    return state->unit_m * exp2(floor(log2(near / state->unit_m)));
 }
 
 static void set_clip_depths(struct camera *camera, const struct scene_state *state,
@@ -139,14 +178,14 @@ static bool resolve_fit(struct camera *camera, const struct view *view,
     static const double directions[][3] = {{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {-1, -0.7, -1}};
     static const double ups[][3] = {{0, 1, 0}, {0, 0, -1}, {0, 1, 0}, {0, 1, 0}};
     int fit = view->camera.kind == VIEW_CAMERA_FIT ? (int)view->camera.fit : VIEW_FIT_FRONT;
-    struct bounds_sphere sphere = scene_sphere(state);
+    struct bounds_sphere box = box_sphere(state), sphere = scene_sphere(state);
     if (!set_axes(camera, directions[fit], ups[fit], err))
         return false;
     set_perspective(camera, view->camera.fov_y_deg, aspect);
     double half = fmin(camera->half_height, camera->half_width);
-    double distance = sphere.radius * 1.02 / sin(atan(half));
+    double distance = box.radius * 1.02 / sin(atan(half));
     for (int k = 0; k < 3; k++)
-        camera->eye[k] = sphere.center[k] + camera->back[k] * distance;
+        camera->eye[k] = box.center[k] + camera->back[k] * distance;
     set_clip_depths(camera, state, &sphere);
     return true;
 }
@@ -215,34 +254,26 @@ static struct ndc_window window_ndc(const struct camera_window *w)
     };
 }
 
-void camera_clip_matrix(const struct camera *camera, const struct camera_window *window,
-                        float clip[16])
+void camera_axes(const struct camera *camera, double axes[3][3])
+{
+    memcpy(axes[0], camera->right, sizeof axes[0]);
+    memcpy(axes[1], camera->up, sizeof axes[1]);
+    memcpy(axes[2], camera->back, sizeof axes[2]);
+}
+
+void camera_clip(const struct camera *camera, const struct camera_window *window, double unit_m,
+                 float across[4], float depth[4])
 {
     struct ndc_window ndc = window_ndc(window);
-    double sx = 2 / (ndc.x1 - ndc.x0), sy = 2 / (ndc.y1 - ndc.y0);
-    double ox = -(ndc.x1 + ndc.x0) / (ndc.x1 - ndc.x0), oy = -(ndc.y1 + ndc.y0) / (ndc.y1 - ndc.y0);
-    double rows[4][4];
-    for (int k = 0; k < 3; k++) {
-        double x = camera->right[k] / camera->half_width, y = camera->up[k] / camera->half_height;
-        double w = -camera->back[k]; /* view_z */
-        if (camera->is_orthographic) {
-            rows[0][k] = sx * x;
-            rows[1][k] = sy * y;
-            rows[2][k] = -w / (camera->z_far - camera->z_near);
-            rows[3][k] = 0;
-        } else {
-            rows[0][k] = sx * x + ox * w;
-            rows[1][k] = sy * y + oy * w;
-            rows[2][k] = 0;
-            rows[3][k] = w;
-        }
-    }
-    bool ortho = camera->is_orthographic;
-    rows[0][3] = ortho ? ox : 0;
-    rows[1][3] = ortho ? oy : 0;
-    rows[2][3] = ortho ? camera->z_far / (camera->z_far - camera->z_near) : camera->z_near;
-    rows[3][3] = ortho ? 1 : 0;
-    for (int row = 0; row < 4; row++)
-        for (int col = 0; col < 4; col++)
-            clip[col * 4 + row] = (float)rows[row][col];
+    bool is_flat = camera->is_orthographic;
+    double width = ndc.x1 - ndc.x0, height = ndc.y1 - ndc.y0, unit = is_flat ? unit_m : 1;
+    across[0] = (float)(2 * unit / (width * camera->half_width));
+    across[1] = (float)(2 * unit / (height * camera->half_height));
+    across[2] = (float)(-(ndc.x1 + ndc.x0) / width);
+    across[3] = (float)(-(ndc.y1 + ndc.y0) / height);
+    double range = camera->z_far - camera->z_near;
+    depth[0] = (float)(is_flat ? camera->z_far / range : camera->z_near / unit_m);
+    depth[1] = is_flat ? (float)(unit_m / range) : 0;
+    depth[2] = is_flat ? 1 : 0;
+    depth[3] = is_flat ? 0 : -1;
 }

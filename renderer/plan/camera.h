@@ -26,9 +26,14 @@ struct camera_window {
 MUST_CHECK bool camera_resolve(struct camera *camera, const struct view *view,
                                const struct scene_state *state, struct error *err);
 
-/* clip_from_relative: column-major f32, takes eye-relative world positions to clip space of the
- * window (GL convention: y up; the renderer flips rows on readback). */
-void camera_clip_matrix(const struct camera *camera, const struct camera_window *window,
-                        float clip[16]);
+/* Rows right, up, back: view_from_world. */
+void camera_axes(const struct camera *camera, double axes[3][3]);
+
+/* From view space in units of unit_m to clip space of the window (GL convention: y up; the renderer
+ * flips rows on readback), as shaders/geometry.vert.glsl takes it:
+ *   w' = depth[2] + depth[3] * z, z' = depth[0] + depth[1] * z,
+ *   x' = across[0] * x + across[2] * w', y' = across[1] * y + across[3] * w' */
+void camera_clip(const struct camera *camera, const struct camera_window *window, double unit_m,
+                 float across[4], float depth[4]);
 
 #endif

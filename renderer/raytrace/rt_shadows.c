@@ -83,22 +83,36 @@ static void unpack_unit(uint32_t word, float out[3])
     out[2] = z * inverse;
 }
 
-static double view_depth(const struct camera *camera, const struct shadow_point *point)
+/* Of a shadow_point: view space looks along -z. */
+static double view_depth(const struct shadow_point *point)
 {
-    double z = 0;
-    for (int k = 0; k < 3; k++)
-        z -= camera->back[k] * (double)point->position_lift.v[k];
-    return z;
+    return -(double)point->position_lift.v[2];
 }
 
-static uint32_t find_cluster(const struct raytrace_shadows *shadows,
-                             const struct raytrace_shadow_points *points,
+/* A position or direction of view space, along the world's axes. */
+static void turn_to_world(const struct camera *camera, const float v[3], double out[3])
+{
+    for (int k = 0; k < 3; k++)
+        out[k] = camera->right[k] * (double)v[0] + camera->up[k] * (double)v[1] +
+                 camera->back[k] * (double)v[2];
+}
+
+static void unpack_normal(const struct camera *camera, uint32_t word, float out[3])
+{
+    float unit[3];
+    double world[3];
+    unpack_unit(word, unit);
+    turn_to_world(camera, unit, world);
+    for (int k = 0; k < 3; k++)
+        out[k] = (float)world[k];
+}
+
+static uint32_t find_cluster(const struct raytrace_shadow_points *points,
                              const struct clusters *clusters, const struct shadow_point *point)
 {
     uint32_t width = (uint32_t)points->width;
     return (uint32_t)clusters_find(clusters, (int)(point->pixel % width),
-                                   (int)(point->pixel / width),
-                                   (float)view_depth(shadows->desc.camera, point));
+                                   (int)(point->pixel / width), (float)view_depth(point));
 }
 
 struct point_light { /* a point, and what all its rays share */
@@ -125,17 +139,17 @@ static void begin_point(const struct raytrace_shadows *shadows,
     const struct camera *camera = shadows->desc.camera;
     const struct rt_scene *scene = shadows->scene;
     double pixel = 2 * camera->half_height / shadows->desc.view->height_px, square = 0;
-    p->footprint_m = camera->is_orthographic ? pixel : pixel * view_depth(camera, point);
-    double along[3]; /* from the eye, not unit */
-    unpack_unit(point->geo_normal, p->job.normal);
-    unpack_unit(point->normal, p->normal);
+    p->footprint_m = camera->is_orthographic ? pixel : pixel * view_depth(point);
+    double along[3], from_eye[3]; /* along: from the eye, not unit */
+    unpack_normal(camera, point->geo_normal, p->job.normal);
+    unpack_normal(camera, point->normal, p->normal);
+    turn_to_world(camera, point->position_lift.v, from_eye);
     p->transmits = point->flags & SHADOW_POINT_TRANSMITS;
     p->seed = seed_of(points, point);
     for (int k = 0; k < 3; k++) {
-        double from_eye = (double)point->position_lift.v[k];
-        p->job.point[k] = camera->eye[k] + from_eye - scene->origin[k];
-        square += from_eye * from_eye;
-        along[k] = camera->is_orthographic ? camera->back[k] : from_eye;
+        p->job.point[k] = camera->eye[k] + from_eye[k] - scene->origin[k];
+        square += from_eye[k] * from_eye[k];
+        along[k] = camera->is_orthographic ? camera->back[k] : from_eye[k];
     }
     double curved = fmin((double)point->position_lift.v[3], p->footprint_m);
     vec3_normalize(along);
@@ -259,8 +273,7 @@ static void place_point(struct worker *worker, size_t index)
 {
     const struct shared *shared = worker->shared;
     uint32_t *row = shared->slice->table[index];
-    row[1] = find_cluster(shared->shadows, shared->points, shared->slice->clusters,
-                          &shared->points->points[index]);
+    row[1] = find_cluster(shared->points, shared->slice->clusters, &shared->points->points[index]);
     struct light_run run =
         cut_list(shared->slice->clusters, row[1], shared->slice->first, shared->slice->count);
     row[0] = (uint32_t)atomic_fetch_add(shared->filter_count, count_filters(shared->shadows, &run));
@@ -325,7 +338,7 @@ static bool all_have_room(const struct raytrace_shadows *shadows,
     size_t *counts = calloc(cluster_count, sizeof *counts); /* and one; 0: not known */
     size_t used = 0;
     for (size_t i = 0; counts && i < points->count && used <= capacity; i++) {
-        uint32_t cluster = find_cluster(shadows, points, clusters, &points->points[i]);
+        uint32_t cluster = find_cluster(points, clusters, &points->points[i]);
         if (!counts[cluster]) {
             struct light_run run = cut_list(clusters, cluster, 0, UINT32_MAX);
             counts[cluster] = count_filters(shadows, &run) + 1;
@@ -351,7 +364,7 @@ uint32_t raytrace_shadows_room(const struct raytrace_shadows *shadows,
     if (!lists) /* any bound will do */
         return (uint32_t)(capacity / per_light / points->count);
     for (size_t i = 0; i < points->count; i++) {
-        uint32_t cluster = find_cluster(shadows, points, clusters, &points->points[i]);
+        uint32_t cluster = find_cluster(points, clusters, &points->points[i]);
         lists[clusters->prefix_count + clusters->heads[2 * (size_t)cluster + 1]]++;
     }
     for (; room < longest; room++) {

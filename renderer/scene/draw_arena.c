@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What draws read: material records of a frame, and draw records relative to an origin. */
+/* What draws read: material records of a frame, and draw records relative to a space. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,8 +29,6 @@ void draw_arena_destroy(struct draw_arena *arena)
     gl_buffer_finish(&arena->materials);
     gl_buffer_finish(&arena->commands);
     free(arena->item_materials);
-    free(arena->item_records);
-    free(arena->is_made);
     free(arena->records);
     free(arena->placed);
     free(arena->command_list);
@@ -135,12 +133,8 @@ static void assign_materials(struct draw_arena *arena, const struct scene_state 
 static bool reserve_items(struct draw_arena *arena, size_t count, struct error *err)
 {
     free(arena->item_materials);
-    free(arena->item_records);
-    free(arena->is_made);
     arena->item_materials = calloc(count + 1, sizeof *arena->item_materials);
-    arena->item_records = malloc((count + 1) * sizeof *arena->item_records);
-    arena->is_made = calloc(count + 1, sizeof *arena->is_made);
-    return (arena->item_materials && arena->item_records && arena->is_made) ||
+    return arena->item_materials ||
            error_set(err, ERROR_NO_MEMORY, "records of %zu drawables", count);
 }
 
@@ -186,61 +180,43 @@ void draw_arena_bind_materials(const struct draw_arena *arena)
     gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
 }
 
-/* Normals are normalised in the shader, so cofactors may be scaled to keep tiny and huge objects
- * inside f32. */
-static void scale_normals(vec4 *normals[3])
+/* Cofactors transform normals for any invertible matrix, without dividing. They are normalised in
+ * the shader, so they may be scaled to keep tiny and huge objects inside f32. */
+static void fill_normals(const double m[16], const double axes[3][3], double sign,
+                         struct draw_record *r)
 {
-    float largest = 0;
-    for (int i = 0; i < 3; i++)
-        for (int c = 0; c < 3; c++)
-            largest = fmaxf(largest, fabsf(normals[i]->v[c]));
-    if (!(largest > 0) || !isfinite(largest))
-        return;
-    for (int i = 0; i < 3; i++)
-        for (int c = 0; c < 3; c++)
-            normals[i]->v[c] /= largest;
-}
-
-/* Without the place: that depends on the origin. */
-static void make_record(const struct draw_arena *arena, const struct scene_state *state,
-                        uint32_t index, struct draw_record *r)
-{
-    const struct state_item *item = &state->items[index];
-    const double *m = state->world[item->node];
-    vec4 *rows[3] = {&r->row_0, &r->row_1, &r->row_2};
-    vec4 *normals[3] = {&r->normal_0, &r->normal_1, &r->normal_2};
-    double sign = item->is_mirrored ? -1 : 1;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        for (int c = 0; c < 3; c++) {
-            int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-            rows[i]->v[c] = (float)m[4 * c + i];
-            /* cofactor: transforms normals for any invertible matrix, without dividing */
-            double cofactor = m[4 * c1 + j] * m[4 * c2 + k] - m[4 * c2 + j] * m[4 * c1 + k];
-            normals[i]->v[c] = (float)(sign * cofactor);
-        }
-        normals[i]->v[3] = 0;
+    vec4 *rows[3] = {&r->normal_0, &r->normal_1, &r->normal_2};
+    double columns[3][3], square = 0;
+    for (int c = 0; c < 3; c++) {
+        vec3_cross(m + 4 * ((c + 1) % 3), m + 4 * ((c + 2) % 3), columns[c]);
+        square += vec3_dot(columns[c], columns[c]);
     }
-    scale_normals(normals);
+    double scale = square > 0 && isfinite(square) ? sign / sqrt(square) : sign;
+    for (int i = 0; i < 3; i++)
+        for (int c = 0; c < 3; c++)
+            rows[i]->v[c] = (float)(vec3_dot(axes[i], columns[c]) * scale);
     r->normal_0.v[3] = (float)sign;
-    r->material = arena->item_materials[index];
-    r->node = item->node;
-    r->primitive = item->primitive;
-    r->object = item->node;
 }
 
-static void place_record(struct draw_arena *arena, const struct draw_place_desc *desc,
+static void place_record(const struct draw_arena *arena, const struct draw_place_desc *desc,
                          uint32_t index, struct draw_record *r)
 {
+    const struct draw_space *space = &desc->space;
+    const struct state_item *item = &desc->state->items[index];
+    const double *m = desc->state->world[item->node];
     double offset[3];
-    if (!arena->is_made[index])
-        make_record(arena, desc->state, index, &arena->item_records[index]);
-    arena->is_made[index] = true;
-    vec3_sub(desc->state->world[desc->state->items[index].node] + 12, desc->origin, offset);
-    *r = arena->item_records[index];
-    r->row_0.v[3] = (float)offset[0];
-    r->row_1.v[3] = (float)offset[1];
-    r->row_2.v[3] = (float)offset[2];
+    vec3_sub(m + 12, space->origin, offset);
+    *r = (struct draw_record){.material = arena->item_materials[index],
+                              .node = item->node,
+                              .primitive = item->primitive,
+                              .object = item->node};
+    vec4 *rows[3] = {&r->row_0, &r->row_1, &r->row_2};
+    for (int i = 0; i < 3; i++) {
+        for (int c = 0; c < 3; c++)
+            rows[i]->v[c] = (float)(vec3_dot(space->axes[i], m + 4 * c) / space->unit_m);
+        rows[i]->v[3] = (float)(vec3_dot(space->axes[i], offset) / space->unit_m);
+    }
+    fill_normals(m, space->axes, item->is_mirrored ? -1 : 1, r);
 }
 
 static bool reserve_records(struct draw_arena *arena, size_t count, struct error *err)
@@ -258,17 +234,25 @@ static bool reserve_records(struct draw_arena *arena, size_t count, struct error
     return true;
 }
 
+static bool is_same_space(const struct draw_space *a, const struct draw_space *b)
+{
+    bool is_same = a->unit_m == b->unit_m;
+    for (int i = 0; i < 3; i++) {
+        is_same = is_same && a->origin[i] == b->origin[i];
+        for (int k = 0; k < 3; k++)
+            is_same = is_same && a->axes[i][k] == b->axes[i][k];
+    }
+    return is_same;
+}
+
 /* Whether the placement holds, or can be that of the call before. */
 static bool is_placed(const struct draw_arena *arena, const struct draw_place_desc *desc,
                       struct draw_placement *placement)
 {
     if (!desc->item_count || placement->epoch == arena->epoch)
         return true;
-    bool is_same_origin = true;
-    for (int k = 0; k < 3; k++)
-        is_same_origin = is_same_origin && arena->placed_origin[k] == desc->origin[k];
     if (arena->placement.epoch != arena->epoch || arena->placed_count != desc->item_count ||
-        !is_same_origin ||
+        !is_same_space(&arena->placed_space, &desc->space) ||
         memcmp(arena->placed, desc->items, desc->item_count * sizeof *desc->items) != 0)
         return false;
     *placement = arena->placement;
@@ -295,7 +279,7 @@ bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *de
         place_record(arena, desc, desc->items[i], &arena->records[i]);
     gl_buffer_write(&arena->draws, arena->used * size, desc->item_count * size, arena->records);
     memcpy(arena->placed, desc->items, desc->item_count * sizeof *desc->items);
-    memcpy(arena->placed_origin, desc->origin, sizeof desc->origin);
+    arena->placed_space = desc->space;
     arena->placed_count = desc->item_count;
     arena->placement = (struct draw_placement){arena->epoch, (uint32_t)arena->used};
     arena->used += desc->item_count;

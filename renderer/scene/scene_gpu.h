@@ -29,11 +29,18 @@ MUST_CHECK bool draw_arena_begin(struct draw_arena *arena, const struct scene_st
 /* For passes without draws that read materials. */
 void draw_arena_bind_materials(const struct draw_arena *arena);
 
+/* What records are relative to. The matrices of a record are products in f64, rounded once: a scene
+ * that is moved, turned or scaled together with its camera and lights has the same ones. */
+struct draw_space {
+    double origin[3];  /* world */
+    double axes[3][3]; /* rows of space_from_world, orthonormal */
+    double unit_m;     /* > 0 */
+};
 struct draw_place_desc {
     const struct scene_state *state; /* required */
     const uint32_t *items;           /* required; indices of state->items */
     size_t item_count;
-    double origin[3]; /* world; records hold world - origin, subtracted in f64 */
+    struct draw_space space;
 };
 struct draw_placement { /* zeroed = none yet */
     uint64_t epoch;
@@ -41,8 +48,8 @@ struct draw_placement { /* zeroed = none yet */
 };
 /* Puts one draw record per item on the GPU, to be drawn from by any number of submissions. Records
  * are let go when too many have come, and at the end of the frame: call this before each
- * submission; it does nothing while the placement holds, or when the same items were placed about
- * the same origin in the call before. */
+ * submission; it does nothing while the placement holds, or when the same items were placed in the
+ * same space in the call before. */
 MUST_CHECK bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *desc,
                                  struct draw_placement *placement, struct error *err);
 

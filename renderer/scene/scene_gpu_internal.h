@@ -31,12 +31,10 @@ struct draw_command { /* OpenGL 4.5 core profile, 10.4, DrawElementsIndirectComm
 
 struct draw_arena {
     struct gl_buffer draws, materials, commands;
-    uint32_t *item_materials;         /* per item of the state: index of its material record */
-    struct draw_record *item_records; /* likewise, without a place; made when first asked for */
-    bool *is_made;                    /* item_records */
-    struct draw_record *records;      /* of the placement in the making */
-    uint32_t *placed;                 /* items of the last placement ... */
-    double placed_origin[3];
+    uint32_t *item_materials;    /* per item of the state: index of its material record */
+    struct draw_record *records; /* of the placement in the making */
+    uint32_t *placed;            /* items of the last placement ... */
+    struct draw_space placed_space;
     size_t placed_count, record_capacity;
     struct draw_placement placement;
     size_t used;                       /* records on the GPU, of this epoch */

@@ -211,6 +211,25 @@ static uint64_t shadow_hash(const struct scene_state *state, const struct state_
     return hash;
 }
 
+/* Around the box of the primitive's own coordinates, which turns with its node. */
+static void compute_sphere(const struct scene_primitive *p, const double world[16],
+                           struct state_item *item)
+{
+    double middle[3], half[3];
+    for (int k = 0; k < 3; k++) {
+        middle[k] = 0.5 * ((double)p->bounds_min[k] + (double)p->bounds_max[k]);
+        half[k] = 0.5 * ((double)p->bounds_max[k] - (double)p->bounds_min[k]);
+    }
+    mat4_transform_point(world, middle, item->center);
+    item->radius_m = 0;
+    for (int corner = 0; corner < 4; corner++) { /* the other four are opposite */
+        double diagonal[3] = {half[0], corner & 1 ? -half[1] : half[1],
+                              corner & 2 ? -half[2] : half[2]};
+        mat4_transform_direction(world, diagonal, diagonal);
+        item->radius_m = fmax(item->radius_m, vec3_length(diagonal));
+    }
+}
+
 static void compute_bounds(const struct scene_state *state, struct state_item *item)
 {
     const struct scene_primitive *p = &state->scene->primitives[item->primitive];
@@ -228,11 +247,7 @@ static void compute_bounds(const struct scene_state *state, struct state_item *i
             item->bounds_max[k] = fmax(item->bounds_max[k], world[k]);
         }
     }
-    double diagonal[3];
-    vec3_sub(item->bounds_max, item->bounds_min, diagonal);
-    item->radius_m = 0.5 * vec3_length(diagonal);
-    for (int k = 0; k < 3; k++)
-        item->center[k] = 0.5 * (item->bounds_min[k] + item->bounds_max[k]);
+    compute_sphere(p, state->world[item->node], item);
 }
 
 static void fill_item(const struct scene_state *state, uint32_t node, uint32_t primitive,
@@ -458,10 +473,34 @@ bool state_planes_meet(const double (*planes)[4], size_t count, const double bou
     return true;
 }
 
+/* Of its bounds, whatever the node's turn: the sum of their extents' squares in the world. */
+static double primitive_size(const struct scene_primitive *primitive, const double world[16])
+{
+    double square = 0;
+    for (int k = 0; k < 3; k++) {
+        double extent = (double)primitive->bounds_max[k] - (double)primitive->bounds_min[k];
+        square += extent * extent * vec3_dot(world + 4 * k, world + 4 * k);
+    }
+    return sqrt(square);
+}
+
+static double find_unit(const struct scene *scene)
+{
+    double unit = 0;
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+        const struct scene_node *node = &scene->nodes[i];
+        for (uint32_t p = 0; node->mesh >= 0 && p < scene->meshes[node->mesh].primitive_count; p++)
+            unit = fmax(unit, primitive_size(
+                                  &scene->primitives[scene->meshes[node->mesh].first_primitive + p],
+                                  node->world_matrix));
+    }
+    return unit > 0 && isfinite(unit) ? unit : 1;
+}
+
 bool scene_state_init(struct scene_state *state, const struct scene *scene, const struct view *view,
                       struct error *err)
 {
-    *state = (struct scene_state){.scene = scene};
+    *state = (struct scene_state){.scene = scene, .unit_m = find_unit(scene)};
     state->world = calloc(scene->node_count + 1, sizeof *state->world);
     state->is_visible = calloc(scene->node_count + 1, sizeof *state->is_visible);
     state->materials = calloc(scene->material_count + 1, sizeof *state->materials);

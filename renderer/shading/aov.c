@@ -99,7 +99,8 @@ static bool run(struct aov *aov, const struct shade_desc *desc, struct error *er
                                      });
     gl_program_use(program);
     window_set_view_ray(frame, program);
-    window_set_clip_planes(frame, program);
+    window_set_clip_planes(frame, 1, program);
+    window_set_world_axes(frame, program);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
     pixel_lists_bind(desc->pixels, program);

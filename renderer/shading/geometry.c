@@ -116,8 +116,8 @@ struct variant_context {
     const char *fragment;
     bool evaluates;
     bool is_layer;
-    bool is_hidden; /* of media: the part behind the opaque depth */
-    float clip_from_relative[16];
+    bool is_hidden;                              /* of media: the part behind the opaque depth */
+    float across[4], depth[4];                   /* camera_clip */
     const struct gl_program *programs[VARIANTS]; /* those in use, their uniforms set */
 };
 
@@ -184,14 +184,10 @@ static void set_variant_uniforms(const struct variant_context *context,
                                  const struct gl_program *program)
 {
     const struct window_frame *frame = context->frame;
-    const struct camera *camera = frame->camera;
-    gl_program_set_m4(program, "u_clip_from_relative", context->clip_from_relative);
+    gl_program_set_f4(program, "u_clip_across", context->across);
+    gl_program_set_f4(program, "u_clip_depth", context->depth);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
-    if (camera->is_orthographic)
-        gl_program_set_f3(program, "u_view_direction",
-                          (const float[3]){(float)-camera->back[0], (float)-camera->back[1],
-                                           (float)-camera->back[2]});
-    window_set_clip_planes(frame, program);
+    window_set_clip_planes(frame, frame->state->unit_m, program);
 }
 
 static const struct gl_program *prepare_variant(const struct variant_context *context,
@@ -280,7 +276,9 @@ static bool place_items(const struct window_frame *frame, const struct geometry_
     struct draw_placement placement = {0};
     struct draw_place_desc place = {
         .state = frame->state, .items = items->drawn, .item_count = drawn_count(items)};
-    memcpy(place.origin, frame->camera->eye, sizeof place.origin);
+    memcpy(place.space.origin, frame->camera->eye, sizeof place.space.origin);
+    camera_axes(frame->camera, place.space.axes);
+    place.space.unit_m = frame->state->unit_m;
     bool ok = draw_arena_place(frame->arena, &place, &placement, err);
     *first_record = placement.first_record;
     return ok;
@@ -294,7 +292,7 @@ static bool draw_selection(const struct window_frame *frame, const struct select
                                       .evaluates = pass->evaluates,
                                       .is_layer = pass->is_layer,
                                       .is_hidden = pass->is_hidden};
-    camera_clip_matrix(frame->camera, &frame->window, context.clip_from_relative);
+    camera_clip(frame->camera, &frame->window, frame->state->unit_m, context.across, context.depth);
     struct draw_desc desc = {
         .gpu = frame->gpu,
         .state = frame->state,

@@ -5,15 +5,18 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
+#include "renderer/scene/matrix.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
 bool light_areas_upload(struct light_areas *areas, const struct scene_state *state,
-                        struct error *err)
+                        const struct camera *camera, struct error *err)
 {
     static const char label[] = "frame.areas";
+    double axes[3][3];
+    camera_axes(camera, axes);
     uint64_t bytes = state->light_count * sizeof(struct area_record);
     struct area_record *records = calloc(state->light_count + 1, sizeof *records);
     if (!records)
@@ -23,8 +26,8 @@ bool light_areas_upload(struct light_areas *areas, const struct scene_state *sta
         if (!state_light_is_area(light))
             continue;
         for (int k = 0; k < 3; k++) {
-            records[i].half_u.v[k] = (float)light->half_u[k];
-            records[i].half_v.v[k] = (float)light->half_v[k];
+            records[i].half_u.v[k] = (float)vec3_dot(axes[k], light->half_u);
+            records[i].half_v.v[k] = (float)vec3_dot(axes[k], light->half_v);
         }
         records[i].half_u.v[3] = light->type == SCENE_LIGHT_DISK;
     }

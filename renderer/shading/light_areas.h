@@ -11,9 +11,9 @@ struct light_areas {          /* zeroed = empty */
     struct gl_texture view;
 };
 
-/* Once per frame whose shader_needs take area samples. */
+/* Once per frame whose shader_needs take area samples: its lights in the camera's view space. */
 MUST_CHECK bool light_areas_upload(struct light_areas *areas, const struct scene_state *state,
-                                   struct error *err);
+                                   const struct camera *camera, struct error *err);
 /* For programs with HAS_AREA_SAMPLES. */
 void light_areas_bind(const struct light_areas *areas, const struct window_frame *frame,
                       const struct gl_program *program);

@@ -19,14 +19,17 @@ enum {
     DEFINES_BYTES = 512,
 };
 
-static void fill_light(const struct state_light *light, uint32_t shadow, const double eye[3],
-                       struct light_record *r)
+static void fill_light(const struct state_light *light, uint32_t shadow,
+                       const struct camera *camera, struct light_record *r)
 {
+    double offset[3], axes[3][3];
+    vec3_sub(light->position, camera->eye, offset);
+    camera_axes(camera, axes);
     *r = (struct light_record){.shadow = shadow};
     for (int k = 0; k < 3; k++) {
-        r->position_range.v[k] = (float)(light->position[k] - eye[k]);
+        r->position_range.v[k] = (float)vec3_dot(axes[k], offset);
         r->color.v[k] = light->color[k] * (state_light_is_area(light) ? (float)light->area_m2 : 1);
-        r->direction_cone.v[k] = (float)light->direction[k];
+        r->direction_cone.v[k] = (float)vec3_dot(axes[k], light->direction);
     }
     r->position_range.v[3] = light->range;
     r->type = light->type == SCENE_LIGHT_DIRECTIONAL ? LIGHT_DIRECTIONAL
@@ -50,7 +53,7 @@ bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *de
     for (size_t i = 0; i < state->light_count; i++) {
         uint32_t shadow = desc->traced ? traced_shadows_record(desc->traced, i)
                                        : shadow_system_record(desc->shadows, i);
-        fill_light(&state->lights[i], shadow, desc->eye, &records[i]);
+        fill_light(&state->lights[i], shadow, desc->camera, &records[i]);
         if (desc->is_left_out && desc->is_left_out[i])
             records[i].color = (vec4){{0, 0, 0, 0}};
     }
@@ -65,7 +68,8 @@ bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *de
                                                    .size_bytes = STATISTICS_WORDS * 4,
                                                    .is_dynamic = true},
                           false, err) &&
-        (desc->needs->area_samples <= 1 || light_areas_upload(&shade->areas, state, err));
+        (desc->needs->area_samples <= 1 ||
+         light_areas_upload(&shade->areas, state, desc->camera, err));
     if (ok)
         gl_buffer_write(&shade->lights, 0, bytes, records);
     free(records);
@@ -141,7 +145,9 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
         return NULL;
     gl_program_use(program);
     window_set_view_ray(frame, program);
-    window_set_clip_planes(frame, program);
+    window_set_clip_planes(frame, 1, program);
+    if (frame->state->has_environment)
+        window_set_world_axes(frame, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);
     gl_program_set_f3(program, "u_ground", frame->state->ground);
     gl_program_set_f(program, "u_taps", (float)count_taps(desc));

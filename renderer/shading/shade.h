@@ -35,10 +35,10 @@ struct shade_lights_desc {
     const struct shader_needs *needs;    /* required; of the frame's plan */
     const struct shadow_system *shadows; /* required */
     const struct traced_shadows *traced; /* NULL where shadows are in structures */
-    const double *eye;                   /* required; world */
+    const struct camera *camera;         /* required */
     const bool *is_left_out;             /* per light: it is black; NULL: none is */
 };
-/* Uploads the lights of the frame, relative to the eye. Once per frame, or once for each part of
+/* Uploads the lights of the frame, in view space. Once per frame, or once for each part of
  * its lights. */
 MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *desc,
                                     struct error *err);

@@ -8,19 +8,10 @@
 #include "renderer/scene/matrix.h"
 #include "shaders/shared/bindings.h"
 
-static void set_axis(const struct gl_program *program, const char *name, const double axis[3])
-{
-    gl_program_set_f3(program, name,
-                      (const float[3]){(float)axis[0], (float)axis[1], (float)axis[2]});
-}
-
 void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program)
 {
     const struct camera *camera = frame->camera;
     const struct camera_window *w = &frame->window;
-    set_axis(program, "u_right", camera->right);
-    set_axis(program, "u_up", camera->up);
-    set_axis(program, "u_back", camera->back);
     double step_x = 2 * camera->half_width / w->image_width;
     double step_y = 2 * camera->half_height / w->image_height;
     double left = -camera->half_width + w->x * step_x;
@@ -32,8 +23,11 @@ void window_set_view_ray(const struct window_frame *frame, const struct gl_progr
                                        (float)(camera->z_far - camera->z_near)});
 }
 
-void window_set_clip_planes(const struct window_frame *frame, const struct gl_program *program)
+void window_set_clip_planes(const struct window_frame *frame, double unit_m,
+                            const struct gl_program *program)
 {
+    double axes[3][3];
+    camera_axes(frame->camera, axes);
     for (size_t i = 0; i < frame->view->clip_plane_count; i++) {
         const double *plane = frame->view->clip_planes[i];
         char name[48];
@@ -41,8 +35,20 @@ void window_set_clip_planes(const struct window_frame *frame, const struct gl_pr
         double offset = plane[3] + vec3_dot(plane, frame->camera->eye);
         gl_program_set_f4(
             program, name,
-            (const float[4]){(float)plane[0], (float)plane[1], (float)plane[2], (float)offset});
+            (const float[4]){(float)vec3_dot(axes[0], plane), (float)vec3_dot(axes[1], plane),
+                             (float)vec3_dot(axes[2], plane), (float)(offset / unit_m)});
     }
+}
+
+void window_set_world_axes(const struct window_frame *frame, const struct gl_program *program)
+{
+    static const char *const names[] = {"u_world_x", "u_world_y", "u_world_z"};
+    double axes[3][3];
+    camera_axes(frame->camera, axes);
+    for (int k = 0; k < 3; k++)
+        gl_program_set_f3(
+            program, names[k],
+            (const float[3]){(float)axes[0][k], (float)axes[1][k], (float)axes[2][k]});
 }
 
 void window_set_samples(const struct window_frame *frame, const struct gl_program *program)

@@ -29,11 +29,15 @@ struct window_frame {
     float sample_positions[4][2]; /* in the pixel, y up */
 };
 
-/* Camera axes, window and depth uniforms of shaders/view_ray.glsl. */
+/* Window and depth uniforms of shaders/view_ray.glsl. */
 void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program);
 
-/* The view's clip planes, eye-relative, as u_clip_planes. */
-void window_set_clip_planes(const struct window_frame *frame, const struct gl_program *program);
+/* The view's clip planes as u_clip_planes, for positions in view space in units of unit_m. */
+void window_set_clip_planes(const struct window_frame *frame, double unit_m,
+                            const struct gl_program *program);
+
+/* The world's axes in view space, as u_world_x, u_world_y, u_world_z. */
+void window_set_world_axes(const struct window_frame *frame, const struct gl_program *program);
 
 /* Where the samples are in a pixel, as u_sample_positions. */
 void window_set_samples(const struct window_frame *frame, const struct gl_program *program);

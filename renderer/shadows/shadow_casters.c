@@ -297,29 +297,34 @@ static void set_frame(const struct gl_program *program, const struct shadow_fram
                       uint32_t face)
 {
     static const char *const names[] = {"u_axis_x", "u_axis_y", "u_axis_z"};
-    double axes[3][3];
-    shadow_frame_face_axes(frame, face, axes);
+    double turn[3][3];
+    shadow_frame_face_turn(frame, face, turn);
     for (int k = 0; k < 3; k++)
-        gl_program_set_f4(program, names[k],
-                          (float[4]){(float)axes[k][0], (float)axes[k][1], (float)axes[k][2], 0});
+        gl_program_set_f3(program, names[k],
+                          (float[3]){(float)turn[k][0], (float)turn[k][1], (float)turn[k][2]});
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
-    float clip[4] = {(float)frame->scale[0], (float)frame->scale[1],
-                     is_flat ? 1.0f : (float)frame->near_m,
-                     is_flat ? (float)(-1 / frame->depth_m) : 0};
+    double unit = frame->unit_m, flat = is_flat ? unit : 1;
+    float clip[4] = {(float)(frame->scale[0] * flat), (float)(frame->scale[1] * flat),
+                     is_flat ? 1.0f : (float)(frame->near_m / unit),
+                     is_flat ? (float)(-unit / frame->depth_m) : 0};
+    gl_program_set_f(program, "u_unit_m", (float)unit);
     gl_program_set_f4(program, "u_clip", clip);
     gl_program_set_f4(program, "u_clip_w",
                       (float[4]){is_flat ? 1.0f : 0.0f, is_flat ? 0.0f : 1.0f});
 }
 
-/* About the light's origin. */
+/* In the light's space, in metres. */
 static void set_planes(const struct gl_program *program, const struct shadow_map *map)
 {
+    const double(*axis)[3] = map->frame.axis;
     for (uint32_t i = 0; i < map->plane_count; i++) {
         const double *plane = map->planes[i];
         char name[32];
         snprintf(name, sizeof name, "u_cut_planes[%u]", i);
         gl_program_set_f4(program, name,
-                          (float[4]){(float)plane[0], (float)plane[1], (float)plane[2],
+                          (float[4]){(float)vec3_dot(axis[0], plane),
+                                     (float)vec3_dot(axis[1], plane),
+                                     (float)vec3_dot(axis[2], plane),
                                      (float)(plane[3] + vec3_dot(plane, map->frame.origin))});
     }
 }
@@ -477,7 +482,9 @@ bool caster_painter_paint(struct caster_painter *painter, const struct caster_pa
     struct draw_place_desc place = {.state = desc->scene->state,
                                     .items = desc->build->casters.items,
                                     .item_count = desc->build->casters.count};
-    memcpy(place.origin, map->frame.origin, sizeof place.origin);
+    memcpy(place.space.origin, map->frame.origin, sizeof place.space.origin);
+    memcpy(place.space.axes, map->frame.axis, sizeof place.space.axes);
+    place.space.unit_m = map->frame.unit_m;
     if (!draw_arena_place(desc->scene->arena, &place, &desc->build->placement, err))
         return false;
     if (map->window.row_count)

@@ -12,9 +12,9 @@
 /* Texels between the outermost caster or cone and the border of the map: room for the taps of the
  * widest tent. */
 static const double BORDER_TEXELS = 2;
-/* Reversed infinite depth keeps f32's relative precision at any ratio, so near may be very small.
- */
-static const double NEAR_RATIO = 1e-9;
+/* Reversed infinite depth keeps f32's relative precision at any ratio, so near may be very small: a
+ * billionth of the scene's unit, and a power of two, so that dividing it rounds nothing. */
+static const double NEAR_UNITS = 0x1p-30;
 static const double PI = 3.14159265358979323846;
 static const double WIDEST_FACE_RAD = 1.0472; /* 60 degrees: beyond it a single face wastes most of
                                                  its texels */
@@ -59,17 +59,6 @@ static void set_cube_axes(struct shadow_frame *frame, const struct state_light *
     memset(frame->axis, 0, sizeof frame->axis);
     for (int k = 0; k < 3; k++)
         frame->axis[k][k] = 1;
-}
-
-/* A power of two, so that small changes of the scene keep the frame. */
-static double choose_near(const double origin[3], const struct scene_state *state)
-{
-    double farthest[3];
-    for (int k = 0; k < 3; k++)
-        farthest[k] =
-            fmax(fabs(state->bounds_min[k] - origin[k]), fabs(state->bounds_max[k] - origin[k]));
-    double scale = vec3_length(farthest);
-    return NEAR_RATIO * exp2(floor(log2(fmax(scale, 1e-12))));
 }
 
 /* Beyond so many radii of what casts, a light is far. Eight: a cube's face, 90 degrees wide, would
@@ -129,11 +118,10 @@ static bool init_far(struct shadow_frame *frame, const struct state_light *light
 }
 
 static void init_perspective(struct shadow_frame *frame, const struct state_light *light,
-                             const struct scene_state *state, const struct caster_sphere *sphere,
-                             int resolution)
+                             const struct caster_sphere *sphere, int resolution)
 {
     memcpy(frame->origin, light->position, sizeof frame->origin);
-    frame->near_m = choose_near(frame->origin, state);
+    frame->near_m = NEAR_UNITS * frame->unit_m;
     frame->range_m = (double)light->range;
     memcpy(frame->cone, light->direction, sizeof frame->cone);
     bool is_cone = light->type == SCENE_LIGHT_SPOT || state_light_is_area(light);
@@ -210,7 +198,7 @@ static bool init_orthographic(struct shadow_frame *frame, const struct state_lig
 bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *light,
                        const struct scene_state *state, int resolution)
 {
-    *frame = (struct shadow_frame){0};
+    *frame = (struct shadow_frame){.unit_m = state->unit_m};
     if (state->bounds_min[0] > state->bounds_max[0])
         return false;
     if (light->type == SCENE_LIGHT_DIRECTIONAL)
@@ -224,22 +212,32 @@ bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *lig
         vec3_normalize(direction);
         return init_orthographic(frame, light, direction, state, resolution);
     }
-    init_perspective(frame, light, state, &sphere, resolution);
+    init_perspective(frame, light, &sphere, resolution);
     return true;
+}
+
+void shadow_frame_face_turn(const struct shadow_frame *frame, uint32_t face, double rows[3][3])
+{
+    memset(rows, 0, sizeof frame->axis);
+    if (frame->shape != SHADOW_CUBE) {
+        rows[0][0] = rows[1][1] = rows[2][2] = 1;
+        return;
+    }
+    uint32_t k = face / 2;
+    double s = face % 2 ? -1 : 1;
+    rows[0][(k + 1) % 3] = 1;
+    rows[1][(k + 2) % 3] = -s;
+    rows[2][k] = s;
 }
 
 void shadow_frame_face_axes(const struct shadow_frame *frame, uint32_t face, double axes[3][3])
 {
-    memcpy(axes, frame->axis, sizeof frame->axis);
-    if (frame->shape != SHADOW_CUBE)
-        return;
-    uint32_t k = face / 2;
-    double s = face % 2 ? -1 : 1;
-    for (int c = 0; c < 3; c++) {
-        axes[0][c] = frame->axis[(k + 1) % 3][c];
-        axes[1][c] = -s * frame->axis[(k + 2) % 3][c];
-        axes[2][c] = s * frame->axis[k][c];
-    }
+    double turn[3][3];
+    shadow_frame_face_turn(frame, face, turn);
+    for (int row = 0; row < 3; row++)
+        for (int c = 0; c < 3; c++)
+            axes[row][c] = turn[row][0] * frame->axis[0][c] + turn[row][1] * frame->axis[1][c] +
+                           turn[row][2] * frame->axis[2][c];
 }
 
 /* Of the distance and the size: far more than f32 positions are off. */

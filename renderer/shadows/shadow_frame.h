@@ -15,6 +15,7 @@ struct shadow_frame {
     double axis[3][3]; /* rows x, y, z of light_from_world; the light looks along +z; y x x = z, so
                           nothing is mirrored */
     double scale[2];   /* perspective: 1 / tan(half angle); orthographic: 1 / half extent [1/m] */
+    double unit_m;     /* of the scene; what is drawn for the light is in this unit */
     double near_m;     /* perspective */
     double depth_m;    /* orthographic: extent of the box along z */
     double range_m;    /* perspective: beyond it the light does not reach; 0 = unbounded */
@@ -31,7 +32,10 @@ bool shadow_frame_init(struct shadow_frame *frame, const struct state_light *lig
 /* Bit f is set when the item's bounds may touch face f. */
 uint32_t shadow_frame_faces(const struct shadow_frame *frame, const struct state_item *item);
 
-/* Rows (x, y, z) of face_from_world about the origin: looking along +z. */
+/* Rows (x, y, z) of face_from_light: looking along +z. Of 0, 1 and -1, so that it turns without
+ * rounding. */
+void shadow_frame_face_turn(const struct shadow_frame *frame, uint32_t face, double rows[3][3]);
+/* Rows (x, y, z) of face_from_world about the origin. */
 void shadow_frame_face_axes(const struct shadow_frame *frame, uint32_t face, double axes[3][3]);
 
 #endif

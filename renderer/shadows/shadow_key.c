@@ -26,8 +26,10 @@ struct content_key shadow_key_of_map(const struct shadow_map *map,
     add_doubles(&key, frame->origin, 3);
     add_doubles(&key, frame->axis[0], 9);
     add_doubles(&key, frame->scale, 2);
-    add_doubles(&key, (double[]){frame->near_m, frame->depth_m, frame->range_m, frame->cone_rad},
-                4);
+    add_doubles(
+        &key,
+        (double[]){frame->unit_m, frame->near_m, frame->depth_m, frame->range_m, frame->cone_rad},
+        5);
     add_doubles(&key, frame->cone, 3);
     if (map->flags & SHADOW_FLAG_NODES) {
         add_doubles(&key, &map->compression, 1);

@@ -425,8 +425,19 @@ static void drop_builds(struct shadow_system *shadows)
     shadows->light_count = 0;
 }
 
+/* Rows of eye_from_world. */
+static void get_eye_axes(const struct shadow_prepare_desc *desc, double axes[3][3])
+{
+    memcpy(axes, desc->eye_axes, sizeof desc->eye_axes);
+    if (vec3_length(axes[0]) > 0)
+        return;
+    memset(axes, 0, sizeof desc->eye_axes);
+    for (int k = 0; k < 3; k++)
+        axes[k][k] = 1;
+}
+
 static void fill_record(const struct shadow_system *shadows, const struct shadow_map *map,
-                        const double eye[3], struct shadow_record *record)
+                        const struct shadow_prepare_desc *desc, struct shadow_record *record)
 {
     const struct shadow_frame *frame = &map->frame;
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
@@ -443,16 +454,18 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
     for (int k = 0; k < 3; k++)
         record->sigma.v[k] = (float)map->sigma[k];
     vec4 *axes[3] = {&record->axis_x, &record->axis_y, &record->axis_z};
-    double from_eye[3];
-    vec3_sub(eye, frame->origin, from_eye);
+    double from_eye[3], eye_axes[3][3];
+    vec3_sub(desc->eye, frame->origin, from_eye);
+    get_eye_axes(desc, eye_axes);
     for (int k = 0; k < 3; k++) {
         for (int c = 0; c < 3; c++)
-            axes[k]->v[c] = (float)frame->axis[k][c];
+            axes[k]->v[c] = (float)vec3_dot(frame->axis[k], eye_axes[c]);
         axes[k]->v[3] = (float)vec3_dot(frame->axis[k], from_eye);
     }
 }
 
-static bool upload_records(struct shadow_system *shadows, const double eye[3], struct error *err)
+static bool upload_records(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                           struct error *err)
 {
     struct shadow_record *records = calloc(shadows->light_count + 1, sizeof *records);
     if (!records)
@@ -461,7 +474,7 @@ static bool upload_records(struct shadow_system *shadows, const double eye[3], s
     for (size_t i = 0; i < shadows->light_count; i++) {
         if (!shadows->light_maps[i])
             continue;
-        fill_record(shadows, shadows->light_maps[i], eye, &records[count]);
+        fill_record(shadows, shadows->light_maps[i], desc, &records[count]);
         shadows->light_records[i] = count++;
     }
     uint32_t old = shadows->records.name;
@@ -671,7 +684,7 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
         complete.needs = &own;
     bool ok = prepare_within_budget(shadows, &complete, report, err);
     shadow_needs_finish(&own);
-    if (!ok || !upload_records(shadows, desc->eye, err))
+    if (!ok || !upload_records(shadows, desc, err))
         return false;
     gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
     set_defines(shadows);

@@ -31,7 +31,8 @@ struct shadow_prepare_desc {
     const struct scene_gpu *gpu;
     const struct scene_state *state;
     struct draw_arena *arena;
-    double eye[3]; /* shadow_record origins are relative to it */
+    double eye[3];         /* points that ask are relative to it ... */
+    double eye_axes[3][3]; /* ... along these rows, orthonormal; all 0: the world's */
     const struct view_quality *quality;
     const struct shadow_needs *needs; /* of the state and quality; NULL: found here, for all
                                          lights */

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* Records in storage buffers, std430, shared by C and GLSL. Positions are relative: to the eye for
- * shading, to the light for shadow passes; the subtraction is done in f64 on the CPU. */
+/* Records in storage buffers, std430, shared by C and GLSL. Positions are in view space for shading
+ * and in the light's for shadow passes, along axes that turn with them: what leads there is
+ * composed in f64 on the CPU. */
 #ifndef VITRAIL_SHADERS_SHARED_RECORDS_H
 #define VITRAIL_SHADERS_SHARED_RECORDS_H
 
-struct draw_record {          /* one primitive of one node, about one origin */
-    vec4 row_0, row_1, row_2; /* origin-relative world position = rows * (model position, 1) */
+struct draw_record {          /* one primitive of one node, in one space */
+    vec4 row_0, row_1, row_2; /* position there = rows * (model position, 1), in the scene's unit */
     vec4 normal_0, normal_1, normal_2; /* cofactor rows for normals; .w of normal_0: sign of the
                                           determinant */
     uint material;                     /* index into material_record[] */
@@ -61,9 +62,9 @@ LAYOUT_SIZE(material_record, 336)
 #define NO_SHADOW 0xffffffffu
 
 struct light_record {
-    vec4 position_range; /* xyz eye-relative world [m]; w range [m], 0 = unbounded */
+    vec4 position_range; /* xyz view space [m]; w range [m], 0 = unbounded */
     vec4 color;          /* rgb: tint * intensity [cd or lx; area: nt m2]; w unused */
-    vec4 direction_cone; /* xyz: direction of travel, unit, world axes; w spot scale: 1 / max(cos_in
+    vec4 direction_cone; /* xyz: direction of travel, unit, view space; w spot scale: 1 / max(cos_in
                             - cos_out, 1e-4) */
     uint type;           /* LIGHT_* */
     uint shadow;         /* index of shadow_record, or NO_SHADOW */
@@ -75,7 +76,7 @@ LAYOUT(light_record, type, 48)
 LAYOUT_SIZE(light_record, 64)
 
 struct area_record { /* beside each light_record, where points are taken on areas; else zero */
-    vec4 half_u;     /* xyz: from the centre, world axes [m]; w 1: the inscribed disk */
+    vec4 half_u;     /* xyz: from the centre, view space [m]; w 1: the inscribed disk */
     vec4 half_v;
 };
 LAYOUT(area_record, half_u, 0)
@@ -102,9 +103,8 @@ LAYOUT_SIZE(area_record, 32)
 #define SHADOW_KEY_NONE 32767u
 
 struct shadow_record {           /* read as SHADOW_RECORD_TEXELS of UNIT_SHADOW_RECORDS */
-    vec4 axis_x, axis_y, axis_z; /* rows of light_from_eye: light coordinate = dot(axis.xyz, p) +
-                                    axis.w for p relative to the eye, world axes; the light looks
-                                    along +z */
+    vec4 axis_x, axis_y, axis_z; /* rows of light_from_view: light coordinate = dot(axis.xyz, p) +
+                                    axis.w for p in view space [m]; the light looks along +z */
     vec4 projection; /* perspective: x = 1/tan(half), y = width of a texel at distance 1,
                         z = near [m];
                         orthographic: x, y = 1/half extents, z = depth range [m];
@@ -125,7 +125,7 @@ LAYOUT_SIZE(shadow_record, 96)
 #define SHADOW_POINT_TRANSMITS 2u /* light from behind counts, too */
 
 struct shadow_point { /* one surface of a pixel, or one entry of its list, that asks for shadows */
-    vec4 position_lift; /* xyz eye-relative world [m]; w how far its surface may lie above it [m] */
+    vec4 position_lift; /* xyz view space [m]; w how far its surface may lie above it [m] */
     uint geo_normal;    /* of the triangle and for shading: pack.glsl, on the viewer's side */
     uint normal;
     uint pixel; /* row * width + column of the window, row 0 at the bottom */
