@@ -88,11 +88,11 @@ vec3 light_arriving(light_record r, vec3 position, out vec3 l)
 uint light_lookups = 0u;
 #endif
 #ifdef HAS_SHADOWS
-vec2 light_crease; // of the point at hand, as is the object
-uint light_object;
+vec2 light_crease = vec2(1.0, 0.0); // of the point at hand, as is the object
+uint light_object = NO_OBJECT;
 #endif
 
-// What the surface sends on of a light, or of one point of it, through its shadow.
+// What the surface sends on of a light through its shadow.
 vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
 {
     vec3 l, sent = vec3(0.0);
@@ -115,26 +115,38 @@ vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
         sent = reflected * arriving;
     }
 #ifdef HAS_TRACED_SHADOWS
-    traced_step(r.shadow);
+    traced_step(r.shadow, 1u);
 #endif
     return sent;
 }
 
 #ifdef HAS_AREA_SAMPLES
-// The same of all points of a light: its centre, or those on its area.
-vec3 light_sent_by_all(light_record r, uint index, brdf_input b, vec3 position, vec3 geo_normal,
-                       uvec2 pixel)
+// The same of all points of an area. No branch among them: each round is one step of the loop
+// budget (renderer/shading/loop_steps.h).
+vec3 light_sent_by_area(light_record r, uint index, brdf_input b, vec3 position, uvec2 pixel)
 {
-    bool is_area = light_is(r, LIGHT_AREA);
-    uint count = is_area ? u_area_samples : 1u;
     light_area area = light_area_of(index, pixel);
     vec3 centre = r.position_range.xyz, sum = vec3(0.0);
-    r.color.rgb /= float(count);
+    bool is_before = dot(position - centre, r.direction_cone.xyz) > 0.0; // of all its points
+    uint count = is_before ? u_area_samples : 0u;
+    r.color.rgb /= float(u_area_samples);
     for (uint i = 0u; i < count; i++) {
-        if (is_area)
-            r.position_range.xyz = centre + light_area_offset(area, i);
-        sum += light_sent(r, b, position, geo_normal);
+        vec3 l;
+        r.position_range.xyz = centre + light_area_offset(area, i);
+        vec3 arriving = light_arriving(r, position, l);
+        vec3 sent = brdf_evaluate(b, l) * arriving;
+#ifdef HAS_TRACED_SHADOWS
+        bool is_looked_up = r.shadow != NO_SHADOW && any(greaterThan(sent, vec3(0.0)));
+        light_lookups += is_looked_up ? 1u : 0u;
+        if (is_looked_up)
+            sent *= traced_transmittance();
+        traced_step(r.shadow, 1u);
+#endif
+        sum += sent;
     }
+#ifdef HAS_TRACED_SHADOWS
+    traced_step(r.shadow, u_area_samples - count);
+#endif
     return sum;
 }
 #endif
@@ -200,7 +212,10 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
 #endif
         light_record r = lights[index];
 #ifdef HAS_AREA_SAMPLES
-        radiance += light_sent_by_all(r, index, b, position, s.geo_normal, pixel);
+        if (light_is(r, LIGHT_AREA))
+            radiance += light_sent_by_area(r, index, b, position, pixel);
+        else
+            radiance += light_sent(r, b, position, s.geo_normal);
 #else
         radiance += light_sent(r, b, position, s.geo_normal);
 #endif

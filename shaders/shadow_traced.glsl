@@ -5,7 +5,7 @@
 //   traced_begin(point)    before the lights of a point are walked
 //   traced_cluster()       its cluster as the CPU found it, for light_list_at
 //   traced_transmittance() of the light at hand
-//   traced_step(shadow)    after each light
+//   traced_step(shadow, n) after each light, and after each point of an area: past n filters
 #ifdef HAS_TRACED_SHADOWS
 layout(binding = UNIT_TRACED_POINTS) uniform usamplerBuffer u_traced_points;
 layout(binding = UNIT_TRACED_FILTERS) uniform usamplerBuffer u_traced_filters;
@@ -21,9 +21,9 @@ uint traced_cluster()
     return traced_at.y;
 }
 
-void traced_step(uint shadow)
+void traced_step(uint shadow, uint n)
 {
-    traced_at.x += shadow == NO_SHADOW ? 0u : 1u;
+    traced_at.x += shadow == NO_SHADOW ? 0u : n;
 }
 
 vec3 traced_transmittance()

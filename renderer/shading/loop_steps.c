@@ -10,6 +10,7 @@
 enum {
     STEPS_PER_LIGHT = 4,
     STEPS_PER_LOOK = 16,
+    STEPS_PER_AREA = 2,   /* and one for each of its points */
     STEPS_PER_ANSWER = 2, /* of a ray */
     STEPS_PER_TAP = 10, /* the tap, and the ends of the loops of every kind of structure, entered or
                            not */
@@ -30,25 +31,26 @@ static uint64_t steps_of_search(uint64_t longest)
     return halvings(longest / 8) + 2 * halvings(longest);
 }
 
-static uint64_t points_of(const struct loop_lights *lights)
+static uint64_t steps_of_light(const struct loop_lights *lights)
 {
-    return lights->points > 1 ? lights->points : 1;
+    uint64_t points = lights->points > 1 ? lights->points + STEPS_PER_AREA : 0;
+    return STEPS_PER_LIGHT + points;
 }
 
+/* Points of areas are looked up in the loop over them. */
 static uint64_t steps_of_look(const struct loop_lights *lights)
 {
     uint64_t longest = lights->longest_list;
     uint64_t search = lights->walks_lists ? longest : steps_of_search(longest);
-    if (!lights->taps)
-        return points_of(lights) * STEPS_PER_ANSWER;
-    return points_of(lights) * (STEPS_PER_LOOK + lights->taps * (STEPS_PER_TAP + search));
+    return lights->taps ? STEPS_PER_LOOK + lights->taps * (STEPS_PER_TAP + search)
+                        : STEPS_PER_ANSWER;
 }
 
 uint64_t loop_steps_of_lights(const struct loop_lights *lights, uint64_t count)
 {
     uint64_t looks = count < lights->shadowed ? count : lights->shadowed;
-    uint64_t light = STEPS_PER_LIGHT * points_of(lights);
-    return lights->besides + lights->surfaces * (count * light + looks * steps_of_look(lights));
+    return lights->besides +
+           lights->surfaces * (count * steps_of_light(lights) + looks * steps_of_look(lights));
 }
 
 uint64_t loop_steps_room(const struct loop_lights *lights, uint64_t steps)
@@ -56,7 +58,7 @@ uint64_t loop_steps_room(const struct loop_lights *lights, uint64_t steps)
     if (steps < lights->besides)
         return 0;
     uint64_t room = (steps - lights->besides) / lights->surfaces, look = steps_of_look(lights);
-    uint64_t light = STEPS_PER_LIGHT * points_of(lights), with_looks = room / (light + look);
+    uint64_t light = steps_of_light(lights), with_looks = room / (light + look);
     if (with_looks < lights->shadowed)
         return with_looks;
     return (room - lights->shadowed * look) / light;

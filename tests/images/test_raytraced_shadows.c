@@ -240,6 +240,30 @@ static void soft_shadows_equal_those_of_whole_traced_pictures(void **state)
     closed_form_scene_finish(&scene);
 }
 
+/* The most points and samples that there are, of three lights, in dispatches of a few lights: no
+ * loop ends before its time. */
+static void no_point_of_many_is_lost(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    room_scene_build(&(struct room_scene_desc){.light_count = 1, .seed = 5}, &scene);
+    rig_scene_open(&rig, *state, "room", scene.glb, scene.size_bytes);
+    struct view view = make_view("Room", 4);
+    struct view_light lights[5];
+    for (int i = 0; i < 5; i++) {
+        lights[i] = soft_lights[i % 2];
+        lights[i].casts_no_shadow = i > 0; /* rays are not what is asked here */
+    }
+    view.width_px = view.height_px = 12;
+    view.lights = lights;
+    view.light_count = 5;
+    view.quality.area_samples = 4096;
+    double bare = compare_bare(*state, &rig, view, 5e-3);
+    assert_true(compare(*state, &rig, view, "4096 points", 5e-3) <= bare + 0.01);
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
 /* Lambert 1760: irradiance of a rectangle in a plane y = height, on a floor, over its luminance. */
 static double rect_irradiance(const double low[2], const double high[2], double height,
                               const double at[2])
@@ -427,6 +451,7 @@ int main(void)
         cmocka_unit_test(a_wide_picture_comes_in_windows),
         cmocka_unit_test(more_filters_than_one_slice_holds_lose_nothing),
         cmocka_unit_test(soft_shadows_equal_those_of_whole_traced_pictures),
+        cmocka_unit_test(no_point_of_many_is_lost),
         cmocka_unit_test(penumbra_of_a_half_plane_follows_lamberts_formula),
         cmocka_unit_test(more_points_than_a_window_holds_lose_nothing),
         cmocka_unit_test(rays_are_only_for_lights_with_casters),
