@@ -67,6 +67,8 @@ static const struct count_member count_members[] = {
     COUNT(shadow_maps_built),
     COUNT(shadow_maps_reused),
     COUNT(states_reused),
+    COUNT(feature_edges),
+    COUNT(outlined_pixels),
     COUNT(gbuffers_drawn),
     COUNT(gbuffers_reused),
     COUNT(light_lists_built),

@@ -98,6 +98,7 @@ struct frame_stats {
         double mean_list;
         uint64_t transparent_fragments, longest_pixel_list, light_list_entries;
         uint64_t shadow_maps_built, shadow_maps_reused;
+        uint64_t feature_edges, outlined_pixels; /* of overlays */
         uint64_t states_reused, gbuffers_drawn, gbuffers_reused;
         uint64_t light_lists_built, light_lists_reused;
         uint64_t pixel_lists_built, pixel_lists_reused;

@@ -45,6 +45,8 @@ enum view_limits {
 #define LIMIT_COORDINATE 1e12               /* metres; beyond it even f64 loses the millimetre */
 #define LIMIT_LIGHT_SIZE_MIN 1e-9           /* metres; a side or radius of an area light */
 #define LIMIT_LIGHT_SIZE_MAX 1e9
-#define LIMIT_INTENSITY 1e12 /* cd, lx or nt; keeps every product inside f32 */
+#define LIMIT_LINE_PX_MIN 0.5 /* width of edges and outlines; thinner ones flicker */
+#define LIMIT_LINE_PX_MAX 32  /* each pixel of an outline looks as far as that */
+#define LIMIT_INTENSITY 1e12  /* cd, lx or nt; keeps every product inside f32 */
 
 #endif

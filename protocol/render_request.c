@@ -85,6 +85,9 @@ void render_request_finish(struct render_request *request)
 {
     free(request->camera.node);
     free(request->animation.name);
+    for (size_t i = 0; i < request->highlight.node_count; i++)
+        free(request->highlight.nodes[i]);
+    free(request->highlight.nodes);
     free(request->lights);
     for (size_t i = 0; i < request->node_count; i++)
         free(request->nodes[i].node);

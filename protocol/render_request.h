@@ -162,6 +162,25 @@ struct request_cut {
     bool spares_shadows; /* what it cuts away still casts its shadow */
 };
 
+/* The outline of nodes, and of all below them. */
+struct request_highlight {
+    char **nodes; /* owned, and each of them: names, or "#12" */
+    size_t node_count;
+    double color[3]; /* nt */
+    double width_px; /* [0.5, 32]; default 2 */
+    double hidden;   /* [0, 1]: opacity where it is hidden; default 0.3 */
+};
+
+/* Feature edges. */
+struct request_edges {
+    bool is_given;
+    double crease_deg; /* [0, 180]; default 30 */
+    bool omits_borders, omits_silhouettes;
+    double color[3]; /* nt */
+    double width_px; /* [0.5, 32]; default 1 */
+    double hidden;   /* [0, 1]; default 0 */
+};
+
 /* Made by render_request_parse or render_request_init_defaults; owns all its strings and arrays. */
 struct render_request {
     char scene[65];    /* 64 lowercase hexadecimal digits; "" until it is known */
@@ -178,6 +197,8 @@ struct render_request {
     struct request_cut cuts[8]; /* per clip plane */
     size_t clip_plane_count;
     struct request_animation animation;
+    struct request_highlight highlight;
+    struct request_edges edges;
     double background[4]; /* linear, unassociated alpha */
     double exposure_ev;   /* stops, [-64, 64] */
     enum request_tone_mapping tone_mapping;

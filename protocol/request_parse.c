@@ -309,20 +309,23 @@ static bool read_members(const struct json_node *root, struct render_request *re
 static bool read_request(const struct json_node *root, struct render_request *request)
 {
     static const char *const known[] = {
-        "scene",        "width",        "height",          "camera",    "lights",
-        "scene_lights", "overrides",    "clip_planes",     "animation", "background",
-        "exposure_ev",  "tone_mapping", "environment",     "quality",   "output",
-        "outputs",      "format",       "quality_percent", NULL};
+        "scene",       "width",       "height",    "camera",     "lights",      "scene_lights",
+        "overrides",   "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",
+        "environment", "quality",     "output",    "outputs",    "format",      "quality_percent",
+        "highlight",   "edges",       NULL};
     if (!json_expect_object(root, known) || !read_members(root, request))
         return false;
     struct json_node camera = json_member(root, "camera"), lights = json_member(root, "lights");
     struct json_node overrides = json_member(root, "overrides");
     struct json_node clip_planes = json_member(root, "clip_planes");
     struct json_node environment = json_member(root, "environment");
+    struct json_node highlight = json_member(root, "highlight"), edges = json_member(root, "edges");
     struct json_node quality = json_member(root, "quality");
     return request_read_camera(&camera, &request->camera) &&
            request_read_lights(&lights, request) && request_read_overrides(&overrides, request) &&
            read_clip_planes(&clip_planes, request) && read_environment(&environment, request) &&
+           request_read_highlight(&highlight, &request->highlight) &&
+           request_read_edges(&edges, &request->edges) &&
            request_read_quality(&quality, &request->quality) && read_outputs(root, request) &&
            read_format(root, request);
 }

@@ -14,6 +14,10 @@ MUST_CHECK bool request_read_overrides(const struct json_node *node,
                                        struct render_request *request);
 MUST_CHECK bool request_read_quality(const struct json_node *node, struct request_quality *quality);
 
+MUST_CHECK bool request_read_highlight(const struct json_node *node,
+                                       struct request_highlight *highlight);
+MUST_CHECK bool request_read_edges(const struct json_node *node, struct request_edges *edges);
+
 /* A whole request. On failure it is zeroed. */
 MUST_CHECK bool request_read_root(const struct json_node *root, struct render_request *request);
 

@@ -163,6 +163,36 @@ static json_t *write_clip_planes(const struct render_request *request)
     return json_take_unless(planes, has_failed);
 }
 
+static json_t *write_highlight(const struct request_highlight *highlight)
+{
+    if (!highlight->nodes)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_t *nodes = json_array();
+    bool has_failed = !nodes;
+    for (size_t i = 0; i < highlight->node_count; i++)
+        json_append(nodes, json_text(highlight->nodes[i]), &has_failed);
+    json_put(&writer, "nodes", json_take_unless(nodes, has_failed));
+    json_put_numbers(&writer, "color", highlight->color, 3);
+    json_put_number(&writer, "width_px", highlight->width_px);
+    json_put_number(&writer, "hidden", highlight->hidden);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_edges(const struct request_edges *edges)
+{
+    if (!edges->is_given)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_number(&writer, "crease_deg", edges->crease_deg);
+    json_put_bool(&writer, "borders", !edges->omits_borders);
+    json_put_bool(&writer, "silhouettes", !edges->omits_silhouettes);
+    json_put_numbers(&writer, "color", edges->color, 3);
+    json_put_number(&writer, "width_px", edges->width_px);
+    json_put_number(&writer, "hidden", edges->hidden);
+    return json_writer_take(&writer);
+}
+
 static json_t *write_environment(const struct render_request *request)
 {
     if (!request->has_environment)
@@ -236,6 +266,8 @@ char *render_request_to_json(const struct render_request *request)
     json_put(&writer, "overrides", write_overrides(request));
     json_put(&writer, "clip_planes", write_clip_planes(request));
     json_put(&writer, "animation", write_animation(&request->animation));
+    json_put(&writer, "highlight", write_highlight(&request->highlight));
+    json_put(&writer, "edges", write_edges(&request->edges));
     json_put_numbers(&writer, "background", request->background, 4);
     json_put_number(&writer, "exposure_ev", request->exposure_ev);
     json_put_text(&writer, "tone_mapping", request_tone_mapping_name((int)request->tone_mapping));

@@ -263,6 +263,13 @@ static bool check_names(json_t *members, const struct view_names *names, struct 
     if (animation && !view_names_may_have(names, VIEW_NAME_ANIMATION, animation))
         return error_set_at(err, ERROR_NOT_FOUND, "/animation/name",
                             "the scene has no animation '%.200s'", animation);
+    const json_t *lit = json_object_get(json_object_get(members, "highlight"), "nodes");
+    for (size_t i = 0; i < json_array_size(lit); i++) {
+        const char *name = json_string_value(json_array_get(lit, i));
+        if (name && !view_names_may_have(names, VIEW_NAME_NODE, name))
+            return error_set_at(err, ERROR_NOT_FOUND, "/highlight/nodes",
+                                "the scene has no node '%.200s'", name);
+    }
     for (int i = 0; i < OVERRIDE_LISTS; i++) {
         const char *key;
         json_t *value;

@@ -64,7 +64,9 @@ struct frame_report {
         uint64_t longest_pixel_list;
         uint64_t light_list_entries;
         uint64_t shadow_maps_built, shadow_maps_reused;
-        uint64_t states_reused; /* 1: the scene's transforms stood from the last frame */
+        uint64_t states_reused;   /* 1: the scene's transforms stood from the last frame */
+        uint64_t feature_edges;   /* drawn over the picture, of those in view */
+        uint64_t outlined_pixels; /* of highlights */
         uint64_t gbuffers_drawn, gbuffers_reused; /* per window */
         uint64_t light_lists_built, light_lists_reused;
         uint64_t pixel_lists_built, pixel_lists_reused;

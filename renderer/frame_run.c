@@ -6,6 +6,7 @@
 #include <assert.h>
 #include <epoxy/gl.h>
 
+#include "renderer/frame_overlay.h"
 #include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
 #include "renderer/frame_shadows.h"
@@ -375,7 +376,8 @@ static bool run_steps(const struct frame_run *run, struct error *err)
         return false;
     if (needs(run, PLAN_NEED_COLOR) && !upload_lights(run, err))
         return false;
-    return !is_rasterised || run_windows(run, err);
+    return (!is_rasterised || run_windows(run, err)) &&
+           (!needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err));
 }
 
 bool frame_run(const struct frame_run *run, struct error *err)

@@ -24,6 +24,7 @@ static bool create_own(struct renderer *renderer, struct error *err)
 static void finish_own(struct renderer *renderer)
 {
     traced_shadows_finish(&renderer->shadow_rays);
+    feature_edges_finish(&renderer->feature_edges);
     aov_finish(&renderer->aov);
     shade_finish(&renderer->shade);
     pixel_lists_finish(&renderer->pixels);
@@ -160,7 +161,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
 static uint64_t own_bytes(const struct renderer *renderer)
 {
     return pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
-           traced_shadows_size_bytes(&renderer->shadow_rays);
+           traced_shadows_size_bytes(&renderer->shadow_rays) + renderer->feature_edges.size_bytes;
 }
 
 uint64_t renderer_used_bytes(const struct renderer *renderer)
@@ -183,6 +184,7 @@ static void forget_own(struct renderer *renderer)
     kept_state_drop(&renderer->kept_state);
     renderer->kept = (struct kept_window){0};
     light_lists_forget(renderer->lists);
+    feature_edges_finish(&renderer->feature_edges);
 }
 
 void renderer_forget_kept(struct renderer *renderer, const char *key)

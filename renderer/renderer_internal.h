@@ -4,6 +4,7 @@
 #define VITRAIL_RENDERER_RENDERER_INTERNAL_H
 
 #include "renderer/kept_window.h"
+#include "renderer/overlay/feature_edges.h"
 #include "renderer/plan/frame_plan.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/renderer.h"
@@ -49,6 +50,7 @@ struct renderer {
     struct scene_cache own_scenes, *scenes; /* of the two together */
     struct raytrace_cache *traced;          /* of the scene with traced_key */
     struct traced_shadows shadow_rays;
+    struct feature_edges feature_edges; /* of the last scene that they were drawn of */
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
     struct auto_settings automatic;

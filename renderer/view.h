@@ -141,6 +141,25 @@ enum view_output {
     VIEW_OUTPUT_COUNT
 };
 
+/* The outline of selected nodes, drawn over the picture. */
+struct view_highlight {
+    const char *const *nodes; /* names; each with all below it; borrowed */
+    size_t node_count;        /* 0: none */
+    float color[3];           /* linear radiance [nt], as that of unlit surfaces */
+    float width_px;           /* > 0 */
+    float hidden;             /* [0, 1]: opacity where something opaque is before it */
+};
+
+/* Edges of the geometry, drawn over the picture. */
+struct view_edges {
+    bool is_drawn;
+    float crease_deg; /* [0, 180]: an edge between faces that turn by more is a crease */
+    bool omits_borders, omits_silhouettes;
+    float width_px; /* > 0 */
+    float color[3]; /* as above */
+    float hidden;   /* as above */
+};
+
 enum { VIEW_CLIP_PLANES_MAX = 8 };
 
 /* What becomes of a clip plane's cut; zeroed is the default. */
@@ -166,7 +185,9 @@ struct view {
     const double (*clip_planes)[4]; /* a point with ax+by+cz+d < 0 is cut away */
     size_t clip_plane_count;        /* at most VIEW_CLIP_PLANES_MAX */
     const struct view_cut *cuts;    /* per clip plane; NULL: the default for all */
-    bool is_animated;               /* false: the scene stands as its nodes say */
+    struct view_highlight highlight;
+    struct view_edges edges;
+    bool is_animated;      /* false: the scene stands as its nodes say */
     const char *animation; /* name, or "#0" for index 0; borrowed; NULL: all, in file order */
     double animation_time_s;
     float background[4]; /* linear, unassociated alpha; 0 = transparent black */

@@ -54,6 +54,8 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.shadow_maps_built = report->counts.shadow_maps_built;
     stats->counts.shadow_maps_reused = report->counts.shadow_maps_reused;
     stats->counts.states_reused = report->counts.states_reused;
+    stats->counts.feature_edges = report->counts.feature_edges;
+    stats->counts.outlined_pixels = report->counts.outlined_pixels;
     stats->counts.gbuffers_drawn = report->counts.gbuffers_drawn;
     stats->counts.gbuffers_reused = report->counts.gbuffers_reused;
     stats->counts.light_lists_built = report->counts.light_lists_built;

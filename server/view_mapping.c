@@ -188,6 +188,24 @@ static void map_quality(const struct request_quality *from, struct view_quality 
     };
 }
 
+static void map_overlays(const struct render_request *request, struct view *view)
+{
+    const struct request_highlight *highlight = &request->highlight;
+    const struct request_edges *edges = &request->edges;
+    view->highlight = (struct view_highlight){.nodes = (const char *const *)highlight->nodes,
+                                              .node_count = highlight->node_count,
+                                              .width_px = (float)highlight->width_px,
+                                              .hidden = (float)highlight->hidden};
+    view->edges = (struct view_edges){.is_drawn = edges->is_given,
+                                      .crease_deg = (float)edges->crease_deg,
+                                      .omits_borders = edges->omits_borders,
+                                      .omits_silhouettes = edges->omits_silhouettes,
+                                      .width_px = (float)edges->width_px,
+                                      .hidden = (float)edges->hidden};
+    to_floats(highlight->color, view->highlight.color, 3);
+    to_floats(edges->color, view->edges.color, 3);
+}
+
 bool view_from_request(const struct render_request *request, struct view_storage *storage,
                        struct view *view, struct error *err)
 {
@@ -230,6 +248,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
     };
     map_camera(&request->camera, &view->camera);
     map_quality(&request->quality, &view->quality);
+    map_overlays(request, view);
     to_floats(request->sky, view->sky, 3);
     to_floats(request->ground, view->ground, 3);
     to_floats(request->background, view->background, 4);

@@ -71,6 +71,19 @@ static void add_pass(struct plan *plan, enum plan_need need, enum plan_step step
 
 /* ---- requirements ---- */
 
+static void require_overlay(struct plan *plan, const struct view *view)
+{
+    size_t nodes = view->highlight.node_count;
+    bool has_color = view->outputs & 1u << VIEW_OUTPUT_COLOR;
+    bool is_asked = nodes > 0 || view->edges.is_drawn;
+    set_need(plan, PLAN_NEED_OVERLAY, has_color && is_asked, "%s",
+             !is_asked              ? "neither edges nor a highlight were asked for"
+             : !has_color           ? "no color output was asked for"
+             : !nodes               ? "edges were asked for"
+             : view->edges.is_drawn ? "edges and a highlight were asked for"
+                                    : "a highlight was asked for");
+}
+
 static bool require_outputs(struct frame_plan *made, const struct frame_plan_desc *desc,
                             struct error *err)
 {
@@ -98,6 +111,7 @@ static bool require_outputs(struct frame_plan *made, const struct frame_plan_des
                                     : "the rasteriser can draw every light that there is");
     set_need(plan, PLAN_NEED_AUXILIARY, auxiliary > 0, "%d auxiliary output%s asked for", auxiliary,
              auxiliary == 1 ? " was" : "s were");
+    require_overlay(plan, desc->view);
     return true;
 }
 
@@ -284,6 +298,10 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
              plan->samples > 1 ? "msaa4" : "", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_READ, "readback", "", 0);
     add_pass(plan, PLAN_NEED_AUXILIARY, PLAN_STEP_AUXILIARY, "aov", "", 0);
+    if (desc->view->edges.is_drawn)
+        add_pass(plan, PLAN_NEED_OVERLAY, PLAN_STEP_OVERLAY, "overlay.edges", "", 0);
+    if (desc->view->highlight.node_count)
+        add_pass(plan, PLAN_NEED_OVERLAY, PLAN_STEP_OVERLAY, "overlay.highlight", "", 0);
 }
 
 bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc, struct error *err)

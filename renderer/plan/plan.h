@@ -22,6 +22,7 @@ enum plan_need {                           /* about in the order in which passes
                  PLAN_NEED_LIGHTS,       /* something shines */
                  PLAN_NEED_COLOR,        /* lit colour was asked for */
                  PLAN_NEED_AUXILIARY,    /* depth, normal, ids */
+                 PLAN_NEED_OVERLAY,      /* edges or an outline over the colour */
                  PLAN_NEED_COUNT
 };
 
@@ -42,6 +43,7 @@ enum plan_step { /* what the executor calls: a step runs its passes, which are n
                  PLAN_STEP_SHADE,
                  PLAN_STEP_READ,
                  PLAN_STEP_AUXILIARY,
+                 PLAN_STEP_OVERLAY, /* once a frame, after all windows */
                  PLAN_STEP_COUNT
 };
 

@@ -15,6 +15,7 @@ const char *plan_need_name(int need)
         [PLAN_NEED_LIGHTS] = "lights",
         [PLAN_NEED_COLOR] = "color",
         [PLAN_NEED_AUXILIARY] = "auxiliary",
+        [PLAN_NEED_OVERLAY] = "overlay",
     };
     return need >= 0 && need < PLAN_NEED_COUNT ? names[need] : NULL;
 }

@@ -36,6 +36,7 @@ static struct view without_pointers(const struct view *view)
     copy.materials = NULL;
     copy.clip_planes = NULL;
     copy.cuts = NULL;
+    copy.highlight.nodes = NULL;
     return copy;
 }
 
@@ -47,6 +48,8 @@ static struct view scene_part(const struct view *view)
     own.outputs = 0;
     own.camera = (struct view_camera){0};
     own.clip_plane_count = 0;
+    own.highlight = (struct view_highlight){0};
+    own.edges = (struct view_edges){0};
     own.quality = (struct view_quality){0};
     for (int k = 0; k < 4; k++)
         own.background[k] = 0;

@@ -73,6 +73,17 @@ struct raytrace_pick {
 MUST_CHECK bool raytrace_pick(const struct raytrace_desc *desc, const struct raytrace_pick *pick,
                               struct error *err);
 
+/* The same for rays through given points of the picture, in continuous pixel coordinates, y down.
+ */
+struct raytrace_look {
+    const double (*pixels)[2]; /* required */
+    size_t count;
+    void *context;
+    void (*visit)(void *context, size_t index, const struct raytrace_layer *layers, size_t count);
+};
+MUST_CHECK bool raytrace_look(const struct raytrace_desc *desc, const struct raytrace_look *look,
+                              struct error *err);
+
 /* Transmittance per channel from each light to given points: the shadow term alone, in f64. Of an
  * area light the mean over its area, by view's quality.area_samples. out: [light][point][3]. */
 struct raytrace_probe_desc {

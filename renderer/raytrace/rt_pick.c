@@ -41,29 +41,52 @@ static size_t collect(const struct rt_scene *scene, const struct camera *camera,
     return count;
 }
 
-static bool visit_all(const struct rt_job *job, const struct raytrace_pick *pick, struct error *err)
+/* A ray by ray; what it meets is in `layers`. */
+struct looker {
+    const struct rt_job *job;
+    struct rt_hits hits;
+    struct raytrace_layer *layers; /* owned */
+};
+
+static bool look_through(struct looker *looker, double x, double y, size_t *count,
+                         struct error *err)
 {
-    struct rt_hits hits = {0};
-    struct raytrace_layer *layers = malloc(RT_HITS_MAX * sizeof *layers);
-    bool ok = layers ? rt_hits_init(&hits, err) : error_set(err, ERROR_NO_MEMORY, "rays");
-    for (int y = 0; ok && y < pick->height; y++)
-        for (int x = 0; ok && x < pick->width; x++) {
-            struct rt_ray ray;
-            rt_job_camera_ray(job, pick->x + x, pick->y + y, &ray);
-            size_t count = collect(job->scene, job->desc->camera, &ray, &hits, layers);
-            if (hits.has_overflowed)
-                ok = error_set(err, ERROR_OVER_BUDGET, "a ray meets more than %d surfaces",
-                               RT_HITS_MAX);
-            else
-                pick->visit(pick->context, layers, count);
-        }
-    rt_hits_finish(&hits);
-    free(layers);
-    return ok;
+    const struct rt_job *job = looker->job;
+    struct rt_ray ray;
+    rt_job_camera_ray(job, x, y, &ray);
+    *count = collect(job->scene, job->desc->camera, &ray, &looker->hits, looker->layers);
+    return !looker->hits.has_overflowed ||
+           error_set(err, ERROR_OVER_BUDGET, "a ray meets more than %d surfaces", RT_HITS_MAX);
 }
 
-bool raytrace_pick(const struct raytrace_desc *desc, const struct raytrace_pick *pick,
-                   struct error *err)
+static bool visit_rectangle(struct looker *looker, const void *asked, struct error *err)
+{
+    const struct raytrace_pick *pick = asked;
+    for (int y = 0; y < pick->height; y++)
+        for (int x = 0; x < pick->width; x++) {
+            size_t count;
+            if (!look_through(looker, pick->x + x, pick->y + y, &count, err))
+                return false;
+            pick->visit(pick->context, looker->layers, count);
+        }
+    return true;
+}
+
+static bool visit_points(struct looker *looker, const void *asked, struct error *err)
+{
+    const struct raytrace_look *look = asked;
+    for (size_t i = 0; i < look->count; i++) {
+        size_t count;
+        if (!look_through(looker, look->pixels[i][0], look->pixels[i][1], &count, err))
+            return false;
+        look->visit(look->context, i, looker->layers, count);
+    }
+    return true;
+}
+
+static bool run(const struct raytrace_desc *desc,
+                bool (*visit)(struct looker *looker, const void *asked, struct error *err),
+                const void *asked, struct error *err)
 {
     struct rt_scene own = {0}, *scene;
     bool is_reused;
@@ -71,7 +94,24 @@ bool raytrace_pick(const struct raytrace_desc *desc, const struct raytrace_pick 
     if (!rt_job_take_scene(desc, &own, &scene, &is_reused, err))
         return false;
     struct rt_job job = {.desc = desc, .scene = scene, .image = &size};
-    bool ok = visit_all(&job, pick, err);
+    struct looker looker = {.job = &job, .layers = malloc(RT_HITS_MAX * sizeof *looker.layers)};
+    bool ok = looker.layers ? rt_hits_init(&looker.hits, err)
+                            : error_set(err, ERROR_NO_MEMORY, "layers of a ray");
+    ok = ok && visit(&looker, asked, err);
+    rt_hits_finish(&looker.hits);
+    free(looker.layers);
     rt_scene_finish(&own);
     return ok;
+}
+
+bool raytrace_pick(const struct raytrace_desc *desc, const struct raytrace_pick *pick,
+                   struct error *err)
+{
+    return run(desc, visit_rectangle, pick, err);
+}
+
+bool raytrace_look(const struct raytrace_desc *desc, const struct raytrace_look *look,
+                   struct error *err)
+{
+    return run(desc, visit_points, look, err);
 }

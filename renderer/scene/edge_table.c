@@ -81,7 +81,7 @@ struct edge_builder {
     size_t slot_count;
 };
 
-static void cross_edge(struct edge_builder *builder, uint32_t from, uint32_t to)
+static void cross_edge(struct edge_builder *builder, uint32_t from, uint32_t to, uint32_t face)
 {
     if (from == to)
         return;
@@ -96,6 +96,8 @@ static void cross_edge(struct edge_builder *builder, uint32_t from, uint32_t to)
         records[builder->slots[at]] = (struct edge_record){.low = low, .high = high};
     }
     struct edge_record *record = &records[builder->slots[at]];
+    if (builder->out->faces && record->uses < 2)
+        builder->out->faces[builder->slots[at]][record->uses] = face;
     record->signed_count += from == low ? 1 : -1;
     record->uses++;
 }
@@ -107,13 +109,17 @@ bool edge_table_init(struct edge_table *table, const struct edge_mesh *mesh, str
     uint32_t *welded = calloc((size_t)mesh->vertex_count + 1, sizeof *welded);
     table->records = calloc((size_t)mesh->index_count + 1, sizeof *table->records);
     builder.slots = slots_create(builder.slot_count, err);
-    bool ok = welded && table->records && builder.slots;
+    size_t face_bytes = ((size_t)mesh->index_count + 1) * sizeof *table->faces;
+    table->faces = mesh->wants_faces ? malloc(face_bytes) : NULL;
+    bool ok = welded && table->records && builder.slots && (table->faces || !mesh->wants_faces);
+    if (ok && table->faces)
+        memset(table->faces, 0xff, face_bytes);
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "the edges of %u triangles", mesh->index_count / 3);
     ok = ok && weld(mesh, welded, err);
     for (uint32_t i = 0; ok && i < mesh->index_count; i++) {
         uint32_t next = i % 3 == 2 ? i - 2 : i + 1;
-        cross_edge(&builder, welded[mesh->indices[i]], welded[mesh->indices[next]]);
+        cross_edge(&builder, welded[mesh->indices[i]], welded[mesh->indices[next]], i / 3);
     }
     free(welded);
     free(builder.slots);
@@ -125,6 +131,7 @@ bool edge_table_init(struct edge_table *table, const struct edge_mesh *mesh, str
 void edge_table_finish(struct edge_table *table)
 {
     free(table->records);
+    free(table->faces);
     *table = (struct edge_table){0};
 }
 

@@ -19,6 +19,7 @@ struct edge_mesh {
     uint32_t vertex_count;
     const uint32_t *indices; /* triangles; each below vertex_count */
     uint32_t index_count;    /* a multiple of 3 */
+    bool wants_faces;        /* of the table */
 };
 
 struct edge_record {
@@ -30,6 +31,8 @@ struct edge_record {
 /* Zeroed = empty. The order of the records is that of the edges' first use. */
 struct edge_table {
     struct edge_record *records; /* owned */
+    uint32_t (*faces)[2];        /* owned; per record: triangles of the first two crossings,
+                                    UINT32_MAX for none; NULL where they were not wanted */
     uint32_t count;
 };
 

@@ -81,6 +81,8 @@ CHANGES(change_camera, changed->view.camera.fov_y_deg = 30)
 CHANGES(change_camera_name, changed->camera_name[0] = 'b')
 CHANGES(change_plane, changed->planes[0][3] = 2)
 CHANGES(change_cut, changed->cuts[0].spares_shadows = true)
+CHANGES(change_edges, changed->view.edges.is_drawn = true)
+CHANGES(change_highlight, changed->view.highlight.node_count = 1)
 CHANGES(change_size, changed->view.width_px++)
 CHANGES(change_outputs, changed->view.outputs |= 2)
 CHANGES(change_quality, changed->view.quality.shadow_taps = 9)
@@ -96,7 +98,8 @@ static void every_change_makes_another_key(void **state)
         {change_material, true},       {change_material_name, true}, {change_sky, true},
         {change_default_lights, true}, {drop_light, true},           {change_camera, false},
         {change_camera_name, false},   {change_plane, false},        {change_cut, false},
-        {change_size, false},          {change_outputs, false},      {change_quality, false},
+        {change_edges, false},         {change_highlight, false},    {change_size, false},
+        {change_outputs, false},       {change_quality, false},
     };
     struct full_view *plain = full_view_create();
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {

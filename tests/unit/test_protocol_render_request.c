@@ -47,7 +47,11 @@ static const char full[] = BODY(
     "\"attenuation_color\":[0.1,0.2,0.3],\"attenuation_distance\":0.5,\"alpha_mode\":\"blend\","
     "\"pass_through\":{\"model\":\"edge\",\"edge_color\":[0.5,0.6,0.7],\"edge_exponent\":3},"
     "\"self_shadow\":false,\"cast_once\":true}}},"
-    "\"clip_planes\":[[0,1,0,-2],{\"plane\":[1,0,0,3],\"shadows\":false}],\"background\":[0.1,0.2,"
+    "\"clip_planes\":[[0,1,0,-2],{\"plane\":[1,0,0,3],\"shadows\":false}],"
+    "\"highlight\":{\"nodes\":[\"Door\",\"#3\"],\"color\":[0,1,0.5],\"width_px\":4,\"hidden\":0.25}"
+    ","
+    "\"edges\":{\"crease_deg\":20,\"borders\":false,\"color\":[1,0,0],\"hidden\":0.5},"
+    "\"background\":[0.1,0.2,"
     "0.3,1],\"exposure_ev\":-1.5,"
     "\"tone_mapping\":\"none\",\"environment\":{\"sky\":[1,2,3],\"ground\":[4,5,6]},"
     "\"quality\":{\"shadows\":\"deep-linked\",\"transparency\":\"lists\","
@@ -87,9 +91,10 @@ static void null_is_the_same_as_absent(void **state)
 {
     (void)state;
     static const char *const members[] = {
-        "width",       "height",    "camera",     "lights",      "scene_lights",   "overrides",
-        "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",   "environment",
-        "quality",     "output",    "outputs",    "format",      "quality_percent"};
+        "width",        "height",          "camera",    "lights",     "scene_lights",
+        "overrides",    "clip_planes",     "animation", "background", "exposure_ev",
+        "tone_mapping", "environment",     "quality",   "output",     "outputs",
+        "format",       "quality_percent", "highlight", "edges"};
     struct render_request plain = parse(BODY(""));
     char *expected = render_request_to_json(&plain);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
@@ -144,6 +149,11 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_int_equal(r.clip_plane_count, 2);
     assert_true(r.clip_planes[0][3] == -2 && r.clip_planes[1][0] == 1);
     assert_true(!r.cuts[0].spares_shadows && r.cuts[1].spares_shadows);
+    assert_int_equal(r.highlight.node_count, 2);
+    assert_string_equal(r.highlight.nodes[1], "#3");
+    assert_true(r.highlight.width_px == 4 && r.highlight.hidden == 0.25);
+    assert_true(r.edges.is_given && r.edges.crease_deg == 20 && r.edges.omits_borders);
+    assert_true(!r.edges.omits_silhouettes && r.edges.width_px == 1 && r.edges.hidden == 0.5);
     assert_true(r.background[2] == 0.3 && r.exposure_ev == -1.5);
     assert_int_equal(r.tone_mapping, REQUEST_TONE_NONE);
     assert_true(r.has_environment && r.sky[2] == 3 && r.ground[0] == 4);

@@ -101,7 +101,7 @@ static void expect_fan(uint32_t k, uint32_t forward)
         indices[3 * i + 1] = i < forward ? 1 : 0;
         indices[3 * i + 2] = i + 2;
     }
-    struct edge_mesh mesh = {positions, k + 2, indices, 3 * k};
+    struct edge_mesh mesh = {positions, k + 2, indices, 3 * k, false};
     struct edge_table table = table_of(&mesh);
     assert_int_equal(table.count, k ? 2 * k + 1 : 0);
     if (k) {
@@ -150,7 +150,7 @@ static void a_moebius_strip_is_not_orientable(void **state)
         }
         memcpy(indices[i], (uint32_t[]){a, b, c, c, b, d}, sizeof indices[i]);
     }
-    struct edge_mesh mesh = {&positions[0][0], 2 * CELLS, &indices[0][0], 6 * CELLS};
+    struct edge_mesh mesh = {&positions[0][0], 2 * CELLS, &indices[0][0], 6 * CELLS, false};
     struct edge_table table = table_of(&mesh);
     uint32_t borders = 0, twisted = 0;
     for (uint32_t i = 0; i < table.count; i++) {
@@ -170,7 +170,7 @@ static void negative_zero_and_zero_are_one_position(void **state)
     static const float positions[][3] = {{0.0f, 0, 0},  {1, 0, 0},     {0, 1, 0},    {0, 0, 1},
                                          {-0.0f, 0, 0}, {1, -0.0f, 0}, {0, 1, -0.0f}};
     static const uint32_t indices[] = {4, 2, 1, 0, 5, 3, 0, 3, 6, 1, 2, 3};
-    struct edge_mesh mesh = {&positions[0][0], 7, indices, 12};
+    struct edge_mesh mesh = {&positions[0][0], 7, indices, 12, false};
     expect_edges(&mesh, 6, 0);
     assert_true(closed(&mesh));
 }
@@ -235,7 +235,7 @@ static void a_t_junction_is_open(void **state)
     static const float positions[][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5f, 0, 0}};
     static const uint32_t split_once[] = {0, 2, 1, 0, 4, 3, 4, 1, 3, 0, 3, 2, 1, 2, 3};
     static const uint32_t split_twice[] = {0, 2, 4, 4, 2, 1, 0, 4, 3, 4, 1, 3, 0, 3, 2, 1, 2, 3};
-    struct edge_mesh mesh = {&positions[0][0], 5, split_once, 15};
+    struct edge_mesh mesh = {&positions[0][0], 5, split_once, 15, false};
     expect_edges(&mesh, 6 + 3, 3);
     assert_false(closed(&mesh));
     mesh.indices = split_twice;
@@ -244,9 +244,37 @@ static void a_t_junction_is_open(void **state)
     assert_true(closed(&mesh));
 }
 
+/* Each edge of a tetrahedron with the two triangles that it lies between, a border with one. */
+static void faces_are_those_on_either_side(void **state)
+{
+    (void)state;
+    static const float positions[][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    static const uint32_t indices[] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    for (uint32_t triangles = 1; triangles <= 4; triangles++) {
+        struct edge_mesh mesh = {&positions[0][0], 4, indices, 3 * triangles, true};
+        struct edge_table table = table_of(&mesh);
+        for (uint32_t e = 0; e < table.count; e++) {
+            uint32_t found[2] = {UINT32_MAX, UINT32_MAX}, count = 0;
+            for (uint32_t f = 0; f < triangles; f++) {
+                bool has_low = false, has_high = false;
+                for (uint32_t c = 0; c < 3; c++) {
+                    has_low |= indices[3 * f + c] == table.records[e].low;
+                    has_high |= indices[3 * f + c] == table.records[e].high;
+                }
+                if (has_low && has_high)
+                    found[count++] = f;
+            }
+            assert_int_equal(table.records[e].uses, count);
+            assert_memory_equal(table.faces[e], found, sizeof found);
+        }
+        edge_table_finish(&table);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(faces_are_those_on_either_side),
         cmocka_unit_test(closed_solids_cancel_on_every_edge),
         cmocka_unit_test(an_open_sheet_counts_its_border),
         cmocka_unit_test(an_edge_of_any_number_of_triangles_is_counted_exactly),

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/* World geometry on its way to the picture: view space, what clip planes and the near plane leave
+ * of it, and pixels. f64. Thread: any. */
+#ifndef VITRAIL_RENDERER_OVERLAY_OVERLAY_SCREEN_H
+#define VITRAIL_RENDERER_OVERLAY_OVERLAY_SCREEN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "renderer/plan/camera.h"
+#include "renderer/view.h"
+
+enum {
+    SCREEN_PLANES_MAX = VIEW_CLIP_PLANES_MAX + 1,
+    SCREEN_CORNERS_MAX = 3 + SCREEN_PLANES_MAX /* of a triangle that all planes cut */
+};
+
+struct overlay_screen {
+    const struct camera *camera; /* borrowed */
+    int width_px, height_px;
+    double planes[SCREEN_PLANES_MAX][4]; /* of view space: near, then the clip planes; a point with
+                                            ax + by + cz + d < 0 is cut away */
+    size_t plane_count;
+};
+
+void overlay_screen_init(struct overlay_screen *screen, const struct camera *camera,
+                         const struct view *view);
+
+/* View space: right, up and the depth along the view direction [m]. */
+void overlay_screen_view(const struct overlay_screen *screen, const double world[3],
+                         double point[3]);
+
+/* Continuous pixel coordinates, y down, of a point of view space that is not before the near plane.
+ */
+void overlay_screen_project(const struct overlay_screen *screen, const double point[3],
+                            double pixel[2]);
+
+/* What is left of a convex polygon; returns its corners, 0 when nothing is. */
+int overlay_screen_clip(const struct overlay_screen *screen, double corners[SCREEN_CORNERS_MAX][3],
+                        int count);
+/* The same of a segment. */
+bool overlay_screen_clip_segment(const struct overlay_screen *screen, double ends[2][3]);
+
+/* Width of a pixel at a depth [m]. */
+double overlay_screen_pixel_m(const struct overlay_screen *screen, double depth_m);
+
+#endif
