@@ -96,7 +96,7 @@ export class HeatView {
 
   /** The view changed. */
   update(wanted) {
-    const { background, ...rest } = wanted; // no output but colour has one
+    const { background: _, highlight: __, edges: ___, ...rest } = wanted; // those of the colours
     this.#live?.show({ ...rest, output: this.shown });
   }
 

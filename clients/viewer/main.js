@@ -39,6 +39,7 @@ class Viewer {
   model = new Model();
   stage = new Stage();
   comparing = ""; // the technique of the second picture
+  isOutlined = true; // the selected node is outlined
   isMoving = false; // the selected node has handles
   isPending = false;
 
@@ -85,7 +86,11 @@ class Viewer {
       () => this.#mark());
     this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
       compare: (name) => this.compare(name), rescale: (scale) => this.rescale(scale),
-      scale: () => this.stage.scale,
+      scale: () => this.stage.scale, isOutlined: () => this.isOutlined,
+      outline: (isOn) => {
+        this.isOutlined = isOn;
+        this.#changed();
+      },
       measure: () => this.model.scene && openTradeoff(this.client, this.wanted) });
     this.handles = makeHandles(this.stage, this.model, { lights: this.lights, section: this.section }, {
       isLighting: () => right.isOpen("lights"), isCutting: () => right.isOpen("section"), isMoving: () => this.isMoving });
@@ -135,7 +140,7 @@ class Viewer {
     this.model.addEventListener("scene", () => this.#sceneChanged());
     for (const type of ["edit", "camera", "time"])
       this.model.addEventListener(type, () => this.#changed());
-    this.model.addEventListener("select", () => this.#mark());
+    this.model.addEventListener("select", () => this.#changed());
     this.stage.addEventListener("resize", () => this.#changed());
     addEventListener("hashchange", () => this.openLink());
     addEventListener("keydown", (event) => this.#globalKey(event));
@@ -214,7 +219,13 @@ class Viewer {
 
   // ---- the picture ----
 
-  /** All members of the view that should show. */
+  /** The outline of the selected node, as a member of the view. */
+  get #highlight() {
+    const node = this.model.selection?.node ?? null;
+    return this.isOutlined && node !== null ? { nodes: [`#${node}`] } : undefined;
+  }
+
+  /** All members of the view that should show: the picture itself. */
   get wanted() {
     const { scene, view, camera } = this.model;
     const isClear = view.background[3] < 1;
@@ -231,7 +242,8 @@ class Viewer {
     requestAnimationFrame(() => {
       this.isPending = false;
       if (!this.model.scene) return;
-      const { wanted } = this;
+      const highlight = this.#highlight;
+      const wanted = { ...this.wanted, ...(highlight && { highlight }) };
       if (this.live.show(wanted)) {
         this.stage.canvas.dataset.exact = "false";
         this.readout.clear();

@@ -16,6 +16,7 @@ export const DEFAULTS = Object.freeze({
   tone_mapping: "neutral",
   quality: {},
   animation: null,
+  edges: null,
 });
 
 const UNDO_MAX = 100;

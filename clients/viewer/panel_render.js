@@ -3,6 +3,7 @@
 import { button, el } from "./dom.js";
 import { checkField, colorField, group, numberField, selectField, slider } from "./fields.js";
 import { refill } from "./docks.js";
+import { drawnOverGroup } from "./drawn_over.js";
 
 const TITLES = {
   shadows: "Shadows", transparency: "Transparency", light_lists: "Light lists", blend_filter: "Glass filter",
@@ -12,7 +13,8 @@ export class RenderPanel {
   #controls = [];
 
   /** @param {{compare: (technique: string) => void, rescale: (scale: number) => void,
-   * scale: () => number, measure: () => void}} actions */
+   * scale: () => number, measure: () => void, isOutlined: () => boolean,
+   * outline: (isOn: boolean) => void}} actions */
   constructor(panel, model, actions) {
     Object.assign(this, { panel, model, actions });
     this.capabilities = null;
@@ -155,7 +157,7 @@ export class RenderPanel {
         selectField({ label: "Picture size", value: String(this.actions.scale()), options:
           [["0.25", "25 %"], ["0.5", "50 %"], ["0.75", "75 %"], ["1", "100 %"]],
         onchange: (value) => this.actions.rescale(Number(value)) }).row),
-      this.#lens(), this.#look(),
+      this.#lens(), this.#look(), drawnOverGroup(this.model, this.#controls, this.actions),
       button({ text: "All as at first", icon: "reset", onclick: () =>
         this.model.edit("Reset quality", (view) => {
           view.quality = {};

@@ -154,7 +154,8 @@ class Editing(PageTest):
         self.assertIn("The server refuses this view", text)
         self.assertIn("reference", text)
         self.browser.wait("""return ![...document.querySelectorAll('#panel-render input')]
-          .some((input) => input.type === 'checkbox' && input.checked);""", "the edit is undone")
+          .some((input) => input.labels[0]?.textContent.startsWith('Reference')
+            && input.checked);""", "the edit is undone")
         back = self.changed_by(lambda: self.press("Undo"))
         self.assertEqual(first, back)
 

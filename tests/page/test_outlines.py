@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: MIT
+"""What is drawn over the picture: the outline of the selection, and feature edges."""
+from page import PageTest, support
+
+
+class Outlines(PageTest):
+    def check(self, label):
+        self.browser.run("""
+          const found = [...document.querySelectorAll('#panel-render .field-check label')]
+            .find((one) => one.textContent === arguments[0]);
+          document.getElementById(found.htmlFor).click();""", label)
+
+    def test_the_selected_part_is_outlined_until_it_is_no_more(self):
+        first = self.load()
+        outlined = self.changed_by(lambda: self.select("Pane"))
+        self.assertNotEqual(first, outlined)
+        self.assertEqual(["#3"], self.view()["highlight"]["nodes"])
+        other = self.changed_by(lambda: self.select("Wall"))
+        self.assertNotEqual(outlined, other)
+        self.browser.run("document.getElementById('surface').focus()")
+        self.assertEqual(first, self.changed_by(lambda: self.browser.keys("Escape")))
+        self.assertIsNone(self.view()["highlight"])
+
+    def test_the_outline_can_be_left_away(self):
+        first = self.load()
+        self.changed_by(lambda: self.select("Pane"))
+        self.panel("render")
+        self.assertEqual(first, self.changed_by(lambda: self.check("Outline what is selected")))
+
+    def test_feature_edges_are_drawn_as_said_and_taken_back(self):
+        first = self.load()
+        self.panel("render")
+        edges = self.changed_by(lambda: self.check("Feature edges"))
+        self.assertNotEqual(first, edges)
+        wider = self.changed_by(lambda: self.enter("Width", 4, "#panel-render"))
+        self.assertNotEqual(edges, wider)
+        self.assertEqual(4, self.view()["edges"]["width_px"])
+        self.assertEqual(first, self.changed_by(lambda: self.check("Feature edges")))
+        self.assertIsNone(self.view()["edges"])
+
+
+if __name__ == "__main__":
+    support.run_tests()
