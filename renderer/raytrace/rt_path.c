@@ -59,6 +59,38 @@ void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
         through[k] *= filter[k] * (1 - surface.alpha * surface.metallic);
 }
 
+uint32_t rt_path_left_out(const struct rt_scene *scene, const struct rt_hit *on)
+{
+    const struct state_item *item = scene->meshes[on->mesh].item;
+    return scene->state->materials[item->material].no_self_shadow ? item->node + 1u : 0;
+}
+
+bool rt_path_leaves_out(const struct rt_scene *scene, const struct rt_ray *ray,
+                        const struct rt_hit *hit)
+{
+    return ray->leaves_out && scene->meshes[hit->mesh].item->node + 1u == ray->leaves_out;
+}
+
+/* Clipped away, or a hole of the mask. */
+static bool is_no_filter(const struct rt_scene *scene, const struct rt_hit *hit)
+{
+    return hit->is_hidden || scene->meshes[hit->mesh].item->class_ == STATE_MASKED;
+}
+
+/* Whether the filter before this one, as light comes, is of the same node, which casts once. */
+static bool is_repeated(const struct rt_scene *scene, const struct rt_hits *hits, size_t i)
+{
+    const struct state_item *item = scene->meshes[hits->hits[i].mesh].item, *before;
+    if (!scene->state->materials[item->material].cast_once)
+        return false;
+    do
+        if (++i == hits->count)
+            return false;
+    while (is_no_filter(scene, &hits->hits[i]));
+    before = scene->meshes[hits->hits[i].mesh].item;
+    return before->node == item->node && scene->state->materials[before->material].cast_once;
+}
+
 void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
                            const struct rt_ray *ray, const double sigma_end[3],
                            enum view_blend_filter blend, double out[3])
@@ -66,17 +98,20 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
     double sigma[3] = {0}, range[2], t = 0;
     rt_scene_kept_range(scene, ray, range);
     for (size_t i = 0; i < hits->count; i++)
-        rt_media_cross(scene, &hits->hits[i], sigma);
+        if (!rt_path_leaves_out(scene, ray, &hits->hits[i]))
+            rt_media_cross(scene, &hits->hits[i], sigma);
     for (int k = 0; k < 3; k++)
         sigma[k] = sigma_end[k] - sigma[k]; /* at the point, from what holds at the light */
     out[0] = out[1] = out[2] = 1;
     for (size_t i = 0; i < hits->count; i++) {
         const struct rt_hit *hit = &hits->hits[i];
+        if (rt_path_leaves_out(scene, ray, hit))
+            continue;
         rt_media_pass(sigma, ray, range, t, hit->t, out);
         rt_media_cross(scene, hit, sigma);
         t = hit->t;
-        if (hit->is_hidden || scene->meshes[hit->mesh].item->class_ == STATE_MASKED)
-            continue; /* clipped away, or a hole of the mask */
+        if (is_no_filter(scene, hit) || is_repeated(scene, hits, i))
+            continue;
         struct rt_surface surface;
         double filter[3], normal[3];
         rt_surface_evaluate_filter(scene, hit, &surface);

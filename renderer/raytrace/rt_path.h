@@ -28,8 +28,15 @@ void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double
 void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
                       const double direction[3], double through[3]);
 
+/* A ray's leaves_out from a surface: its own node where its material has no self shadow, else 0. */
+uint32_t rt_path_left_out(const struct rt_scene *scene, const struct rt_hit *on);
+
+bool rt_path_leaves_out(const struct rt_scene *scene, const struct rt_ray *ray,
+                        const struct rt_hit *hit);
+
 /* Along a ray of unit direction to a light at its t_max. hits: in order, none of them opaque.
- * sigma_end: rt_media_at of the light, zeros for one infinitely far away. */
+ * Neighbouring surfaces of one node that casts once filter once (Lindbeck 2015, 3.2). sigma_end:
+ * rt_media_at of the light, zeros for one infinitely far away. */
 void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
                            const struct rt_ray *ray, const double sigma_end[3],
                            enum view_blend_filter blend, double out[3]);

@@ -68,6 +68,7 @@ struct rt_ray {
                                           clip planes cut */
     bool only_media;                   /* through everything, keeping surfaces of media */
     uint32_t skip_mesh, skip_triangle; /* the triangle that the ray starts on; UINT32_MAX: none */
+    uint32_t leaves_out; /* a node, and one, whose filters and media do not count; 0: none */
 };
 
 MUST_CHECK bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state,

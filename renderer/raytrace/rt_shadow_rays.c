@@ -71,6 +71,7 @@ static void place_ray(const struct rt_scene *scene, const struct rt_shadow_job *
     struct rt_arrival arrival = job_arrival(job);
     struct leap leap = choose_leap(job);
     rt_shadow_ray(scene, &arrival, job->point, NULL, ray);
+    ray->leaves_out = job->leaves_out;
     ray->t_max -= leap.along_ray_m;
     if (isfinite(job->distance_m))
         ray->t_max -= 8 * scene->nudge_m;
@@ -100,7 +101,8 @@ static void attenuate_leap(const struct rt_shadow_rays *rays, const struct rt_sh
     double crossed[3] = {0}, sigma[3], range[2];
     rt_scene_kept_range(rays->scene, ray, range);
     for (size_t i = 0; i < hits->count; i++)
-        rt_media_cross(rays->scene, &hits->hits[i], crossed);
+        if (!rt_path_leaves_out(rays->scene, ray, &hits->hits[i]))
+            rt_media_cross(rays->scene, &hits->hits[i], crossed);
     for (int k = 0; k < 3; k++)
         sigma[k] = sigma_end[k] - crossed[k];
     rt_media_pass(sigma, ray, range, -choose_leap(job).along_ray_m, 0, transmittance);

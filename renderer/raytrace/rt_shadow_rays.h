@@ -13,7 +13,8 @@ struct rt_shadow_job { /* one ray, waiting */
     float lift_m;      /* along the normal, to the light's side */
     float direction[3], distance_m;
     uint32_t light;
-    uint32_t filter; /* where the result goes */
+    uint32_t filter;     /* where the result goes */
+    uint32_t leaves_out; /* rt_ray's */
 };
 
 struct rt_shadow_rays { /* zeroed before init */

@@ -145,6 +145,7 @@ static void begin_point(const struct raytrace_shadows *shadows,
     unpack_normal(camera, point->normal, p->normal);
     turn_to_world(camera, point->position_lift.v, from_eye);
     p->transmits = point->flags & SHADOW_POINT_TRANSMITS;
+    p->job.leaves_out = point->flags >> SHADOW_POINT_LEAVES_OUT;
     p->seed = seed_of(points, point);
     for (int k = 0; k < 3; k++) {
         p->job.point[k] = camera->eye[k] + from_eye[k] - scene->origin[k];

@@ -123,6 +123,7 @@ LAYOUT_SIZE(shadow_record, 96)
 
 #define SHADOW_POINT_UNLIT 1u     /* no light is asked for it */
 #define SHADOW_POINT_TRANSMITS 2u /* light from behind counts, too */
+#define SHADOW_POINT_LEAVES_OUT 2 /* shift: a node, and one, that casts no shadow here; 0: none */
 
 struct shadow_point { /* one surface of a pixel, or one entry of its list, that asks for shadows */
     vec4 position_lift; /* xyz view space [m]; w how far its surface may lie above it [m] */

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "clients/glb/shapes.h"
 #include "renderer/plan/camera.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/scene/matrix.h"
@@ -371,6 +372,98 @@ static void more_points_than_a_window_holds_lose_nothing(void **state)
     closed_form_scene_finish(&scene);
 }
 
+/* -- rules of materials -- */
+
+/* Three panes of one node above a floor, 0.1 m apart, that let half of the light through. */
+static void build_stack(struct closed_form_scene *scene)
+{
+    struct glb_builder *builder = closed_form_begin(scene, "Stack", 0);
+    struct shape shape = {0};
+    closed_form_floor(scene, builder, 4);
+    for (int i = 0; i < 3; i++)
+        shape_add_quad(&shape, (double[]){-2, 0.8 + 0.1 * i, 2}, (double[]){4, 0, 0},
+                       (double[]){0, 0, -4});
+    struct glb_material_desc material = {.name = "Panes",
+                                         .base_color = {1, 0.6, 0.2, 0.5},
+                                         .roughness = 1,
+                                         .has_ior = true,
+                                         .ior = 1,
+                                         .alpha_mode = GLB_BLEND,
+                                         .is_double_sided = true};
+    int panes = glb_builder_add_material(builder, &material);
+    struct glb_node_desc node = {.name = "Stack",
+                                 .mesh = shape_give_mesh(&shape, builder, "Stack", panes)};
+    glb_builder_add_node(builder, &node);
+    closed_form_end(scene, builder);
+}
+
+/* The mean of the middle of the picture, red. */
+static double look(struct renderer *renderer, const struct rig_scene *rig, const struct view *view)
+{
+    struct image image = shoot_color(renderer, rig, view);
+    double sum = 0;
+    for (int i = 0; i < 64; i++)
+        sum += (double)image_pixel_f32(&image, 12 + i % 8, 12 + i / 8)[0] / 64;
+    image_finish(&image);
+    return sum;
+}
+
+/* From above layers are seen that others of their node shadow, from below the floor in the light of
+ * all. Maps, whose texels see the same everywhere here, say what the rules mean. */
+static void self_shadow_and_cast_once_hold_for_rays(void **state)
+{
+    static const struct view_quality techniques[] = {
+        {.shadows = VIEW_SHADOWS_DEEP},
+        {.shadows = VIEW_SHADOWS_RAYTRACED, .samples = 1},
+        {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = 1},
+        {.reference = true, .samples = 1}};
+    static const double eyes_m[] = {2, 0.6};
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    build_stack(&scene);
+    rig_scene_open(&rig, *state, "stack", scene.glb, scene.size_bytes);
+    struct view_light light = {.type = SCENE_LIGHT_DIRECTIONAL,
+                               .direction = {0.2, -1, 0.1},
+                               .color = {1, 1, 1},
+                               .intensity = 3};
+    double floor[4];
+    for (int rule = 0; rule < 4; rule++) {
+        struct view_material_override override = {.material = "Panes",
+                                                  .has_self_shadow = true,
+                                                  .self_shadow = !(rule & 1),
+                                                  .has_cast_once = true,
+                                                  .cast_once = rule & 2};
+        for (int e = 0; e < 2; e++) {
+            double seen[4];
+            struct view view = make_view("", 1);
+            view.width_px = view.height_px = 32;
+            view.lights = &light;
+            view.light_count = 1;
+            view.materials = &override;
+            view.material_override_count = 1;
+            view.camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
+                                               .eye = {0, eyes_m[e], 0},
+                                               .target = {0, 0, 0},
+                                               .up = {0, 0, -1},
+                                               .fov_y_deg = 20};
+            for (int i = 0; i < 4; i++) {
+                view.quality = techniques[i];
+                seen[i] = look(*state, &rig, &view);
+                assert_true(fabs(seen[i] / seen[0] - 1) < 1e-3);
+            }
+            printf("rules %d from %g m: %.5g %.5g %.5g %.5g\n", rule, eyes_m[e], seen[0], seen[1],
+                   seen[2], seen[3]);
+            if (e == 0)
+                continue;
+            floor[rule] = seen[1];
+            /* red: each filter halves it */
+            assert_true(fabs(floor[rule] / floor[0] / (rule & 2 ? 4 : 1) - 1) < 1e-3);
+        }
+    }
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
 /* -- what the frame says -- */
 
 static void rays_are_only_for_lights_with_casters(void **state)
@@ -452,6 +545,7 @@ int main(void)
         cmocka_unit_test(more_filters_than_one_slice_holds_lose_nothing),
         cmocka_unit_test(soft_shadows_equal_those_of_whole_traced_pictures),
         cmocka_unit_test(no_point_of_many_is_lost),
+        cmocka_unit_test(self_shadow_and_cast_once_hold_for_rays),
         cmocka_unit_test(penumbra_of_a_half_plane_follows_lamberts_formula),
         cmocka_unit_test(more_points_than_a_window_holds_lose_nothing),
         cmocka_unit_test(rays_are_only_for_lights_with_casters),
