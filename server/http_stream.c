@@ -160,6 +160,9 @@ static void taken(void *context, struct MHD_Connection *connection, void *state,
     (void)connection, (void)state;
     struct http_upgrade *upgrade = context;
     struct http_exchange *exchange = upgrade->exchange;
+    /* Now, because the library has used it for its reply. Without it what is said after a frame
+     * waits until the client's delayed acknowledgement of that, 40 ms. */
+    set_option(exchange, IPPROTO_TCP, TCP_NODELAY, 1);
     upgrade->handle = handle;
     http_watch_wait(exchange->server->watch, exchange->watched, NULL, NULL, 0);
     upgrade->taker.take(upgrade->taker.context, socket, extra, extra_bytes, upgrade);
@@ -179,7 +182,6 @@ void http_reply_upgrade(struct http_exchange *exchange, const char *protocol,
     *upgrade = (struct http_upgrade){.exchange = exchange, .taker = *taker};
     exchange->upgrade = upgrade;
     set_option(exchange, SOL_SOCKET, SO_SNDBUF, SEND_BUFFER_BYTES);
-    set_option(exchange, IPPROTO_TCP, TCP_NODELAY, 1);
     http_reply_header(exchange, "Upgrade", "%s", protocol);
     http_set_response(exchange, MHD_HTTP_SWITCHING_PROTOCOLS, NULL, response, 0);
 }

@@ -176,6 +176,17 @@ class Sockets(WatchTest):
         client.send(type="ack", count=2)
         self.assertEqual(self.exact(client, seq=1)["image"], self.image(view))
 
+    def test_a_camera_is_answered_without_waiting_for_acknowledgements_of_tcp(self):
+        client = self.open(self.make(stream={"rest_ms": 10000}), "socket")
+        client.until_type("hello")
+        times = []
+        for seq in range(31):
+            began = time.monotonic()
+            client.send(type="camera", seq=seq, camera={**LOOK, "eye": [0, seq, 5]})
+            client.until_type("frame", seq=seq)
+            times.append(time.monotonic() - began)
+        self.assertLess(sorted(times)[15], 0.035, "a delayed acknowledgement takes 40 ms")
+
     def test_a_camera_replaces_the_old_one(self):
         view = self.make(camera={**LOOK, "fov_y_deg": 20, "up": [1, 0, 0]})
         client = self.open(view, "socket")
