@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Measures live views over loopback: camera to image, frames per second, memory, a slow client,
-and others beside a view that comes to rest again and again.
+"""Measures live views over loopback: camera to image, frames per second, memory; the same beside
+a client that reads slowly, one that looks closely, and one that renders large images.
 
-usage: live.py BIN SCENE.glb [--size WxH] [--seconds S] [--json]
+usage: live.py BIN [SCENE.glb] [--size WxH] [--seconds S] [--quick] [--json]
+
+`vitrail-bench live` runs this. SCENE: the demo scene where it is not given. --quick: a few frames,
+to see that everything runs.
 
 Starts a vitraild of its own. Each viewer is a thread with a WebSocket to a view of its own, which
 sends a camera, waits for the frame that shows it, and sends the next: the time between is the
@@ -14,6 +17,7 @@ import json
 import math
 import os
 import statistics
+import subprocess
 import sys
 import tempfile
 import threading
@@ -24,9 +28,10 @@ from daemon import Daemon
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "http"))
 WANTED = argparse.ArgumentParser(description="live views over loopback")
 WANTED.add_argument("bin")
-WANTED.add_argument("scene")
+WANTED.add_argument("scene", nargs="?")
 WANTED.add_argument("--size", default="640x360")
 WANTED.add_argument("--seconds", type=float, default=5)
+WANTED.add_argument("--quick", action="store_true")
 WANTED.add_argument("--json", action="store_true")
 
 
@@ -80,7 +85,7 @@ class Resting(threading.Thread):
     def __init__(self, server, view, until):
         super().__init__()
         self.server, self.view, self.until = server, view, until
-        self.latencies_ms, self.exact_ms = [], []
+        self.latencies_ms, self.times_ms = [], []
 
     def run(self):
         socket_type = import_sockets()
@@ -93,7 +98,24 @@ class Resting(threading.Thread):
                 client.until_type("frame", seq=seq)
                 self.latencies_ms.append(1e3 * (time.monotonic() - began))
                 client.until_type("frame", seq=seq, exact=True)
-                self.exact_ms.append(1e3 * (time.monotonic() - began))
+                self.times_ms.append(1e3 * (time.monotonic() - began))
+
+
+class Rendering(threading.Thread):
+    """Asks for one large image after another: nine times the pixels of a view."""
+
+    def __init__(self, server, scene, size, until):
+        super().__init__()
+        self.server, self.until, self.times_ms = server, until, []
+        self.body = {"scene": scene, "width": 3 * size[0], "height": 3 * size[1]}
+
+    def run(self):
+        while time.monotonic() < self.until:
+            began = time.monotonic()
+            camera_now = camera(0.1 * len(self.times_ms), 6)
+            body = json.dumps({**self.body, "camera": camera_now}).encode()
+            self.server.ask("/v1/renders", body)
+            self.times_ms.append(1e3 * (time.monotonic() - began))
 
 
 class Slow(threading.Thread):
@@ -112,39 +134,46 @@ class Slow(threading.Thread):
                 time.sleep(0.1)
 
 
-def measure(server, scene, size, viewers, seconds, is_slow_there=False, resting=0):
+def start_beside(beside, server, scene, size, view, seconds):
+    """A thread that does so until then; None for nothing."""
+    until = time.monotonic() + seconds
+    thread = {"": lambda: None, "slow": lambda: Slow(server, view),
+              "rest": lambda: Resting(server, view, until),
+              "render": lambda: Rendering(server, scene, size, until)}[beside]()
+    if thread:
+        thread.start()
+    return thread
+
+
+def measure(server, scene, size, viewers, seconds, beside=""):
     width, height = size
     body = {"scene": scene, "width": width, "height": height, "camera": camera(0, 6)}
-    count = viewers + is_slow_there + resting
-    views = [server.ask_json("/v1/views", body)["id"] for _ in range(count)]
+    views = [server.ask_json("/v1/views", body)["id"] for _ in range(viewers + 1)]
     before = server.resident_kib()
-    slow = Slow(server, views[-1]) if is_slow_there else None
-    if slow:
-        slow.start()
+    other = start_beside(beside, server, scene, size, views[-1], seconds)
     threads = [Viewer(server, views[i], i, seconds) for i in range(viewers)]
-    rests = [Resting(server, views[viewers + i], time.monotonic() + seconds)
-             for i in range(resting)]
-    for thread in threads + rests:
+    for thread in threads:
         thread.start()
     time.sleep(0.8 * seconds)
     during = server.resident_kib()
-    for thread in threads + rests:
+    for thread in threads:
         thread.join()
-    if slow:
-        slow.is_over = True
-        slow.join(5)
+    if other:
+        other.is_over = True
+        other.join(120)
     for view in views:
         server.ask(f"/v1/views/{view}", method="DELETE")
     latencies = sorted(x for thread in threads for x in thread.latencies_ms)
-    exact = [x for thread in rests for x in thread.exact_ms]
-    return {"viewers": viewers, "slow": is_slow_there, "resting": resting,
-            "exact_p50_ms": round(statistics.median(exact), 1) if exact else None,
-            "exact_frames": len(exact), "frames": len(latencies),
+    times = getattr(other, "times_ms", [])
+    return {"viewers": viewers, "beside": beside, "frames": len(latencies),
             "p50_ms": round(statistics.median(latencies), 1),
             "p95_ms": round(latencies[int(0.95 * (len(latencies) - 1))], 1),
+            "most_ms": round(latencies[-1], 1),
             "frames_per_s": round(len(latencies) / seconds, 1),
             "scale": statistics.median(x for thread in threads for x in thread.scales),
-            "kib_per_viewer": round((during - before) / viewers)}
+            "kib_per_viewer": round((during - before) / viewers),
+            "beside_frames": len(times),
+            "beside_p50_ms": round(statistics.median(times), 1) if times else None}
 
 
 def patch_times(server):
@@ -173,34 +202,54 @@ def patch_times(server):
     return {"patch_p50_ms": round(times[100], 2), "patch_p95_ms": round(times[190], 2)}
 
 
-def main():
-    arguments = WANTED.parse_args()
+CASES = [(1, ""), (4, ""), (16, ""), (4, "slow"), (4, ""), (4, "slow"), (4, ""), (4, "rest"),
+         (4, "render"), (1, ""), (1, "rest"), (1, "render")]
+QUICK = [(1, ""), (2, "slow"), (1, "rest"), (1, "render")]
+
+
+def read_scene(path, binaries):
+    """(name, bytes) of the scene file, or of the demo scene."""
+    if path:
+        with open(path, "rb") as file:
+            return os.path.basename(path), file.read()
+    with tempfile.TemporaryDirectory() as folder:
+        made = os.path.join(folder, "demo.glb")
+        subprocess.run([os.path.join(binaries, "vitrail"), "demo-scene", "-o", made], check=True,
+                       stdout=subprocess.DEVNULL)
+        return read_scene(made, binaries)
+
+
+def run(arguments):
     size = tuple(int(side) for side in arguments.size.split("x"))
+    seconds = 0.5 if arguments.quick else arguments.seconds
+    name, content = read_scene(arguments.scene, arguments.bin)
     server = Server(arguments.bin)
     try:
-        with open(arguments.scene, "rb") as file:
-            content = file.read()
         scene = json.loads(server.ask("/v1/scenes", content, "model/gltf-binary")[1])["id"]
-        measure(server, scene, size, 1, 2)  # compiles the shaders
-        rows = [measure(server, scene, size, n, arguments.seconds) for n in (1, 4, 16)]
-        rows += [measure(server, scene, size, 4, arguments.seconds, slow)
-                 for slow in (False, True, False, True)]
-        rows += [measure(server, scene, size, 4, 2 * arguments.seconds, resting=n) for n in (0, 1)]
-        result = {"scene": os.path.basename(arguments.scene), "size": arguments.size,
-                  "device": server.ask_json("/v1/capabilities")["device"]["renderer"],
-                  "viewers": rows, **patch_times(server)}
+        measure(server, scene, size, 1, min(seconds, 2), "rest")  # compiles the shaders
+        rows = [measure(server, scene, size, viewers, seconds, beside)
+                for viewers, beside in (QUICK if arguments.quick else CASES)]
+        return {"scene": name, "size": arguments.size,
+                "device": server.ask_json("/v1/capabilities")["device"]["renderer"],
+                "viewers": rows, **patch_times(server)}
     finally:
         server.stop()
+
+
+def main():
+    arguments = WANTED.parse_args()
+    result = run(arguments)
     if arguments.json:
         print(json.dumps(result))
         return
     print(f"{result['scene']}, {result['size']}, {result['device']}")
-    for row in rows:
-        beside = " + slow" if row["slow"] else " + rest" if row["resting"] else "       "
-        exact = f"  exact p50 {row['exact_p50_ms']} ms" if row["exact_frames"] else ""
-        print(f"{row['viewers']:3} viewers{beside}: "
-              f"p50 {row['p50_ms']:7} ms  p95 {row['p95_ms']:7} ms  {row['frames_per_s']:5} /s  "
-              f"scale {row['scale']}  {row['kib_per_viewer']} KiB per viewer{exact}")
+    for row in result["viewers"]:
+        times = (f"  {row['beside_frames']} of its own, p50 {row['beside_p50_ms']} ms"
+                 if row["beside_frames"] else "")
+        print(f"{row['viewers']:3} viewers{' + ' + row['beside'] if row['beside'] else '':9}: "
+              f"p50 {row['p50_ms']:7} ms  p95 {row['p95_ms']:7} ms  most {row['most_ms']:7} ms  "
+              f"{row['frames_per_s']:5} /s  scale {row['scale']}  "
+              f"{row['kib_per_viewer']} KiB per viewer{times}")
     print(f"patch of one node of 10,000: p50 {result['patch_p50_ms']} ms, "
           f"p95 {result['patch_p95_ms']} ms, HTTP included")
 

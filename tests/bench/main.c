@@ -28,6 +28,7 @@ enum { SUITES = sizeof suites / sizeof *suites };
 
 static const char usage[] =
     "usage: vitrail-bench SUITE|all|list [options]\n"
+    "       vitrail-bench live [SCENE.glb] [--size WxH] [--seconds S] [--quick] [--json]\n"
     "\n"
     "  --json          one JSON document instead of tables; progress goes to standard error\n"
     "  --frames N      rounds per case (30)\n"
@@ -132,10 +133,32 @@ static bool run_suite(struct bench *bench, const struct suite *suite)
     return ok;
 }
 
+/* A daemon and its clients, each a process: tests/bench/live.py measures them. Returns on failure
+ * only. */
+static int run_live(int count, char **arguments)
+{
+    char folder[4096], **words = calloc((size_t)count + 4, sizeof *words);
+    static char python[] = "python3", script[] = VITRAIL_SOURCE_DIR "/tests/bench/live.py";
+    ssize_t length = readlink("/proc/self/exe", folder, sizeof folder - 1);
+    if (words && length > 0) {
+        folder[length] = '\0';
+        *strrchr(folder, '/') = '\0';
+        words[0] = python;
+        words[1] = script;
+        words[2] = folder;
+        memcpy(words + 3, arguments, (size_t)count * sizeof *words);
+        execvp(python, words);
+    }
+    perror("vitrail-bench: live");
+    free(words);
+    return 1;
+}
+
 static int list_suites(void)
 {
     for (int i = 0; i < SUITES; i++)
         printf("%-8s %s\n", suites[i].name, suites[i].purpose);
+    printf("%-8s %s\n", "live", "views over loopback: latency, frames, memory; not one of `all`");
     return 0;
 }
 
@@ -177,6 +200,8 @@ int main(int argc, char **argv)
     }
     if (!strcmp(argv[1], "list"))
         return list_suites();
+    if (!strcmp(argv[1], "live"))
+        return run_live(argc - 2, argv + 2);
     if (!read_options(&bench.options, argc - 2, argv + 2))
         return 2;
     bench.results = json_array();

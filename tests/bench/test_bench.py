@@ -65,7 +65,7 @@ class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
-                          "foliage", "forecast", "linear"],
+                          "foliage", "forecast", "linear", "live"],
                          names)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
@@ -98,6 +98,17 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(15, len(errors))
         self.assertLess(errors["exact 512"], errors["none"])
         self.assertLess(errors["512, k 4"], errors["none"])
+
+    def test_live_views_are_measured_alone_and_beside_others(self):
+        done = run("live", "--quick", "--json", "--size", "96x64")
+        self.assertEqual(0, done.returncode, done.stderr)
+        document = json.loads(done.stdout)
+        self.assertEqual(["", "slow", "rest", "render"], [r["beside"] for r in document["viewers"]])
+        for row in document["viewers"]:
+            self.assertGreater(row["frames"], 0)
+            self.assertGreaterEqual(row["p95_ms"], row["p50_ms"])
+            self.assertEqual(row["beside"] in ("rest", "render"), row["beside_frames"] > 0)
+        self.assertGreater(document["patch_p50_ms"], 0)
 
     def test_unknown_suites_and_options_are_refused(self):
         for arguments in (["nothing"], ["deep", "--frames", "0"], ["deep", "--size", "10"],
