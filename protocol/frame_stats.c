@@ -92,6 +92,17 @@ static const struct count_member compression_members[] = {
 };
 enum { COMPRESSION_MEMBERS = sizeof compression_members / sizeof *compression_members };
 
+#define TEXTURES(member)                                       \
+    {                                                          \
+#member, offsetof(struct frame_stats, textures.member) \
+    }
+static const struct count_member texture_members[] = {
+    TEXTURES(budget_bytes),  TEXTURES(resident_bytes), TEXTURES(wanted_bytes),
+    TEXTURES(pending_bytes), TEXTURES(written_bytes),  TEXTURES(coarse_count),
+    TEXTURES(level_bias),
+};
+enum { TEXTURE_MEMBERS = sizeof texture_members / sizeof *texture_members };
+
 void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
 {
     int last = FRAME_STATS_WARNINGS_MAX - 1;
@@ -196,6 +207,21 @@ static bool read_compression(const struct json_node *node, struct frame_stats *s
            json_read_number(&error, 0, 1, &stats->compression.max_error);
 }
 
+static json_t *write_textures(const struct frame_stats *stats)
+{
+    if (!stats->textures.budget_bytes)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    put_members(&writer, stats, texture_members, TEXTURE_MEMBERS);
+    return json_writer_take(&writer);
+}
+
+static bool read_textures(const struct json_node *node, struct frame_stats *stats)
+{
+    return !node->value || (json_expect_object(node, NULL) &&
+                            read_members(node, stats, texture_members, TEXTURE_MEMBERS));
+}
+
 static json_t *write_counts(const struct frame_stats *stats)
 {
     struct json_writer writer = json_writer_begin();
@@ -272,6 +298,7 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put(&writer, "timings_ms", write_timings(stats));
     json_put(&writer, "counts", write_counts(stats));
     json_put(&writer, "compression", write_compression(stats));
+    json_put(&writer, "textures", write_textures(stats));
     json_put(&writer, "bytes", write_bytes(stats));
     json_put(&writer, "reused",
              write_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
@@ -461,9 +488,11 @@ bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error
     struct json_node counts = json_member(&root, "counts"), error = json_member(&root, "error");
     struct json_node chosen = json_member(&root, "chosen");
     struct json_node compression = json_member(&root, "compression");
+    struct json_node textures = json_member(&root, "textures");
     if (read_head(&root, stats) && read_lists(&root, stats) && read_timings(&timings, stats) &&
         read_counts(&counts, stats) && read_compression(&compression, stats) &&
-        read_error(&error, stats) && read_chosen(&chosen, &stats->chosen))
+        read_textures(&textures, stats) && read_error(&error, stats) &&
+        read_chosen(&chosen, &stats->chosen))
         return true;
     *stats = (struct frame_stats){0};
     return false;

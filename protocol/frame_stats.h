@@ -108,6 +108,10 @@ struct frame_stats {
         uint64_t maps, events, nodes, exact_bytes, node_bytes, windows, prefilter;
         double max_error; /* of a transmittance */
     } compression;
+    struct frame_stats_textures { /* budget_bytes 0 = null: none were sampled on the GPU */
+        uint64_t budget_bytes, resident_bytes, wanted_bytes, pending_bytes, written_bytes;
+        uint64_t coarse_count, level_bias;
+    } textures;
     struct frame_stats_bytes bytes[FRAME_STATS_BYTES_MAX];
     int byte_count;
     char reused[FRAME_STATS_REUSED_MAX][FRAME_STATS_NAME_BYTES];

@@ -40,10 +40,10 @@ enum view_limits {
 #define LIMIT_VIEWS_BYTES (1ull << 30)       /* JSON of all views together */
 #define LIMIT_VIEW_IMAGES_BYTES (256u << 20) /* of the encoded images kept */
 
-#define LIMIT_UPLOAD_BYTES (2ull << 30)     /* default of --max-upload-bytes: all files of one */
-#define LIMIT_SCENE_BLOB_BYTES (8ull << 30) /* decoded scene */
-#define LIMIT_COORDINATE 1e12               /* metres; beyond it even f64 loses the millimetre */
-#define LIMIT_LIGHT_SIZE_MIN 1e-9           /* metres; a side or radius of an area light */
+#define LIMIT_UPLOAD_BYTES (2ull << 30)      /* default of --max-upload-bytes: all files of one */
+#define LIMIT_SCENE_BLOB_BYTES (32ull << 30) /* decoded: an upload of JPEG, 16 times as large */
+#define LIMIT_COORDINATE 1e12                /* metres; beyond it even f64 loses the millimetre */
+#define LIMIT_LIGHT_SIZE_MIN 1e-9            /* metres; a side or radius of an area light */
 #define LIMIT_LIGHT_SIZE_MAX 1e9
 #define LIMIT_LINE_PX_MIN 0.5 /* width of edges and outlines; thinner ones flicker */
 #define LIMIT_LINE_PX_MAX 32  /* each pixel of an outline looks as far as that */

@@ -107,7 +107,8 @@ static bool make_scene(void **blob, struct scene *scene, struct error *err)
                                         .default_camera_node = -1};
     size_t size = 0;
     bool ok = blob_writer_init(&writer, 16 << 20, err) && add_records(&writer, err) &&
-              add_field(&writer, err) && blob_writer_write(&writer, &header, blob, &size, err) &&
+              add_field(&writer, err) &&
+              blob_writer_write(&writer, &header, false, blob, &size, err) &&
               scene_open(scene, *blob, size, err);
     blob_writer_finish(&writer);
     return ok;

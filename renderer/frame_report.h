@@ -36,6 +36,17 @@ struct report_bytes {
     uint64_t bytes;
 };
 
+/* All in bytes but level_bias, in levels, and coarse_count, in textures. All 0: the scene has
+ * none, or the frame is ray traced and reads them from the scene's file. */
+struct report_textures {
+    uint64_t budget_bytes, resident_bytes;
+    uint64_t wanted_bytes;  /* of the levels that the frame asked for */
+    uint64_t pending_bytes; /* to be written before what the budget allows is there */
+    uint64_t written_bytes; /* for this frame */
+    uint64_t coarse_count;  /* textures drawn without some level that was asked for */
+    uint32_t level_bias;    /* levels withheld for want of budget: the most of any texture */
+};
+
 struct frame_report {
     struct report_pass passes[REPORT_PASSES_MAX];
     int pass_count;
@@ -81,6 +92,7 @@ struct frame_report {
         int prefilter;    /* samples per side of a texel */
         double max_error; /* of a transmittance at any depth, against the mean of the samples */
     } compression;
+    struct report_textures textures;
     struct report_bytes bytes[REPORT_BYTES_MAX];
     int byte_count;
     char reused[REPORT_REUSED_MAX][REPORT_NAME_BYTES]; /* "scene", "shadow.deep", ... */

@@ -10,6 +10,7 @@
 #include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
 #include "renderer/frame_shadows.h"
+#include "renderer/frame_textures.h"
 #include "renderer/light_batches.h"
 
 enum {
@@ -207,8 +208,8 @@ static bool walk_frame(const struct frame_run *run, struct error *err)
     return true;
 }
 
-/* What other frames replaced: the materials that are bound, the shadow structures, and what
- * Embree's scene refers to. */
+/* What other frames replaced: the materials that are bound, levels of textures, the shadow
+ * structures, and what Embree's scene refers to. */
 static bool put_back(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
@@ -217,6 +218,8 @@ static bool put_back(const struct frame_run *run, struct error *err)
     struct frame_run again = *run;
     bool has_structures = false;
     draw_arena_bind_materials(renderer->arena);
+    if (!frame_textures_resume(renderer->textures, run, err))
+        return false;
     if (rays_of(run))
         raytrace_shadows_resume(renderer->shadow_rays.rays);
     if (!needs(run, PLAN_NEED_COLOR))
@@ -235,7 +238,11 @@ static bool pause_frame(const struct frame_run *run, struct error *err)
     const struct interlude interlude = frame_pause_interlude(&pause);
     if (!interlude.is_due(interlude.context))
         return true;
-    if (!interlude.serve(interlude.context))
+    bool was_pinned = run->scene->is_pinned; /* by a frame that waits for this one */
+    run->scene->is_pinned = true;
+    bool is_wanted = interlude.serve(interlude.context);
+    run->scene->is_pinned = was_pinned;
+    if (!is_wanted)
         return error_set(err, ERROR_OVERLOADED, "the frame is not wanted any more");
     return put_back(run, err);
 }
@@ -365,24 +372,39 @@ static bool begin_rasterised(const struct frame_run *run, struct error *err)
     return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err);
 }
 
+static bool is_rasterised(const struct frame_run *run)
+{
+    return needs(run, PLAN_NEED_COLOR) || needs(run, PLAN_NEED_AUXILIARY);
+}
+
 static bool run_steps(const struct frame_run *run, struct error *err)
 {
     const struct plan *plan = &run->frame_plan->plan;
-    bool is_rasterised = needs(run, PLAN_NEED_COLOR) || needs(run, PLAN_NEED_AUXILIARY);
     run->frame->report.counts.unseen_lights = plan->unseen_lights;
-    if (is_rasterised && !begin_rasterised(run, err))
+    if (is_rasterised(run) && !begin_rasterised(run, err))
         return false;
     if (!walk_frame(run, err))
         return false;
     if (needs(run, PLAN_NEED_COLOR) && !upload_lights(run, err))
         return false;
-    return (!is_rasterised || run_windows(run, err)) &&
+    return (!is_rasterised(run) || run_windows(run, err)) &&
            (!needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err));
+}
+
+/* Overlays are drawn over traced pictures, too. */
+static bool samples_textures(const struct frame_run *run)
+{
+    return is_rasterised(run) || needs(run, PLAN_NEED_OVERLAY);
 }
 
 bool frame_run(const struct frame_run *run, struct error *err)
 {
-    bool ok = run_steps(run, err);
+    struct frame_textures textures = {.key_count = 0};
+    run->renderer->textures = &textures;
+    bool ok = (!samples_textures(run) || frame_textures_begin(&textures, run, err)) &&
+              run_steps(run, err);
+    frame_textures_end(&textures, run);
+    run->renderer->textures = NULL;
     if (rays_of(run))
         frame_shadows_end(run);
     return ok;

@@ -47,6 +47,9 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->shade.loop_steps = desc->loop_steps ? desc->loop_steps : LOOP_STEPS_MAX;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->scenes = &renderer->own_scenes;
+    renderer->scenes->texture_budget_bytes =
+        desc->texture_budget_bytes ? desc->texture_budget_bytes : renderer->budget_bytes / 2;
+    renderer->texture_upload_bytes = desc->texture_upload_bytes;
     renderer->context = gl_context_create(
         &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
     if (!renderer->context)
@@ -92,6 +95,7 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .traced = renderer->traced,
         .scenes = renderer->scenes,
         .budget_bytes = renderer->budget_bytes,
+        .texture_upload_bytes = renderer->texture_upload_bytes,
         .is_strict = renderer->is_strict,
         .redraws_surfaces = renderer->redraws_surfaces,
         .shade.loop_steps = renderer->shade.loop_steps,
@@ -166,7 +170,7 @@ static uint64_t own_bytes(const struct renderer *renderer)
 
 uint64_t renderer_used_bytes(const struct renderer *renderer)
 {
-    return renderer->scenes->size_bytes + shadow_system_size_bytes(renderer->shadows) +
+    return scene_cache_size_bytes(renderer->scenes) + shadow_system_size_bytes(renderer->shadows) +
            raytrace_cache_size_bytes(renderer->traced) + own_bytes(renderer) +
            (renderer->other ? own_bytes(renderer->other) : 0);
 }
@@ -204,10 +208,10 @@ bool renderer_has_scene(const struct renderer *renderer, const char *key)
     return false;
 }
 
-/* Makes room by forgetting scenes that were not used for longest; never the one asked for. */
-static void evict_scenes(struct renderer *renderer, const char *keep)
+void renderer_evict_scenes(struct renderer *renderer, const char *keep)
 {
-    while (renderer_used_bytes(renderer) > renderer->budget_bytes) {
+    while (renderer_used_bytes(renderer) > renderer->budget_bytes ||
+           scene_cache_texture_bytes(renderer->scenes) > renderer->scenes->texture_budget_bytes) {
         const char *oldest = scene_cache_oldest(renderer->scenes, keep);
         if (!oldest)
             return;
@@ -226,7 +230,7 @@ bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scen
     }
     if (!scene_cache_add(renderer->scenes, desc, err))
         return false;
-    evict_scenes(renderer, desc->key);
+    renderer_evict_scenes(renderer, desc->key);
     if (renderer_used_bytes(renderer) > renderer->budget_bytes) {
         uint64_t needed = renderer_used_bytes(renderer);
         renderer_detach_scene(renderer, desc->key);

@@ -17,12 +17,16 @@
 struct renderer;
 
 struct renderer_desc {
-    int device;                  /* 0 means choose; N means the N-th EGL device, counted from 1 */
-    uint64_t gpu_budget_bytes;   /* of all that grows with scenes and requests; 0 means 4 GiB */
-    const char *shader_dump_dir; /* optional, borrowed during create: composed shaders are saved
-                                    there */
-    bool redraws_surfaces;       /* for measuring: no G-buffer, per-pixel list or light list of an
-                                    earlier frame is used again */
+    int device;                    /* 0 means choose; N means the N-th EGL device, counted from 1 */
+    uint64_t gpu_budget_bytes;     /* of all that grows with scenes and requests; 0 means 4 GiB */
+    uint64_t texture_budget_bytes; /* of that, the levels of textures resident at once; 0 means half
+                                    */
+    uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
+                                      MiB */
+    const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
+                                      there */
+    bool redraws_surfaces;         /* for measuring: no G-buffer, per-pixel list or light list of an
+                                      earlier frame is used again */
     uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means
                             LOOP_STEPS_MAX (renderer/shading/loop_steps.h) */
     bool is_strict;      /* tests: a GL error or undefined-behaviour message aborts */
@@ -53,7 +57,8 @@ void renderer_set_auto(struct renderer *renderer, const struct auto_settings *se
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info);
 
-/* A scene on the GPU. `key` (64 hex digits) identifies the content: attaching a key that is already
+/* A scene on the GPU. Textures beyond the budget of textures are brought as frames need them. `key`
+ * (64 hex digits) identifies the content: attaching a key that is already
  * resident is free and ignores `scene`. The scene's memory must stay valid until it is detached or
  * evicted; `release(context)` is called once when the renderer needs it no longer. Evicts least
  * recently used scenes above the budget. */

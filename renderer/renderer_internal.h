@@ -37,6 +37,7 @@ struct renderer {
     struct program_cache *programs;
     struct gpu_timeline *timeline;
     struct draw_arena *arena;
+    struct frame_textures *textures; /* of the frame that runs, or NULL */
     struct light_lists *lists;
     struct shadow_system *shadows;
     struct plan_cache plans;
@@ -52,7 +53,7 @@ struct renderer {
     struct traced_shadows shadow_rays;
     struct feature_edges feature_edges; /* of the last scene that they were drawn of */
     char traced_key[SCENE_KEY_BYTES];
-    uint64_t budget_bytes;
+    uint64_t budget_bytes, texture_upload_bytes;
     struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
     const struct interlude *interlude; /* borrowed; NULL: frames are made in one piece */
@@ -68,6 +69,10 @@ void renderer_forget_kept(struct renderer *renderer, const char *key);
 
 /* Drops the ray tracer's structure when it is of this scene, or of any with NULL. */
 void renderer_forget_traced(struct renderer *renderer, const char *key);
+
+/* Makes room, of all memory and of textures, by forgetting scenes that were not used for longest;
+ * never the one to keep. */
+void renderer_evict_scenes(struct renderer *renderer, const char *keep);
 
 uint64_t renderer_used_bytes(const struct renderer *renderer);
 

@@ -48,7 +48,7 @@ bool scene_cache_add(struct scene_cache *cache, const struct renderer_scene_desc
     }
     snprintf(entry->key, sizeof entry->key, "%s", desc->key);
     entry->scene = *desc->scene;
-    entry->gpu = scene_gpu_create(&entry->scene, err);
+    entry->gpu = scene_gpu_create(&entry->scene, cache->texture_budget_bytes, err);
     if (!entry->gpu) {
         free(entry);
         return false;
@@ -56,7 +56,6 @@ bool scene_cache_add(struct scene_cache *cache, const struct renderer_scene_desc
     entry->release = desc->release;
     entry->context = desc->context;
     entry->last_use = ++cache->clock;
-    cache->size_bytes += scene_gpu_size_bytes(entry->gpu);
     cache->entries[cache->count++] = entry;
     return true;
 }
@@ -68,7 +67,6 @@ void scene_cache_remove(struct scene_cache *cache, const char *key)
         return;
     struct resident_scene *entry = cache->entries[i];
     cache->entries[i] = cache->entries[--cache->count];
-    cache->size_bytes -= scene_gpu_size_bytes(entry->gpu);
     scene_gpu_destroy(entry->gpu);
     if (entry->release)
         entry->release(entry->context);
@@ -80,10 +78,27 @@ const char *scene_cache_oldest(const struct scene_cache *cache, const char *keep
     const struct resident_scene *oldest = NULL;
     for (size_t i = 0; i < cache->count; i++) {
         const struct resident_scene *entry = cache->entries[i];
-        if (strcmp(entry->key, keep) != 0 && (!oldest || entry->last_use < oldest->last_use))
+        if (strcmp(entry->key, keep) != 0 && !entry->is_pinned &&
+            (!oldest || entry->last_use < oldest->last_use))
             oldest = entry;
     }
     return oldest ? oldest->key : NULL;
+}
+
+uint64_t scene_cache_size_bytes(const struct scene_cache *cache)
+{
+    uint64_t bytes = 0;
+    for (size_t i = 0; i < cache->count; i++)
+        bytes += scene_gpu_size_bytes(cache->entries[i]->gpu);
+    return bytes;
+}
+
+uint64_t scene_cache_texture_bytes(const struct scene_cache *cache)
+{
+    uint64_t bytes = 0;
+    for (size_t i = 0; i < cache->count; i++)
+        bytes += texture_store_resident_bytes(scene_gpu_textures(cache->entries[i]->gpu));
+    return bytes;
 }
 
 void scene_cache_finish(struct scene_cache *cache)

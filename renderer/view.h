@@ -117,6 +117,8 @@ struct view_quality {
                        shadows AUTO or RAYTRACED only */
     bool expects_reuse; /* shadows AUTO: one of many frames, so what is kept between them costs
                            nothing (renderer/plan/auto_technique.h) */
+    bool may_be_coarse; /* one of many frames in motion: drawn with the levels of textures that are
+                           there, and some more are brought; else the frame waits for all */
     int area_samples;   /* per area light and point, [1, 4096]; 0 means 16, with reference 256 */
     double shadow_compression;   /* deep: lists are approximated, nowhere farther off than this
                                    transmittance; [0.001, 0.5]; 0: they are exact, but with a

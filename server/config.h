@@ -33,6 +33,8 @@ struct config {
     char state_dir[CONFIG_PATH_BYTES];
     uint64_t cache_bytes; /* of scenes mapped by the worker */
     uint64_t gpu_budget_bytes;
+    uint64_t texture_budget_bytes;        /* 0 = half of the GPU's */
+    uint64_t texture_upload_bytes;        /* of one frame in motion */
     uint64_t max_upload_bytes;            /* of one upload, all files */
     uint64_t decode_memory_bytes;         /* of one decoder */
     int device;                           /* 0 = choose; N = the N-th EGL device */

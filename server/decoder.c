@@ -4,6 +4,7 @@
 #include "server/decoder.h"
 
 #include <assert.h>
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -89,19 +90,49 @@ static bool write_summary(const struct scene *scene, int fd, struct error *err)
     return is_good;
 }
 
+static bool write_blob(void *context, uint64_t offset_bytes, const void *bytes, size_t size_bytes,
+                       struct error *err)
+{
+    const int *fd = context;
+    const char *from = bytes;
+    while (size_bytes > 0) {
+        ssize_t written = pwrite(*fd, from, size_bytes, (off_t)offset_bytes);
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written < 0)
+            return error_set(err, ERROR_IO, "writing the scene: %s", strerror(errno));
+        from += written;
+        offset_bytes += (uint64_t)written;
+        size_bytes -= (size_t)written;
+    }
+    return true;
+}
+
+/* The last bytes may be a gap. */
+static bool set_blob_size(int fd, uint64_t size_bytes, struct error *err)
+{
+    return ftruncate(fd, (off_t)size_bytes) == 0 ||
+           error_set(err, ERROR_IO, "writing the scene: %s", strerror(errno));
+}
+
+/* Pixels go to the file as they are decoded; the rest of the blob comes last. */
 static bool decode(const struct decode_work *work, struct error *err)
 {
     void *blob = NULL;
     size_t size_bytes = 0;
     struct scene scene;
+    int fd = work->job.fds[FD_BLOB];
     bool is_good =
         scene_import(&(struct scene_import_desc){.files = work->files,
                                                  .file_count = work->file_count,
-                                                 .max_blob_bytes = LIMIT_SCENE_BLOB_BYTES},
+                                                 .max_blob_bytes = LIMIT_SCENE_BLOB_BYTES,
+                                                 .write = write_blob,
+                                                 .context = &fd},
                      &blob, &size_bytes, err) &&
-        (scene_open(&scene, blob, size_bytes, err) || error_wrap(err, "the decoded scene")) &&
+        (scene_open_head(&scene, blob, size_bytes, err) || error_wrap(err, "the decoded scene")) &&
         write_summary(&scene, work->job.fds[FD_SUMMARY], err) &&
-        ipc_write_all(work->job.fds[FD_BLOB], blob, size_bytes, err);
+        write_blob(&fd, 0, blob, size_bytes, err) &&
+        set_blob_size(fd, scene.header->size_bytes, err);
     free(blob);
     return is_good;
 }

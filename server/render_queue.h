@@ -34,6 +34,7 @@ struct render_task {
     enum render_priority priority;
     bool is_cancelled;            /* nobody waits for it any more */
     bool expects_reuse;           /* one of many frames: renderer/view.h */
+    bool may_be_coarse;           /* likewise */
     int64_t queued_us;            /* set when queued */
     int deaths;                   /* workers that died on it */
     struct frame_promise promise; /* told in the stats of the frame */

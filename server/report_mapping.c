@@ -81,6 +81,18 @@ static void copy_compression(const struct frame_report *report, struct frame_sta
                                                           .max_error = from->max_error};
 }
 
+static void copy_textures(const struct frame_report *report, struct frame_stats *stats)
+{
+    const struct report_textures *from = &report->textures;
+    stats->textures = (struct frame_stats_textures){.budget_bytes = from->budget_bytes,
+                                                    .resident_bytes = from->resident_bytes,
+                                                    .wanted_bytes = from->wanted_bytes,
+                                                    .pending_bytes = from->pending_bytes,
+                                                    .written_bytes = from->written_bytes,
+                                                    .coarse_count = from->coarse_count,
+                                                    .level_bias = from->level_bias};
+}
+
 static void copy_lists(const struct frame_report *report, struct frame_stats *stats)
 {
     for (int i = 0; i < report->byte_count; i++) {
@@ -134,6 +146,7 @@ void frame_stats_from_report(const struct render_request *request,
     copy_plan(report, stats);
     copy_counts(report, stats);
     copy_compression(report, stats);
+    copy_textures(report, stats);
     copy_lists(report, stats);
     copy_chosen(request, report, &stats->chosen);
     stats->timings_ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];

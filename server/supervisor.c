@@ -202,8 +202,10 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
     snprintf(speed_file, sizeof speed_file, "%s/cache/device-speed-%d.json", config->state_dir,
              config->device);
     json_t *settings =
-        json_pack("{s:s,s:i,s:I,s:I,s:s,s:i,s:s}", "op", "configure", "device", config->device,
-                  "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes, "cache_bytes",
+        json_pack("{s:s,s:i,s:I,s:I,s:I,s:I,s:s,s:i,s:s}", "op", "configure", "device",
+                  config->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
+                  "texture_budget_bytes", (json_int_t)config->texture_budget_bytes,
+                  "texture_upload_bytes", (json_int_t)config->texture_upload_bytes, "cache_bytes",
                   (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "auto",
                   (int)config->automatic, "speed_file", speed_file);
     bool is_sent = settings ? ipc_send(supervisor->worker.socket, settings, NULL, 0, err)
@@ -418,10 +420,11 @@ static json_t *take_forgotten(struct supervisor *supervisor)
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message = json_pack(
-        "{s:s,s:I,s:s,s:b,s:s,s:b,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
+        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
         (json_int_t)task->ticket, "scene", task->scene, "urgent",
         task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format), "reuse",
-        task->expects_reuse, "question", task->question, "forget", take_forgotten(supervisor));
+        task->expects_reuse, "coarse", task->may_be_coarse, "question", task->question, "forget",
+        take_forgotten(supervisor));
     int fds[] = {task->request_fd, task->blob_fd, task->reference_fd};
     int fd_count = task->reference_fd >= 0 ? 3 : 2;
     struct error problem = {0};

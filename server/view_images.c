@@ -219,6 +219,7 @@ static struct render_task *make_task(struct view_images *images,
     task->format = request->format;
     task->priority = request->priority;
     task->expects_reuse = true;
+    task->may_be_coarse = request->is_passing;
     task->done = rendered;
     if (request->promise)
         task->promise = *request->promise;
@@ -256,12 +257,12 @@ static bool join(struct view_images *images, const struct view_image_request *re
                  struct waiter *waiter)
 {
     struct making *found = images->making;
-    while (found && strcmp(found->tag, request->tag) != 0)
+    while (found && (strcmp(found->tag, request->tag) != 0 ||
+                     (found->is_passing && !request->is_passing))) /* it may be coarse */
         found = found->next;
     if (!found)
         return false;
     images->totals.shared++;
-    found->is_passing &= request->is_passing;
     waiter->source = VIEW_IMAGE_SHARED;
     waiter->next = found->waiters;
     found->waiters = waiter;

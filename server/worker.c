@@ -141,6 +141,7 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
         !view_from_request(&task->request, &storage, &view, err))
         return false;
     view.quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
+    view.quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
     bool is_good = renderer_render(worker->renderer, task->request.scene, &view, &task->frame, err);
     view_storage_finish(&storage);
     if (is_good)
@@ -295,7 +296,11 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
             .device = (int)json_integer_value(json_object_get(settings, "device")),
             .shader_dump_dir = dump_dir && *dump_dir ? dump_dir : NULL,
             .gpu_budget_bytes =
-                (uint64_t)json_integer_value(json_object_get(settings, "gpu_budget_bytes"))},
+                (uint64_t)json_integer_value(json_object_get(settings, "gpu_budget_bytes")),
+            .texture_budget_bytes =
+                (uint64_t)json_integer_value(json_object_get(settings, "texture_budget_bytes")),
+            .texture_upload_bytes =
+                (uint64_t)json_integer_value(json_object_get(settings, "texture_upload_bytes"))},
         err);
     if (!worker->renderer)
         return false;

@@ -8,9 +8,10 @@
 /* Serves until the socket closes; returns the exit status. Messages, each with an "op":
  *
  * in:
- *   configure {device, gpu_budget_bytes, cache_bytes, dump_shaders, auto, speed_file}: first, once
- *   render    {id, scene, urgent, format, reuse, forget}, descriptors: the request as JSON (memfd),
- *             the scene's blob
+ *   configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes, cache_bytes,
+ *             dump_shaders, auto, speed_file}: first, once
+ *   render    {id, scene, urgent, format, reuse, coarse, forget}, descriptors: the request as JSON
+ *             (memfd), the scene's blob
  *   ask       {id, scene, urgent, question, forget}, descriptors: the same and perhaps a reference:
  *             one step of a trade-off (server/measure.h), a plan (server/explain.h), a pick
  *   cancel    {id}: a render that is not wanted any more; it ends with an error, or is done

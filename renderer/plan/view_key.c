@@ -101,6 +101,7 @@ struct content_key view_plan_key(struct content_key state_key, const struct view
     struct view own = without_pointers(view);
     for (int k = 0; k < 4; k++)
         own.background[k] = 0; /* decides pixels, no pass */
+    own.quality.may_be_coarse = false;
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->camera.node);
     struct content_key cut = view_cut_key(view);

@@ -68,17 +68,32 @@ static bool reserve(struct blob_section *section, uint64_t count, size_t stride,
     return true;
 }
 
+static bool take_room(struct blob_writer *writer, uint64_t count, size_t stride, struct error *err)
+{
+    if (count <= (writer->max_bytes - writer->size_bytes) / stride)
+        return true;
+    return error_set(err, ERROR_TOO_LARGE, "the decoded scene needs more than %llu bytes",
+                     (unsigned long long)writer->max_bytes);
+}
+
+bool blob_writer_reserve_pixels(struct blob_writer *writer, uint64_t size_bytes, uint64_t *offset,
+                                struct error *err)
+{
+    if (!take_room(writer, size_bytes, 1, err))
+        return false;
+    *offset = writer->sections[SCENE_PIXELS].count;
+    writer->sections[SCENE_PIXELS].count += size_bytes;
+    writer->size_bytes += size_bytes;
+    return true;
+}
+
 void *blob_writer_append(struct blob_writer *writer, enum scene_section which, uint64_t count,
                          struct error *err)
 {
     struct blob_section *section = &writer->sections[which];
     size_t stride = record_bytes[which];
-    if (count > (writer->max_bytes - writer->size_bytes) / stride) {
-        error_set(err, ERROR_TOO_LARGE, "the decoded scene needs more than %llu bytes",
-                  (unsigned long long)writer->max_bytes);
-        return NULL;
-    }
-    if (!reserve(section, section->count + count, stride, err))
+    if (!take_room(writer, count, stride, err) ||
+        !reserve(section, section->count + count, stride, err))
         return NULL;
     char *first = (char *)section->records + section->count * stride;
     memset(first, 0, count * stride);
@@ -121,28 +136,38 @@ static uint64_t align(uint64_t offset)
     return (offset + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
 }
 
-bool blob_writer_write(struct blob_writer *writer, const struct scene_header *header, void **blob,
-                       size_t *size_bytes, struct error *err)
+/* Fills in where each section is; returns the size of all but the pixels. */
+static uint64_t place_sections(const struct blob_writer *writer, struct scene_header *head)
+{
+    uint64_t size = align(sizeof *head);
+    for (int i = 0; i < SCENE_SECTION_COUNT; i++) {
+        head->sections[i] = (struct scene_section_range){.offset = size,
+                                                         .count = writer->sections[i].count,
+                                                         .stride = (uint32_t)record_bytes[i]};
+        if (i != SCENE_PIXELS)
+            size = align(size + writer->sections[i].count * record_bytes[i]);
+    }
+    head->sections[SCENE_PIXELS].offset = size;
+    head->size_bytes = align(size + writer->sections[SCENE_PIXELS].count);
+    return size;
+}
+
+bool blob_writer_write(struct blob_writer *writer, const struct scene_header *header,
+                       bool only_head, void **blob, size_t *size_bytes, struct error *err)
 {
     struct scene_header head = *header;
     memcpy(head.magic, SCENE_BLOB_MAGIC, sizeof head.magic);
     head.version = SCENE_BLOB_VERSION;
     head.section_count = SCENE_SECTION_COUNT;
-    uint64_t size = align(sizeof head);
-    for (int i = 0; i < SCENE_SECTION_COUNT; i++) {
-        head.sections[i] = (struct scene_section_range){.offset = size,
-                                                        .count = writer->sections[i].count,
-                                                        .stride = (uint32_t)record_bytes[i]};
-        size = align(size + writer->sections[i].count * record_bytes[i]);
-    }
-    head.size_bytes = size;
+    uint64_t head_bytes = place_sections(writer, &head);
+    uint64_t size = only_head ? head_bytes : head.size_bytes;
     char *bytes = calloc(1, size); /* gaps are zero: the same scene gives the same bytes */
     if (!bytes)
         return error_set(err, ERROR_NO_MEMORY, "scene of %llu bytes", (unsigned long long)size);
     memcpy(bytes, &head, sizeof head);
     for (int i = 0; i < SCENE_SECTION_COUNT; i++) {
         struct blob_section *section = &writer->sections[i];
-        if (section->count)
+        if (section->records)
             memcpy(bytes + head.sections[i].offset, section->records,
                    section->count * record_bytes[i]);
         free(section->records);

@@ -40,9 +40,15 @@ MUST_CHECK bool blob_writer_add_text(struct blob_writer *writer, const char *tex
 MUST_CHECK bool blob_writer_add_line(struct blob_writer *writer, enum scene_section section,
                                      const char *text, struct error *err);
 
-/* Copies header and sections into *blob (malloc'ed, caller frees), emptying the writer as it goes.
- */
+/* Room in SCENE_PIXELS, whose bytes are not kept here: *offset is from the start of the section. */
+MUST_CHECK bool blob_writer_reserve_pixels(struct blob_writer *writer, uint64_t size_bytes,
+                                           uint64_t *offset, struct error *err);
+
+/* Copies header and sections into *blob (malloc'ed, caller frees), emptying the writer as it goes;
+ * the pixels, which come last, are zero. only_head: without memory for them; *size_bytes is then
+ * smaller than the header's. */
 MUST_CHECK bool blob_writer_write(struct blob_writer *writer, const struct scene_header *header,
-                                  void **blob, size_t *size_bytes, struct error *err);
+                                  bool only_head, void **blob, size_t *size_bytes,
+                                  struct error *err);
 
 #endif

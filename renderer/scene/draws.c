@@ -33,8 +33,11 @@ static void bind_textures(const struct draw_desc *desc, uint32_t material)
     const struct scene_material *m = &desc->state->materials[material].base;
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
         if (m->textures[slot].texture >= 0)
-            scene_gpu_bind_texture(desc->gpu, slot, m->textures[slot].texture,
-                                   UNIT_MATERIAL_0 + (uint32_t)slot);
+            scene_gpu_bind_texture(
+                desc->gpu, &(struct texture_binding){.slot = slot,
+                                                     .texture = m->textures[slot].texture,
+                                                     .unit = UNIT_MATERIAL_0 + (uint32_t)slot,
+                                                     .pass = desc->texture_pass});
 }
 
 static bool describe_state(const struct draw_desc *desc, const struct state_item *item,

@@ -203,6 +203,7 @@ static void importer_finish(struct importer *importer)
     gltf_json_finish(&importer->json);
     free(importer->mesh_of);
     free(importer->is_texture_used);
+    free(importer->image_source);
     free(importer->node_order);
 }
 
@@ -225,16 +226,17 @@ bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *siz
         return false;
     struct importer importer = {.max_image_pixels = 0};
     bool is_done = import_all(&importer, desc, err) &&
-                   blob_writer_write(&importer.writer, &importer.header, blob, size_bytes, err);
+                   blob_writer_write(&importer.writer, &importer.header, desc->write != NULL, blob,
+                                     size_bytes, err) &&
+                   import_pixels(&importer, desc, *blob, err);
     importer_finish(&importer);
-    if (!is_done)
-        return false;
     struct scene scene; /* the worker will ask the same: what it would refuse is refused here */
-    if (!scene_open(&scene, *blob, *size_bytes, err)) {
-        free(*blob);
-        *blob = NULL;
-        *size_bytes = 0;
-        return false;
-    }
-    return true;
+    is_done =
+        is_done && (desc->write ? scene_open_head : scene_open)(&scene, *blob, *size_bytes, err);
+    if (is_done)
+        return true;
+    free(*blob);
+    *blob = NULL;
+    *size_bytes = 0;
+    return false;
 }

@@ -6,6 +6,7 @@
 #include "renderer/scene/accessor.h"
 #include "renderer/scene/blob_writer.h"
 #include "renderer/scene/gltf_json.h"
+#include "renderer/scene/import.h"
 
 struct importer {
     struct gltf_package package;
@@ -17,9 +18,10 @@ struct importer {
     struct scene_header header;
     uint64_t max_image_pixels;
 
-    int32_t *mesh_of;      /* owned: blob mesh of each glTF mesh, -1 when no shown node uses it */
-    bool *is_texture_used; /* owned: by an evaluated slot of some material */
-    uint32_t *node_order;  /* owned: glTF nodes of the scene, parents first */
+    int32_t *mesh_of;       /* owned: blob mesh of each glTF mesh, -1 when no shown node uses it */
+    bool *is_texture_used;  /* owned: by an evaluated slot of some material */
+    uint32_t *image_source; /* owned: glTF image of each of the blob's */
+    uint32_t *node_order;   /* owned: glTF nodes of the scene, parents first */
     uint32_t node_count;
     struct geometry_scratch *scratch; /* owned by import_geometry.c */
 
@@ -31,9 +33,9 @@ struct importer {
 };
 
 /* Each returns false with err set, and fills the sections of its name. In the order of the calls in
- * import.c: materials also is_texture_used; textures also images and pixels; hierarchy node_order
- * and mesh_of; meshes all vertex sections; nodes also the bounds and counts of the header;
- * animations also poses, channels and keys. */
+ * import.c: materials also is_texture_used; textures also images and image_source, and takes room
+ * for their pixels; hierarchy node_order and mesh_of; meshes all vertex sections; nodes also the
+ * bounds and counts of the header; animations also poses, channels and keys. */
 MUST_CHECK bool import_materials(struct importer *importer, struct error *err);
 MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
 MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
@@ -46,6 +48,12 @@ MUST_CHECK bool import_animations(struct importer *importer, struct error *err);
 /* Translation, rotation and scale of a node without a matrix, into a zeroed pose. */
 MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pose,
                             struct error *err);
+
+/* Decodes the images, builds their levels, and has both written where the blob in the making, or
+ * its head, has room for them; completes the blob's image records. `write` may be NULL: the blob is
+ * whole. */
+MUST_CHECK bool import_pixels(struct importer *importer, const struct scene_import_desc *desc,
+                              void *blob, struct error *err);
 
 void importer_free_scratch(struct geometry_scratch *scratch);
 

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "renderer/scene/blob_writer.h"
+#include "renderer/scene/texture_levels.h"
 
 static bool refuse(struct error *err, const char *what, uint64_t index)
 {
@@ -43,7 +44,8 @@ static bool is_index(int32_t index, uint64_t count)
 
 /* ---- sections ---- */
 
-static bool check_header(const struct scene_header *header, size_t size_bytes, struct error *err)
+static bool check_header(const struct scene_header *header, size_t size_bytes, bool is_head,
+                         struct error *err)
 {
     if (size_bytes < sizeof *header)
         return error_set(err, ERROR_INVALID_SCENE, "scene blob: %zu bytes are no header",
@@ -52,7 +54,7 @@ static bool check_header(const struct scene_header *header, size_t size_bytes, s
         header->version != SCENE_BLOB_VERSION || header->section_count != SCENE_SECTION_COUNT)
         return error_set(err, ERROR_INVALID_SCENE, "scene blob: of another kind or version than %d",
                          SCENE_BLOB_VERSION);
-    if (header->size_bytes != size_bytes)
+    if (is_head ? header->size_bytes < size_bytes : header->size_bytes != size_bytes)
         return error_set(err, ERROR_INVALID_SCENE, "scene blob: %zu bytes, its header says %llu",
                          size_bytes, (unsigned long long)header->size_bytes);
     if (!are_finite_f64(header->bounds_min, 3) || !are_finite_f64(header->bounds_max, 3))
@@ -63,6 +65,7 @@ static bool check_header(const struct scene_header *header, size_t size_bytes, s
 /* Opens sections one after the other and remembers whether one was malformed. */
 struct opener {
     const struct scene_header *header;
+    uint64_t memory_bytes; /* from the header on; pixels may lie behind */
     struct error *err;
     bool has_failed;
 };
@@ -73,9 +76,10 @@ static const void *open_section(struct opener *opener, enum scene_section which,
     const struct scene_header *header = opener->header;
     const struct scene_section_range *range = &header->sections[which];
     size_t stride = blob_record_bytes(which);
+    uint64_t end = which == SCENE_PIXELS ? header->size_bytes : opener->memory_bytes;
     bool is_good = range->stride == stride && range->offset % 16 == 0 &&
-                   range->offset >= sizeof *header && range->offset <= header->size_bytes &&
-                   range->count <= (header->size_bytes - range->offset) / stride &&
+                   range->offset >= sizeof *header && range->offset <= end &&
+                   range->count <= (end - range->offset) / stride &&
                    (stride == 1 || range->count <= UINT32_MAX);
     *count = is_good ? range->count : 0;
     if (!is_good) {
@@ -93,9 +97,9 @@ static const void *open_records(struct opener *opener, enum scene_section which,
     return records;
 }
 
-static bool open_sections(struct scene *scene, struct error *err)
+static bool open_sections(struct scene *scene, uint64_t memory_bytes, struct error *err)
 {
-    struct opener o = {.header = scene->header, .err = err};
+    struct opener o = {.header = scene->header, .memory_bytes = memory_bytes, .err = err};
     scene->nodes = open_records(&o, SCENE_NODES, &scene->node_count);
     scene->meshes = open_records(&o, SCENE_MESHES, &scene->mesh_count);
     scene->primitives = open_records(&o, SCENE_PRIMITIVES, &scene->primitive_count);
@@ -103,6 +107,8 @@ static bool open_sections(struct scene *scene, struct error *err)
     scene->textures = open_records(&o, SCENE_TEXTURES, &scene->texture_count);
     scene->images = open_records(&o, SCENE_IMAGES, &scene->image_count);
     scene->pixels = open_section(&o, SCENE_PIXELS, &scene->pixel_bytes);
+    if (memory_bytes < scene->header->size_bytes)
+        scene->pixels = NULL;
     scene->lights = open_records(&o, SCENE_LIGHTS, &scene->light_count);
     scene->cameras = open_records(&o, SCENE_CAMERAS, &scene->camera_count);
     scene->indices = open_records(&o, SCENE_INDICES, &scene->index_count);
@@ -123,7 +129,7 @@ static bool open_sections(struct scene *scene, struct error *err)
     return true;
 }
 
-static bool open_vertices(struct scene *scene, struct error *err)
+static bool open_vertices(struct scene *scene, uint64_t memory_bytes, struct error *err)
 {
     static const struct {
         enum scene_section section;
@@ -132,7 +138,7 @@ static bool open_vertices(struct scene *scene, struct error *err)
                     {SCENE_TEXCOORDS_0, false}, {SCENE_TEXCOORDS_1, false}, {SCENE_COLORS, false}};
     const float **pointers[] = {&scene->positions,   &scene->normals,     &scene->tangents,
                                 &scene->texcoords_0, &scene->texcoords_1, &scene->colors};
-    struct opener opener = {.header = scene->header, .err = err};
+    struct opener opener = {.header = scene->header, .memory_bytes = memory_bytes, .err = err};
     uint64_t vertices = scene->header->sections[SCENE_POSITIONS].count;
     for (int i = 0; i < 6; i++) {
         enum scene_section section = sections[i].section;
@@ -164,9 +170,9 @@ static bool is_text(const struct scene *scene, uint32_t offset)
     return offset < string_bytes(scene);
 }
 
-static bool open_strings(struct scene *scene, struct error *err)
+static bool open_strings(struct scene *scene, uint64_t memory_bytes, struct error *err)
 {
-    struct opener opener = {.header = scene->header, .err = err};
+    struct opener opener = {.header = scene->header, .memory_bytes = memory_bytes, .err = err};
     uint64_t count;
     const char *strings = open_section(&opener, SCENE_STRINGS, &count);
     if (opener.has_failed)
@@ -302,9 +308,30 @@ static bool is_wrap(uint32_t wrap)
 static bool is_image(const struct scene *scene, const struct scene_image *image)
 {
     uint64_t pixels = (uint64_t)image->width_px * image->height_px;
-    return image->width_px > 0 && image->height_px > 0 &&
-           image->offset_bytes <= scene->pixel_bytes &&
-           pixels <= (scene->pixel_bytes - image->offset_bytes) / 4 && is_text(scene, image->name);
+    if (image->width_px == 0 || image->height_px == 0 || image->offset_bytes > scene->pixel_bytes ||
+        pixels > (scene->pixel_bytes - image->offset_bytes) / 4)
+        return false;
+    uint64_t levels = texture_levels_bytes(image->width_px, image->height_px, 1);
+    for (int i = 0; i < 2; i++)
+        if (image->levels_offset_bytes[i] > scene->pixel_bytes ||
+            (image->levels_offset_bytes[i] &&
+             levels > scene->pixel_bytes - image->levels_offset_bytes[i]))
+            return false;
+    return image->least_alpha <= 255 && is_text(scene, image->name);
+}
+
+/* What the material samples has its levels. */
+static bool has_levels(const struct scene *scene, const struct scene_material *m)
+{
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        int32_t texture = m->textures[slot].texture;
+        int32_t index = texture >= 0 ? scene->textures[texture].image : -1;
+        const struct scene_image *image = index >= 0 ? &scene->images[index] : NULL;
+        if (image && (image->width_px > 1 || image->height_px > 1) &&
+            !image->levels_offset_bytes[scene_slot_is_srgb(slot)])
+            return false;
+    }
+    return true;
 }
 
 static bool check_surfaces(const struct scene *scene, struct error *err)
@@ -322,6 +349,9 @@ static bool check_surfaces(const struct scene *scene, struct error *err)
     for (uint32_t i = 0; i < scene->image_count; i++)
         if (!is_image(scene, &scene->images[i]))
             return refuse(err, "image", i);
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        if (!has_levels(scene, &scene->materials[i]))
+            return refuse(err, "material", i);
     return true;
 }
 
@@ -415,16 +445,18 @@ static bool check_animations(const struct scene *scene, struct error *err)
     return true;
 }
 
-bool scene_open(struct scene *scene, const void *blob, size_t size_bytes, struct error *err)
+static bool open_blob(struct scene *scene, const void *blob, size_t size_bytes, bool is_head,
+                      struct error *err)
 {
     memset(scene, 0, sizeof *scene);
     if ((uintptr_t)blob % _Alignof(struct scene_header) != 0)
         return error_set(err, ERROR_INTERNAL, "scene blob: not aligned");
-    if (!check_header(blob, size_bytes, err))
+    if (!check_header(blob, size_bytes, is_head, err))
         return false;
     scene->header = blob;
     bool is_good =
-        open_strings(scene, err) && open_sections(scene, err) && open_vertices(scene, err) &&
+        open_strings(scene, size_bytes, err) && open_sections(scene, size_bytes, err) &&
+        open_vertices(scene, size_bytes, err) &&
         check_lines(scene, scene->extensions_used, scene->extension_used_count, err) &&
         check_lines(scene, scene->extensions_ignored, scene->extension_ignored_count, err) &&
         check_lines(scene, scene->warnings, scene->warning_count, err) &&
@@ -433,6 +465,16 @@ bool scene_open(struct scene *scene, const void *blob, size_t size_bytes, struct
     if (!is_good)
         memset(scene, 0, sizeof *scene);
     return is_good;
+}
+
+bool scene_open(struct scene *scene, const void *blob, size_t size_bytes, struct error *err)
+{
+    return open_blob(scene, blob, size_bytes, false, err);
+}
+
+bool scene_open_head(struct scene *scene, const void *head, size_t head_bytes, struct error *err)
+{
+    return open_blob(scene, head, head_bytes, true, err);
 }
 
 /* ---- names ---- */

@@ -57,6 +57,17 @@ struct scene {
 MUST_CHECK bool scene_open(struct scene *scene, const void *blob, size_t size_bytes,
                            struct error *err);
 
+/* The same of a blob whose pixels are not in memory: only its first head_bytes are, which hold all
+ * other sections. `pixels` is NULL, `pixel_bytes` is known. */
+MUST_CHECK bool scene_open_head(struct scene *scene, const void *head, size_t head_bytes,
+                                struct error *err);
+
+/* Whether a slot's texels are sRGB: the second of an image's levels_offset_bytes. */
+static inline bool scene_slot_is_srgb(int slot)
+{
+    return slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
+}
+
 /* Node, material or animation by exact name, first match in file order; -1 when there is none.
  * "#12" means index 12. */
 int32_t scene_find_node(const struct scene *scene, const char *name);

@@ -2,8 +2,9 @@
 /* The scene blob: one flat, position-independent, little-endian block that the decoder writes and
  * workers map.
  *
- * Layout: header, then the sections in any order, each 16-byte aligned. A section is an array of
- * `count` records of `stride` bytes. Indices between records are int32 with -1 for "none", or
+ * Layout: header, then the sections in any order, each 16-byte aligned; the writer puts the pixels
+ * last, so that all else, the head, can be had without them. A section is an array of `count`
+ * records of `stride` bytes. Indices between records are int32 with -1 for "none", or
  * uint32 where none is impossible. Text is a byte offset into the NUL-separated SCENE_STRINGS
  * section; offset 0 is the empty string. Everything is checked twice: by the decoder that writes
  * it, and by scene_open in the worker that trusts no one. */
@@ -17,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 3 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 4 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -27,7 +28,7 @@ enum scene_section {
     SCENE_MATERIALS,  /* struct scene_material; the last one is the glTF default material */
     SCENE_TEXTURES,   /* struct scene_texture: an image with its sampler */
     SCENE_IMAGES,     /* struct scene_image */
-    SCENE_PIXELS,     /* bytes of all images, level 0 only, RGBA8, first row on top (v = 0) */
+    SCENE_PIXELS,     /* bytes of all images and their levels, RGBA8, first row on top (v = 0) */
     SCENE_LIGHTS,     /* struct scene_light */
     SCENE_CAMERAS,    /* struct scene_camera */
     SCENE_INDICES,    /* u32, relative to the primitive's first_vertex */
@@ -198,8 +199,12 @@ struct scene_texture {
 struct scene_image {
     uint32_t width_px, height_px;
     uint64_t offset_bytes; /* into SCENE_PIXELS; width * height * 4 bytes */
+    /* Into SCENE_PIXELS: level 1 and all that follow, one after the other, averaged as linear
+     * values [0] or as sRGB [1]; 0 where no material samples the image so, or there is but one
+     * level (renderer/scene/texture_levels.h). */
+    uint64_t levels_offset_bytes[2];
     uint32_t name;
-    uint32_t pad;
+    uint32_t least_alpha; /* of all texels of level 0, [0, 255]: no filter samples less */
 };
 
 enum scene_light_type {

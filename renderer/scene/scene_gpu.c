@@ -6,6 +6,7 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
+#include "renderer/scene/texture_need.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -74,102 +75,10 @@ static bool upload_geometry(struct scene_gpu *gpu, struct error *err)
     return true;
 }
 
-static bool filter_needs_levels(uint32_t filter)
-{
-    return filter != GL_NEAREST && filter != GL_LINEAR;
-}
-
-static int level_count(uint32_t width, uint32_t height)
-{
-    int levels = 1;
-    while ((width | height) >> levels)
-        levels++;
-    return levels;
-}
-
-static uint8_t least_alpha(const struct scene *scene, const struct scene_image *image)
-{
-    const uint8_t *pixels = scene->pixels + image->offset_bytes;
-    size_t count = (size_t)image->width_px * image->height_px;
-    uint8_t least = 255;
-    for (size_t i = 0; i < count && least > 0; i++)
-        if (pixels[4 * i + 3] < least)
-            least = pixels[4 * i + 3];
-    return least;
-}
-
 float scene_gpu_least_alpha(const struct scene_gpu *gpu, int32_t texture)
 {
     int32_t image = texture >= 0 ? gpu->scene->textures[texture].image : -1;
-    return image >= 0 ? (float)gpu->least_alpha[image] / 255 : 1;
-}
-
-/* One GL texture per image and colour space in use; levels only where some sampler reads them. */
-static bool upload_image(struct scene_gpu *gpu, uint32_t image, bool is_srgb, bool needs_levels,
-                         struct error *err)
-{
-    const struct scene_image *source = &gpu->scene->images[image];
-    struct gl_texture *texture = &gpu->images[2 * image + is_srgb];
-    GLint max_size;
-    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &max_size);
-    if (source->width_px > (uint32_t)max_size || source->height_px > (uint32_t)max_size)
-        return error_set(err, ERROR_UNSUPPORTED, "image %u is %ux%u, the device takes %d", image,
-                         source->width_px, source->height_px, max_size);
-    bool ok = gl_texture_init(
-        texture,
-        &(struct gl_texture_desc){
-            .label = "scene.image",
-            .format = is_srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8,
-            .width = (int)source->width_px,
-            .height = (int)source->height_px,
-            .levels = needs_levels ? level_count(source->width_px, source->height_px) : 1,
-        },
-        err);
-    if (!ok)
-        return false;
-    glTextureSubImage2D(texture->name, 0, 0, 0, texture->width, texture->height, GL_RGBA,
-                        GL_UNSIGNED_BYTE, gpu->scene->pixels + source->offset_bytes);
-    if (needs_levels)
-        glGenerateTextureMipmap(texture->name);
-    gpu->size_bytes += texture->size_bytes;
-    return true;
-}
-
-static bool slot_is_srgb(int slot)
-{
-    return slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
-}
-
-enum { IMAGE_USED = 1, IMAGE_NEEDS_LEVELS = 2 };
-
-static bool upload_images(struct scene_gpu *gpu, struct error *err)
-{
-    const struct scene *s = gpu->scene;
-    gpu->images = calloc(2 * (size_t)s->image_count + 1, sizeof *gpu->images);
-    gpu->least_alpha = calloc((size_t)s->image_count + 1, 1);
-    unsigned char *uses = calloc(2 * (size_t)s->image_count + 1, 1);
-    bool ok = gpu->images && gpu->least_alpha && uses;
-    if (!ok)
-        error_set(err, ERROR_NO_MEMORY, "%u images", s->image_count);
-    for (uint32_t m = 0; ok && m < s->material_count; m++) {
-        for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
-            int32_t t = s->materials[m].textures[slot].texture;
-            if (t < 0 || s->textures[t].image < 0)
-                continue;
-            unsigned char *use = &uses[2 * s->textures[t].image + slot_is_srgb(slot)];
-            *use |= IMAGE_USED;
-            if (filter_needs_levels(s->textures[t].min_filter))
-                *use |= IMAGE_NEEDS_LEVELS;
-        }
-    }
-    for (uint32_t i = 0; ok && i < 2 * s->image_count; i++)
-        if (uses[i]) {
-            ok = upload_image(gpu, i / 2, i & 1, uses[i] & IMAGE_NEEDS_LEVELS, err);
-            if (i & 1)
-                gpu->least_alpha[i / 2] = least_alpha(s, &s->images[i / 2]);
-        }
-    free(uses);
-    return ok;
+    return image >= 0 ? (float)gpu->scene->images[image].least_alpha / 255 : 1;
 }
 
 static bool create_samplers(struct scene_gpu *gpu, struct error *err)
@@ -247,7 +156,8 @@ static bool classify_textures(struct scene_gpu *gpu, struct error *err)
     return true;
 }
 
-struct scene_gpu *scene_gpu_create(const struct scene *scene, struct error *err)
+struct scene_gpu *scene_gpu_create(const struct scene *scene, uint64_t texture_budget_bytes,
+                                   struct error *err)
 {
     struct scene_gpu *gpu = calloc(1, sizeof *gpu);
     if (!gpu) {
@@ -255,8 +165,10 @@ struct scene_gpu *scene_gpu_create(const struct scene *scene, struct error *err)
         return NULL;
     }
     gpu->scene = scene;
-    if (!upload_geometry(gpu, err) || !create_white(gpu, err) || !upload_images(gpu, err) ||
-        !create_samplers(gpu, err) || !classify_textures(gpu, err)) {
+    if (!upload_geometry(gpu, err) || !create_white(gpu, err) ||
+        !(gpu->textures = texture_store_create(scene, texture_budget_bytes, err)) ||
+        !(gpu->density = texture_density_create(scene, err)) || !create_samplers(gpu, err) ||
+        !classify_textures(gpu, err)) {
         scene_gpu_destroy(gpu);
         return NULL;
     }
@@ -271,13 +183,11 @@ void scene_gpu_destroy(struct scene_gpu *gpu)
         gl_buffer_finish(&gpu->streams[i]);
     gl_buffer_finish(&gpu->indices);
     gl_vertex_array_finish(&gpu->vertex_array);
-    for (uint32_t i = 0; gpu->images && i < 2 * gpu->scene->image_count; i++)
-        gl_texture_finish(&gpu->images[i]);
+    texture_store_destroy(gpu->textures);
+    texture_density_destroy(gpu->density);
     for (uint32_t i = 0; gpu->samplers && i < gpu->scene->texture_count; i++)
         gl_sampler_finish(&gpu->samplers[i]);
     gl_texture_finish(&gpu->white);
-    free(gpu->images);
-    free(gpu->least_alpha);
     free(gpu->samplers);
     free(gpu->texture_classes);
     free(gpu);
@@ -285,15 +195,40 @@ void scene_gpu_destroy(struct scene_gpu *gpu)
 
 uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu)
 {
-    return gpu->size_bytes;
+    return gpu->size_bytes + (gpu->textures ? texture_store_resident_bytes(gpu->textures) : 0);
 }
 
-void scene_gpu_bind_texture(const struct scene_gpu *gpu, int slot, int32_t texture, uint32_t unit)
+struct texture_store *scene_gpu_textures(const struct scene_gpu *gpu)
 {
-    const struct scene *s = gpu->scene;
-    const struct gl_texture *image = &gpu->white;
-    if (texture >= 0 && s->textures[texture].image >= 0)
-        image = &gpu->images[2 * s->textures[texture].image + slot_is_srgb(slot)];
-    glBindTextureUnit(unit, image->name);
-    glBindSampler(unit, texture >= 0 ? gpu->samplers[texture].name : 0);
+    return gpu->textures;
+}
+
+struct texture_density *scene_gpu_texture_density(const struct scene_gpu *gpu)
+{
+    return gpu->density;
+}
+
+void scene_gpu_set_texture_passes(struct scene_gpu *gpu, const struct texture_passes *passes)
+{
+    gpu->passes = passes;
+}
+
+static uint8_t finest_level(const struct scene_gpu *gpu, size_t pass, uint32_t key)
+{
+    const struct texture_passes *passes = gpu->passes;
+    return passes && pass < passes->count && passes->levels[pass] ? passes->levels[pass][key]
+                                                                  : TEXTURE_UNNEEDED;
+}
+
+void scene_gpu_bind_texture(const struct scene_gpu *gpu, const struct texture_binding *binding)
+{
+    int32_t texture = binding->texture;
+    int32_t image = texture >= 0 ? gpu->scene->textures[texture].image : -1;
+    const struct gl_texture *found = NULL;
+    if (image >= 0) {
+        uint32_t key = texture_key((uint32_t)image, scene_slot_is_srgb(binding->slot));
+        found = texture_store_use(gpu->textures, key, finest_level(gpu, binding->pass, key));
+    }
+    glBindTextureUnit(binding->unit, found ? found->name : gpu->white.name);
+    glBindSampler(binding->unit, texture >= 0 ? gpu->samplers[texture].name : 0);
 }

@@ -6,12 +6,29 @@
 #include "renderer/gl/object.h"
 #include "renderer/gl/program.h"
 #include "renderer/scene/scene_state.h"
+#include "renderer/scene/texture_need.h"
+#include "renderer/scene/texture_store.h"
 
 struct scene_gpu;
 
-struct scene_gpu *scene_gpu_create(const struct scene *scene, struct error *err);
+/* texture_budget_bytes: renderer/scene/texture_store.h. */
+struct scene_gpu *scene_gpu_create(const struct scene *scene, uint64_t texture_budget_bytes,
+                                   struct error *err);
 void scene_gpu_destroy(struct scene_gpu *gpu);
-uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu);
+uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu); /* at present, textures too */
+struct texture_store *scene_gpu_textures(const struct scene_gpu *gpu);
+struct texture_density *scene_gpu_texture_density(const struct scene_gpu *gpu);
+
+/* Per pass, the camera's first, then one of each light: per texture_key the finest level that it
+ * can need (renderer/scene/texture_need.h), or TEXTURE_UNNEEDED; a pass may be NULL. */
+struct texture_passes {
+    uint8_t **levels;
+    size_t count;
+};
+/* Borrowed until NULL is set: what the passes of a frame sample is what they say, whatever finer
+ * levels are resident. */
+void scene_gpu_set_texture_passes(struct scene_gpu *gpu, const struct texture_passes *passes);
+
 /* Of a base colour texture, in [0, 1]: no filter of it samples less. 1 for -1 or a missing image.
  */
 float scene_gpu_least_alpha(const struct scene_gpu *gpu, int32_t texture);
@@ -60,6 +77,7 @@ struct draw_desc {
     const uint32_t *items;           /* required; indices of state->items, drawn in this order */
     const uint32_t *records;         /* required; the record of each item */
     size_t item_count;
+    size_t texture_pass;  /* of struct texture_passes; 0 is the camera's */
     bool cull_back_faces; /* of single-sided materials that are not media; camera passes do, light
                              passes do not */
     /* Required. The program that an item needs, so that variants by material are possible; NULL

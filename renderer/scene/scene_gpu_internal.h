@@ -12,9 +12,10 @@ struct scene_gpu {
     struct gl_buffer streams[SCENE_GPU_STREAMS]; /* unnamed where the scene has no such attribute */
     struct gl_buffer indices;
     struct gl_vertex_array vertex_array;
-    struct gl_texture *images;   /* [2 * image + is_srgb]; unnamed where unused */
-    uint8_t *least_alpha;        /* per image, of those sampled as base colours; else 0 */
-    struct gl_sampler *samplers; /* per texture */
+    struct texture_store *textures;
+    struct texture_density *density;
+    const struct texture_passes *passes; /* of the frame; NULL: what is resident is sampled */
+    struct gl_sampler *samplers;         /* per texture */
     struct gl_texture white;
     uint32_t *texture_classes; /* per material: equal where all textures are the same */
     uint64_t size_bytes;
@@ -45,7 +46,13 @@ struct draw_arena {
     size_t command_used;     /* commands of this frame already on the GPU */
 };
 
-/* Binds texture (or white for -1) with its sampler, in the colour space of the slot. */
-void scene_gpu_bind_texture(const struct scene_gpu *gpu, int slot, int32_t texture, uint32_t unit);
+struct texture_binding {
+    int slot;
+    int32_t texture; /* -1: white */
+    uint32_t unit;
+    size_t pass; /* of struct texture_passes */
+};
+/* Binds the texture with its sampler, in the colour space of the slot. */
+void scene_gpu_bind_texture(const struct scene_gpu *gpu, const struct texture_binding *binding);
 
 #endif

@@ -461,6 +461,7 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
         .items = painter->selected,
         .records = painter->records,
         .item_count = count,
+        .texture_pass = 1 + (size_t)desc->build->light,
         .program_for = program_for,
         .context = &context,
     };

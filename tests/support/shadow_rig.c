@@ -301,7 +301,7 @@ bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
     bool ok = scene_state_init(&rig->state, &rig->scene, &view, err);
     free(overrides);
     free(names);
-    rig->gpu = ok ? scene_gpu_create(&rig->scene, err) : NULL;
+    rig->gpu = ok ? scene_gpu_create(&rig->scene, UINT64_MAX, err) : NULL;
     if (!rig->gpu || !draw_arena_begin(rig->arena, &rig->state, err))
         return false;
     struct shadow_prepare_desc desc = {.scene_key = "panes",

@@ -125,6 +125,13 @@ static void fill_stats(struct frame_stats *stats)
                                                           .windows = 3,
                                                           .prefilter = 4,
                                                           .max_error = 0.02};
+    stats->textures = (struct frame_stats_textures){.budget_bytes = 1000,
+                                                    .resident_bytes = 900,
+                                                    .wanted_bytes = 1200,
+                                                    .pending_bytes = 70,
+                                                    .written_bytes = 50,
+                                                    .coarse_count = 4,
+                                                    .level_bias = 2};
     stats->byte_count = 2;
     strcpy(stats->bytes[0].structure, "shadow.deep");
     stats->bytes[0].bytes = UINT64_C(5) << 32;
@@ -155,6 +162,7 @@ static void stats_read_back_as_they_were(void **state)
     assert_int_equal(read.counts.events, UINT64_C(1) << 40);
     assert_int_equal(read.compression.nodes, 300);
     assert_true(read.compression.max_error == 0.02);
+    assert_memory_equal(&read.textures, &stats.textures, sizeof read.textures);
     assert_int_equal(read.bytes[0].bytes, UINT64_C(5) << 32);
     assert_int_equal(read.plan_count, FRAME_STATS_PASSES_MAX);
     assert_string_equal(read.plan[63].pass, "shadow.63");

@@ -254,6 +254,7 @@ static void reports_reach_the_stats_whole(void **state)
         *(uint64_t *)((char *)report + counted[i].report) = i + 1;
     report->counts.mean_list = 2.5;
     report->compression = (struct report_compression){1, 2, 3, 4, 5, 6, 7, 0.125};
+    report->textures = (struct report_textures){1, 2, 3, 4, 5, 6, 7};
     report->byte_count = REPORT_BYTES_MAX;
     strcpy(report->bytes[REPORT_BYTES_MAX - 1].structure, "scene");
     report->bytes[REPORT_BYTES_MAX - 1].bytes = 99;
@@ -282,6 +283,10 @@ static void reports_reach_the_stats_whole(void **state)
     assert_true(c->maps == 1 && c->events == 2 && c->nodes == 3 && c->exact_bytes == 4);
     assert_true(c->node_bytes == 5 && c->windows == 6 && c->prefilter == 7);
     assert_true(c->max_error == 0.125);
+    const struct frame_stats_textures *t = &stats->textures;
+    assert_true(t->budget_bytes == 1 && t->resident_bytes == 2 && t->wanted_bytes == 3);
+    assert_true(t->pending_bytes == 4 && t->written_bytes == 5 && t->coarse_count == 6);
+    assert_int_equal(t->level_bias, 7);
     assert_int_equal(stats->bytes[REPORT_BYTES_MAX - 1].bytes, 99);
     assert_string_equal(stats->reused[REPORT_REUSED_MAX - 1], "shadow.deep");
     assert_int_equal(stats->warning_count, REPORT_WARNINGS_MAX);

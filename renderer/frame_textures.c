@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT */
+/* A lens for the camera and one for each light that sees casters with textures. */
+#include "renderer/frame_textures.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/scene/texture_need.h"
+
+static const uint32_t all_slots = (1u << SCENE_TEXTURE_SLOT_COUNT) - 1;
+
+/* What casters of light are asked for (renderer/shadows/shadow_casters.c). */
+static const uint32_t caster_slots = 1u << SCENE_TEXTURE_BASE_COLOR |
+                                     1u << SCENE_TEXTURE_TRANSMISSION |
+                                     1u << SCENE_TEXTURE_THICKNESS;
+
+static struct texture_lens lens_of_camera(const struct camera *camera, const struct view *view)
+{
+    double across = 2 * camera->half_width / view->width_px;
+    double down = 2 * camera->half_height / view->height_px;
+    struct texture_lens lens = {.near_m = fmax(0, camera->z_near),
+                                .slant = 1,
+                                .pixel = fmin(across, down),
+                                .is_parallel = camera->is_orthographic};
+    if (!lens.is_parallel)
+        lens.slant = sqrt(1 + camera->half_width * camera->half_width +
+                          camera->half_height * camera->half_height);
+    for (int k = 0; k < 3; k++) {
+        lens.eye[k] = camera->eye[k];
+        lens.forward[k] = -camera->back[k];
+    }
+    return lens;
+}
+
+static struct texture_lens lens_of_light(const struct shadow_frame *frame, int resolution)
+{
+    double half[2] = {1 / frame->scale[0], 1 / frame->scale[1]};
+    struct texture_lens lens = {.near_m = frame->near_m,
+                                .slant = 1,
+                                .pixel = 2 * fmin(half[0], half[1]) / resolution,
+                                .is_parallel = frame->shape == SHADOW_ORTHOGRAPHIC};
+    if (!lens.is_parallel)
+        lens.slant = sqrt(1 + half[0] * half[0] + half[1] * half[1]);
+    if (frame->shape == SHADOW_CUBE)
+        lens.depth_share = 1 / lens.slant;
+    memcpy(lens.eye, frame->origin, sizeof lens.eye);
+    memcpy(lens.forward, frame->axis[2], sizeof lens.forward);
+    return lens;
+}
+
+static uint8_t *make_pass(const struct frame_textures *textures, struct error *err)
+{
+    uint8_t *levels = malloc(textures->key_count + 1);
+    if (!levels)
+        error_set(err, ERROR_NO_MEMORY, "levels of %zu textures", textures->key_count);
+    else
+        memset(levels, TEXTURE_UNNEEDED, textures->key_count + 1);
+    return levels;
+}
+
+static bool is_sampled_by_light(const struct frame_run *run, uint32_t item)
+{
+    const struct state_item *drawn = &run->state->items[item];
+    const struct scene_material *m = &run->state->scene->materials[drawn->material];
+    bool has_texture = false;
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
+        has_texture |= (caster_slots >> slot & 1) && m->textures[slot].texture >= 0;
+    return has_texture && drawn->class_ != STATE_OPAQUE;
+}
+
+static bool add_light(struct frame_textures *textures, const struct frame_run *run, size_t light,
+                      struct error *err)
+{
+    const struct shadow_need *need = &run->frame_plan->shadows.lights[light];
+    const struct view_quality *quality = &run->view->quality;
+    int resolution = shadow_resolution(quality, gl_context_limits(run->renderer->context));
+    int samples = quality->shadow_prefilter > 1 ? quality->shadow_prefilter : 1;
+    struct texture_lens lens = lens_of_light(&need->frame, resolution * samples);
+    for (size_t i = 0; i < need->casters.count; i++) {
+        uint8_t **levels = &textures->passes.levels[1 + light];
+        if (!is_sampled_by_light(run, need->casters.items[i]))
+            continue;
+        if (!*levels && !(*levels = make_pass(textures, err)))
+            return false;
+        texture_need_add(
+            &(struct texture_need_desc){.density = scene_gpu_texture_density(run->scene->gpu),
+                                        .state = run->state,
+                                        .items = &need->casters.items[i],
+                                        .item_count = 1,
+                                        .slots = caster_slots,
+                                        .lens = &lens},
+            *levels);
+    }
+    return true;
+}
+
+static bool add_passes(struct frame_textures *textures, const struct frame_run *run,
+                       struct error *err)
+{
+    const struct geometry_items *items = &run->frame_plan->items;
+    const struct shadow_needs *shadows = &run->frame_plan->shadows;
+    struct texture_lens lens = lens_of_camera(run->camera, run->view);
+    textures->passes.count = 1 + shadows->light_count;
+    textures->passes.levels = calloc(textures->passes.count, sizeof *textures->passes.levels);
+    if (!textures->passes.levels)
+        return error_set(err, ERROR_NO_MEMORY, "textures of %zu lights", shadows->light_count);
+    if (!(textures->passes.levels[0] = make_pass(textures, err)))
+        return false;
+    texture_need_add(
+        &(struct texture_need_desc){.density = scene_gpu_texture_density(run->scene->gpu),
+                                    .state = run->state,
+                                    .items = items->drawn,
+                                    .item_count = items->opaque_count + items->transparent_count +
+                                                  items->medium_count,
+                                    .slots = all_slots,
+                                    .lens = &lens},
+        textures->passes.levels[0]);
+    for (size_t i = 0; i < shadows->light_count; i++)
+        if (shadows->lights[i].has_structure && !add_light(textures, run, i, err))
+            return false;
+    return true;
+}
+
+/* The finest that any pass can need. */
+static bool join_passes(struct frame_textures *textures, struct error *err)
+{
+    textures->wanted = make_pass(textures, err);
+    if (!textures->wanted)
+        return false;
+    for (size_t pass = 0; pass < textures->passes.count; pass++) {
+        const uint8_t *levels = textures->passes.levels[pass];
+        for (size_t key = 0; levels && key < textures->key_count; key++)
+            if (levels[key] < textures->wanted[key])
+                textures->wanted[key] = levels[key];
+    }
+    return true;
+}
+
+static void warn(const struct report_textures *report, struct frame_report *frame)
+{
+    if (report->level_bias)
+        report_warn(frame,
+                    "textures: this view samples %.1f MiB of levels, the budget is %.1f MiB: the "
+                    "finest are withheld (level bias %u, texture-budget-bytes)",
+                    (double)report->wanted_bytes / (1 << 20),
+                    (double)report->budget_bytes / (1 << 20), report->level_bias);
+    if (report->pending_bytes)
+        report_warn(frame, "textures: drawn with coarse levels, %.1f MiB are to come",
+                    (double)report->pending_bytes / (1 << 20));
+}
+
+static bool bring(struct frame_textures *textures, const struct frame_run *run,
+                  struct report_textures *report, struct error *err)
+{
+    const struct texture_wish wish = {.levels = textures->wanted,
+                                      .may_be_coarse = run->view->quality.may_be_coarse,
+                                      .limit_bytes = run->renderer->texture_upload_bytes};
+    if (!texture_store_prepare(scene_gpu_textures(run->scene->gpu), &wish, report, err))
+        return false;
+    scene_gpu_set_texture_passes(run->scene->gpu, &textures->passes);
+    renderer_evict_scenes(run->renderer, run->scene->key);
+    textures->is_inexact |= report->coarse_count > 0;
+    return true;
+}
+
+bool frame_textures_begin(struct frame_textures *textures, const struct frame_run *run,
+                          struct error *err)
+{
+    struct texture_store *store = scene_gpu_textures(run->scene->gpu);
+    struct report_textures *report = &run->frame->report.textures;
+    *textures = (struct frame_textures){.key_count = 2 * (size_t)run->state->scene->image_count};
+    if (!textures->key_count)
+        return true;
+    if (!texture_store_is_on_demand(store)) {
+        texture_store_report(store, report);
+        return true;
+    }
+    if (!add_passes(textures, run, err) || !join_passes(textures, err))
+        return false;
+    if (!bring(textures, run, report, err))
+        return false;
+    warn(report, &run->frame->report);
+    return true;
+}
+
+bool frame_textures_resume(struct frame_textures *textures, const struct frame_run *run,
+                           struct error *err)
+{
+    struct report_textures unseen;
+    return !textures->wanted || bring(textures, run, &unseen, err);
+}
+
+void frame_textures_end(struct frame_textures *textures, const struct frame_run *run)
+{
+    scene_gpu_set_texture_passes(run->scene->gpu, NULL);
+    if (textures->is_inexact) {
+        shadow_system_forget(run->renderer->shadows, run->scene->key);
+        run->renderer->kept = (struct kept_window){0};
+    }
+    for (size_t i = 0; textures->passes.levels && i < textures->passes.count; i++)
+        free(textures->passes.levels[i]);
+    free(textures->passes.levels);
+    free(textures->wanted);
+    *textures = (struct frame_textures){0};
+}

@@ -1,0 +1,376 @@
+/* SPDX-License-Identifier: MIT */
+/* Textures beyond their budget: levels come as views need them, images are those of a renderer that
+ * holds all levels, what is withheld is said, and frames in motion wait for little. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "clients/glb/glb_builder.h"
+#include "tests/support/image_checks.h"
+
+enum {
+    SIDE = 8,      /* panels, in rows and columns */
+    TEXTURE = 512, /* px; 1.4 MiB with its levels */
+    SMALL_TEXTURES = 200 << 10,
+    MIB = 1 << 20,
+};
+
+/* GPUs choose a level in f32 by the size of the finest one that is there. */
+static const double ROUNDING = 2e-4, DARK = 0.05;
+
+static const uint64_t budget = 12 * MIB; /* of 64 textures of 85 MiB together */
+
+/* ---- the scene ---- */
+
+static uint32_t next_random(uint32_t *seed)
+{
+    return (*seed = *seed * 1664525 + 1013904223) >> 24;
+}
+
+/* Noise of 8 px over a gradient, so that every level looks different. */
+static void paint(uint8_t *pixels, int width, int height, uint32_t seed, bool is_leaf)
+{
+    uint8_t cells[64][64];
+    for (int i = 0; i < 64 * 64; i++)
+        cells[i / 64][i % 64] = (uint8_t)next_random(&seed);
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            uint8_t *p = pixels + 4 * (y * width + x);
+            uint8_t cell = cells[y / 8 % 64][x / 8 % 64];
+            p[0] = (uint8_t)(cell / 2 + 100);
+            p[1] = (uint8_t)(255 * x / width);
+            p[2] = (uint8_t)(next_random(&seed) / 4 + 150 * y / height);
+            p[3] = is_leaf && cell > 150 ? 0 : 255;
+        }
+}
+
+static int add_texture(struct glb_builder *b, int width, int height, uint32_t seed, bool is_leaf)
+{
+    uint8_t *pixels = malloc(4ull * (size_t)width * (size_t)height);
+    assert_non_null(pixels);
+    paint(pixels, width, height, seed, is_leaf);
+    int image = glb_builder_add_image(b, "panel", pixels, width, height);
+    free(pixels);
+    return glb_builder_add_texture(b, &(struct glb_texture_desc){.image = image});
+}
+
+/* A square metre that faces the sky. */
+static int add_panel(struct glb_builder *b, int texture, bool is_leaf)
+{
+    static const float positions[] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1};
+    static const float normals[] = {0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
+    static const float texcoords[] = {0, 0, 1, 0, 1, 1, 0, 1};
+    static const uint32_t indices[] = {0, 2, 1, 0, 3, 2};
+    int material = glb_builder_add_material(
+        b, &(struct glb_material_desc){.name = is_leaf ? "leaf" : "panel",
+                                       .roughness = 1,
+                                       .is_double_sided = true,
+                                       .alpha_mode = is_leaf ? GLB_MASK : GLB_OPAQUE,
+                                       .base_color_texture = {.texture = texture}});
+    return glb_builder_add_mesh(b, "panel",
+                                &(struct glb_primitive_desc){.material = material,
+                                                             .vertex_count = 4,
+                                                             .positions = positions,
+                                                             .normals = normals,
+                                                             .texcoords = texcoords,
+                                                             .indices = indices,
+                                                             .index_count = 6},
+                                1);
+}
+
+/* Panels of 1 m beside each other from the origin on, a leaf above them, and a lamp above that. */
+static void *make_scene(int width, int height, size_t *size)
+{
+    struct error err = {0};
+    struct glb_builder *b = glb_builder_create("panels", &err);
+    assert_non_null(b);
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        int mesh = add_panel(b, add_texture(b, width, height, (uint32_t)i + 1, false), false);
+        glb_builder_add_node(b, &(struct glb_node_desc){
+                                    .mesh = mesh, .translation = {i % SIDE, 0, -(i / SIDE) - 1}});
+    }
+    int leaf = add_panel(b, add_texture(b, width, height, 99, true), true);
+    glb_builder_add_node(b, &(struct glb_node_desc){.mesh = leaf, .translation = {3, 0.5, -3}});
+    struct glb_node_desc lamp = {
+        .light = glb_builder_add_light(b, &(struct glb_light_desc){.type = GLB_LIGHT_SPOT,
+                                                                   .intensity = 200,
+                                                                   .outer_cone_deg = 60})};
+    glb_node_look_at(&lamp, (double[3]){3.2, 4, -2.2}, (double[3]){3.5, 0, -2.5});
+    glb_builder_add_node(b, &lamp);
+    void *glb;
+    if (!glb_builder_finish(b, &glb, size, &err))
+        fail_msg("%s", err.message);
+    glb_builder_destroy(b);
+    return glb;
+}
+
+struct file { /* made once */
+    void *glb;
+    size_t size;
+};
+
+static void open_scene(struct rig_scene *rig, struct renderer *renderer, struct file *file,
+                       int width, int height)
+{
+    if (!file->glb)
+        file->glb = make_scene(width, height, &file->size);
+    rig_scene_open(rig, renderer, "panels", file->glb, file->size);
+}
+
+static struct renderer *open_renderer(uint64_t texture_budget, uint64_t upload)
+{
+    struct error err = {0};
+    struct renderer *renderer =
+        renderer_create(&(struct renderer_desc){.is_strict = true,
+                                                .texture_budget_bytes = texture_budget,
+                                                .texture_upload_bytes = upload},
+                        &err);
+    if (!renderer && err.code == ERROR_NO_DEVICE)
+        exit(77);
+    if (!renderer)
+        fail_msg("%s", err.message);
+    return renderer;
+}
+
+static struct view look(double x, double y, double z, double to_x, double to_z)
+{
+    return (struct view){
+        .width_px = 160,
+        .height_px = 120,
+        .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {x, y, z}, .target = {to_x, 0, to_z}},
+        .quality = {.shadow_resolution = 256, .shadows = VIEW_SHADOWS_MAP}};
+}
+
+enum { VIEWS = 5 };
+
+/* Far, near and grazing, from above, through parallel rays. */
+static struct view view_number(int i)
+{
+    static const double places[VIEWS][5] = {{4, 6, 6, 4, -4},
+                                            {3.5, 1.2, -1.2, 3.5, -2.2},
+                                            {1, 0.6, 1.5, 6, -6},
+                                            {4, 12, -4, 4.01, -4.01},
+                                            {4, 9, 2, 4, -4}};
+    const double *p = places[i];
+    struct view view = look(p[0], p[1], p[2], p[3], p[4]);
+    if (i == 4)
+        view.camera.ortho_height = 9;
+    return view;
+}
+
+/* ---- what is promised ---- */
+
+static void check_report(const struct report_textures *report, uint64_t most)
+{
+    assert_int_equal(report->budget_bytes, most);
+    assert_true(report->resident_bytes <= most);
+    assert_true(report->resident_bytes > 0 && report->wanted_bytes > 0);
+}
+
+static void levels_on_demand_show_what_all_levels_show(void **state)
+{
+    struct renderer *whole = open_renderer(0, 0), *little = open_renderer(budget, 0);
+    struct rig_scene whole_rig, little_rig;
+    open_scene(&whole_rig, whole, *state, TEXTURE, TEXTURE);
+    open_scene(&little_rig, little, *state, TEXTURE, TEXTURE);
+    struct image seen[VIEWS];
+    for (int i = 0; i < VIEWS; i++) {
+        struct view view = view_number(i);
+        struct frame frame, reference;
+        shoot(whole, &whole_rig, &view, &reference);
+        shoot(little, &little_rig, &view, &frame);
+        assert_true(reference.report.textures.resident_bytes > 64ull * TEXTURE * TEXTURE * 4);
+        check_report(&frame.report.textures, budget);
+        assert_int_equal(frame.report.textures.level_bias, 0);
+        assert_int_equal(frame.report.textures.pending_bytes, 0);
+        assert_int_equal(frame.report.textures.coarse_count, 0);
+        assert_images_close(&reference.outputs[VIEW_OUTPUT_COLOR],
+                            &frame.outputs[VIEW_OUTPUT_COLOR], DARK, ROUNDING);
+        seen[i] = frame.outputs[VIEW_OUTPUT_COLOR];
+        frame.outputs[VIEW_OUTPUT_COLOR] = (struct image){0};
+        frame_finish(&reference);
+        frame_finish(&frame);
+    }
+    for (int i = VIEWS - 1; i >= 0; i--) { /* whatever else is resident by now */
+        struct view view = view_number(i);
+        struct image again = shoot_color(little, &little_rig, &view);
+        assert_same_bits(&seen[i], &again);
+        image_finish(&again);
+        image_finish(&seen[i]);
+    }
+    rig_scene_finish(&whole_rig, whole);
+    rig_scene_finish(&little_rig, little);
+    renderer_destroy(whole);
+    renderer_destroy(little);
+}
+
+/* 380 is halved twice; the third half is rounded. */
+static void sides_that_are_no_powers_of_two_keep_their_levels(void **state)
+{
+    (void)state;
+    struct file file = {0};
+    struct renderer *whole = open_renderer(0, 0), *little = open_renderer(budget, 0);
+    struct rig_scene whole_rig, little_rig;
+    open_scene(&whole_rig, whole, &file, 600, 380);
+    open_scene(&little_rig, little, &file, 600, 380);
+    free(file.glb);
+    struct view view = view_number(0);
+    struct image reference = shoot_color(whole, &whole_rig, &view);
+    struct image found = shoot_color(little, &little_rig, &view);
+    assert_images_close(&reference, &found, DARK, ROUNDING);
+    image_finish(&reference);
+    image_finish(&found);
+    rig_scene_finish(&whole_rig, whole);
+    rig_scene_finish(&little_rig, little);
+    renderer_destroy(whole);
+    renderer_destroy(little);
+}
+
+static bool has_warning(const struct frame_report *report, const char *text)
+{
+    for (int i = 0; i < report->warning_count; i++)
+        if (strstr(report->warnings[i], text))
+            return true;
+    return false;
+}
+
+static void what_exceeds_the_budget_is_withheld_and_said(void **state)
+{
+    struct renderer *renderer = open_renderer(SMALL_TEXTURES, 0);
+    struct rig_scene rig;
+    open_scene(&rig, renderer, *state, TEXTURE, TEXTURE);
+    struct view view = view_number(0), other = view_number(1);
+    struct frame frame, again;
+    shoot(renderer, &rig, &view, &frame);
+    const struct report_textures *report = &frame.report.textures;
+    check_report(report, SMALL_TEXTURES);
+    assert_true(report->wanted_bytes > SMALL_TEXTURES);
+    assert_in_range(report->level_bias, 1, 4);
+    assert_true(report->coarse_count > 0);
+    assert_true(has_warning(&frame.report, "level bias"));
+    assert_true(report->resident_bytes > SMALL_TEXTURES * 3 / 4); /* what there is, is used */
+    struct image elsewhere = shoot_color(renderer, &rig, &other);
+    image_finish(&elsewhere);
+    shoot(renderer, &rig, &view, &again);
+    assert_same_bits(&frame.outputs[VIEW_OUTPUT_COLOR], &again.outputs[VIEW_OUTPUT_COLOR]);
+    assert_int_equal(again.report.textures.level_bias, report->level_bias);
+    frame_finish(&frame);
+    frame_finish(&again);
+    rig_scene_finish(&rig, renderer);
+    renderer_destroy(renderer);
+}
+
+static void a_budget_below_the_coarsest_levels_is_refused(void **state)
+{
+    (void)state;
+    struct file file = {0};
+    struct error err = {0};
+    struct renderer *renderer = open_renderer(64, 0);
+    struct rig_scene rig;
+    struct frame frame;
+    open_scene(&rig, renderer, &file, 16, 16);
+    free(file.glb);
+    struct view view = view_number(0);
+    assert_false(renderer_render(renderer, "panels", &view, &frame, &err));
+    assert_int_equal(err.code, ERROR_OVER_BUDGET);
+    assert_non_null(strstr(err.message, "textures"));
+    rig_scene_finish(&rig, renderer);
+    renderer_destroy(renderer);
+}
+
+/* Frames in motion: each writes no more than the limit, one call and the coarsest levels. */
+static void frames_in_motion_begin_coarse_and_are_refined(void **state)
+{
+    enum { LIMIT = 512 << 10, FRAMES = 400 };
+    struct renderer *renderer = open_renderer(budget, LIMIT);
+    struct rig_scene rig;
+    open_scene(&rig, renderer, *state, TEXTURE, TEXTURE);
+    struct view view = view_number(1);
+    view.quality.may_be_coarse = true;
+    struct frame frame;
+    uint64_t first_pending = 0;
+    int frames = 0;
+    for (bool is_done = false; !is_done; frames++) {
+        assert_true(frames < FRAMES);
+        shoot(renderer, &rig, &view, &frame);
+        const struct report_textures *report = &frame.report.textures;
+        check_report(report, budget);
+        uint64_t begin = frames ? 0 : 65 * 1400;
+        assert_true(report->written_bytes <= LIMIT + MIB + begin);
+        assert_int_equal(has_warning(&frame.report, "to come"), report->pending_bytes > 0);
+        assert_int_equal(report->coarse_count > 0, report->pending_bytes > 0);
+        first_pending = frames ? first_pending : report->pending_bytes;
+        is_done = !report->pending_bytes;
+        if (!is_done)
+            frame_finish(&frame);
+    }
+    assert_true(first_pending > LIMIT);
+    assert_true(frames > 2);
+    view.quality.may_be_coarse = false;
+    struct image exact = shoot_color(renderer, &rig, &view);
+    assert_same_bits(&exact, &frame.outputs[VIEW_OUTPUT_COLOR]);
+    frame_finish(&frame);
+    renderer_drop_structures(renderer, "panels");
+    struct image anew = shoot_color(renderer, &rig, &view);
+    assert_same_bits(&exact, &anew);
+    image_finish(&exact);
+    image_finish(&anew);
+    rig_scene_finish(&rig, renderer);
+    renderer_destroy(renderer);
+}
+
+/* After coarse frames, also of other views, and over again. */
+static void an_exact_frame_waits_for_its_levels(void **state)
+{
+    struct renderer *whole = open_renderer(0, 0), *little = open_renderer(budget, 64 << 10);
+    struct rig_scene whole_rig, little_rig;
+    open_scene(&whole_rig, whole, *state, TEXTURE, TEXTURE);
+    open_scene(&little_rig, little, *state, TEXTURE, TEXTURE);
+    for (int i = 0; i < VIEWS; i++) {
+        struct view coarse = view_number(i), exact = view_number((i + 1) % VIEWS);
+        struct image moving, found, reference = shoot_color(whole, &whole_rig, &exact);
+        coarse.quality.may_be_coarse = true;
+        for (int k = 0; k < 3; k++) {
+            moving = shoot_color(little, &little_rig, &coarse);
+            image_finish(&moving);
+        }
+        found = shoot_color(little, &little_rig, &exact);
+        assert_images_close(&reference, &found, DARK, ROUNDING);
+        image_finish(&found);
+        image_finish(&reference);
+    }
+    rig_scene_finish(&whole_rig, whole);
+    rig_scene_finish(&little_rig, little);
+    renderer_destroy(whole);
+    renderer_destroy(little);
+}
+
+static int setup(void **state)
+{
+    return (*state = calloc(1, sizeof(struct file))) ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    struct file *file = *state;
+    free(file->glb);
+    free(file);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(levels_on_demand_show_what_all_levels_show),
+        cmocka_unit_test(sides_that_are_no_powers_of_two_keep_their_levels),
+        cmocka_unit_test(what_exceeds_the_budget_is_withheld_and_said),
+        cmocka_unit_test(a_budget_below_the_coarsest_levels_is_refused),
+        cmocka_unit_test(frames_in_motion_begin_coarse_and_are_refined),
+        cmocka_unit_test(an_exact_frame_waits_for_its_levels),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
