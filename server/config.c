@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "protocol/limits.h"
+#include "server/warm_up.h"
 
 enum key_kind { KEY_TEXT, KEY_PATH, KEY_BYTES, KEY_INT, KEY_BOOL, KEY_LEVEL, KEY_AUTO };
 
@@ -61,6 +62,8 @@ static const struct key keys[] = {
     {"connections", KEY_INT, AT(connections), 8, 65536, "open connections, all clients together"},
     {"no-warm-up", KEY_BOOL, AT(no_warm_up), 0, 0,
      "do not draw new scenes once, small, while there is nothing else to do"},
+    {"warm-at-start", KEY_INT, AT(warm_at_start), 0, WARM_UPS_MAX,
+     "so many of the scenes that last gave images are drawn like new ones after a start"},
     {"dump-shaders", KEY_PATH, AT(dump_shaders), 0, 0,
      "existing directory that gets the source of every shader composed; for debugging"},
     {"views", KEY_INT, AT(views), 1, 65536, "views at once, all clients together"},
@@ -235,6 +238,7 @@ static void set_defaults(struct config *config, char **environment)
         .decode_timeout_s = 120,
         .drain_timeout_s = 20,
         .connections = 512,
+        .warm_at_start = 2,
         .views = 1024,
         .views_per_client = 256,
         .view_idle_s = 900,

@@ -39,6 +39,7 @@ struct config {
     uint64_t decode_memory_bytes;         /* of one decoder */
     int device;                           /* 0 = choose; N = the N-th EGL device */
     bool no_warm_up;                      /* stored scenes are not drawn before someone asks */
+    int warm_at_start;                    /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     enum config_auto automatic;
     int render_timeout_s, decode_timeout_s, drain_timeout_s;

@@ -66,6 +66,7 @@ static int serve(const struct config *config)
         return EXIT_FAILURE;
     }
     announce(config, service_port(service));
+    service_warm_up(service);
     int signal_number = 0;
     while (sigwait(&set, &signal_number) != 0)
         continue;

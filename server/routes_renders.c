@@ -123,6 +123,7 @@ static void reply_image(struct render_post *post, struct render_outcome *outcome
     frame_stats_server_timing(stats, timing, sizeof timing);
     frames_add(service->frames, id, frame_stats_to_json_text(stats));
     metrics_count_frame(service->metrics, stats);
+    scene_store_note_use(service->store, stats->scene);
     http_reply_header(post->exchange, "Server-Timing", "%s", timing);
     http_reply_header(post->exchange, "Link", "</v1/frames/%s>; rel=\"describedby\"", id);
     http_reply_header(post->exchange, "Cache-Control", "private, no-cache");

@@ -57,13 +57,14 @@ static int open_directory(int parent_fd, const char *name, struct error *err)
     return fd;
 }
 
-/* Removes a scene or draft directory: it holds two files at most. */
+/* Removes a scene or draft directory: it holds three files at most. */
 static void remove_tree(int parent_fd, const char *name)
 {
     int fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
     if (fd >= 0) {
         unlinkat(fd, "blob", 0);
         unlinkat(fd, "summary.json", 0);
+        unlinkat(fd, "used", 0);
         close(fd);
         unlinkat(parent_fd, name, AT_REMOVEDIR);
     } else {
@@ -443,6 +444,58 @@ json_t *scene_store_list(struct scene_store *store)
     if (!is_good)
         json_decref(list);
     return is_good ? list : NULL;
+}
+
+void scene_store_note_use(struct scene_store *store, const char *id)
+{
+    char path[96];
+    snprintf(path, sizeof path, "%.64s/used", id);
+    pthread_mutex_lock(&store->mutex); /* a DELETE must not meet a file that comes to be */
+    if (json_object_get(store->index, id) && utimensat(store->scenes_fd, path, NULL, 0) != 0 &&
+        errno == ENOENT) {
+        int fd = openat(store->scenes_fd, path, O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+        if (fd >= 0)
+            close(fd);
+    }
+    pthread_mutex_unlock(&store->mutex);
+}
+
+struct use {
+    const char *id; /* of the index */
+    struct timespec at;
+};
+
+static int compare_uses(const void *left, const void *right) /* the last first */
+{
+    const struct use *a = left, *b = right;
+    if (a->at.tv_sec != b->at.tv_sec)
+        return a->at.tv_sec < b->at.tv_sec ? 1 : -1;
+    return (a->at.tv_nsec < b->at.tv_nsec) - (a->at.tv_nsec > b->at.tv_nsec);
+}
+
+size_t scene_store_recent(struct scene_store *store, char (*ids)[DIGEST_TEXT_BYTES], size_t most)
+{
+    size_t count = 0;
+    const char *id;
+    json_t *item;
+    pthread_mutex_lock(&store->mutex);
+    struct use *uses = calloc(json_object_size(store->index) + 1, sizeof *uses);
+    json_object_foreach(store->index, id, item)
+    {
+        char path[96];
+        struct stat used;
+        snprintf(path, sizeof path, "%.64s/used", id);
+        if (uses && fstatat(store->scenes_fd, path, &used, AT_SYMLINK_NOFOLLOW) == 0)
+            uses[count++] = (struct use){id, used.st_mtim};
+    }
+    if (count)
+        qsort(uses, count, sizeof *uses, compare_uses);
+    count = count < most ? count : most;
+    for (size_t i = 0; i < count; i++)
+        snprintf(ids[i], DIGEST_TEXT_BYTES, "%s", uses[i].id);
+    pthread_mutex_unlock(&store->mutex);
+    free(uses);
+    return count;
 }
 
 struct scene_store_totals scene_store_get_totals(struct scene_store *store)

@@ -5,6 +5,7 @@
  * STATE/lock                    held while a daemon uses the directory
  * STATE/scenes/ID/blob          the decoded scene (renderer/scene/scene_blob.h)
  * STATE/scenes/ID/summary.json  what GET /v1/scenes/ID answers, and the version of the blob
+ * STATE/scenes/ID/used          empty; its time is when the scene last gave an image
  * STATE/tmp/                    uploads and drafts; emptied at start
  * STATE/cache/                  shaders that the worker's driver has compiled
  * Nothing is ever written elsewhere. */
@@ -60,6 +61,12 @@ MUST_CHECK bool scene_store_remove(struct scene_store *store, const char *id, st
 
 /* An array of {id, name, triangles, *_count, bytes, created}, oldest first. NULL: no memory. */
 MUST_CHECK json_t *scene_store_list(struct scene_store *store);
+
+/* The scene gave an image just now. A failure to write that down has no consequence. */
+void scene_store_note_use(struct scene_store *store, const char *id);
+
+/* Scenes that gave images, the last used first; returns how many, at most `most`. */
+size_t scene_store_recent(struct scene_store *store, char (*ids)[DIGEST_TEXT_BYTES], size_t most);
 
 struct scene_store_totals {
     uint64_t scenes, decoded_bytes;

@@ -7,6 +7,7 @@
 #include "protocol/limits.h"
 #include "server/router.h"
 #include "server/sd_notify.h"
+#include "server/warm_up.h"
 
 enum { DRAIN_SLICE_MS = 50, LAST_REPLIES_MS = 2000 };
 
@@ -123,6 +124,20 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     frames_destroy(service->frames);
     scene_store_destroy(service->store);
     free(service);
+}
+
+void service_warm_up(struct service *service)
+{
+    char ids[WARM_UPS_MAX][DIGEST_TEXT_BYTES];
+    struct error ignored = {0};
+    size_t most = service->config->no_warm_up ? 0 : (size_t)service->config->warm_at_start;
+    size_t count = most ? scene_store_recent(service->store, ids, most) : 0;
+    for (size_t i = 0; i < count; i++) {
+        struct render_task *task = warm_up_task(
+            service->store, supervisor_next_ticket(service->supervisor), ids[i], &ignored);
+        if (task)
+            supervisor_warm_up(service->supervisor, task);
+    }
 }
 
 int service_port(const struct service *service)

@@ -49,6 +49,10 @@ struct service *service_create(const struct config *config, const struct log *lo
  * replies leave, threads end. Accepts NULL. */
 void service_destroy(struct service *service, bool (*must_hurry)(void));
 
+/* Has the scenes that last gave images drawn while nobody asks for anything (config.warm_at_start).
+ */
+void service_warm_up(struct service *service);
+
 int service_port(const struct service *service);
 
 #endif

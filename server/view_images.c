@@ -123,6 +123,7 @@ static struct view_image *make_image(const struct making *making, struct render_
     image->stats = frame_stats_to_json_text(stats);
     frames_add(desc->frames, image->frame, image->stats ? strdup(image->stats) : NULL);
     metrics_count_frame(desc->metrics, stats);
+    scene_store_note_use(desc->store, stats->scene);
     return image;
 }
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Warming up scenes that were just stored: while the worker idles, it draws each once, small, with
- * the settings of a request that names nothing but the scene. Its programs are compiled and its
- * shadows built by the time someone asks. Not locked: its owner locks. */
+/* Warming up scenes that were just stored, and those last used before a start: while the worker
+ * idles, it draws each once, small, with the settings of a request that names nothing but the
+ * scene. Its programs are compiled and its shadows built by the time someone asks. Not locked: its
+ * owner locks. */
 #ifndef VITRAIL_SERVER_WARM_UP_H
 #define VITRAIL_SERVER_WARM_UP_H
 

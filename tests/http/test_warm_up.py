@@ -77,6 +77,74 @@ class WarmUp(unittest.TestCase):
         self.assertEqual(0, self.metric("vitrail_warm_ups_total"))
 
 
+class WarmStart(unittest.TestCase):
+    """Over one state directory, with one daemon after the other."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.state_dir = os.path.join(folder.name, "state")
+
+    def start(self, *flags, warms_up=True):
+        return support.Daemon("--auto", "raster", *flags, program=REAL, state_dir=self.state_dir,
+                              warms_up=warms_up)
+
+    def post_and_use(self, count):
+        """Posts scenes; all but the first give an image. Returns their ids."""
+        with self.start(warms_up=False) as daemon:
+            support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+            ids = [daemon.request("POST", "/v1/scenes", support.triangle(f"Triangle {i}"), GLB).json()["id"]
+                   for i in range(count)]
+            for scene in ids[1:]:
+                reply = daemon.request("POST", "/v1/renders", {"scene": scene, "width": 8,
+                                                               "height": 8})
+                self.assertEqual(200, reply.status)
+        return ids
+
+    def warmed(self, daemon):
+        """How many, once nothing is left to do."""
+        support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+        time.sleep(2.5)
+        for line in daemon.raw("GET", "/metrics").body.decode().splitlines():
+            if line.startswith("vitrail_warm_ups_total "):
+                return int(float(line.split()[1]))
+        return self.fail("no metric")
+
+    def counts(self, daemon, scene):
+        reply = daemon.request("POST", "/v1/renders", {"scene": scene, "width": 64, "height": 48})
+        link = reply.header("Link")
+        return daemon.request("GET", link[1:link.index(">")]).json()["counts"]
+
+    def test_the_scenes_last_used_are_warm_after_a_start(self):
+        ids = self.post_and_use(4)
+        with self.start() as daemon:
+            self.assertEqual(2, self.warmed(daemon))
+            counts = self.counts(daemon, ids[-1])
+            self.assertEqual(0, counts["programs_built"])
+            self.assertEqual(1, counts["plans_reused"])
+        with self.start("--warm-at-start", "4") as daemon:
+            self.assertEqual(3, self.warmed(daemon))  # the first gave no image
+        with self.start("--warm-at-start", "0") as daemon:
+            self.assertEqual(0, self.warmed(daemon))
+        with self.start("--warm-at-start", "4", warms_up=False) as daemon:
+            self.assertEqual(0, self.warmed(daemon))
+
+    def test_a_render_comes_before_them(self):
+        ids = self.post_and_use(2)
+        with self.start() as daemon:
+            support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+            self.counts(daemon, ids[1])
+            self.assertEqual(0, self.warmed(daemon))  # the render did it
+
+    def test_a_scene_that_was_deleted_is_not_there_to_warm_up(self):
+        ids = self.post_and_use(2)
+        with self.start("--no-warm-up") as daemon:
+            self.assertEqual(204, daemon.request("DELETE", "/v1/scenes/" + ids[1]).status)
+        with self.start() as daemon:
+            self.assertEqual(0, self.warmed(daemon))
+        self.assertFalse(os.path.exists(os.path.join(self.state_dir, "scenes", ids[1])))
+
+
 if __name__ == "__main__":
     support.needs(REAL)
     support.run_tests()
