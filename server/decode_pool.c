@@ -20,6 +20,7 @@ enum {
     SUMMARY_BYTES_MAX = 64 << 20,
     STOP_CHECK_MS = 100, /* how soon a stop is noticed while a decoder runs */
     PEER_STALL_S = 10,
+    CALM_S = 3, /* after a start */
 };
 
 struct decode_job {
@@ -268,10 +269,27 @@ static struct decode_job *take_job(struct decode_pool *pool)
     return job;
 }
 
+/* Where scenes are stored, a start is most likely followed by a render of one, and a decoder that
+ * loads its libraries meanwhile takes a core from it. False when there is work already. */
+static bool wait_for_calm(struct decode_pool *pool)
+{
+    struct timespec until;
+    int result = scene_store_get_totals(pool->store).scenes ? 0 : ETIMEDOUT;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_sec += CALM_S;
+    pthread_mutex_lock(&pool->mutex);
+    while (!pool->first && !pool->is_stopping && result == 0)
+        result = pthread_cond_clockwait(&pool->has_work, &pool->mutex, CLOCK_MONOTONIC, &until);
+    bool is_calm = !pool->first && !pool->is_stopping;
+    pthread_mutex_unlock(&pool->mutex);
+    return is_calm;
+}
+
 static void *pool_run(void *argument)
 {
     struct decode_pool *pool = argument;
-    refill_spare(pool);
+    if (wait_for_calm(pool))
+        refill_spare(pool);
     for (struct decode_job *job; (job = take_job(pool)); refill_spare(pool)) {
         struct error problem = {0};
         bool is_new = false;

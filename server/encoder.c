@@ -17,6 +17,7 @@ struct encoder {
     pthread_cond_t has_work;
     struct encode_task *first, **last;
     bool is_stopping;
+    bool wants_library; /* of the formats that need one, before someone asks for them */
     pthread_t threads[THREADS_MAX];
     int thread_count;
 };
@@ -54,12 +55,16 @@ static bool encode(struct encode_task *task, struct error *err)
     return is_good;
 }
 
-static struct encode_task *take_task(struct encoder *encoder)
+/* NULL at the end, or where there is nothing to encode and the library is wanted. */
+static struct encode_task *take_task(struct encoder *encoder, bool *wants_library)
 {
     pthread_mutex_lock(&encoder->mutex);
-    while (!encoder->first && !encoder->is_stopping)
+    while (!encoder->first && !encoder->is_stopping && !encoder->wants_library)
         pthread_cond_wait(&encoder->has_work, &encoder->mutex);
     struct encode_task *task = encoder->first;
+    *wants_library = !task && encoder->wants_library && !encoder->is_stopping;
+    if (*wants_library)
+        encoder->wants_library = false;
     if (task) {
         encoder->first = task->next;
         if (!encoder->first)
@@ -72,9 +77,14 @@ static struct encode_task *take_task(struct encoder *encoder)
 static void *encoder_run(void *argument)
 {
     struct encoder *encoder = argument;
-    image_warm_up();
-    for (struct encode_task *task; (task = take_task(encoder));) {
+    bool wants_library = false;
+    struct encode_task *task;
+    while ((task = take_task(encoder, &wants_library)) || wants_library) {
         struct error problem = {0};
+        if (!task) {
+            image_warm_up();
+            continue;
+        }
         if (!encode(task, &problem))
             error_wrap(&problem, "encoding");
         encoder->desc.done(encoder->desc.context, task, &problem);
@@ -127,6 +137,14 @@ void encoder_submit(struct encoder *encoder, struct encode_task *task)
     pthread_mutex_lock(&encoder->mutex);
     *encoder->last = task;
     encoder->last = &task->next;
+    pthread_cond_signal(&encoder->has_work);
+    pthread_mutex_unlock(&encoder->mutex);
+}
+
+void encoder_warm_up(struct encoder *encoder)
+{
+    pthread_mutex_lock(&encoder->mutex);
+    encoder->wants_library = true;
     pthread_cond_signal(&encoder->has_work);
     pthread_mutex_unlock(&encoder->mutex);
 }

@@ -37,4 +37,7 @@ struct encoder *encoder_create(const struct encoder_desc *desc, struct error *er
 void encoder_destroy(struct encoder *encoder); /* finishes what is queued; accepts NULL */
 void encoder_submit(struct encoder *encoder, struct encode_task *task); /* takes the task */
 
+/* Has the library of JPEG and EXR files loaded on a thread that has nothing else to do. */
+void encoder_warm_up(struct encoder *encoder);
+
 #endif

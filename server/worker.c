@@ -223,6 +223,8 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                                                     .question = question},
                              fd, err);
     if (warm_up_is_step(question))
+        encoder_warm_up(worker->encoder);
+    if (warm_up_is_step(question))
         return warm_up_step(worker->renderer, request, err);
     if (pick_is_step(question))
         return pick_step(&(struct pick_step_desc){.renderer = worker->renderer,

@@ -60,7 +60,8 @@ struct image_encode_desc {
 MUST_CHECK bool image_encode(const struct image *image, const struct image_encode_desc *desc,
                              void **bytes, size_t *size_bytes, struct error *err);
 
-/* Loads what reading and writing files needs, so that the first image does not wait for it. */
+/* Loads what reading any file and writing JPEG and EXR needs, so that the first one does not wait
+ * for it. */
 void image_warm_up(void);
 
 struct image_decode_desc {

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "renderer/image/image_library.h"
+#include "renderer/image/png_codec.h"
 #include "renderer/image/webp_codec.h"
 
 enum {
@@ -84,9 +85,6 @@ static void choose_options(const struct image_encode_desc *desc, int quality, ch
         options[count++] = (struct oiio_option){.name = "oiio:UnassociatedAlpha", .number = 1};
         options[count++] = (struct oiio_option){.name = "oiio:ColorSpace", .text = "sRGB"};
     }
-    if (desc->format == IMAGE_FORMAT_PNG)
-        options[count++] =
-            (struct oiio_option){.name = "png:compressionLevel", .number = PNG_LEVEL};
     if (desc->description)
         options[count++] =
             (struct oiio_option){.name = "ImageDescription", .text = desc->description};
@@ -97,10 +95,12 @@ static bool encode(const struct image *image, const struct image_encode_desc *de
                    size_t *size_bytes, struct error *err)
 {
     static const char *const oiio_names[IMAGE_FORMAT_COUNT] = {
-        [IMAGE_FORMAT_PNG] = "png", [IMAGE_FORMAT_JPEG] = "jpeg", [IMAGE_FORMAT_EXR] = "openexr"};
+        [IMAGE_FORMAT_JPEG] = "jpeg", [IMAGE_FORMAT_EXR] = "openexr"};
     int quality = desc->quality ? desc->quality : QUALITY_DEFAULT;
     if (desc->format == IMAGE_FORMAT_WEBP)
         return webp_encode(image, quality, bytes, size_bytes, err);
+    if (desc->format == IMAGE_FORMAT_PNG)
+        return png_file_encode(image, PNG_LEVEL, desc->description, bytes, size_bytes, err);
     char compression[32];
     struct oiio_option options[OPTIONS_MAX];
     choose_options(desc, quality, compression, options);

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+/* A PNG file in memory. libpng leaves by longjmp, so all that must be freed then lives in one
+ * struct outside of the function that it leaves. */
+#include "renderer/image/png_codec.h"
+
+#include <png.h>
+#include <setjmp.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct png_file {
+    png_structp png;
+    png_infop info;
+    unsigned char *bytes;
+    size_t size, capacity;
+    bool is_out_of_memory;
+    char problem[160];
+};
+
+static void keep_problem(png_structp png, const char *text)
+{
+    struct png_file *file = png_get_error_ptr(png);
+    strncpy(file->problem, text, sizeof file->problem - 1);
+    longjmp(png_jmpbuf(png), 1);
+}
+
+static void ignore_warning(png_structp png, const char *text)
+{
+    (void)png;
+    (void)text;
+}
+
+static void append(png_structp png, png_bytep data, size_t length)
+{
+    struct png_file *file = png_get_io_ptr(png);
+    if (file->size + length > file->capacity) {
+        size_t grown = 2 * (file->size + length) + 4096;
+        unsigned char *moved = realloc(file->bytes, grown);
+        if (!moved) {
+            file->is_out_of_memory = true;
+            png_error(png, "out of memory");
+        }
+        file->bytes = moved;
+        file->capacity = grown;
+    }
+    memcpy(file->bytes + file->size, data, length);
+    file->size += length;
+}
+
+static void flush_nothing(png_structp png)
+{
+    (void)png;
+}
+
+static void write_header(const struct png_file *file, const struct image *image, int level,
+                         const char *description)
+{
+    static const int colors[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
+                                 PNG_COLOR_TYPE_RGB_ALPHA};
+    static char keyword[] = "Description";
+    png_set_compression_level(file->png, level);
+    png_set_filter(file->png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
+    png_set_IHDR(file->png, file->info, (png_uint_32)image->width_px, (png_uint_32)image->height_px,
+                 image->component == IMAGE_U16 ? 16 : 8, colors[image->channels - 1],
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB_gAMA_and_cHRM(file->png, file->info, PNG_sRGB_INTENT_ABSOLUTE);
+    if (description) {
+        png_text text = {.compression = PNG_TEXT_COMPRESSION_NONE,
+                         .key = keyword,
+                         .text = (char *)(uintptr_t)description, /* libpng copies it */
+                         .text_length = strlen(description)};
+        png_set_text(file->png, file->info, &text, 1);
+    }
+    png_write_info(file->png, file->info);
+    if (image->component == IMAGE_U16 && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
+        png_set_swap(file->png);
+}
+
+/* False after a problem of libpng. Nothing here is to be freed. */
+static bool write_file(struct png_file *file, const struct image *image, int level,
+                       const char *description)
+{
+    size_t row = image_size_bytes(image) / (size_t)image->height_px;
+    if (setjmp(png_jmpbuf(file->png))) /* NOLINT(cert-err52-cpp): libpng knows no other way */
+        return false;
+    png_set_write_fn(file->png, file, append, flush_nothing);
+    write_header(file, image, level, description);
+    for (int y = 0; y < image->height_px; y++)
+        png_write_row(file->png, (png_const_bytep)image->pixels + (size_t)y * row);
+    png_write_end(file->png, file->info);
+    return true;
+}
+
+bool png_file_encode(const struct image *image, int level, const char *description, void **bytes,
+                     size_t *size_bytes, struct error *err)
+{
+    struct png_file file = {0};
+    file.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &file, keep_problem, ignore_warning);
+    file.info = file.png ? png_create_info_struct(file.png) : NULL;
+    bool is_done = file.info && write_file(&file, image, level, description);
+    if (!file.info || file.is_out_of_memory)
+        error_set(err, ERROR_NO_MEMORY, "png of %d x %d", image->width_px, image->height_px);
+    else if (!is_done)
+        error_set(err, ERROR_INTERNAL, "writing png: %s", file.problem);
+    png_destroy_write_struct(&file.png, &file.info);
+    if (!is_done) {
+        free(file.bytes);
+        return false;
+    }
+    *bytes = file.bytes;
+    *size_bytes = file.size;
+    return true;
+}
