@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The one home of libpng's writer. */
+/* PNG images of GLB files, through libpng. */
 #include "clients/glb/png_encode.h"
 
 #include <png.h>

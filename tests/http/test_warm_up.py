@@ -93,8 +93,9 @@ class WarmStart(unittest.TestCase):
         """Posts scenes; all but the first give an image. Returns their ids."""
         with self.start(warms_up=False) as daemon:
             support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
-            ids = [daemon.request("POST", "/v1/scenes", support.triangle(f"Triangle {i}"), GLB).json()["id"]
-                   for i in range(count)]
+            scenes = [support.triangle(f"Triangle {i}") for i in range(count)]
+            ids = [daemon.request("POST", "/v1/scenes", scene, GLB).json()["id"]
+                   for scene in scenes]
             for scene in ids[1:]:
                 reply = daemon.request("POST", "/v1/renders", {"scene": scene, "width": 8,
                                                                "height": 8})

@@ -39,7 +39,7 @@ HOMES = [
     ("ini.h", ["server/*"]),
     ("wslay/*", ["server/websocket.c"]),
     ("openssl/*", ["server/*", "clients/vitrail/scene_source.c"]),
-    ("png.h", ["clients/glb/*", "tests/*"]),
+    ("png.h", ["clients/glb/*", "renderer/image/png_codec.c", "tests/*"]),
     ("webp/*", ["renderer/image/webp_codec.c"]),
     ("embree*/*", ["renderer/*"]),
     ("cmocka.h", ["tests/*"]),
