@@ -262,6 +262,7 @@ class Viewer {
     byId("busy").hidden = true;
     if (!isFirst) return;
     this.overlay.add(frame);
+    this.lastFrame = frame.frame;
     this.timeline.frameShown();
     const total = frame.timings?.total;
     byId("status-frame").textContent = [`${frame.width} × ${frame.height}`,
@@ -368,9 +369,18 @@ class Viewer {
     announce(this.model.camera.isOrthographic ? "Orthographic" : "Perspective");
   }
 
-  toggleCompare() {
+  /** What casts the shadows of the picture that shows, also where the server chose it. */
+  async #shadowsNow() {
+    const asked = this.model.view.quality.shadows ?? "auto";
+    if (asked !== "auto" || !this.lastFrame) return asked;
+    const report = await this.client.frame(this.lastFrame).catch(() => null);
+    const used = report?.plan.map(({ technique }) => technique) ?? [];
+    return ["raytraced", "deep", "map"].find((name) => used.includes(name)) ?? asked;
+  }
+
+  async toggleCompare() {
     const names = this.render.techniques("shadows").map(({ name }) => name);
-    const current = this.model.view.quality.shadows ?? "auto";
+    const current = this.comparing ? "" : await this.#shadowsNow();
     this.compare(this.comparing ? "" : otherTechnique(current, names));
     this.render.setComparing(this.comparing);
   }

@@ -90,7 +90,7 @@ export class RenderPanel {
         parameters.shadow_taps.default ?? 4, { label: "Shadow taps", options: allowed("shadow_taps") }),
       allowed("samples").length > 1 && this.#quality(chooser, "samples", parameters.samples.default ?? 0,
         { label: "Samples", options: [["0", "automatic"], ...allowed("samples")] }),
-      this.#quality(checkField, "reference", false, { label: "Reference: the ground truth, ray traced" }),
+      this.#quality(checkField, "reference", false, { label: "Reference, the ground truth" }),
     ];
   }
 
@@ -173,6 +173,6 @@ export class RenderPanel {
 
 /** Used by the toolbar: the technique that is most telling beside the one in use. */
 export function otherTechnique(current, names) {
-  const preferred = ["raytraced", "none", "map", "deep"];
+  const preferred = ["raytraced", "deep", "map", "none"];
   return preferred.find((name) => names.includes(name) && name !== current) ?? names[0] ?? "";
 }
