@@ -105,6 +105,17 @@ static void add_traced(struct rungs *rungs, const struct ladder_desc *desc)
                 s > 4 ? 4 : 1);
 }
 
+/* Rays in place of maps, under the rasteriser's surfaces. */
+static void add_traced_shadows(struct rungs *rungs, const struct ladder_desc *desc)
+{
+    int samples[2], count = raster_samples(desc, samples);
+    for (int s = 0; s < count; s++)
+        add(rungs,
+            (struct tradeoff_setting){.shadows = REQUEST_SHADOWS_RAYTRACED_SHADOWS,
+                                      .samples = samples[s]},
+            1 + (samples[s] == 1));
+}
+
 static bool is_open(const struct ladder_desc *desc, enum request_shadows shadows)
 {
     return desc->fixed->shadows == REQUEST_SHADOWS_AUTO || desc->fixed->shadows == shadows;
@@ -117,6 +128,8 @@ static void add_shadows(struct rungs *rungs, const struct ladder_desc *desc,
     if (is_clear && desc->fixed->shadows == REQUEST_SHADOWS_AUTO)
         tradeoff_skip(tradeoff, "deep, deep-linked",
                       "nothing transparent casts a shadow, so a plain map holds the same");
+    if (is_open(desc, REQUEST_SHADOWS_RAYTRACED_SHADOWS) && !desc->has_linked_lists)
+        add_traced_shadows(rungs, desc);
     bool wants_deep = !is_clear || desc->fixed->shadows != REQUEST_SHADOWS_AUTO;
     if (wants_deep && is_open(desc, REQUEST_SHADOWS_DEEP))
         add_maps(rungs, desc, REQUEST_SHADOWS_DEEP, 0);
@@ -145,7 +158,8 @@ int tradeoff_ladder(const struct ladder_desc *desc,
     if (desc->has_shadows)
         add_shadows(&rungs, desc, tradeoff);
     else
-        tradeoff_skip(tradeoff, "map, deep, deep-linked", "no light casts a shadow in this view");
+        tradeoff_skip(tradeoff, "map, deep, deep-linked, raytraced-shadows",
+                      "no light casts a shadow in this view");
     if (desc->max_samples < 4)
         tradeoff_skip(tradeoff, "4 samples",
                       "the device cannot antialias transparent lists: 1 sample per pixel");

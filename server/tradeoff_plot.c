@@ -192,6 +192,10 @@ static void write_shape(FILE *out, enum request_shadows shadows, double x, doubl
     case REQUEST_SHADOWS_RAYTRACED:
         fprintf(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"/>", x, y, r);
         break;
+    case REQUEST_SHADOWS_RAYTRACED_SHADOWS: /* a drop: a circle with a corner */
+        fprintf(out, "<path d=\"M%.1f %.1fv%.1fa%.1f %.1f 0 1 0 %.1f 0z\"/>", x + r, y - r, r, r, r,
+                -2 * r);
+        break;
     case REQUEST_SHADOWS_DEEP:
         fprintf(out, "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>", x - r, y - r,
                 2 * r, 2 * r);
@@ -353,9 +357,10 @@ static void write_legend(struct plot *plot)
 
 static const char style[] =
     "<style>.plot{--bg:#fff;--ink:#1b1b1f;--dim:#5b5b66;--grid:#e4e4ea;--t0:#1b1b1f;--t1:#7a7a86;"
-    "--t2:#00795a;--t3:#c44e00;--t4:#a8407f;--t5:#0063a8}"
+    "--t2:#00795a;--t3:#c44e00;--t4:#a8407f;--t5:#0063a8;--t6:#5b4bc9}"
     "@media(prefers-color-scheme:dark){.plot{--bg:#17171b;--ink:#ececf1;--dim:#a5a5b2;"
-    "--grid:#2e2e36;--t0:#ececf1;--t1:#9a9aa6;--t2:#35c79a;--t3:#ff9248;--t4:#e58ac2;--t5:#63b8ff}}"
+    "--grid:#2e2e36;--t0:#ececf1;--t1:#9a9aa6;--t2:#35c79a;--t3:#ff9248;--t4:#e58ac2;--t5:#63b8ff;"
+    "--t6:#a99cff}}"
     ".plot text{font-family:system-ui,'DejaVu Sans',sans-serif;fill:var(--ink)}"
     ".plot .title{font-size:18px;font-weight:600}.plot .subtitle{font-size:12px;fill:var(--dim)}"
     ".plot .axis,.plot .key{font-size:13px}.plot .tick{font-size:12px;fill:var(--dim)}"
@@ -366,7 +371,7 @@ static const char style[] =
     ".plot .point{stroke-width:1.8;color:var(--t0);fill:currentColor;stroke:currentColor}"
     ".plot .one{fill:var(--bg)}"
     ".plot .t1{color:var(--t1)}.plot .t2{color:var(--t2)}.plot .t3{color:var(--t3)}"
-    ".plot .t4{color:var(--t4)}.plot .t5{color:var(--t5)}</style>\n";
+    ".plot .t4{color:var(--t4)}.plot .t5{color:var(--t5)}.plot .t6{color:var(--t6)}</style>\n";
 
 char *tradeoff_to_svg(const struct tradeoff *tradeoff)
 {

@@ -332,6 +332,8 @@ static int plan_settings(struct run *run, struct tradeoff_setting settings[TRADE
         &(struct ladder_desc){.fixed = &run->entry->request.render.quality,
                               .has_shadows = document->shadowed_lights > 0,
                               .has_transparent_casters = document->has_transparent_casters,
+                              .has_linked_lists = run->entry->request.render.quality.light_lists ==
+                                                  REQUEST_LIGHT_LISTS_LINKED,
                               .max_samples = run->max_samples,
                               .reference_samples = run->options.reference_samples,
                               .max_settings = run->options.max_settings},
@@ -353,15 +355,22 @@ static void tell_left_out(struct run *run, int left_out)
     pthread_mutex_unlock(&run->tradeoffs->mutex);
 }
 
-/* The last measured frame of this technique, else of any of the same kind: ray traced or not. */
+/* What settings' times have in common: those of rays, of traced shadows, and of maps or none. */
+static int kind_of(const struct tradeoff_setting *setting)
+{
+    return setting->shadows == REQUEST_SHADOWS_RAYTRACED           ? 0
+           : setting->shadows == REQUEST_SHADOWS_RAYTRACED_SHADOWS ? 1
+                                                                   : 2;
+}
+
+/* The last measured frame of this technique, else of any of the same kind. */
 static const struct known *find_known(const struct run *run, const struct tradeoff_setting *setting)
 {
-    bool is_traced = setting->shadows == REQUEST_SHADOWS_RAYTRACED;
     const struct known *found = NULL;
     for (int i = 0; i < run->known_count; i++) {
         const struct known *known = &run->known[i];
         bool is_same = known->setting.shadows == setting->shadows;
-        bool is_kin = (known->setting.shadows == REQUEST_SHADOWS_RAYTRACED) == is_traced;
+        bool is_kin = kind_of(&known->setting) == kind_of(setting);
         if (is_same || (is_kin && (!found || found->setting.shadows != setting->shadows)))
             found = known;
     }
@@ -381,6 +390,8 @@ static double expected_ms(const struct run *run, const struct tradeoff_setting *
     if (setting->shadows == REQUEST_SHADOWS_RAYTRACED)
         return known ? known->ms * setting->samples / known->setting.samples
                      : run->traced_ms * setting->samples / run->options.reference_samples;
+    if (setting->shadows == REQUEST_SHADOWS_RAYTRACED_SHADOWS) /* its surfaces, and their rays */
+        return known ? known->ms : run->traced_ms / run->options.reference_samples;
     return known ? known->ms * map_work(setting->shadow_resolution) /
                        map_work(known->setting.shadow_resolution)
                  : 0;

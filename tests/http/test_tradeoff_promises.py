@@ -180,7 +180,7 @@ class Real(unittest.TestCase):
             )
             document = daemon.request("GET", path).json()
         techniques = {setting["shadows"] for setting in document["settings"]}
-        self.assertEqual({"none", "raytraced"}, techniques - {"map"})
+        self.assertEqual({"none", "raytraced", "raytraced-shadows"}, techniques - {"map"})
         self.assertFalse(document["counts"]["transparent_casters"])
         self.assertEqual(VIEW["height"], document["reference"]["rows_done"])
         for setting in document["settings"]:

@@ -103,6 +103,19 @@ class Measuring(TradeoffTest):
         )["settings"]
         self.assertEqual({0.1}, {s["shadow_compression"] for s in settings})
 
+    def test_traced_shadows_are_a_rung_where_their_lists_go_with_them(self):
+        scene = self.daemon.push(scene_of())
+        for quality, expected in (
+            ({}, {0.03}),
+            ({"shadows": "raytraced-shadows"}, {0.03}),
+            ({"light_lists": "linked"}, set()),
+        ):
+            document = self.measure(scene, quality=quality)
+            traced = [s for s in document["settings"] if s["shadows"] == "raytraced-shadows"]
+            self.assertEqual({round(s["error"]["rmse"], 5) for s in traced}, expected, quality)
+            if quality.get("shadows"):
+                self.assertEqual(traced, document["settings"])
+
     def test_what_cannot_differ_is_skipped_with_its_reason(self):
         document = self.measure(self.daemon.push(support.triangle("plain")))
         self.assertEqual({"none", "raytraced"}, {s["shadows"] for s in document["settings"]})

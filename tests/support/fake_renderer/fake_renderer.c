@@ -209,6 +209,8 @@ static double fake_error(const struct view_quality *quality)
         return quality->samples == 1 ? 0.02 : quality->samples == 4 ? 0.01 : 0;
     if (quality->shadows == VIEW_SHADOWS_NONE)
         return 0.5;
+    if (quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+        return quality->samples == 1 ? 0.03 : 0.015;
     bool is_map = quality->shadows == VIEW_SHADOWS_MAP;
     return 16. / quality->shadow_resolution + 0.01 / quality->shadow_taps +
            (quality->samples == 1 ? 0.02 : 0) + (is_map ? 0.1 : 0);
@@ -223,6 +225,8 @@ static double fake_ms(const struct view_quality *quality, bool is_cold)
         return 100. * quality->samples;
     if (quality->shadows == VIEW_SHADOWS_NONE)
         return 2;
+    if (quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+        return 500;
     double map = quality->shadow_resolution / 64.;
     return 4 + 2. * quality->shadow_taps + 3. * quality->samples + (is_cold ? map : 0);
 }
