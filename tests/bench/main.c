@@ -23,6 +23,7 @@ static const struct suite suites[] = {
     {"forecast", "the models behind auto against what frames take, on shared scenes",
      suite_forecast},
     {"linear", "frame time against the number of lights", suite_linear},
+    {"targets", "what lights and shadows may cost, each with its bound", suite_targets},
 };
 enum { SUITES = sizeof suites / sizeof *suites };
 

@@ -65,7 +65,7 @@ class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
-                          "foliage", "forecast", "linear", "live"],
+                          "foliage", "forecast", "linear", "targets", "live"],
                          names)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
@@ -89,6 +89,15 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual(0, counts["shadow_maps_built"])
             if result["variant"] == "shadows rebuilt":
                 self.assertGreater(counts["shadow_culled"], 0)
+
+    def test_targets_state_their_bounds(self):
+        done = run("targets", "--quick", "--json", "--size", "96x64", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        checks = json.loads(done.stdout)["checks"]
+        bounds = sorted(c["target"] for c in checks if "target" in c)
+        self.assertEqual(["<= 1.05", "<= 1.3", "<= 1.3", "<= 1.5", "<= 2", "<= 3"], bounds)
+        for check in checks:
+            self.assertTrue(math.isfinite(check["value"]), check)
 
     def test_foliage_states_errors_and_bytes_of_each_setting(self):
         done = run("foliage", "--quick", "--json", "--size", "96x64", "--seconds", "1")
