@@ -175,6 +175,7 @@ static void write_glb(struct country *country, const char *path)
     put(jpegs.fd, 0, head, sizeof head);
     put(jpegs.fd, 20, json, JSON_BYTES);
     put(jpegs.fd, BIN - 8, chunk, sizeof chunk);
+    assert_int_equal(ftruncate(jpegs.fd, (off_t)jpegs.at), 0); /* padding of the last one */
     country->glb_bytes = jpegs.at;
     country->glb = mmap(NULL, jpegs.at, PROT_READ, MAP_PRIVATE, jpegs.fd, 0);
     assert_ptr_not_equal(country->glb, MAP_FAILED);
