@@ -9,10 +9,13 @@
 const float PI = 3.14159265358979;
 const float MIN_ALPHA = 1e-3; // keeps the lobe of a perfect mirror finite for punctual lights
 
-float ggx_d(float n_dot_h, float alpha)
+// The squares of the sine and the cosine between n and h: 1 - cosine^2 would leave nothing of the
+// sine in f32 where a smooth surface is brightest.
+float ggx_d(vec3 n, vec3 h, float alpha)
 {
-    float a2 = alpha * alpha;
-    float f = n_dot_h * n_dot_h * (a2 - 1.0) + 1.0;
+    float a2 = alpha * alpha, n_dot_h = clamp(dot(n, h), 0.0, 1.0);
+    vec3 across = cross(n, h);
+    float f = n_dot_h * n_dot_h * a2 + (n_dot_h > 0.0 ? dot(across, across) : 1.0);
     return a2 / max(PI * f * f, 1e-20);
 }
 
@@ -38,7 +41,7 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
     vec3 result = vec3(0.0);
     if (n_dot_l > 0.0) {
         vec3 h = normalize(l + b.view);
-        float lobe = ggx_d(clamp(dot(b.normal, h), 0.0, 1.0), b.alpha) *
+        float lobe = ggx_d(b.normal, h, b.alpha) *
                      ggx_v(n_dot_l, n_dot_v, b.alpha);
         float w = schlick_weight(dot(b.view, h));
         vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
@@ -51,7 +54,7 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
         vec3 mirrored = normalize(l - 2.0 * n_dot_l * b.normal);
         vec3 h = normalize(mirrored + b.view);
         float cosine = -n_dot_l;
-        float lobe = ggx_d(clamp(dot(b.normal, h), 0.0, 1.0), b.alpha) *
+        float lobe = ggx_d(b.normal, h, b.alpha) *
                      ggx_v(max(cosine, 1e-4), n_dot_v, b.alpha);
         float fresnel = dielectric_fresnel(b.f0, dot(b.view, h));
         result = b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);

@@ -44,10 +44,10 @@ static void set_axes(struct shadow_frame *frame, const double direction[3],
     vec3_cross(x, z, y); /* then y x x = z */
 }
 
-/* Of a cube: those of the light's node, which looks along its -Z, or the world's. */
-static void set_cube_axes(struct shadow_frame *frame, const struct state_light *light)
+/* Those of the light's node, which looks along its -Z, or the world's. */
+static void find_own_axes(const struct state_light *light, double axes[3][3])
 {
-    double *x = frame->axis[0], *y = frame->axis[1], *z = frame->axis[2];
+    double *x = axes[0], *y = axes[1], *z = axes[2];
     vec3_cross(light->direction, light->up, x);
     if (vec3_length(x) > LEAST_SINE * vec3_length(light->up)) {
         vec3_normalize(x);
@@ -56,9 +56,9 @@ static void set_cube_axes(struct shadow_frame *frame, const struct state_light *
         vec3_cross(z, x, y);
         return;
     }
-    memset(frame->axis, 0, sizeof frame->axis);
     for (int k = 0; k < 3; k++)
-        frame->axis[k][k] = 1;
+        for (int c = 0; c < 3; c++)
+            axes[k][c] = k == c;
 }
 
 /* Beyond so many radii of what casts, a light is far. Eight: a cube's face, 90 degrees wide, would
@@ -72,9 +72,29 @@ struct caster_sphere {
     double center[3], radius, distance; /* of its centre from the light */
 };
 
-/* Around all casters, on a grid of an eighth of its radius, so that small edits keep the frame. */
-static bool find_casters(const struct state_light *light, const struct scene_state *state,
-                         struct caster_sphere *sphere)
+/* By the box of the primitive's own coordinates, which turns with its node. */
+static void grow_interval(const struct scene_state *state, const struct state_item *item,
+                          const double axis[3], double interval[2])
+{
+    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const double *world = state->world[item->node];
+    double low = vec3_dot(axis, world + 12), high = low;
+    for (int k = 0; k < 3; k++) {
+        double along = vec3_dot(axis, world + 4 * k);
+        double a = along * (double)p->bounds_min[k], b = along * (double)p->bounds_max[k];
+        low += fmin(a, b);
+        high += fmax(a, b);
+    }
+    interval[0] = fmin(interval[0], low);
+    interval[1] = fmax(interval[1], high);
+}
+
+/* Of the casters' box along the world's axes: where a light is so near, it is not far from their
+ * box along any axes, whose radius is at most the root of three smaller. */
+static const double NEAR_RADII = 2;
+
+static bool find_world_sphere(const struct state_light *light, const struct scene_state *state,
+                              struct caster_sphere *sphere)
 {
     double low[3] = {DBL_MAX, DBL_MAX, DBL_MAX}, high[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
     double diagonal[3], to_center[3];
@@ -86,14 +106,43 @@ static bool find_casters(const struct state_light *light, const struct scene_sta
         }
     }
     vec3_sub(high, low, diagonal);
-    double radius = 0.5 * vec3_length(diagonal);
-    if (!(low[0] <= high[0]) || !(radius > 0))
-        return false;
-    double cell = exp2(ceil(log2(radius)) - 3);
+    sphere->radius = 0.5 * vec3_length(diagonal);
     for (int k = 0; k < 3; k++)
-        sphere->center[k] = cell * round(0.5 * (low[k] + high[k]) / cell);
-    sphere->radius = cell * (ceil(radius / cell) + 1); /* the centre moved by less than a cell */
+        sphere->center[k] = 0.5 * (low[k] + high[k]);
     vec3_sub(sphere->center, light->position, to_center);
+    sphere->distance = vec3_length(to_center);
+    return low[0] <= high[0] && sphere->radius > 0;
+}
+
+/* Around all casters. Where the light may be far: about their box along the light's own axes, on a
+ * grid of a sixteenth of its radius that starts at the light, so that small edits keep the frame
+ * and it turns and grows with the scene. */
+static bool find_casters(const struct state_light *light, const struct scene_state *state,
+                         struct caster_sphere *sphere)
+{
+    if (!find_world_sphere(light, state, sphere))
+        return false;
+    if (sphere->distance < NEAR_RADII * sphere->radius)
+        return true;
+    double axes[3][3], box[3][2], diagonal[3];
+    find_own_axes(light, axes);
+    for (int k = 0; k < 3; k++) {
+        box[k][0] = DBL_MAX, box[k][1] = -DBL_MAX;
+        for (size_t i = 0; i < state->item_count; i++)
+            if (state->items[i].casts_shadow)
+                grow_interval(state, &state->items[i], axes[k], box[k]);
+        diagonal[k] = box[k][1] - box[k][0];
+    }
+    double radius = 0.5 * vec3_length(diagonal), unit = state->unit_m;
+    double cell = unit * exp2(ceil(log2(radius / unit)) - 4), to_center[3] = {0, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        double along = 0.5 * (box[k][0] + box[k][1]) - vec3_dot(axes[k], light->position);
+        for (int c = 0; c < 3; c++)
+            to_center[c] += axes[k][c] * cell * round(along / cell);
+    }
+    for (int c = 0; c < 3; c++)
+        sphere->center[c] = light->position[c] + to_center[c];
+    sphere->radius = cell * (ceil(radius / cell) + 1); /* the centre moved by less than a cell */
     sphere->distance = vec3_length(to_center);
     return true;
 }
@@ -137,26 +186,9 @@ static void init_perspective(struct shadow_frame *frame, const struct state_ligh
     } else {
         frame->shape = SHADOW_CUBE;
         frame->face_count = 6;
-        set_cube_axes(frame, light);
+        find_own_axes(light, frame->axis);
         frame->scale[0] = frame->scale[1] = 1;
     }
-}
-
-/* By the box of the primitive's own coordinates, which turns with its node. */
-static void grow_interval(const struct scene_state *state, const struct state_item *item,
-                          const double axis[3], double interval[2])
-{
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const double *world = state->world[item->node];
-    double low = vec3_dot(axis, world + 12), high = low;
-    for (int k = 0; k < 3; k++) {
-        double along = vec3_dot(axis, world + 4 * k);
-        double a = along * (double)p->bounds_min[k], b = along * (double)p->bounds_max[k];
-        low += fmin(a, b);
-        high += fmax(a, b);
-    }
-    interval[0] = fmin(interval[0], low);
-    interval[1] = fmax(interval[1], high);
 }
 
 static bool init_orthographic(struct shadow_frame *frame, const struct state_light *light,

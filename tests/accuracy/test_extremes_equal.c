@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "renderer/scene/matrix.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/extreme_scene.h"
 #include "tests/support/image_checks.h"
@@ -59,28 +60,91 @@ static void colour_channels_do_not_know_of_each_other(void **state)
     }
 }
 
+static const struct extreme_desc turned[] = {
+    {.has_up = true, .turn_deg = 90},
+    {.has_up = true, .turn_deg = 180},
+    {.has_up = true, .turn_deg = 37},
+    {.has_up = true, .turn_deg = 111.7, .turn_axis = {1, 2, 3}},
+};
+enum { TURNS = sizeof turned / sizeof *turned };
+
 /* The scene, its lights and its camera, turned together, the texels of their maps with them: seen
  * from the camera and from each light, nothing has moved. */
 static void a_turned_scene_gives_the_same_picture(void **state)
 {
-    static const double turns[] = {90, 180, 37, 111.7};
     for (int t = 0; t < TECHNIQUES; t++) {
         double worst = 0;
         struct image straight =
             picture_of(*state, &(struct extreme_desc){.has_up = true}, &techniques[t]);
-        for (size_t i = 0; i < sizeof turns / sizeof *turns; i++) {
-            struct image turned =
-                picture_of(*state, &(struct extreme_desc){.turn_deg = turns[i], .has_up = true},
-                           &techniques[t]);
-            double rmse = extreme_rmse(&turned, &straight);
-            print_message("%s, turned by %g degrees: %.3g\n", techniques[t].name, turns[i], rmse);
+        for (int i = 0; i < TURNS; i++) {
+            struct image picture = picture_of(*state, &turned[i], &techniques[t]);
+            double rmse = extreme_rmse(&picture, &straight);
+            print_message("%s, turned by %g degrees: %.3g\n", techniques[t].name,
+                          turned[i].turn_deg, rmse);
             worst = fmax(worst, rmse);
-            image_finish(&turned);
+            image_finish(&picture);
         }
         image_finish(&straight);
         extreme_expect(&(struct extreme_row){"a scene turned with its lights and camera",
                                              techniques[t].name, "RMSE, relative", 1e-6},
                        worst);
+    }
+}
+
+enum { KIND_ONE_SAMPLE, KIND_ORTHOGRAPHIC, KIND_CUT, KIND_FAR_LAMP, KIND_FAR_CUBE, KINDS };
+
+static struct image picture_of_kind(struct renderer *renderer, const struct extreme_desc *desc,
+                                    int kind)
+{
+    struct extreme_scene scene;
+    extreme_scene_open(&scene, renderer, "equal", desc);
+    struct view *view = &scene.view;
+    double scale = desc->scale > 0 ? desc->scale : 1, plane[1][4], on_plane[3];
+    view->quality.samples = kind == KIND_ONE_SAMPLE ? 1 : 4;
+    if (kind == KIND_ORTHOGRAPHIC)
+        view->camera.ortho_height = 3 * scale;
+    if (kind == KIND_CUT) {
+        extreme_turn(desc, (double[]){0.8, 0.36, 0.48}, plane[0]);
+        extreme_place(desc, (double[]){-0.1, 0, 0}, on_plane);
+        plane[0][3] = -vec3_dot(plane[0], on_plane);
+        view->clip_planes = (const double(*)[4])plane;
+        view->clip_plane_count = 1;
+    }
+    if (kind == KIND_FAR_LAMP || kind == KIND_FAR_CUBE) { /* the point light alone */
+        double far = kind == KIND_FAR_LAMP ? 60 : 7;
+        extreme_place(desc, (double[]){0.3 * far, far, 0.2 * far}, scene.lights[0].position);
+        scene.lights[0].intensity *= (float)(far * far);
+        scene.lights[0].range = 0;
+        view->light_count = 1;
+    }
+    struct image picture = shoot_color(renderer, &scene.rig, view);
+    assert_image_is_sound(&picture, 1e6);
+    extreme_scene_finish(&scene, renderer);
+    return picture;
+}
+
+/* One sample, no perspective, a clip plane, lamps far from all that casts: whatever else has a
+ * place or a direction. */
+static void turned_and_scaled_views_of_all_kinds_give_the_same_picture(void **state)
+{
+    static const char *const names[KINDS] = {"one sample", "orthographic", "a clip plane",
+                                             "a lamp at 60 m", "a lamp at 7 m"};
+    static const struct extreme_desc scaled = {.has_up = true, .scale = 1e3};
+    for (int kind = 0; kind < KINDS; kind++) {
+        char scene[64];
+        struct image straight =
+            picture_of_kind(*state, &(struct extreme_desc){.has_up = true}, kind);
+        struct image by_turn = picture_of_kind(*state, &turned[TURNS - 1], kind);
+        struct image by_scale = picture_of_kind(*state, &scaled, kind);
+        snprintf(scene, sizeof scene, "turned, %s", names[kind]);
+        extreme_expect(&(struct extreme_row){scene, "deep", "RMSE, relative", 1e-6},
+                       extreme_rmse(&by_turn, &straight));
+        snprintf(scene, sizeof scene, "scaled by 1000, %s", names[kind]);
+        extreme_expect(&(struct extreme_row){scene, "deep", "RMSE, relative", 1e-5},
+                       extreme_rmse(&by_scale, &straight));
+        image_finish(&straight);
+        image_finish(&by_turn);
+        image_finish(&by_scale);
     }
 }
 
@@ -140,6 +204,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(colour_channels_do_not_know_of_each_other),
         cmocka_unit_test(a_turned_scene_gives_the_same_picture),
+        cmocka_unit_test(turned_and_scaled_views_of_all_kinds_give_the_same_picture),
         cmocka_unit_test(texels_turn_with_the_node_of_their_light),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);

@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "clients/glb/shapes.h"
+#include "renderer/scene/matrix.h"
 #include "tests/support/image_checks.h"
 
 static const double degree = 0.017453292519943295;
@@ -20,18 +21,27 @@ static double scale_of(const struct extreme_desc *desc)
     return desc->scale > 0 ? desc->scale : 1;
 }
 
-/* About +Y, counter-clockwise seen from above. */
-static void turn(const struct extreme_desc *desc, const double in[3], double out[3])
+static void unit_axis(const struct extreme_desc *desc, double axis[3])
 {
-    double c = cos(desc->turn_deg * degree), s = sin(desc->turn_deg * degree);
-    out[0] = c * in[0] + s * in[2];
-    out[1] = in[1];
-    out[2] = c * in[2] - s * in[0];
+    memcpy(axis, desc->turn_axis, sizeof desc->turn_axis);
+    if (!vec3_normalize(axis))
+        memcpy(axis, (double[]){0, 1, 0}, 3 * sizeof *axis);
+}
+
+/* Rodrigues' formula. */
+void extreme_turn(const struct extreme_desc *desc, const double local[3], double world[3])
+{
+    double axis[3], across[3], c = cos(desc->turn_deg * degree), s = sin(desc->turn_deg * degree);
+    unit_axis(desc, axis);
+    vec3_cross(axis, local, across);
+    double along = vec3_dot(axis, local) * (1 - c);
+    for (int k = 0; k < 3; k++)
+        world[k] = c * local[k] + s * across[k] + along * axis[k];
 }
 
 void extreme_place(const struct extreme_desc *desc, const double local[3], double world[3])
 {
-    turn(desc, local, world);
+    extreme_turn(desc, local, world);
     for (int k = 0; k < 3; k++)
         world[k] = desc->place[k] + scale_of(desc) * world[k];
 }
@@ -121,7 +131,9 @@ static void make_glb(const struct extreme_desc *desc, void **bytes, size_t *size
     struct glb_node_desc root = {.name = "Root",
                                  .translation = {desc->place[0], desc->place[1], desc->place[2]},
                                  .scale = {s, s, s}};
-    glb_node_rotate(&root, (double[]){0, 1, 0}, desc->turn_deg);
+    double axis[3];
+    unit_axis(desc, axis);
+    glb_node_rotate(&root, axis, desc->turn_deg);
     b.root = glb_builder_add_node(b.glb, &root);
     add_content(&b);
     if (desc->extend)
@@ -136,6 +148,7 @@ static void set_lights(struct extreme_scene *scene, const struct extreme_desc *d
     static const struct view_light lights[EXTREME_LIGHTS] = {
         {.type = SCENE_LIGHT_POINT,
          .position = {0.4, 2.6, 0.5},
+         .direction = {0, -1, 0}, /* of its map's cube */
          .color = {1, 0.9, 0.8},
          .intensity = 8,
          .range = 9},
@@ -156,9 +169,9 @@ static void set_lights(struct extreme_scene *scene, const struct extreme_desc *d
         struct view_light *light = &scene->lights[i];
         *light = lights[i];
         extreme_place(desc, lights[i].position, light->position);
-        turn(desc, lights[i].direction, light->direction);
+        extreme_turn(desc, lights[i].direction, light->direction);
         if (desc->has_up)
-            turn(desc, (double[]){0, 0, 1}, light->up);
+            extreme_turn(desc, (double[]){0, 0, 1}, light->up);
         light->range *= s;
         for (int k = 0; k < 3; k++)
             light->color[(k + desc->channels) % 3] = lights[i].color[k];
@@ -185,6 +198,7 @@ void extreme_scene_open(struct extreme_scene *scene, struct renderer *renderer, 
                                 .lights = scene->lights,
                                 .light_count = EXTREME_LIGHTS,
                                 .quality = {.shadow_resolution = 512}};
+    extreme_turn(desc, (double[]){0, 1, 0}, scene->view.camera.up);
     extreme_place(desc, eyes[desc->has_detail], scene->view.camera.eye);
     extreme_place(desc, targets[desc->has_detail], scene->view.camera.target);
 }

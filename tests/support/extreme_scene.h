@@ -11,13 +11,14 @@
 enum { EXTREME_LIGHTS = 3 };
 
 struct extreme_desc {
-    double scale;     /* 0 means 1: a scene of 4 m */
-    double place[3];  /* m, of its origin */
-    double turn_deg;  /* about +Y */
-    int channels;     /* colours are moved by so many channels, [0, 2] */
-    bool has_detail;  /* the camera looks at the comb from 0.1 m */
-    bool swaps_panes; /* two panes of different colours change places */
-    bool halves_pane; /* one pane of colour T becomes two of sqrt(T) */
+    double scale;    /* 0 means 1: a scene of 4 m */
+    double place[3]; /* m, of its origin */
+    double turn_deg;
+    double turn_axis[3]; /* of any length; all 0: +Y */
+    int channels;        /* colours are moved by so many channels, [0, 2] */
+    bool has_detail;     /* the camera looks at the comb from 0.1 m */
+    bool swaps_panes;    /* two panes of different colours change places */
+    bool halves_pane;    /* one pane of colour T becomes two of sqrt(T) */
     bool has_up; /* the lights say how the texels of their maps lie: they turn with the scene */
     /* Adds to the scene under the node `root`; NULL = nothing. */
     void (*extend)(struct glb_builder *builder, int root, void *context);
@@ -35,6 +36,8 @@ void extreme_scene_open(struct extreme_scene *scene, struct renderer *renderer, 
                         const struct extreme_desc *desc);
 void extreme_scene_finish(struct extreme_scene *scene, struct renderer *renderer);
 
+/* A direction, from the scene's own coordinates to those of the world. */
+void extreme_turn(const struct extreme_desc *desc, const double local[3], double world[3]);
 /* From the scene's own coordinates to those of the world. */
 void extreme_place(const struct extreme_desc *desc, const double local[3], double world[3]);
 
