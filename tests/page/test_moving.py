@@ -55,8 +55,8 @@ class Placing(PageTest):
         self.assertIsNone(flat)
 
     def test_fields_move_turn_and_scale_the_selected_part_and_reset_puts_it_back(self):
-        first = self.load()
-        self.select("Pane")
+        self.load()
+        first = self.changed_by(lambda: self.select("Pane"))  # outlined
         moved = self.changed_by(lambda: self.enter("Position X", 0.75, "#panel-properties"))
         self.assertEqual([0.75, 0, 0, 1], self.matrix()[12:])
         self.assertNotEqual(first, moved)
