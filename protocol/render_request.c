@@ -95,5 +95,10 @@ void render_request_finish(struct render_request *request)
     for (size_t i = 0; i < request->material_count; i++)
         free(request->materials[i].material);
     free(request->materials);
+    for (size_t i = 0; i < request->part_count; i++) {
+        free(request->parts[i].name);
+        free(request->parts[i].parent);
+    }
+    free(request->parts);
     *request = (struct render_request){0};
 }

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "protocol/limits.h"
 
 enum request_camera_kind {
     REQUEST_CAMERA_DEFAULT, /* the scene's first camera; without one, fit from the front */
@@ -126,6 +127,21 @@ struct request_material_override {
     bool has_cast_once, cast_once;
 };
 
+/* Another scene as a child of a node. */
+struct request_part {
+    char *name;     /* owned; [1, LIMIT_PART_NAME_BYTES] bytes without '/' */
+    char scene[65]; /* as that of the request */
+    char *parent;   /* owned; a node of the scene or of another part; NULL = the world */
+    bool is_hidden;
+    double matrix[16]; /* parent from part; column-major, affine, invertible */
+};
+
+/* The different scenes of parts. Zeroed = none. */
+struct part_scenes {
+    char ids[LIMIT_PART_SCENES][65];
+    int count;
+};
+
 /* The scene at a time of its animations. */
 struct request_animation {
     bool is_given;
@@ -193,6 +209,8 @@ struct render_request {
     size_t node_count;
     struct request_material_override *materials; /* owned, sorted by name */
     size_t material_count;
+    struct request_part *parts; /* owned, sorted by name */
+    size_t part_count;
     double clip_planes[8][4];   /* a point with ax+by+cz+d < 0 is cut away */
     struct request_cut cuts[8]; /* per clip plane */
     size_t clip_plane_count;
@@ -225,6 +243,11 @@ void render_request_finish(struct render_request *request); /* accepts zeroed; z
 
 /* Whether the server shall choose what quality leaves open, by max_error or budget_ms. */
 bool request_quality_asks(const struct request_quality *quality);
+
+/* False when there are more than LIMIT_PART_SCENES: then the first ones. */
+bool render_request_part_scenes(const struct render_request *request, struct part_scenes *scenes);
+/* Adds one that is not there yet; false when there is no room for it. */
+bool part_scenes_add(struct part_scenes *scenes, const char *id);
 
 /* Canonical JSON: every member, fixed key order, numbers to 17 digits, so that equal requests have
  * equal text. Parsing it gives the same request (resolution and taps that were not said are null

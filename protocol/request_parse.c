@@ -7,7 +7,7 @@
 #include "protocol/limits.h"
 #include "protocol/request_parts.h"
 
-static bool read_scene(const struct json_node *node, char scene[65])
+bool request_read_scene(const struct json_node *node, char scene[65])
 {
     const char *name = NULL;
     if (!json_expect_present(node) || !json_read_name(node, &name))
@@ -292,7 +292,7 @@ static bool read_members(const struct json_node *root, struct render_request *re
     struct json_node mapping = json_member(root, "tone_mapping");
     bool has_scene_lights = true;
     int mapping_index = 0;
-    if (!read_scene(&scene, request->scene) ||
+    if (!request_read_scene(&scene, request->scene) ||
         !json_read_int(&width, 1, LIMIT_IMAGE_SIDE_PX, &request->width) ||
         !json_read_int(&height, 1, LIMIT_IMAGE_SIDE_PX, &request->height) ||
         !json_read_bool(&scene_lights, &has_scene_lights) ||
@@ -312,7 +312,7 @@ static bool read_request(const struct json_node *root, struct render_request *re
         "scene",       "width",       "height",    "camera",     "lights",      "scene_lights",
         "overrides",   "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",
         "environment", "quality",     "output",    "outputs",    "format",      "quality_percent",
-        "highlight",   "edges",       NULL};
+        "highlight",   "edges",       "parts",     NULL};
     if (!json_expect_object(root, known) || !read_members(root, request))
         return false;
     struct json_node camera = json_member(root, "camera"), lights = json_member(root, "lights");
@@ -321,9 +321,11 @@ static bool read_request(const struct json_node *root, struct render_request *re
     struct json_node environment = json_member(root, "environment");
     struct json_node highlight = json_member(root, "highlight"), edges = json_member(root, "edges");
     struct json_node quality = json_member(root, "quality");
+    struct json_node parts = json_member(root, "parts");
     return request_read_camera(&camera, &request->camera) &&
            request_read_lights(&lights, request) && request_read_overrides(&overrides, request) &&
-           read_clip_planes(&clip_planes, request) && read_environment(&environment, request) &&
+           request_read_parts(&parts, request) && read_clip_planes(&clip_planes, request) &&
+           read_environment(&environment, request) &&
            request_read_highlight(&highlight, &request->highlight) &&
            request_read_edges(&edges, &request->edges) &&
            request_read_quality(&quality, &request->quality) && read_outputs(root, request) &&

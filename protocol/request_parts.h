@@ -18,6 +18,12 @@ MUST_CHECK bool request_read_highlight(const struct json_node *node,
                                        struct request_highlight *highlight);
 MUST_CHECK bool request_read_edges(const struct json_node *node, struct request_edges *edges);
 
+/* Reads /parts: other scenes that hang on nodes. */
+MUST_CHECK bool request_read_parts(const struct json_node *node, struct render_request *request);
+
+/* An id of 64 hexadecimal digits; required. */
+MUST_CHECK bool request_read_scene(const struct json_node *node, char scene[65]);
+
 /* A whole request. On failure it is zeroed. */
 MUST_CHECK bool request_read_root(const struct json_node *root, struct render_request *request);
 

@@ -142,6 +142,21 @@ static json_t *write_overrides(const struct render_request *request)
     return json_writer_take(&writer);
 }
 
+static json_t *write_parts(const struct render_request *request)
+{
+    struct json_writer parts = json_writer_begin();
+    for (size_t i = 0; i < request->part_count; i++) {
+        const struct request_part *part = &request->parts[i];
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "scene", part->scene);
+        json_put_text_or_null(&writer, "parent", part->parent);
+        json_put_numbers(&writer, "matrix", part->matrix, 16);
+        json_put_bool(&writer, "visible", !part->is_hidden);
+        json_put(&parts, part->name, json_writer_take(&writer));
+    }
+    return json_writer_take(&parts);
+}
+
 /* The numbers alone where all else is the default. */
 static json_t *write_clip_plane(const double plane[4], const struct request_cut *cut)
 {
@@ -264,6 +279,7 @@ char *render_request_to_json(const struct render_request *request)
     json_put(&writer, "lights", write_lights(request));
     json_put_bool(&writer, "scene_lights", !request->ignore_scene_lights);
     json_put(&writer, "overrides", write_overrides(request));
+    json_put(&writer, "parts", write_parts(request));
     json_put(&writer, "clip_planes", write_clip_planes(request));
     json_put(&writer, "animation", write_animation(&request->animation));
     json_put(&writer, "highlight", write_highlight(&request->highlight));

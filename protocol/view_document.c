@@ -235,11 +235,38 @@ static const char *kind_name(enum view_name_kind kind)
     return names[kind];
 }
 
-static bool check_override(json_t *members, const struct view_names *names, int list,
-                           const char *key, struct error *err)
+static bool is_of_part(const char *name, const char *part)
+{
+    size_t length = strlen(part);
+    return strncmp(name, part, length) == 0 && (!name[length] || name[length] == '/');
+}
+
+/* Whether it is a part, or PART/NAME of one: such names are known when the view is rendered. */
+static bool names_part(const json_t *members, const char *name)
+{
+    json_t *parts = json_object_get(members, "parts"), *part;
+    const char *key;
+    json_object_foreach(parts, key, part)
+    {
+        if (is_of_part(name, key))
+            return true;
+    }
+    return false;
+}
+
+static bool may_have(const struct view_document *document, const json_t *fragment,
+                     const struct view_names *names, enum view_name_kind kind, const char *name)
+{
+    return view_names_may_have(names, kind, name) || names_part(fragment, name) ||
+           (!json_object_get(fragment, "parts") && names_part(document->members, name));
+}
+
+static bool check_override(const struct view_document *document, json_t *members,
+                           const struct view_names *names, int list, const char *key,
+                           struct error *err)
 {
     enum view_name_kind kind = list == 0 ? VIEW_NAME_NODE : VIEW_NAME_MATERIAL;
-    if (view_names_may_have(names, kind, key))
+    if (may_have(document, members, names, kind, key))
         return true;
     struct json_node root = json_root(members, err), overrides = json_member(&root, "overrides");
     struct json_node of_list = json_member(&overrides, override_lists[list]);
@@ -248,7 +275,8 @@ static bool check_override(json_t *members, const struct view_names *names, int 
                        kind_name(kind), key);
 }
 
-static bool check_names(json_t *members, const struct view_names *names, struct error *err)
+static bool check_names(const struct view_document *document, json_t *members,
+                        const struct view_names *names, struct error *err)
 {
     const json_t *overrides = json_object_get(members, "overrides");
     const char *node =
@@ -257,16 +285,16 @@ static bool check_names(json_t *members, const struct view_names *names, struct 
         json_string_value(json_object_get(json_object_get(members, "animation"), "name"));
     if (!names)
         return true;
-    if (node && !view_names_may_have(names, VIEW_NAME_NODE, node))
+    if (node && !may_have(document, members, names, VIEW_NAME_NODE, node))
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%.200s'",
                             node);
-    if (animation && !view_names_may_have(names, VIEW_NAME_ANIMATION, animation))
+    if (animation && !may_have(document, members, names, VIEW_NAME_ANIMATION, animation))
         return error_set_at(err, ERROR_NOT_FOUND, "/animation/name",
                             "the scene has no animation '%.200s'", animation);
     const json_t *lit = json_object_get(json_object_get(members, "highlight"), "nodes");
     for (size_t i = 0; i < json_array_size(lit); i++) {
         const char *name = json_string_value(json_array_get(lit, i));
-        if (name && !view_names_may_have(names, VIEW_NAME_NODE, name))
+        if (name && !may_have(document, members, names, VIEW_NAME_NODE, name))
             return error_set_at(err, ERROR_NOT_FOUND, "/highlight/nodes",
                                 "the scene has no node '%.200s'", name);
     }
@@ -275,9 +303,26 @@ static bool check_names(json_t *members, const struct view_names *names, struct 
         json_t *value;
         json_object_foreach(json_object_get(overrides, override_lists[i]), key, value)
         {
-            if (!check_override(members, names, i, key, err))
+            if (!check_override(document, members, names, i, key, err))
                 return false;
         }
+    }
+    return true;
+}
+
+static bool check_scenes(json_t *canonical, const struct view_patch *patch, struct error *err)
+{
+    json_t *parts = json_object_get(canonical, "parts"), *part;
+    const char *name;
+    json_object_foreach(parts, name, part)
+    {
+        const char *id = json_string_value(json_object_get(part, "scene"));
+        if (!patch->has_scene || !id || patch->has_scene(patch->context, id))
+            continue;
+        struct json_node root = json_root(canonical, err), of_parts = json_member(&root, "parts");
+        struct json_node member = json_member(&of_parts, name);
+        struct json_node scene = json_member(&member, "scene");
+        return json_refuse(&scene, ERROR_NOT_FOUND, "but there is no such scene");
     }
     return true;
 }
@@ -301,11 +346,53 @@ static void install_list(json_t *old, const json_t *canonical, json_t *patch, co
     }
 }
 
+/* The selection goes when nothing of it is left. */
+static void drop_highlight(json_t *members, const char *part)
+{
+    json_t *nodes = json_object_get(json_object_get(members, "highlight"), "nodes");
+    size_t count = json_array_size(nodes);
+    for (size_t i = count; i-- > 0;)
+        if (is_of_part(json_string_value(json_array_get(nodes, i)), part))
+            json_array_remove(nodes, i);
+    if (count > 0 && json_array_size(nodes) == 0)
+        json_object_set_new(members, "highlight", json_null());
+}
+
+/* With a part go the overrides of what was in it. */
+static void drop_part(json_t *overrides, const char *part)
+{
+    for (int i = 0; i < OVERRIDE_LISTS; i++) {
+        json_t *entries = json_object_get(overrides, override_lists[i]), *entry;
+        const char *key;
+        void *next;
+        json_object_foreach_safe(entries, next, key, entry)
+        {
+            if (is_of_part(key, part))
+                json_object_del(entries, key);
+        }
+    }
+}
+
+static void drop_parts(struct view_document *document, const json_t *canonical)
+{
+    json_t *parts = json_object_get(document->members, "parts"), *part;
+    const char *key;
+    json_object_foreach(parts, key, part)
+    {
+        if (json_object_get(json_object_get(canonical, "parts"), key))
+            continue;
+        drop_part(json_object_get(document->members, "overrides"), key);
+        drop_highlight(document->members, key);
+    }
+}
+
 static void install(struct view_document *document, json_t *canonical, json_t *patch)
 {
     json_t *overrides = json_object_get(document->members, "overrides");
     const char *key;
     json_t *value;
+    if (json_object_get(patch, "parts"))
+        drop_parts(document, canonical);
     json_object_foreach(patch, key, value)
     {
         json_t *found = json_object_get(canonical, key);
@@ -321,7 +408,7 @@ static void install(struct view_document *document, json_t *canonical, json_t *p
         }
     }
     if (json_object_get(patch, "overrides") || json_object_get(patch, "clip_planes") ||
-        json_object_get(patch, "animation"))
+        json_object_get(patch, "animation") || json_object_get(patch, "parts"))
         document->shape++;
 }
 
@@ -343,7 +430,8 @@ bool view_document_patch(struct view_document *document, const struct view_patch
     json_t *canonical = fragment ? canonicalise(fragment, &bytes, err) : NULL;
     const json_t *old = json_object_get(document->members, "overrides");
     const json_t *added = json_object_get(canonical, "overrides");
-    bool is_good = canonical && check_names(fragment, patch->names, err);
+    bool is_good = canonical && check_names(document, fragment, patch->names, err) &&
+                   check_scenes(canonical, patch, err);
     for (int i = 0; is_good && i < OVERRIDE_LISTS; i++)
         is_good = check_count(json_object_get(old, override_lists[i]),
                               json_object_get(added, override_lists[i]), override_lists[i], err);
@@ -411,7 +499,20 @@ void view_document_destroy(struct view_document *document)
 bool view_document_check_names(const struct view_document *document, const struct view_names *names,
                                struct error *err)
 {
-    return check_names(document->members, names, err);
+    return check_names(document, document->members, names, err);
+}
+
+void view_document_part_scenes(const struct view_document *document, struct part_scenes *scenes)
+{
+    json_t *parts = json_object_get(document->members, "parts"), *part;
+    const char *name;
+    *scenes = (struct part_scenes){.count = 0};
+    json_object_foreach(parts, name, part)
+    {
+        const char *id = json_string_value(json_object_get(part, "scene"));
+        if (id && !part_scenes_add(scenes, id)) /* the parser keeps the limit */
+            return;
+    }
 }
 
 const char *view_document_scene(const struct view_document *document)

@@ -37,6 +37,9 @@ struct view_patch {
     json_t *json; /* required */
     bool replaces_camera;
     const struct view_names *names;
+    /* Optional: whether there is such a scene, for parts. */
+    bool (*has_scene)(void *context, const char *id);
+    void *context;
 };
 MUST_CHECK bool view_document_patch(struct view_document *document, const struct view_patch *patch,
                                     struct error *err);
@@ -47,6 +50,9 @@ MUST_CHECK json_t *view_patch_load(const char *json, size_t length, struct error
 /* ERROR_NOT_FOUND at the first node or material of the whole document that the scene lacks. */
 MUST_CHECK bool view_document_check_names(const struct view_document *document,
                                           const struct view_names *names, struct error *err);
+
+/* The scenes of its parts. */
+void view_document_part_scenes(const struct view_document *document, struct part_scenes *scenes);
 
 const char *view_document_scene(const struct view_document *document);
 void view_document_get_size(const struct view_document *document, int *width_px, int *height_px);

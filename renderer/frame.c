@@ -7,6 +7,7 @@
 #include "renderer/frame_pause.h"
 #include "renderer/frame_run.h"
 #include "renderer/plan/view_key.h"
+#include "renderer/scene_parts.h"
 #include "renderer/wall_clock.h"
 
 static bool check_quality(const struct view_quality *quality, struct error *err)
@@ -103,15 +104,15 @@ struct opened_view {
 static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
                       struct opened_view *opened, struct error *err)
 {
-    *opened =
-        (struct opened_view){.scene = scene_cache_find(renderer->scenes, scene_key), .view = *view};
+    *opened = (struct opened_view){.view = *view};
+    opened->scene = renderer_find_scene(renderer, scene_key, view, err);
     if (!opened->scene)
-        return error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
+        return false;
     if (!opened->view.outputs)
         opened->view.outputs = 1u << VIEW_OUTPUT_COLOR;
     if (!check_view(&opened->view, err))
         return false;
-    struct content_key key = view_state_key(scene_key, &opened->view);
+    struct content_key key = view_state_key(opened->scene->key, &opened->view);
     opened->state = kept_state_get(&renderer->kept_state, key, &opened->scene->scene, &opened->view,
                                    &opened->is_state_kept, err);
     if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
@@ -182,7 +183,7 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
         .scene = opened.scene,
         .frame_plan = opened.plan,
         .view = &opened.view,
-        .placement = view_placement_key(scene_key, &opened.view),
+        .placement = view_placement_key(opened.scene->key, &opened.view),
         .state = opened.state,
         .camera = &opened.camera,
         .frame = frame,

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "renderer/scene/texture_need.h"
+#include "renderer/scene_parts.h"
 
 static const uint32_t all_slots = (1u << SCENE_TEXTURE_SLOT_COUNT) - 1;
 
@@ -150,34 +151,102 @@ static void warn(const struct report_textures *report, struct frame_report *fram
                     (double)report->pending_bytes / (1 << 20));
 }
 
+/* The keys of a part among those of its scene. */
+struct key_range {
+    size_t first, count;
+};
+
+static struct key_range keys_of(const struct scene *scene, uint32_t part)
+{
+    if (!scene->part_count)
+        return (struct key_range){0, 2 * (size_t)scene->image_count};
+    return (struct key_range){2 * (size_t)scene->parts[part].first_image,
+                              2 * (size_t)scene->parts[part].scene->image_count};
+}
+
+/* Parts of one scene sample the same textures: the first of them asks for all. */
+static void join_parts(struct frame_textures *textures, const struct scene *scene,
+                       const struct scene_gpu *gpu)
+{
+    for (uint32_t part = 1; part < scene_gpu_part_count(gpu); part++) {
+        struct key_range from = keys_of(scene, part);
+        struct key_range to = keys_of(scene, scene_gpu_first_like(gpu, part));
+        for (size_t key = 0; key < from.count; key++)
+            if (textures->wanted[from.first + key] < textures->wanted[to.first + key])
+                textures->wanted[to.first + key] = textures->wanted[from.first + key];
+    }
+}
+
+static void add_report(struct report_textures *sum, const struct report_textures *one)
+{
+    sum->budget_bytes = one->budget_bytes; /* of each scene */
+    sum->resident_bytes += one->resident_bytes;
+    sum->wanted_bytes += one->wanted_bytes;
+    sum->pending_bytes += one->pending_bytes;
+    sum->written_bytes += one->written_bytes;
+    sum->coarse_count += one->coarse_count;
+    if (one->level_bias > sum->level_bias)
+        sum->level_bias = one->level_bias;
+}
+
 static bool bring(struct frame_textures *textures, const struct frame_run *run,
                   struct report_textures *report, struct error *err)
 {
-    const struct texture_wish wish = {.levels = textures->wanted,
-                                      .may_be_coarse = run->view->quality.may_be_coarse,
-                                      .limit_bytes = run->renderer->texture_upload_bytes};
-    if (!texture_store_prepare(scene_gpu_textures(run->scene->gpu), &wish, report, err))
-        return false;
-    scene_gpu_set_texture_passes(run->scene->gpu, &textures->passes);
-    renderer_evict_scenes(run->renderer, run->scene->key);
+    struct scene_gpu *gpu = run->scene->gpu;
+    *report = (struct report_textures){0};
+    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
+        struct texture_store *store = scene_gpu_textures(gpu, part);
+        struct key_range keys = keys_of(run->state->scene, part);
+        const struct texture_wish wish = {.levels = textures->wanted + keys.first,
+                                          .may_be_coarse = run->view->quality.may_be_coarse,
+                                          .limit_bytes = run->renderer->texture_upload_bytes};
+        struct report_textures one = {0};
+        if (!keys.count || scene_gpu_first_like(gpu, part) != part)
+            continue;
+        if (!texture_store_is_on_demand(store))
+            texture_store_report(store, &one);
+        else if (!texture_store_prepare(store, &wish, &one, err))
+            return false;
+        add_report(report, &one);
+    }
+    scene_gpu_set_texture_passes(gpu, &textures->passes);
+    renderer_evict_beside(run->renderer, run->scene);
     textures->is_inexact |= report->coarse_count > 0;
     return true;
+}
+
+static bool is_on_demand(const struct scene_gpu *gpu)
+{
+    bool is = false;
+    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++)
+        is = is || texture_store_is_on_demand(scene_gpu_textures(gpu, part));
+    return is;
+}
+
+static void report_whole(const struct scene_gpu *gpu, struct report_textures *report)
+{
+    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
+        struct report_textures one = {0};
+        texture_store_report(scene_gpu_textures(gpu, part), &one);
+        if (scene_gpu_first_like(gpu, part) == part)
+            add_report(report, &one);
+    }
 }
 
 bool frame_textures_begin(struct frame_textures *textures, const struct frame_run *run,
                           struct error *err)
 {
-    struct texture_store *store = scene_gpu_textures(run->scene->gpu);
     struct report_textures *report = &run->frame->report.textures;
     *textures = (struct frame_textures){.key_count = 2 * (size_t)run->state->scene->image_count};
     if (!textures->key_count)
         return true;
-    if (!texture_store_is_on_demand(store)) {
-        texture_store_report(store, report);
+    if (!is_on_demand(run->scene->gpu)) {
+        report_whole(run->scene->gpu, report);
         return true;
     }
     if (!add_passes(textures, run, err) || !join_passes(textures, err))
         return false;
+    join_parts(textures, run->state->scene, run->scene->gpu);
     if (!bring(textures, run, report, err))
         return false;
     warn(report, &run->frame->report);
@@ -195,7 +264,7 @@ void frame_textures_end(struct frame_textures *textures, const struct frame_run 
 {
     scene_gpu_set_texture_passes(run->scene->gpu, NULL);
     if (textures->is_inexact) {
-        shadow_system_forget(run->renderer->shadows, run->scene->key);
+        shadow_system_forget(run->renderer->shadows, resident_scene_shadow_key(run->scene));
         run->renderer->kept = (struct kept_window){0};
     }
     for (size_t i = 0; textures->passes.levels && i < textures->passes.count; i++)

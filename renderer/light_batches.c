@@ -21,7 +21,7 @@ static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out
                             struct frame_report *report, struct error *err)
 {
     struct shadow_prepare_desc desc = {
-        .scene_key = run->scene->key,
+        .scene_key = resident_scene_shadow_key(run->scene),
         .gpu = run->scene->gpu,
         .state = run->state,
         .arena = run->renderer->arena,

@@ -7,7 +7,9 @@
 #include <string.h>
 
 #include "renderer/frame_pause.h"
+#include "renderer/frame_raytrace.h"
 #include "renderer/renderer_internal.h"
+#include "renderer/scene_parts.h"
 
 /* What the rays of one call fill in. */
 struct picking {
@@ -112,15 +114,13 @@ bool renderer_pick(struct renderer *renderer, const char *scene_key, const struc
     if (renderer->is_paused)
         return (renderer = frame_pause_other(renderer, err)) &&
                renderer_pick(renderer, scene_key, view, desc, result, err);
-    struct resident_scene *scene = scene_cache_find(renderer->scenes, scene_key);
+    struct resident_scene *scene = renderer_find_scene(renderer, scene_key, view, err);
     *result = (struct pick_result){0};
     if (!scene)
-        return error_set(err, ERROR_NOT_FOUND, "scene '%s' is not on the GPU", scene_key);
+        return false;
     if (!scene_state_init(&state, &scene->scene, view, err))
         return false;
-    if (strcmp(renderer->traced_key, scene_key) != 0)
-        renderer_forget_traced(renderer, NULL);
-    snprintf(renderer->traced_key, sizeof renderer->traced_key, "%s", scene_key);
+    frame_claim_traced(renderer, scene->key);
     bool ok = camera_resolve(&camera, view, &state, err);
     const struct raytrace_desc rays = {
         .view = view, .state = &state, .camera = &camera, .cache = renderer->traced};

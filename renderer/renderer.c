@@ -8,6 +8,7 @@
 
 #include "renderer/gl/selftest.h"
 #include "renderer/renderer_internal.h"
+#include "renderer/scene_parts.h"
 
 static const uint64_t default_budget_bytes = 4ull << 30;
 
@@ -175,10 +176,21 @@ uint64_t renderer_used_bytes(const struct renderer *renderer)
            (renderer->other ? own_bytes(renderer->other) : 0);
 }
 
+static bool is_traced(const struct renderer *renderer, const char *key)
+{
+    return strcmp(renderer->traced_key, key) == 0;
+}
+
 void renderer_forget_traced(struct renderer *renderer, const char *key)
 {
-    if (!key || !strcmp(renderer->traced_key, key) ||
-        (renderer->other && !strcmp(renderer->other->traced_key, key)))
+    bool is_its = !key;
+    for (size_t i = 0; key && i < renderer->scenes->count; i++) {
+        const struct resident_scene *scene = renderer->scenes->entries[i];
+        if (!strcmp(scene->key, key) || !strcmp(resident_scene_shadow_key(scene), key))
+            is_its |= is_traced(renderer, scene->key) ||
+                      (renderer->other && is_traced(renderer->other, scene->key));
+    }
+    if (is_its)
         raytrace_cache_clear(renderer->traced);
 }
 
@@ -208,15 +220,14 @@ bool renderer_has_scene(const struct renderer *renderer, const char *key)
     return false;
 }
 
-void renderer_evict_scenes(struct renderer *renderer, const char *keep)
+void renderer_evict_scenes(struct renderer *renderer, const char *const *keep, size_t keep_count)
 {
     while (renderer_used_bytes(renderer) > renderer->budget_bytes ||
            scene_cache_texture_bytes(renderer->scenes) > renderer->scenes->texture_budget_bytes) {
-        const char *oldest = scene_cache_oldest(renderer->scenes, keep);
+        const char *oldest = scene_cache_oldest(renderer->scenes, keep, keep_count);
         if (!oldest)
             return;
-        renderer_forget_kept(renderer, oldest);
-        scene_cache_remove(renderer->scenes, oldest);
+        renderer_remove_scene(renderer, oldest);
     }
 }
 
@@ -230,7 +241,10 @@ bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scen
     }
     if (!scene_cache_add(renderer->scenes, desc, err))
         return false;
-    renderer_evict_scenes(renderer, desc->key);
+    if (desc->keep_count)
+        renderer_evict_scenes(renderer, desc->keep, desc->keep_count);
+    else
+        renderer_evict_scenes(renderer, &desc->key, 1);
     if (renderer_used_bytes(renderer) > renderer->budget_bytes) {
         uint64_t needed = renderer_used_bytes(renderer);
         renderer_detach_scene(renderer, desc->key);
@@ -245,8 +259,7 @@ void renderer_detach_scene(struct renderer *renderer, const char *key)
 {
     if (!renderer_has_scene(renderer, key))
         return;
-    renderer_forget_kept(renderer, key);
-    scene_cache_remove(renderer->scenes, key);
+    renderer_remove_scene(renderer, key);
 }
 
 void renderer_drop_structures(struct renderer *renderer, const char *key)

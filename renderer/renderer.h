@@ -67,6 +67,8 @@ struct renderer_scene_desc {
     const struct scene *scene; /* required; copied by value, its blob is borrowed */
     void (*release)(void *context);
     void *context;
+    const char *const *keep; /* keys that this call does not evict, its own among them; */
+    size_t keep_count;       /* 0: its own alone */
 };
 MUST_CHECK bool renderer_attach_scene(struct renderer *renderer,
                                       const struct renderer_scene_desc *desc, struct error *err);
@@ -84,8 +86,14 @@ struct frame {
 };
 void frame_finish(struct frame *frame);
 
-/* Renders synchronously. On failure the frame is empty and the renderer stays usable unless the
- * code is ERROR_NO_DEVICE (context lost: destroy and create anew). */
+/* The scene as such a view has it, parts included: for the names of what a pick found. Valid until
+ * the next call that attaches, detaches or composes. NULL with err. */
+const struct scene *renderer_get_scene(struct renderer *renderer, const char *scene_key,
+                                       const struct view *view, struct error *err);
+
+/* Renders synchronously. The scenes of view->parts must be attached, too. On failure the frame is
+ * empty and the renderer stays usable unless the code is ERROR_NO_DEVICE (context lost: destroy and
+ * create anew). */
 MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, struct error *err);
 

@@ -71,8 +71,8 @@ void renderer_forget_kept(struct renderer *renderer, const char *key);
 void renderer_forget_traced(struct renderer *renderer, const char *key);
 
 /* Makes room, of all memory and of textures, by forgetting scenes that were not used for longest;
- * never the one to keep. */
-void renderer_evict_scenes(struct renderer *renderer, const char *keep);
+ * never those to keep. */
+void renderer_evict_scenes(struct renderer *renderer, const char *const *keep, size_t keep_count);
 
 uint64_t renderer_used_bytes(const struct renderer *renderer);
 

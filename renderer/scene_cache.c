@@ -36,6 +36,28 @@ static bool reserve(struct scene_cache *cache)
     return true;
 }
 
+bool scene_cache_add_composed(struct scene_cache *cache, const struct scene_cache_composed *desc,
+                              struct error *err)
+{
+    struct resident_scene *entry = calloc(1, sizeof *entry);
+    struct resident_scene **sources = calloc(desc->source_count, sizeof(*sources));
+    if (!entry || !sources || !reserve(cache)) {
+        free(entry);
+        free(sources);
+        return error_set(err, ERROR_NO_MEMORY, "scene cache");
+    }
+    snprintf(entry->key, sizeof entry->key, "%s", desc->key);
+    entry->scene = *composed_scene_get(desc->composed);
+    entry->composed = desc->composed;
+    entry->gpu = desc->gpu;
+    memcpy(sources, desc->sources, desc->source_count * sizeof(*sources));
+    entry->sources = sources;
+    entry->source_count = desc->source_count;
+    entry->last_use = ++cache->clock;
+    cache->entries[cache->count++] = entry;
+    return true;
+}
+
 bool scene_cache_add(struct scene_cache *cache, const struct renderer_scene_desc *desc,
                      struct error *err)
 {
@@ -68,17 +90,39 @@ void scene_cache_remove(struct scene_cache *cache, const char *key)
     struct resident_scene *entry = cache->entries[i];
     cache->entries[i] = cache->entries[--cache->count];
     scene_gpu_destroy(entry->gpu);
+    composed_scene_destroy(entry->composed);
+    free(entry->sources);
     if (entry->release)
         entry->release(entry->context);
     free(entry);
 }
 
-const char *scene_cache_oldest(const struct scene_cache *cache, const char *keep)
+/* It, or one composed of it. */
+static bool is_pinned(const struct scene_cache *cache, const struct resident_scene *entry)
+{
+    for (size_t i = 0; i < cache->count; i++)
+        for (size_t k = 0; cache->entries[i]->is_pinned && k < cache->entries[i]->source_count; k++)
+            if (cache->entries[i]->sources[k] == entry)
+                return true;
+    return entry->is_pinned;
+}
+
+static bool is_among(const char *key, const char *const *keys, size_t count)
+{
+    size_t i = 0;
+    while (i < count && strcmp(keys[i], key) != 0)
+        i++;
+    return i < count;
+}
+
+const char *scene_cache_oldest(const struct scene_cache *cache, const char *const *keep,
+                               size_t keep_count)
 {
     const struct resident_scene *oldest = NULL;
     for (size_t i = 0; i < cache->count; i++) {
         const struct resident_scene *entry = cache->entries[i];
-        if (strcmp(entry->key, keep) != 0 && !entry->is_pinned &&
+        if (!entry->composed && !is_pinned(cache, entry) &&
+            !is_among(entry->key, keep, keep_count) &&
             (!oldest || entry->last_use < oldest->last_use))
             oldest = entry;
     }
@@ -89,7 +133,7 @@ uint64_t scene_cache_size_bytes(const struct scene_cache *cache)
 {
     uint64_t bytes = 0;
     for (size_t i = 0; i < cache->count; i++)
-        bytes += scene_gpu_size_bytes(cache->entries[i]->gpu);
+        bytes += cache->entries[i]->composed ? 0 : scene_gpu_size_bytes(cache->entries[i]->gpu);
     return bytes;
 }
 
@@ -97,8 +141,36 @@ uint64_t scene_cache_texture_bytes(const struct scene_cache *cache)
 {
     uint64_t bytes = 0;
     for (size_t i = 0; i < cache->count; i++)
-        bytes += texture_store_resident_bytes(scene_gpu_textures(cache->entries[i]->gpu));
+        if (!cache->entries[i]->composed)
+            bytes += texture_store_resident_bytes(scene_gpu_textures(cache->entries[i]->gpu, 0));
     return bytes;
+}
+
+size_t scene_cache_count_composed(const struct scene_cache *cache)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < cache->count; i++)
+        count += cache->entries[i]->composed != NULL;
+    return count;
+}
+
+const char *scene_cache_oldest_composed(const struct scene_cache *cache)
+{
+    const struct resident_scene *oldest = NULL;
+    for (size_t i = 0; i < cache->count; i++)
+        if (cache->entries[i]->composed &&
+            (!oldest || cache->entries[i]->last_use < oldest->last_use))
+            oldest = cache->entries[i];
+    return oldest ? oldest->key : NULL;
+}
+
+const char *scene_cache_user(const struct scene_cache *cache, const char *key)
+{
+    for (size_t i = 0; i < cache->count; i++)
+        for (size_t k = 0; k < cache->entries[i]->source_count; k++)
+            if (strcmp(cache->entries[i]->sources[k]->key, key) == 0)
+                return cache->entries[i]->key;
+    return NULL;
 }
 
 void scene_cache_finish(struct scene_cache *cache)

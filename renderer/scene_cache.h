@@ -4,6 +4,7 @@
 #define VITRAIL_RENDERER_SCENE_CACHE_H
 
 #include "renderer/renderer.h"
+#include "renderer/scene/compose.h"
 #include "renderer/scene/scene_gpu.h"
 
 enum { SCENE_KEY_BYTES = 65 };
@@ -16,7 +17,18 @@ struct resident_scene {
     void *context;
     uint64_t last_use;
     bool is_pinned; /* a frame of it is paused */
+    /* Of one that is composed of others: owned; else NULL and 0. */
+    struct composed_scene *composed;
+    struct resident_scene **sources; /* owned array of others of the cache, the base first */
+    size_t source_count;
 };
+
+/* The key under which a scene's shadows are kept: with parts it is that of the base, whose casters
+ * have the same shadows then. */
+static inline const char *resident_scene_shadow_key(const struct resident_scene *scene)
+{
+    return scene->source_count ? scene->sources[0]->key : scene->key;
+}
 
 struct scene_cache {
     struct resident_scene **entries;
@@ -29,8 +41,26 @@ struct resident_scene *scene_cache_find(struct scene_cache *cache, const char *k
 MUST_CHECK bool scene_cache_add(struct scene_cache *cache, const struct renderer_scene_desc *desc,
                                 struct error *err);
 void scene_cache_remove(struct scene_cache *cache, const char *key);
-/* Key of the least recently used scene other than `keep` that is not pinned, or NULL. */
-const char *scene_cache_oldest(const struct scene_cache *cache, const char *keep);
+/* Key of the least recently used scene that is neither composed nor pinned nor among `keep`, or
+ * NULL. */
+const char *scene_cache_oldest(const struct scene_cache *cache, const char *const *keep,
+                               size_t keep_count);
+
+/* Composed scenes take no memory of the GPU. */
+struct scene_cache_composed { /* all required; composed and gpu are taken on success */
+    const char *key;
+    struct composed_scene *composed;
+    struct scene_gpu *gpu;
+    struct resident_scene *const *sources; /* copied */
+    size_t source_count;
+};
+MUST_CHECK bool scene_cache_add_composed(struct scene_cache *cache,
+                                         const struct scene_cache_composed *desc,
+                                         struct error *err);
+size_t scene_cache_count_composed(const struct scene_cache *cache);
+const char *scene_cache_oldest_composed(const struct scene_cache *cache); /* NULL: none */
+/* Key of a composed scene that has the scene among its sources, or NULL. */
+const char *scene_cache_user(const struct scene_cache *cache, const char *key);
 uint64_t scene_cache_size_bytes(const struct scene_cache *cache);
 uint64_t scene_cache_texture_bytes(const struct scene_cache *cache); /* of those, textures */
 void scene_cache_finish(struct scene_cache *cache);

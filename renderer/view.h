@@ -84,6 +84,16 @@ struct view_material_override {
                                       2015) */
 };
 
+/* Another scene as a child of a node. Its own node has the part's name; renderer/scene/compose.h
+ * says how the nodes and materials inside are called. */
+struct view_part {
+    const char *name;      /* unique, no '/' in it */
+    const char *scene_key; /* a scene on the GPU */
+    const char *parent;    /* node of the view's scene or of another part; NULL: the world */
+    bool is_hidden;
+    double matrix[16]; /* parent_from_part */
+};
+
 enum view_shadows {
     VIEW_SHADOWS_AUTO,
     VIEW_SHADOWS_NONE,
@@ -184,6 +194,8 @@ struct view {
     size_t node_override_count;
     const struct view_material_override *materials;
     size_t material_override_count;
+    const struct view_part *parts; /* borrowed, sorted by name */
+    size_t part_count;
     const double (*clip_planes)[4]; /* a point with ax+by+cz+d < 0 is cut away */
     size_t clip_plane_count;        /* at most VIEW_CLIP_PLANES_MAX */
     const struct view_cut *cuts;    /* per clip plane; NULL: the default for all */

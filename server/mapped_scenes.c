@@ -70,15 +70,26 @@ static struct mapped_scene *map_scene(struct mapped_scenes *scenes, const char *
     return mapped;
 }
 
-/* Lets the least recently used go; the first one is in use and stays whatever its size. */
-static void keep_budget(struct mapped_scenes *scenes)
+static bool is_wanted(const struct mapped_scene *mapped, const struct mapped_scenes_desc *desc)
 {
-    while (scenes->totals.bytes > scenes->budget_bytes && scenes->first && scenes->first->next) {
-        struct mapped_scene **last = &scenes->first;
-        while ((*last)->next)
-            last = &(*last)->next;
+    size_t i = 0;
+    while (i < desc->count && strcmp(desc->keys[i], mapped->key) != 0)
+        i++;
+    return i < desc->count;
+}
+
+/* Lets the least recently used go; those that are wanted stay whatever their size. */
+static void keep_budget(struct mapped_scenes *scenes, const struct mapped_scenes_desc *desc)
+{
+    while (scenes->totals.bytes > scenes->budget_bytes) {
+        struct mapped_scene **last = NULL;
+        for (struct mapped_scene **at = &scenes->first; *at; at = &(*at)->next)
+            if (!is_wanted(*at, desc))
+                last = at;
+        if (!last)
+            return;
         struct mapped_scene *mapped = *last;
-        *last = NULL;
+        *last = mapped->next;
         mapped_scene_destroy(scenes, mapped);
         scenes->totals.evictions++;
     }
@@ -108,37 +119,55 @@ void mapped_scenes_destroy(struct mapped_scenes *scenes)
     free(scenes);
 }
 
-bool mapped_scenes_attach(struct mapped_scenes *scenes, const char *key, int blob_fd,
-                          struct error *err)
+/* To the front of the list. */
+static struct mapped_scene *ready(struct mapped_scenes *scenes, const char *key, int blob_fd,
+                                  struct error *err)
 {
     struct mapped_scene *mapped = strlen(key) < sizeof mapped->key ? take(scenes, key) : NULL;
     if (mapped) {
         scenes->totals.hits++;
     } else {
         scenes->totals.misses++;
-        if (strlen(key) >= sizeof mapped->key)
-            return error_set(err, ERROR_INTERNAL, "scene key of %zu bytes", strlen(key));
+        if (strlen(key) >= sizeof mapped->key) {
+            error_set(err, ERROR_INTERNAL, "scene key of %zu bytes", strlen(key));
+            return NULL;
+        }
         if (!(mapped = map_scene(scenes, key, blob_fd, err)))
-            return false;
+            return NULL;
     }
     mapped->next = scenes->first;
     scenes->first = mapped;
-    keep_budget(scenes);
-    if (mapped->is_attached && renderer_has_scene(scenes->renderer, key))
-        return renderer_attach_scene(
-            scenes->renderer, &(struct renderer_scene_desc){.key = key, .scene = &mapped->scene},
-            err);
-    mapped->is_attached = renderer_attach_scene(
-        scenes->renderer,
-        &(struct renderer_scene_desc){
-            .key = key, .scene = &mapped->scene, .release = released, .context = mapped},
-        err);
+    return mapped;
+}
+
+static bool attach(struct mapped_scenes *scenes, const struct mapped_scenes_desc *desc,
+                   struct mapped_scene *mapped, struct error *err)
+{
+    struct renderer_scene_desc scene = {
+        .key = mapped->key, .scene = &mapped->scene, .keep = desc->keys, .keep_count = desc->count};
+    if (mapped->is_attached && renderer_has_scene(scenes->renderer, mapped->key))
+        return renderer_attach_scene(scenes->renderer, &scene, err);
+    scene.release = released;
+    scene.context = mapped;
+    mapped->is_attached = renderer_attach_scene(scenes->renderer, &scene, err);
     return mapped->is_attached;
 }
 
-const struct scene *mapped_scenes_newest(const struct mapped_scenes *scenes)
+bool mapped_scenes_attach(struct mapped_scenes *scenes, const struct mapped_scenes_desc *desc,
+                          struct error *err)
 {
-    return scenes->first ? &scenes->first->scene : NULL;
+    uint64_t misses = scenes->totals.misses;
+    for (size_t i = 0; i < desc->count; i++)
+        if (!ready(scenes, desc->keys[i], desc->blob_fds[i], err))
+            return false;
+    if (scenes->totals.misses != misses) /* those at hand drive out nothing */
+        keep_budget(scenes, desc);
+    /* those made ready are the first ones, in the opposite order */
+    for (size_t i = 0; i < desc->count; i++)
+        for (struct mapped_scene *at = scenes->first; at; at = at->next)
+            if (strcmp(at->key, desc->keys[i]) == 0 && !attach(scenes, desc, at, err))
+                return false;
+    return true;
 }
 
 bool mapped_scenes_has(const struct mapped_scenes *scenes, const char *key)

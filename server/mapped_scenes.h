@@ -20,12 +20,14 @@ struct mapped_scenes *mapped_scenes_create(struct renderer *renderer, uint64_t b
                                            struct error *err);
 void mapped_scenes_destroy(struct mapped_scenes *scenes); /* before the renderer; accepts NULL */
 
-/* Makes the scene `key` ready to render. blob_fd is mapped if the scene is not there yet; it stays
- * the caller's. */
-MUST_CHECK bool mapped_scenes_attach(struct mapped_scenes *scenes, const char *key, int blob_fd,
-                                     struct error *err);
-const struct scene *mapped_scenes_newest(const struct mapped_scenes *scenes); /* the last one made
-                                                                                 ready; or NULL */
+/* Makes scenes ready to render, all at once: none of them is let go for another. */
+struct mapped_scenes_desc { /* all required, borrowed */
+    const char *const *keys;
+    const int *blob_fds; /* by key; mapped if the scene is not there yet */
+    size_t count;
+};
+MUST_CHECK bool mapped_scenes_attach(struct mapped_scenes *scenes,
+                                     const struct mapped_scenes_desc *desc, struct error *err);
 /* Whether attaching it again would be free. */
 bool mapped_scenes_has(const struct mapped_scenes *scenes, const char *key);
 void mapped_scenes_forget(struct mapped_scenes *scenes, const char *key); /* no-op when absent */

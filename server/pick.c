@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/limits.h"
 #include "server/ipc.h"
 #include "server/view_mapping.h"
 
@@ -36,10 +37,37 @@ static void read_step(const json_t *step, struct pick_desc *desc)
 
 /* ---- JSON; each a new reference, NULL without memory ---- */
 
-static json_t *name_or_index(const struct scene *scene, uint32_t name, uint32_t index)
+/* The part of a composed scene whose things of a kind begin at or before index: its first index is
+ * what first says. */
+static const struct scene_part *part_of(const struct scene *scene, uint32_t index,
+                                        uint32_t (*first)(const struct scene_part *part))
 {
-    char number[16];
-    snprintf(number, sizeof number, "#%u", index);
+    uint32_t part = 0;
+    while (part + 1 < scene->part_count && first(&scene->parts[part + 1]) <= index)
+        part++;
+    return scene->part_count ? &scene->parts[part] : NULL;
+}
+
+static uint32_t first_node(const struct scene_part *part)
+{
+    return part->first_node;
+}
+
+static uint32_t first_material(const struct scene_part *part)
+{
+    return part->first_material;
+}
+
+/* As requests may say it: its name, or "#12", or "PART/#3". */
+static json_t *name_or_index(const struct scene *scene, uint32_t name, uint32_t index,
+                             uint32_t (*first)(const struct scene_part *part))
+{
+    char number[LIMIT_PART_NAME_BYTES + 16];
+    const struct scene_part *part = part_of(scene, index, first);
+    if (part && part->name)
+        snprintf(number, sizeof number, "%s/#%u", part->name, index - first(part));
+    else
+        snprintf(number, sizeof number, "#%u", index);
     const char *text = scene->strings + name;
     json_t *json = json_string(*text ? text : number);
     return json ? json : json_string(number);
@@ -55,20 +83,29 @@ static json_t *node_json(const struct scene *scene, uint32_t node)
     json_t *path = json_array();
     while (depth > 0) {
         uint32_t at = chain[--depth];
-        json_array_append_new(path, name_or_index(scene, scene->nodes[at].name, at));
+        json_array_append_new(path, name_or_index(scene, scene->nodes[at].name, at, first_node));
     }
-    return json_pack("{s:o,s:I,s:o}", "name", name_or_index(scene, scene->nodes[node].name, node),
-                     "index", (json_int_t)node, "path", path);
+    return json_pack("{s:o,s:I,s:o}", "name",
+                     name_or_index(scene, scene->nodes[node].name, node, first_node), "index",
+                     (json_int_t)node, "path", path);
 }
 
 /* The last material of a blob is the glTF default, which no file names. */
+static bool is_default(const struct scene *scene, uint32_t material)
+{
+    const struct scene_part *part = part_of(scene, material, first_material);
+    return part ? material - part->first_material + 1 == part->scene->material_count
+                : material + 1 >= scene->material_count;
+}
+
 static json_t *material_json(const struct scene *scene, uint32_t material)
 {
-    if (material + 1 >= scene->material_count)
+    if (is_default(scene, material))
         return json_null();
-    return json_pack("{s:o,s:I}", "name",
-                     name_or_index(scene, scene->materials[material].name, material), "index",
-                     (json_int_t)material);
+    return json_pack(
+        "{s:o,s:I}", "name",
+        name_or_index(scene, scene->materials[material].name, material, first_material), "index",
+        (json_int_t)material);
 }
 
 static json_t *hit_json(const struct scene *scene, const struct raytrace_layer *layer)
@@ -120,8 +157,10 @@ json_t *pick_step(const struct pick_step_desc *desc, int *file_fd, struct error 
     read_step(desc->step, &pick);
     if (!view_from_request(desc->request, &storage, &view, err))
         return NULL;
-    if (renderer_pick(desc->renderer, desc->request->scene, &view, &pick, &result, err)) {
-        json_t *json = result_json(desc->scene, &pick, &result);
+    const struct scene *scene = NULL;
+    if (renderer_pick(desc->renderer, desc->request->scene, &view, &pick, &result, err) &&
+        (scene = renderer_get_scene(desc->renderer, desc->request->scene, &view, err))) {
+        json_t *json = result_json(scene, &pick, &result);
         text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
         json_decref(json);
         if (!text)

@@ -17,7 +17,6 @@ bool pick_is_step(const json_t *step);
 
 struct pick_step_desc {
     struct renderer *renderer;            /* required */
-    const struct scene *scene;            /* required; the request's */
     const struct render_request *request; /* required */
     const json_t *step;                   /* required */
 };

@@ -11,6 +11,7 @@
 
 #include "protocol/frame_stats.h"
 #include "protocol/error.h"
+#include "protocol/render_request.h"
 #include "renderer/image/image.h"
 #include "server/digest.h"
 
@@ -29,7 +30,9 @@ struct render_task {
     struct render_task *next;
     uint64_t ticket; /* required, unique: supervisor_next_ticket */
     char scene[DIGEST_TEXT_BYTES];
-    int request_fd, blob_fd; /* required, owned */
+    int request_fd, blob_fd;         /* required, owned */
+    struct part_scenes parts;        /* with part_fds, owned; beside task->scene */
+    int part_fds[LIMIT_PART_SCENES]; /* parts.count of them are open */
     enum image_format format;
     enum render_priority priority;
     bool is_cancelled;            /* nobody waits for it any more */

@@ -13,6 +13,7 @@
 #include "server/ipc.h"
 #include "server/negotiate.h"
 #include "server/router.h"
+#include "server/task_scenes.h"
 #include "server/text_body.h"
 #include "server/view_mapping.h"
 
@@ -186,14 +187,14 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
         tradeoffs_choose(post->service->tradeoffs, &request, false, &task->promise, err) &&
         ((post->canonical = render_request_to_json(&request)) ||
          error_set(err, ERROR_NO_MEMORY, "request"));
+    struct part_scenes parts;
+    is_good = render_request_part_scenes(&request, &parts) && is_good;
     memcpy(task->scene, request.scene, sizeof task->scene);
     render_request_finish(&request);
     if (!is_good)
         return false;
-    struct error no_scene = {0};
-    task->blob_fd = scene_store_open_blob(post->service->store, task->scene, &no_scene);
-    if (task->blob_fd < 0)
-        return error_set_at(err, no_scene.code, "/scene", "%s", no_scene.message);
+    if (!task_open_scenes(task, post->service->store, &parts, err))
+        return false;
     task->request_fd =
         ipc_memfd_create("vitrail-request", post->canonical, strlen(post->canonical), err);
     if (post->plan_format >= 0 &&

@@ -156,6 +156,7 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
     }
     struct view_image_request request = {
         .scene = get->picture.scene,
+        .parts = &get->picture.parts,
         .text = get->picture.text,
         .tag = get->picture.tag,
         .format = format,

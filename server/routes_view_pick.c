@@ -8,6 +8,7 @@
 #include "server/ipc.h"
 #include "server/pick.h"
 #include "server/routes_views.h"
+#include "server/task_scenes.h"
 
 /* A GET on its way: the exchange owns it. */
 struct pick_get {
@@ -136,8 +137,7 @@ static struct render_task *make_task(struct pick_get *get, struct error *err)
     task->context = get;
     task->done = picked;
     task->ticket = supervisor_next_ticket(get->service->supervisor);
-    task->blob_fd = scene_store_open_blob(get->service->store, task->scene, err);
-    if (task->blob_fd >= 0)
+    if (task_open_scenes(task, get->service->store, &get->picture.parts, err))
         task->request_fd =
             ipc_memfd_create("vitrail-request", get->picture.text, strlen(get->picture.text), err);
     if (task->request_fd >= 0 && task->question)

@@ -416,17 +416,37 @@ static json_t *take_forgotten(struct supervisor *supervisor)
     return ids;
 }
 
+/* request, scene, scenes of parts, reference where there is one. */
+static int list_fds(const struct render_task *task, int fds[IPC_FDS_MAX])
+{
+    int count = 0;
+    fds[count++] = task->request_fd;
+    fds[count++] = task->blob_fd;
+    for (int i = 0; i < task->parts.count; i++)
+        fds[count++] = task->part_fds[i];
+    if (task->reference_fd >= 0)
+        fds[count++] = task->reference_fd;
+    return count;
+}
+
+static json_t *list_parts(const struct render_task *task)
+{
+    json_t *ids = json_array();
+    for (int i = 0; i < task->parts.count; i++)
+        json_array_append_new(ids, json_string(task->parts.ids[i]));
+    return ids;
+}
+
 /* Messages are small and at most `depth` of them wait, so sending never blocks. Under the mutex. */
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message = json_pack(
-        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:O*,s:o*}", "op", task->question ? "ask" : "render", "id",
-        (json_int_t)task->ticket, "scene", task->scene, "urgent",
+        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:O*,s:o*}", "op", task->question ? "ask" : "render",
+        "id", (json_int_t)task->ticket, "scene", task->scene, "urgent",
         task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format), "reuse",
-        task->expects_reuse, "coarse", task->may_be_coarse, "question", task->question, "forget",
-        take_forgotten(supervisor));
-    int fds[] = {task->request_fd, task->blob_fd, task->reference_fd};
-    int fd_count = task->reference_fd >= 0 ? 3 : 2;
+        task->expects_reuse, "coarse", task->may_be_coarse, "parts", list_parts(task), "question",
+        task->question, "forget", take_forgotten(supervisor));
+    int fds[IPC_FDS_MAX], fd_count = list_fds(task, fds);
     struct error problem = {0};
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);
     json_decref(message);

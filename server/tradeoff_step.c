@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "server/ipc.h"
+#include "server/task_scenes.h"
 
 enum {
     STEP_LIMIT_MS = 60000, /* from its begin: a scene's first frame compiles its shaders */
@@ -63,8 +64,9 @@ static struct render_task *task_create(struct tradeoffs *tradeoffs, const struct
     task->question = json_incref(desc->measure);
     task->priority = RENDER_BATCH;
     task->limit_ms = STEP_LIMIT_MS;
-    task->blob_fd = scene_store_open_blob(tradeoffs->desc.scenes, task->scene, err);
-    if (task->blob_fd < 0)
+    struct part_scenes parts;
+    if (!render_request_part_scenes(desc->request, &parts) ||
+        !task_open_scenes(task, tradeoffs->desc.scenes, &parts, err))
         goto fail;
     task->request_fd = ipc_memfd_create("vitrail-request", text, strlen(text), err);
     if (task->request_fd < 0)

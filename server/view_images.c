@@ -12,6 +12,7 @@
 
 #include "protocol/limits.h"
 #include "server/ipc.h"
+#include "server/task_scenes.h"
 
 /* Somebody who asked. */
 struct waiter {
@@ -224,8 +225,7 @@ static struct render_task *make_task(struct view_images *images,
     task->done = rendered;
     if (request->promise)
         task->promise = *request->promise;
-    task->blob_fd = scene_store_open_blob(images->desc.store, request->scene, err);
-    if (task->blob_fd >= 0)
+    if (task_open_scenes(task, images->desc.store, request->parts, err))
         task->request_fd =
             ipc_memfd_create("vitrail-request", request->text, strlen(request->text), err);
     if (task->request_fd >= 0)

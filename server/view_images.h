@@ -32,9 +32,10 @@ void view_image_release(struct view_image *image); /* accepts NULL */
 enum view_image_source { VIEW_IMAGE_RENDERED, VIEW_IMAGE_SHARED, VIEW_IMAGE_KEPT };
 
 struct view_image_request {
-    const char *scene; /* required */
-    const char *text;  /* required; canonical, names its format */
-    const char *tag;   /* required; image_tag_make of text */
+    const char *scene;               /* required */
+    const struct part_scenes *parts; /* optional: of its parts */
+    const char *text;                /* required; canonical, names its format */
+    const char *tag;                 /* required; image_tag_make of text */
     enum image_format format;
     enum render_priority priority;
     const char *view; /* for the stats */

@@ -63,6 +63,7 @@ void view_storage_finish(struct view_storage *storage)
     free(storage->materials);
     free(storage->clip_planes);
     free(storage->cuts);
+    free(storage->parts);
     *storage = (struct view_storage){0};
 }
 
@@ -117,6 +118,17 @@ static void map_node(const struct request_node_override *from, struct view_node_
     memcpy(to->matrix, from->matrix, sizeof to->matrix);
 }
 
+static void map_part(const struct request_part *from, struct view_part *to)
+{
+    *to = (struct view_part){
+        .name = from->name,
+        .scene_key = from->scene,
+        .parent = from->parent,
+        .is_hidden = from->is_hidden,
+    };
+    memcpy(to->matrix, from->matrix, sizeof to->matrix);
+}
+
 static void map_material(const struct request_material_override *from,
                          struct view_material_override *to)
 {
@@ -165,8 +177,9 @@ static bool storage_init(struct view_storage *storage, const struct render_reque
     storage->materials = calloc(request->material_count + 1, sizeof *storage->materials);
     storage->clip_planes = calloc(request->clip_plane_count + 1, sizeof *storage->clip_planes);
     storage->cuts = calloc(request->clip_plane_count + 1, sizeof *storage->cuts);
+    storage->parts = calloc(request->part_count + 1, sizeof *storage->parts);
     return storage->lights && storage->nodes && storage->materials && storage->clip_planes &&
-           storage->cuts;
+           storage->cuts && storage->parts;
 }
 
 static void map_quality(const struct request_quality *from, struct view_quality *to)
@@ -222,6 +235,8 @@ bool view_from_request(const struct render_request *request, struct view_storage
         map_node(&request->nodes[i], &storage->nodes[i]);
     for (size_t i = 0; i < request->material_count; i++)
         map_material(&request->materials[i], &storage->materials[i]);
+    for (size_t i = 0; i < request->part_count; i++)
+        map_part(&request->parts[i], &storage->parts[i]);
     for (size_t i = 0; i < request->clip_plane_count; i++) {
         memcpy(storage->clip_planes[i], request->clip_planes[i], sizeof *storage->clip_planes);
         map_cut(&request->cuts[i], &storage->cuts[i]);
@@ -239,6 +254,8 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .node_override_count = request->node_count,
         .materials = storage->materials,
         .material_override_count = request->material_count,
+        .parts = storage->parts,
+        .part_count = request->part_count,
         .clip_planes = (const double(*)[4])storage->clip_planes,
         .clip_plane_count = request->clip_plane_count,
         .cuts = storage->cuts,

@@ -193,6 +193,17 @@ static struct view *view_create(struct views *views, const char *json, size_t le
     return NULL;
 }
 
+static bool has_scenes_of_parts(struct views *views, const struct view *view, struct error *err)
+{
+    struct part_scenes scenes;
+    view_document_part_scenes(view->document, &scenes);
+    for (int i = 0; i < scenes.count; i++)
+        if (!scene_store_has(views->desc.store, scenes.ids[i]))
+            return error_set_at(err, ERROR_NOT_FOUND, "/parts", "there is no scene '%s'",
+                                scenes.ids[i]);
+    return true;
+}
+
 /* Under the mutex; takes read, which is NULL when the names are here already. */
 static bool add_view(struct views *views, struct view *view, struct scene_names *read,
                      struct error *err)
@@ -208,7 +219,8 @@ static bool add_view(struct views *views, struct view *view, struct scene_names 
     }
     size_t bytes = view_document_bytes(view->document);
     if (!has_room(views, view->address, bytes, err) ||
-        (view->names && !view_document_check_names(view->document, view->names->names, err)))
+        (view->names && !view_document_check_names(view->document, view->names->names, err)) ||
+        !has_scenes_of_parts(views, view, err))
         return false;
     struct view **last = &views->oldest;
     while (*last)
@@ -284,12 +296,20 @@ json_t *views_get(struct views *views, const char *id, bool is_whole, struct err
 
 /* ---- changing ---- */
 
+static bool has_scene(void *context, const char *id)
+{
+    const struct views *views = context;
+    return scene_store_has(views->desc.store, id);
+}
+
 /* Under the mutex. */
 static bool patch_view(struct views *views, struct view *view, const struct view_patch *patch,
                        struct error *err)
 {
     struct view_patch with_names = *patch;
     with_names.names = view->names ? view->names->names : NULL;
+    with_names.has_scene = has_scene;
+    with_names.context = views;
     size_t before = view_document_bytes(view->document);
     if (views->totals.document_bytes > LIMIT_VIEWS_BYTES)
         return error_set(err, ERROR_TOO_LARGE, "all views together have over %llu bytes",
@@ -362,6 +382,7 @@ bool view_shoot(struct view *view, const struct view_shot *shot, struct view_pic
     *picture = (struct view_picture){.revision = view->revision,
                                      .shape = view_document_shape(view->document)};
     snprintf(picture->scene, sizeof picture->scene, "%s", view_document_scene(view->document));
+    view_document_part_scenes(view->document, &picture->parts);
     picture->text =
         view_document_shot(view->document, shot, &picture->width_px, &picture->height_px);
     if (!picture->text)

@@ -66,6 +66,7 @@ MUST_CHECK bool views_remove(struct views *views, const char *id,
 /* One picture of the present revision, ready to be asked for. Zeroed = none. */
 struct view_picture {
     char scene[65];
+    struct part_scenes parts;
     char *text; /* owned */
     struct frame_promise promise;
     char tag[IMAGE_TAG_BYTES];

@@ -111,6 +111,36 @@ static void send_totals(struct worker *worker)
                  NULL, 0);
 }
 
+/* Makes the scene of a request ready, and those of its parts, whose files follow it. */
+static bool attach_scenes(struct worker *worker, const struct ipc_message *message,
+                          const char *scene, struct error *err)
+{
+    const json_t *parts = json_object_get(message->json, "parts"), *part;
+    const char *keys[LIMIT_PART_SCENES + 1] = {scene};
+    int fds[LIMIT_PART_SCENES + 1] = {message->fd_count > 1 ? message->fds[1] : -1};
+    size_t i, count = 1;
+    json_array_foreach(parts, i, part)
+    {
+        const char *key = json_string_value(part);
+        if (!key || count > LIMIT_PART_SCENES || (size_t)message->fd_count < i + 3)
+            return error_set(err, ERROR_INTERNAL, "worker: malformed parts in the message");
+        if (strcmp(key, scene) == 0)
+            continue;
+        keys[count] = key;
+        fds[count++] = message->fds[i + 2];
+    }
+    return mapped_scenes_attach(
+        worker->scenes, &(struct mapped_scenes_desc){.keys = keys, .blob_fds = fds, .count = count},
+        err);
+}
+
+/* The file behind those of scenes, or -1. */
+static int reference_of(const struct ipc_message *message)
+{
+    size_t index = 2 + json_array_size(json_object_get(message->json, "parts"));
+    return (size_t)message->fd_count > index ? message->fds[index] : -1;
+}
+
 /* Reads the request and makes its scene ready. */
 static bool read_request(struct worker *worker, const struct ipc_message *message,
                          struct render_request *request, struct error *err)
@@ -118,8 +148,7 @@ static bool read_request(struct worker *worker, const struct ipc_message *messag
     struct ipc_mapping text = {0};
     bool is_good = ipc_mapping_init(&text, message->fd_count > 0 ? message->fds[0] : -1, err) &&
                    render_request_parse(text.bytes, text.size_bytes, request, err) &&
-                   mapped_scenes_attach(worker->scenes, request->scene,
-                                        message->fd_count > 1 ? message->fds[1] : -1, err);
+                   attach_scenes(worker, message, request->scene, err);
     ipc_mapping_finish(&text);
     return is_good;
 }
@@ -228,16 +257,14 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
         return warm_up_step(worker->renderer, request, err);
     if (pick_is_step(question))
         return pick_step(&(struct pick_step_desc){.renderer = worker->renderer,
-                                                  .scene = mapped_scenes_newest(worker->scenes),
                                                   .request = request,
                                                   .step = question},
                          fd, err);
-    return measure_step(
-        &(struct measure_desc){.renderer = worker->renderer,
-                               .request = request,
-                               .step = question,
-                               .reference_fd = message->fd_count > 2 ? message->fds[2] : -1},
-        fd, err);
+    return measure_step(&(struct measure_desc){.renderer = worker->renderer,
+                                               .request = request,
+                                               .step = question,
+                                               .reference_fd = reference_of(message)},
+                        fd, err);
 }
 
 /* False when the context is lost and the worker must end. */
@@ -385,7 +412,15 @@ static bool is_at_hand(void *context, const json_t *message)
 {
     const struct worker *worker = context;
     const char *scene = json_string_value(json_object_get(message, "scene"));
-    return scene && mapped_scenes_has(worker->scenes, scene);
+    bool is_there = scene && mapped_scenes_has(worker->scenes, scene);
+    const json_t *part;
+    size_t i;
+    json_array_foreach(json_object_get(message, "parts"), i, part)
+    {
+        is_there = is_there && json_is_string(part) &&
+                   mapped_scenes_has(worker->scenes, json_string_value(part));
+    }
+    return is_there;
 }
 
 /* Serves what is urgent for a while; false when the worker must end. */

@@ -26,10 +26,11 @@ const struct edge_table *feature_edges_of(struct feature_edges *edges, const str
     if (table->records)
         return table;
     const struct scene_primitive *p = &scene->primitives[primitive];
+    const struct scene *from = scene_of_primitive(scene, p);
     const struct edge_mesh mesh = {
-        .positions = scene->positions + 3 * (size_t)p->first_vertex,
+        .positions = from->positions + 3 * (size_t)p->first_vertex,
         .vertex_count = p->vertex_count,
-        .indices = scene->indices + p->first_index,
+        .indices = from->indices + p->first_index,
         .index_count = p->index_count,
         .wants_faces = true,
     };

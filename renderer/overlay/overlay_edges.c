@@ -159,7 +159,8 @@ static bool mesh_init(struct mesh *mesh, const struct drawing *d, const struct s
 {
     const struct scene_state *state = d->desc->rays->state;
     const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const uint32_t *index = state->scene->indices + p->first_index;
+    const struct scene *from = scene_of_primitive(state->scene, p);
+    const uint32_t *index = from->indices + p->first_index;
     size_t triangles = p->index_count / 3;
     *mesh = (struct mesh){.points = malloc((p->vertex_count + 1u) * sizeof *mesh->points),
                           .normals = malloc((triangles + 1) * sizeof *mesh->normals),
@@ -167,7 +168,7 @@ static bool mesh_init(struct mesh *mesh, const struct drawing *d, const struct s
     if (!mesh->points || !mesh->normals || !mesh->faces_eye)
         return error_set(err, ERROR_NO_MEMORY, "edges of %zu triangles", triangles);
     for (uint32_t i = 0; i < p->vertex_count; i++) {
-        const float *local = state->scene->positions + 3 * ((size_t)p->first_vertex + i);
+        const float *local = from->positions + 3 * ((size_t)p->first_vertex + i);
         double world[3];
         mat4_transform_point(
             state->world[item->node],

@@ -87,12 +87,12 @@ static void cover_item(struct outline *o, const struct state_item *item)
 {
     const struct scene_state *state = o->desc->rays->state;
     const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const uint32_t *index = state->scene->indices + p->first_index;
+    const struct scene *from = scene_of_primitive(state->scene, p);
+    const uint32_t *index = from->indices + p->first_index;
     for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
         double corners[SCREEN_CORNERS_MAX][3], pixels[SCREEN_CORNERS_MAX][2];
         for (uint32_t c = 0; c < 3; c++) {
-            const float *local =
-                state->scene->positions + 3 * ((size_t)p->first_vertex + index[i + c]);
+            const float *local = from->positions + 3 * ((size_t)p->first_vertex + index[i + c]);
             double world[3];
             mat4_transform_point(
                 state->world[item->node],

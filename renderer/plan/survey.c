@@ -121,14 +121,15 @@ static void take_triangle(struct canvas *canvas, const struct state_item *item, 
     const struct scene_state *state = canvas->desc->state;
     const struct camera *camera = canvas->desc->camera;
     const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const struct scene *from = scene_of_primitive(state->scene, p);
     struct sampled *sampled = &canvas->items[canvas->count];
     double world[3][3], edges[2][3], to_eye[3];
     *sampled = (struct sampled){.weight = weight,
                                 .is_opaque = item->class_ != STATE_TRANSPARENT,
                                 .textures = count_textures(&state->materials[item->material].base)};
     for (uint32_t i = 0; i < 3; i++) {
-        uint32_t index = state->scene->indices[p->first_index + 3 * triangle + i];
-        const float *position = &state->scene->positions[3 * (size_t)(p->first_vertex + index)];
+        uint32_t index = from->indices[p->first_index + 3 * triangle + i];
+        const float *position = &from->positions[3 * (size_t)(p->first_vertex + index)];
         mat4_transform_point(
             state->world[item->node],
             (const double[3]){(double)position[0], (double)position[1], (double)position[2]},

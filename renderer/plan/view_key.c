@@ -25,12 +25,25 @@ static void add_materials(struct content_key *key, const struct view *view)
     }
 }
 
+static void add_parts(struct content_key *key, const struct view *view)
+{
+    for (size_t i = 0; i < view->part_count; i++) {
+        struct view_part copy = view->parts[i];
+        content_key_add_text(key, copy.name);
+        content_key_add_text(key, copy.scene_key);
+        content_key_add_text(key, copy.parent);
+        copy.name = copy.scene_key = copy.parent = NULL;
+        content_key_add(key, &copy, sizeof copy);
+    }
+}
+
 /* Of the view's own fields; arrays are added apart. */
 static struct view without_pointers(const struct view *view)
 {
     struct view copy = *view;
     copy.camera.node = NULL;
     copy.animation = NULL;
+    copy.parts = NULL;
     copy.lights = NULL;
     copy.nodes = NULL;
     copy.materials = NULL;
@@ -67,6 +80,7 @@ struct content_key view_placement_key(const char *scene_key, const struct view *
     content_key_add_text(&key, scene_key);
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->animation);
+    add_parts(&key, view);
     add_nodes(&key, view);
     return key;
 }
@@ -78,6 +92,7 @@ struct content_key view_state_key(const char *scene_key, const struct view *view
     content_key_add_text(&key, scene_key);
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->animation);
+    add_parts(&key, view);
     add_nodes(&key, view);
     add_materials(&key, view);
     content_key_add(&key, view->lights, view->light_count * sizeof *view->lights);

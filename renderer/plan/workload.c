@@ -64,9 +64,9 @@ static void corner_of(const struct scene_state *state, const struct state_item *
                       uint32_t index, double world[3])
 {
     const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const struct scene *from = scene_of_primitive(state->scene, p);
     const float *position =
-        &state->scene->positions[3 * (size_t)(p->first_vertex +
-                                              state->scene->indices[p->first_index + index])];
+        &from->positions[3 * (size_t)(p->first_vertex + from->indices[p->first_index + index])];
     const double local[3] = {(double)position[0], (double)position[1], (double)position[2]};
     mat4_transform_point(state->world[item->node], local, world);
 }

@@ -32,7 +32,8 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     const struct scene *source = scene->state->scene;
     uint32_t flags = scene->state->materials[item->material].base.flags;
     mesh->item = item;
-    mesh->triangles = source->indices + source->primitives[item->primitive].first_index;
+    const struct scene_primitive *p = &source->primitives[item->primitive];
+    mesh->triangles = scene_of_primitive(source, p)->indices + p->first_index;
     mesh->class_ = item->class_;
     mesh->is_mirrored = item->is_mirrored;
     mesh->is_medium = item->is_medium;
@@ -41,8 +42,8 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
 
 static bool add_mesh(struct rt_scene *scene, const struct state_item *item, struct error *err)
 {
-    const struct scene *source = scene->state->scene;
-    const struct scene_primitive *p = &source->primitives[item->primitive];
+    const struct scene_primitive *p = &scene->state->scene->primitives[item->primitive];
+    const struct scene *source = scene_of_primitive(scene->state->scene, p);
     struct rt_mesh *mesh = &scene->meshes[scene->mesh_count];
     mesh->positions = calloc(p->vertex_count, sizeof *mesh->positions);
     RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -89,7 +90,7 @@ static bool add_mask(struct rt_scene *scene, const struct state_item *item, stru
     const struct scene_image *from = &s->images[image];
     scene->vertex_bytes +=
         (uint64_t)from->width_px * from->height_px / (RT_MASK_BLOCK * RT_MASK_BLOCK) * 2;
-    return rt_mask_init(&scene->masks[image], s->pixels + from->offset_bytes, from->width_px,
+    return rt_mask_init(&scene->masks[image], scene_image_pixels(s, from), from->width_px,
                         from->height_px, err);
 }
 
@@ -114,6 +115,10 @@ static uint64_t geometry_key(const struct scene_state *state)
         const uint64_t words[2] = {(uint64_t)item->node << 32 | item->primitive,
                                    (uint64_t)item->class_ << 1 | item->casts_shadow};
         hash = hash_words(hash, words, sizeof words);
+        if (state->scene->part_count) {
+            uint32_t part = state->scene->primitives[item->primitive].part;
+            hash = hash_words(hash, &state->scene->parts[part].identity, sizeof(uint64_t));
+        }
         hash = hash_words(hash, state->world[item->node], sizeof state->world[item->node]);
     }
     return hash;
@@ -231,9 +236,9 @@ void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t tri
                        uint32_t vertices[3])
 {
     const struct scene_primitive *p = mesh_primitive(scene, mesh);
+    const struct scene *from = scene_of_primitive(scene->state->scene, p);
     for (uint32_t k = 0; k < 3; k++)
-        vertices[k] =
-            p->first_vertex + scene->state->scene->indices[p->first_index + 3 * triangle + k];
+        vertices[k] = p->first_vertex + from->indices[p->first_index + 3 * triangle + k];
 }
 
 /* Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", in f64 and without
@@ -403,7 +408,7 @@ static int count_shared_corners(const struct rt_scene *scene, const struct rt_hi
                                 const struct rt_hit *b)
 {
     const struct scene_primitive *p = mesh_primitive(scene, a->mesh);
-    const uint32_t *index = scene->state->scene->indices + p->first_index;
+    const uint32_t *index = scene_of_primitive(scene->state->scene, p)->indices + p->first_index;
     const double(*position)[3] = (const double(*)[3])scene->meshes[a->mesh].positions;
     int shared = 0;
     for (size_t i = 0; i < 3; i++)

@@ -58,7 +58,7 @@ static void find_texel_square(const struct rt_scene *rt, const struct scene_text
 {
     const struct scene *scene = rt->state->scene;
     const struct scene_image *image = &scene->images[texture->image];
-    const uint8_t *texels = scene->pixels + image->offset_bytes;
+    const uint8_t *texels = scene_image_pixels(scene, image);
     bool is_nearest = texture->mag_filter == FILTER_NEAREST;
     struct texel_pair x =
         find_texels(uv[0] * image->width_px, image->width_px, texture->wrap_s, is_nearest);
@@ -94,6 +94,12 @@ static const struct scene_primitive *hit_primitive(const struct rt_scene *scene,
     return &scene->state->scene->primitives[scene->meshes[hit->mesh].item->primitive];
 }
 
+/* Whose streams the vertices of the hit count into. */
+static const struct scene *hit_streams(const struct rt_scene *scene, const struct rt_hit *hit)
+{
+    return scene_of_primitive(scene->state->scene, hit_primitive(scene, hit));
+}
+
 static const struct scene_material *hit_material(const struct rt_scene *scene,
                                                  const struct rt_hit *hit)
 {
@@ -116,7 +122,8 @@ static bool find_slot(const struct rt_scene *scene, const struct rt_hit *hit, in
         return false;
     const struct scene *s = scene->state->scene;
     const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[slot];
-    const float *stream = ref->texcoord ? s->texcoords_1 : s->texcoords_0;
+    const struct scene *from = hit_streams(scene, hit);
+    const float *stream = ref->texcoord ? from->texcoords_1 : from->texcoords_0;
     double raw[2] = {0}, uv[2];
     if (stream)
         interpolate(scene, hit, stream, 2, raw);
@@ -167,7 +174,7 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
     bool is_found = find_slot(scene, hit, SCENE_TEXTURE_BASE_COLOR, &square);
     if (hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_COLORS) {
         double color[4];
-        interpolate(scene, hit, scene->state->scene->colors, 4, color);
+        interpolate(scene, hit, hit_streams(scene, hit)->colors, 4, color);
         factor *= color[3];
     }
     if (is_found && square.is_whole && factor >= 0 && scene->masks[square.image].bounds) {
@@ -190,7 +197,7 @@ void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, dou
     double color[4] = {1, 1, 1, 1};
     sample_slot(scene, hit, SCENE_TEXTURE_BASE_COLOR, base);
     if (hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_COLORS)
-        interpolate(scene, hit, scene->state->scene->colors, 4, color);
+        interpolate(scene, hit, hit_streams(scene, hit)->colors, 4, color);
     for (int k = 0; k < 4; k++)
         base[k] = clamp01(base[k] * (double)m->base_color[k] * color[k]);
 }
@@ -217,7 +224,7 @@ static void transform_normal(const struct rt_scene *scene, const struct rt_hit *
 static bool triangle_tangents(const struct rt_scene *scene, const struct rt_hit *hit,
                               double tangent[3], double bitangent[3])
 {
-    const struct scene *s = scene->state->scene;
+    const struct scene *s = hit_streams(scene, hit);
     const struct scene_primitive *p = hit_primitive(scene, hit);
     const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[SCENE_TEXTURE_NORMAL];
     const float *stream = ref->texcoord ? s->texcoords_1 : s->texcoords_0;
@@ -252,7 +259,7 @@ static bool tangent_frame(const struct rt_scene *scene, const struct rt_hit *hit
         return triangle_tangents(scene, hit, t, b) && vec3_normalize(t) && vec3_normalize(b);
     const struct state_item *item = scene->meshes[hit->mesh].item;
     double local[4];
-    interpolate(scene, hit, scene->state->scene->tangents, 4, local);
+    interpolate(scene, hit, hit_streams(scene, hit)->tangents, 4, local);
     mat4_transform_direction(scene->state->world[item->node], local, t);
     double along = vec3_dot(t, n);
     for (int k = 0; k < 3; k++)
@@ -270,7 +277,7 @@ static void evaluate_normal(const struct rt_scene *scene, const struct rt_hit *h
                             const struct scene_material *m, double normal[3])
 {
     double local[3];
-    interpolate(scene, hit, scene->state->scene->normals, 3, local);
+    interpolate(scene, hit, hit_streams(scene, hit)->normals, 3, local);
     transform_normal(scene, hit, local, normal);
     if (!vec3_normalize(normal))
         rt_scene_normal(scene, hit, normal);

@@ -20,6 +20,7 @@ struct draw_state {
     GLenum mode;
     int64_t textures; /* class of the material's textures, or -1 where none is sampled */
     bool culls_back, is_mirrored;
+    uint32_t part; /* of a composed scene: whose vertices */
 };
 
 struct draw_batch { /* commands of one state, in order */
@@ -46,14 +47,16 @@ static bool describe_state(const struct draw_desc *desc, const struct state_item
     static const GLenum modes[] = {GL_POINTS, GL_LINES, GL_TRIANGLES};
     const struct scene_material *m = &desc->state->materials[item->material].base;
     bool samples = false;
+    const struct scene_primitive *p = &desc->state->scene->primitives[item->primitive];
     const struct gl_program *program = desc->program_for(desc->context, item, &samples, err);
     *state = (struct draw_state){
         .program = program,
-        .mode = modes[desc->state->scene->primitives[item->primitive].topology],
+        .mode = modes[p->topology],
         .textures = samples ? (int64_t)desc->gpu->texture_classes[item->material] : -1,
         .culls_back =
             desc->cull_back_faces && !(m->flags & SCENE_MATERIAL_DOUBLE_SIDED) && !item->is_medium,
         .is_mirrored = item->is_mirrored,
+        .part = p->part,
     };
     return program != NULL;
 }
@@ -61,7 +64,7 @@ static bool describe_state(const struct draw_desc *desc, const struct state_item
 static bool is_same_state(const struct draw_state *a, const struct draw_state *b)
 {
     return a->program == b->program && a->mode == b->mode && a->textures == b->textures &&
-           a->culls_back == b->culls_back && a->is_mirrored == b->is_mirrored;
+           a->culls_back == b->culls_back && a->is_mirrored == b->is_mirrored && a->part == b->part;
 }
 
 static bool reserve_lists(struct draw_arena *arena, size_t count, struct error *err)
@@ -164,6 +167,26 @@ static void count_items(const struct draw_desc *desc, uint32_t calls, struct dra
     }
 }
 
+/* A scene's array would keep the buffer alive when the arena has outgrown it. */
+static void let_records_go(GLuint vertices)
+{
+    glVertexArrayVertexBuffer(vertices, ATTRIBUTE_DRAW, 0, 0, sizeof(struct draw_record));
+}
+
+/* *vertices: the array that is bound, 0 for none. */
+static void bind_vertices(const struct draw_desc *desc, uint32_t part, GLuint *vertices)
+{
+    GLuint wanted = scene_gpu_of_part(desc->gpu, part)->vertex_array.name;
+    if (wanted == *vertices)
+        return;
+    if (*vertices)
+        let_records_go(*vertices);
+    *vertices = wanted;
+    glBindVertexArray(wanted);
+    glVertexArrayVertexBuffer(wanted, ATTRIBUTE_DRAW, desc->arena->draws.name, 0,
+                              sizeof(struct draw_record));
+}
+
 bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, struct error *err)
 {
     struct draw_arena *arena = desc->arena;
@@ -175,21 +198,18 @@ bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, stru
         !upload_commands(arena, command_count, err))
         return false;
     gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
-    glBindVertexArray(desc->gpu->vertex_array.name);
-    glVertexArrayVertexBuffer(desc->gpu->vertex_array.name, ATTRIBUTE_DRAW, arena->draws.name, 0,
-                              sizeof(struct draw_record));
     const struct gl_program *bound = NULL;
+    GLuint vertices = 0;
     for (uint32_t i = 0; i < batch_count; i++) {
         if (arena->batches[i].state.program != bound)
             gl_program_use(arena->batches[i].state.program);
         bound = arena->batches[i].state.program;
+        bind_vertices(desc, arena->batches[i].state.part, &vertices);
         draw_batch(desc, &arena->batches[i]);
     }
     glDisable(GL_CULL_FACE);
     glFrontFace(GL_CCW);
-    /* or the scene's array would keep the buffer alive when the arena has outgrown it */
-    glVertexArrayVertexBuffer(desc->gpu->vertex_array.name, ATTRIBUTE_DRAW, 0, 0,
-                              sizeof(struct draw_record));
+    let_records_go(vertices);
     arena->command_used += command_count;
     if (counts)
         count_items(desc, batch_count, counts);

@@ -226,7 +226,7 @@ static bool is_primitive(const struct scene *scene, const struct scene_primitive
     static const uint32_t corners[] = {
         [SCENE_POINTS] = 1, [SCENE_LINES] = 2, [SCENE_TRIANGLES] = 3};
     enum { HAS_ALL = 63 };
-    if (p->topology > SCENE_TRIANGLES || p->material >= scene->material_count ||
+    if (p->part != 0 || p->topology > SCENE_TRIANGLES || p->material >= scene->material_count ||
         p->flags > HAS_ALL ||
         (p->topology != SCENE_TRIANGLES && (p->flags & SCENE_PRIMITIVE_IS_CLOSED)) ||
         (p->topology == SCENE_TRIANGLES && !(p->flags & SCENE_PRIMITIVE_HAS_NORMALS)))
@@ -308,7 +308,8 @@ static bool is_wrap(uint32_t wrap)
 static bool is_image(const struct scene *scene, const struct scene_image *image)
 {
     uint64_t pixels = (uint64_t)image->width_px * image->height_px;
-    if (image->width_px == 0 || image->height_px == 0 || image->offset_bytes > scene->pixel_bytes ||
+    if (image->part != 0 || image->width_px == 0 || image->height_px == 0 ||
+        image->offset_bytes > scene->pixel_bytes ||
         pixels > (scene->pixel_bytes - image->offset_bytes) / 4)
         return false;
     uint64_t levels = texture_levels_bytes(image->width_px, image->height_px, 1);
@@ -489,12 +490,31 @@ static int32_t index_from_name(const char *name, uint32_t count)
     return *end == '\0' && index < count ? (int32_t)index : -1;
 }
 
+/* What "PART/#12" names: the part's number, and the index in its scene; 0 when it is none such. */
+static uint32_t part_of_name(const struct scene *scene, const char *name, const char **index)
+{
+    const char *slash = strchr(name, '/');
+    for (uint32_t i = 1; slash && i < scene->part_count; i++) {
+        size_t length = strlen(scene->parts[i].name);
+        if ((size_t)(slash - name) == length && memcmp(scene->parts[i].name, name, length) == 0) {
+            *index = slash + 1;
+            return i;
+        }
+    }
+    return 0;
+}
+
 int32_t scene_find_node(const struct scene *scene, const char *name)
 {
     for (uint32_t i = 0; i < scene->node_count; i++)
         if (strcmp(scene->strings + scene->nodes[i].name, name) == 0)
             return (int32_t)i;
-    return index_from_name(name, scene->node_count);
+    const char *inside;
+    uint32_t part = part_of_name(scene, name, &inside);
+    if (!part)
+        return index_from_name(name, scene->node_count);
+    int32_t index = index_from_name(inside, scene->parts[part].scene->node_count);
+    return index < 0 ? -1 : index + (int32_t)scene->parts[part].first_node;
 }
 
 int32_t scene_find_material(const struct scene *scene, const char *name)
@@ -502,7 +522,12 @@ int32_t scene_find_material(const struct scene *scene, const char *name)
     for (uint32_t i = 0; i < scene->material_count; i++)
         if (strcmp(scene->strings + scene->materials[i].name, name) == 0)
             return (int32_t)i;
-    return index_from_name(name, scene->material_count);
+    const char *inside;
+    uint32_t part = part_of_name(scene, name, &inside);
+    if (!part)
+        return index_from_name(name, scene->material_count);
+    int32_t index = index_from_name(inside, scene->parts[part].scene->material_count);
+    return index < 0 ? -1 : index + (int32_t)scene->parts[part].first_material;
 }
 
 int32_t scene_find_animation(const struct scene *scene, const char *name)

@@ -8,6 +8,18 @@
 #include "protocol/error.h"
 #include "renderer/scene/scene_blob.h"
 
+struct scene;
+
+/* One of the scenes that a composed one was made from (renderer/scene/compose.h). */
+struct scene_part {
+    const struct scene *scene; /* borrowed */
+    const char *name;          /* NULL of the base, which is the first part */
+    uint64_t identity;         /* of its content; 0 of the base */
+    uint32_t source_index;     /* among the parts of the description */
+    /* Indices of what is the first in its scene. The node before that is the part's own. */
+    uint32_t first_node, first_primitive, first_material, first_texture, first_image;
+};
+
 /* Pointers into the blob, with their counts. Borrowed: valid while the blob's memory is. */
 struct scene {
     const struct scene_header *header;
@@ -49,6 +61,10 @@ struct scene {
     uint32_t channel_count;
     const float *keys;
     uint32_t key_count;
+    /* Of a composed scene, else NULL and 0. Its vertices, indices, pixels and animations are those
+     * of its parts; the members of that name are those of the base alone. */
+    const struct scene_part *parts;
+    uint32_t part_count;
 };
 
 /* Checks every offset, count, index, enum and number (finite) of the blob, in time linear in its
@@ -68,8 +84,24 @@ static inline bool scene_slot_is_srgb(int slot)
     return slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
 }
 
+/* The scene that holds the vertices and indices which a primitive counts from. */
+static inline const struct scene *scene_of_primitive(const struct scene *scene,
+                                                     const struct scene_primitive *primitive)
+{
+    return scene->part_count ? scene->parts[primitive->part].scene : scene;
+}
+
+/* RGBA8, first row on top. */
+static inline const uint8_t *scene_image_pixels(const struct scene *scene,
+                                                const struct scene_image *image)
+{
+    const struct scene *from = scene->part_count ? scene->parts[image->part].scene : scene;
+    return from->pixels + image->offset_bytes;
+}
+
 /* Node, material or animation by exact name, first match in file order; -1 when there is none.
- * "#12" means index 12. */
+ * "#12" means index 12, "PART/#12" the one that has it in that part. Animations: of the scene
+ * itself, not of its parts. */
 int32_t scene_find_node(const struct scene *scene, const char *name);
 int32_t scene_find_material(const struct scene *scene, const char *name);
 int32_t scene_find_animation(const struct scene *scene, const char *name);

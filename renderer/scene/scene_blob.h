@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 4 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 5 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -134,8 +134,8 @@ struct scene_primitive {
     uint32_t topology; /* enum scene_topology */
     uint32_t first_index, index_count;
     uint32_t first_vertex, vertex_count;
-    uint32_t flags; /* enum scene_primitive_flags */
-    uint32_t pad;
+    uint32_t flags;                     /* enum scene_primitive_flags */
+    uint32_t part;                      /* 0; renderer/scene/compose.h has others */
     float bounds_min[3], bounds_max[3]; /* model space */
 };
 
@@ -205,6 +205,8 @@ struct scene_image {
     uint64_t levels_offset_bytes[2];
     uint32_t name;
     uint32_t least_alpha; /* of all texels of level 0, [0, 255]: no filter samples less */
+    uint32_t part;        /* as of primitives */
+    uint32_t pad;
 };
 
 enum scene_light_type {

@@ -175,10 +175,51 @@ struct scene_gpu *scene_gpu_create(const struct scene *scene, uint64_t texture_b
     return gpu;
 }
 
+struct scene_gpu *scene_gpu_compose(const struct scene *scene,
+                                    const struct scene_gpu *const *sources, struct error *err)
+{
+    struct scene_gpu *gpu = calloc(1, sizeof *gpu);
+    if (!gpu) {
+        error_set(err, ERROR_NO_MEMORY, "scene with parts on the GPU");
+        return NULL;
+    }
+    gpu->scene = scene;
+    gpu->part_count = scene->part_count;
+    gpu->parts = calloc(scene->part_count + 1, sizeof *gpu->parts);
+    gpu->samplers = calloc((size_t)scene->texture_count + 1, sizeof *gpu->samplers);
+    gpu->density = texture_density_create(scene, err);
+    if (!gpu->parts || !gpu->samplers || !gpu->density || !classify_textures(gpu, err)) {
+        error_set(err, ERROR_NO_MEMORY, "scene with parts on the GPU");
+        scene_gpu_destroy(gpu);
+        return NULL;
+    }
+    gpu->white = sources[0]->white;
+    for (uint32_t i = 0; i < scene->part_count; i++) {
+        const struct scene_part *part = &scene->parts[i];
+        gpu->parts[i] = sources[i];
+        for (uint32_t k = 0; k < part->scene->texture_count; k++)
+            gpu->samplers[part->first_texture + k] = sources[i]->samplers[k];
+    }
+    return gpu;
+}
+
+static void composed_destroy(struct scene_gpu *gpu)
+{
+    free(gpu->parts);
+    free(gpu->samplers);
+    free(gpu->texture_classes);
+    texture_density_destroy(gpu->density);
+    free(gpu);
+}
+
 void scene_gpu_destroy(struct scene_gpu *gpu)
 {
     if (!gpu)
         return;
+    if (gpu->part_count) { /* what it borrows stays */
+        composed_destroy(gpu);
+        return;
+    }
     for (int i = 0; i < SCENE_GPU_STREAMS; i++)
         gl_buffer_finish(&gpu->streams[i]);
     gl_buffer_finish(&gpu->indices);
@@ -193,14 +234,34 @@ void scene_gpu_destroy(struct scene_gpu *gpu)
     free(gpu);
 }
 
-uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu)
+uint32_t scene_gpu_part_count(const struct scene_gpu *gpu)
 {
-    return gpu->size_bytes + (gpu->textures ? texture_store_resident_bytes(gpu->textures) : 0);
+    return gpu->part_count ? gpu->part_count : 1;
 }
 
-struct texture_store *scene_gpu_textures(const struct scene_gpu *gpu)
+uint32_t scene_gpu_first_like(const struct scene_gpu *gpu, uint32_t part)
 {
-    return gpu->textures;
+    uint32_t first = 0;
+    while (first < part && gpu->parts[first] != gpu->parts[part])
+        first++;
+    return first;
+}
+
+uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu)
+{
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < scene_gpu_part_count(gpu); i++) {
+        const struct scene_gpu *part = scene_gpu_of_part(gpu, i);
+        if (scene_gpu_first_like(gpu, i) == i)
+            bytes += part->size_bytes +
+                     (part->textures ? texture_store_resident_bytes(part->textures) : 0);
+    }
+    return bytes;
+}
+
+struct texture_store *scene_gpu_textures(const struct scene_gpu *gpu, uint32_t part)
+{
+    return scene_gpu_of_part(gpu, part)->textures;
 }
 
 struct texture_density *scene_gpu_texture_density(const struct scene_gpu *gpu)
@@ -226,8 +287,13 @@ void scene_gpu_bind_texture(const struct scene_gpu *gpu, const struct texture_bi
     int32_t image = texture >= 0 ? gpu->scene->textures[texture].image : -1;
     const struct gl_texture *found = NULL;
     if (image >= 0) {
-        uint32_t key = texture_key((uint32_t)image, scene_slot_is_srgb(binding->slot));
-        found = texture_store_use(gpu->textures, key, finest_level(gpu, binding->pass, key));
+        const struct scene *scene = gpu->scene;
+        uint32_t part = scene->images[image].part;
+        uint32_t first = scene->part_count ? scene->parts[part].first_image : 0;
+        bool is_srgb = scene_slot_is_srgb(binding->slot);
+        uint8_t finest = finest_level(gpu, binding->pass, texture_key((uint32_t)image, is_srgb));
+        found = texture_store_use(scene_gpu_textures(gpu, part),
+                                  texture_key((uint32_t)image - first, is_srgb), finest);
     }
     glBindTextureUnit(binding->unit, found ? found->name : gpu->white.name);
     glBindSampler(binding->unit, texture >= 0 ? gpu->samplers[texture].name : 0);

@@ -14,9 +14,18 @@ struct scene_gpu;
 /* texture_budget_bytes: renderer/scene/texture_store.h. */
 struct scene_gpu *scene_gpu_create(const struct scene *scene, uint64_t texture_budget_bytes,
                                    struct error *err);
+/* Of a composed scene (renderer/scene/compose.h): uploads nothing, but borrows what its parts have
+ * on the GPU, which must outlive it. sources: by part of the scene, the base first; no composed
+ * ones. */
+struct scene_gpu *scene_gpu_compose(const struct scene *scene,
+                                    const struct scene_gpu *const *sources, struct error *err);
 void scene_gpu_destroy(struct scene_gpu *gpu);
 uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu); /* at present, textures too */
-struct texture_store *scene_gpu_textures(const struct scene_gpu *gpu);
+/* 1 but for a composed scene. Parts of one scene are the same: the first one like a part is itself
+ * or one before it. */
+uint32_t scene_gpu_part_count(const struct scene_gpu *gpu);
+uint32_t scene_gpu_first_like(const struct scene_gpu *gpu, uint32_t part);
+struct texture_store *scene_gpu_textures(const struct scene_gpu *gpu, uint32_t part);
 struct texture_density *scene_gpu_texture_density(const struct scene_gpu *gpu);
 
 /* Per pass, the camera's first, then one of each light: per texture_key the finest level that it

@@ -19,6 +19,10 @@ struct scene_gpu {
     struct gl_texture white;
     uint32_t *texture_classes; /* per material: equal where all textures are the same */
     uint64_t size_bytes;
+    /* Of a composed scene, by part: whose vertices are drawn. Samplers are borrowed from them,
+     * and textures are theirs. NULL: none. */
+    const struct scene_gpu **parts;
+    uint32_t part_count;
 };
 
 struct draw_record;
@@ -45,6 +49,12 @@ struct draw_arena {
     size_t command_capacity; /* of both lists */
     size_t command_used;     /* commands of this frame already on the GPU */
 };
+
+/* Whose vertex array holds what the primitive counts from. */
+static inline const struct scene_gpu *scene_gpu_of_part(const struct scene_gpu *gpu, uint32_t part)
+{
+    return gpu->part_count ? gpu->parts[part] : gpu;
+}
 
 struct texture_binding {
     int slot;

@@ -46,29 +46,87 @@ static bool apply_node_overrides(struct scene_state *state, const struct view *v
 struct moved_nodes {
     struct scene_pose *poses;
     double (*locals)[16]; /* per pose */
+    size_t count;
 };
+
+/* Those of one scene, whose nodes begin at first_node. only: -1 for all of its animations. */
+static void move_nodes(const struct scene *scene, int32_t only, double time_s, uint32_t first_node,
+                       struct moved_nodes *moved, const double **locals)
+{
+    struct scene_pose *poses = moved->poses + moved->count;
+    if (scene->pose_count)
+        memcpy(poses, scene->poses, scene->pose_count * sizeof *poses);
+    for (uint32_t i = 0; i < scene->animation_count; i++)
+        if (only < 0 || only == (int32_t)i)
+            animation_evaluate(scene, i, time_s, poses);
+    for (uint32_t i = 0; i < scene->pose_count; i++) {
+        double *local = moved->locals[moved->count + i];
+        pose_compose(&poses[i], local);
+        locals[first_node + poses[i].node] = local;
+    }
+    moved->count += scene->pose_count;
+}
+
+/* The plain scenes that a scene consists of, itself at least. */
+static const struct scene *member_scene(const struct scene *scene, uint32_t index)
+{
+    return scene->part_count ? scene->parts[index].scene : scene;
+}
+
+static uint32_t member_count(const struct scene *scene)
+{
+    return scene->part_count ? scene->part_count : 1;
+}
+
+/* The animation of a member that the name means: -1 for none. Those of parts are PART/NAME. */
+static int32_t find_animation(const struct scene *scene, uint32_t member, const char *name)
+{
+    const char *part = member ? scene->parts[member].name : "";
+    size_t length = strlen(part);
+    if (length && (strncmp(name, part, length) != 0 || name[length] != '/'))
+        return -1;
+    return scene_find_animation(member_scene(scene, member), name + length + (length > 0));
+}
 
 static bool animate(const struct scene *scene, const struct view *view, struct moved_nodes *moved,
                     const double **locals, struct error *err)
 {
-    int32_t only = view->animation ? scene_find_animation(scene, view->animation) : -1;
-    if (view->animation && only < 0)
+    size_t poses = 0;
+    bool is_known = !view->animation;
+    for (uint32_t i = 0; i < member_count(scene); i++) {
+        poses += member_scene(scene, i)->pose_count;
+        is_known = is_known || find_animation(scene, i, view->animation) >= 0;
+    }
+    if (!is_known)
         return error_set(err, ERROR_NOT_FOUND, "the scene has no animation '%s'", view->animation);
     if (!isfinite(view->animation_time_s))
         return error_set(err, ERROR_INVALID_REQUEST, "the time of the animation is not finite");
-    if (!scene->pose_count)
-        return true;
-    moved->poses = malloc(scene->pose_count * sizeof *moved->poses);
-    moved->locals = calloc(scene->pose_count, sizeof *moved->locals);
+    moved->poses = malloc((poses + 1) * sizeof *moved->poses);
+    moved->locals = calloc(poses + 1, sizeof *moved->locals);
     if (!moved->poses || !moved->locals)
-        return error_set(err, ERROR_NO_MEMORY, "%u moved nodes", scene->pose_count);
-    memcpy(moved->poses, scene->poses, scene->pose_count * sizeof *moved->poses);
-    for (uint32_t i = 0; i < scene->animation_count; i++)
-        if (only < 0 || only == (int32_t)i)
-            animation_evaluate(scene, i, view->animation_time_s, moved->poses);
-    for (uint32_t i = 0; i < scene->pose_count; i++) {
-        pose_compose(&moved->poses[i], moved->locals[i]);
-        locals[moved->poses[i].node] = moved->locals[i];
+        return error_set(err, ERROR_NO_MEMORY, "%zu moved nodes", poses);
+    for (uint32_t i = 0; i < member_count(scene); i++) {
+        int32_t only = view->animation ? find_animation(scene, i, view->animation) : -1;
+        if (!view->animation || only >= 0)
+            move_nodes(member_scene(scene, i), only, view->animation_time_s,
+                       scene->part_count ? scene->parts[i].first_node : 0, moved, locals);
+    }
+    return true;
+}
+
+static bool place_parts(struct scene_state *state, const struct view *view, const double **locals,
+                        struct error *err)
+{
+    const struct scene *scene = state->scene;
+    for (uint32_t i = 1; i < scene->part_count; i++) {
+        const struct view_part *part = &view->parts[scene->parts[i].source_index];
+        uint32_t root = scene->parts[i].first_node - 1;
+        state->is_visible[root] = !part->is_hidden;
+        for (int k = 0; k < 16; k++)
+            if (!isfinite(part->matrix[k]))
+                return error_set(err, ERROR_INVALID_REQUEST, "matrix of part '%s' is not finite",
+                                 part->name);
+        locals[root] = part->matrix;
     }
     return true;
 }
@@ -83,7 +141,8 @@ static bool compose_nodes(struct scene_state *state, const struct view *view, st
     for (uint32_t i = 0; i < scene->node_count; i++)
         state->is_visible[i] = true;
     struct moved_nodes moved = {.poses = NULL};
-    bool ok = (!view->is_animated || animate(scene, view, &moved, locals, err)) &&
+    bool ok = place_parts(state, view, locals, err) &&
+              (!view->is_animated || animate(scene, view, &moved, locals, err)) &&
               apply_node_overrides(state, view, locals, err);
     for (uint32_t i = 0; ok && i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];
@@ -190,6 +249,12 @@ static uint64_t shadow_hash(const struct scene_state *state, const struct state_
     HASH_FIELD(hash, item->node);
     HASH_FIELD(hash, item->primitive);
     HASH_FIELD(hash, item->class_);
+    if (state->scene->part_count) {
+        uint64_t part =
+            state->scene->parts[state->scene->primitives[item->primitive].part].identity;
+        if (part) /* an item of the base has the hash that it has without parts */
+            HASH_FIELD(hash, part);
+    }
     if (item->class_ == STATE_OPAQUE)
         return hash;
     HASH_FIELD(hash, item->is_medium);

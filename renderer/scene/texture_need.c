@@ -92,14 +92,15 @@ static double find_least(const struct scene *scene, const struct scene_primitive
     const struct scene_image *image = &scene->images[scene->textures[ref->texture].image];
     uint32_t has =
         ref->texcoord ? SCENE_PRIMITIVE_HAS_TEXCOORDS_1 : SCENE_PRIMITIVE_HAS_TEXCOORDS_0;
+    const struct scene *from = scene_of_primitive(scene, primitive);
     double least = INFINITY;
     if (primitive->topology != SCENE_TRIANGLES || !(primitive->flags & has))
         return 0; /* one point of the image is sampled, or lines are: the finest level */
     for (uint32_t i = 0; i + 2 < primitive->index_count; i += 3) {
         uint32_t vertices[3];
         for (uint32_t k = 0; k < 3; k++)
-            vertices[k] = primitive->first_vertex + scene->indices[primitive->first_index + i + k];
-        least = fmin(least, triangle_density(scene, vertices, ref, image));
+            vertices[k] = primitive->first_vertex + from->indices[primitive->first_index + i + k];
+        least = fmin(least, triangle_density(from, vertices, ref, image));
     }
     return least < 0 ? 0 : sqrt(least);
 }

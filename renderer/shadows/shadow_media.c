@@ -23,8 +23,8 @@ static double winding_number(const struct scene_state *state, const struct state
                              const double point[3])
 {
     const double TWO_PI = 6.283185307179586;
-    const struct scene *scene = state->scene;
-    const struct scene_primitive *p = &scene->primitives[item->primitive];
+    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const struct scene *scene = scene_of_primitive(state->scene, p);
     double sum = 0;
     for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
         double corner[3][3];

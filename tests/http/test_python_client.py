@@ -124,6 +124,24 @@ class Views(ClientTest):
         self.view.patch({"overrides": {"nodes": {"viewed": None}}}, revision=2)
         self.assertNotIn("viewed", self.view.get()["view"]["overrides"]["nodes"])
 
+    def test_parts_and_times_are_put_and_taken_back(self):
+        scene = self.view.scene
+        self.view.put_part("lid", scene, parent="python")
+        self.view.put_part("base", scene, visible=False)
+        self.view.set_time(1.5)
+        members = self.view.get()["view"]
+        self.assertEqual({"name": None, "time_s": 1.5}, members["animation"])
+        self.assertEqual((None, False), (members["parts"]["base"]["parent"],
+                                         members["parts"]["base"]["visible"]))
+        self.assertEqual("python", members["parts"]["lid"]["parent"])
+        self.view.put_part("lid", scene, matrix=[2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1])
+        self.assertEqual(2, self.view.get()["view"]["parts"]["lid"]["matrix"][5])
+        self.assertIsNone(self.view.get()["view"]["parts"]["lid"]["parent"])
+        self.view.remove_part("lid")
+        self.view.set_time(None)
+        members = self.view.get()["view"]
+        self.assertEqual((["base"], None), (list(members["parts"]), members["animation"]))
+
     def test_a_stale_revision_is_refused_with_the_present_one(self):
         self.view.patch({"exposure_ev": 1})
         with self.assertRaises(vitrail.VitrailError) as caught:

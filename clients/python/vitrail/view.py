@@ -58,6 +58,23 @@ class View:
         self.revision = summary["revision"]
         return summary
 
+    def put_part(self, name: str, scene: str, *, parent: Optional[str] = None,
+                 matrix: Optional[Sequence[float]] = None, visible: bool = True) -> None:
+        """Hangs a scene of the server on a node, in the place of the part of that name if there is
+        one. Without a parent it stands in the world; matrix: 16 numbers, column by column."""
+        part = {"scene": scene, "parent": parent, "visible": visible,
+                "matrix": list(matrix) if matrix is not None else None}
+        self.patch({"parts": {name: part}})
+
+    def remove_part(self, name: str) -> None:
+        """With the overrides of what was in it; harmless when there is none."""
+        self.patch({"parts": {name: None}})
+
+    def set_time(self, time_s: Optional[float], animation: Optional[str] = None) -> None:
+        """Shows that time of all animations, or of the one named; None: the scene at rest."""
+        self.patch({"animation": None if time_s is None
+                    else {"time_s": time_s, "name": animation}})
+
     def delete(self) -> None:
         self.client.connection.request("DELETE", self._path)
 

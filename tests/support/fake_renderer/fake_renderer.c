@@ -327,6 +327,14 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
     return true;
 }
 
+const struct scene *renderer_get_scene(struct renderer *renderer, const char *scene_key,
+                                       const struct view *view, struct error *err)
+{
+    (void)view;
+    (void)err;
+    return &renderer->scenes[find_scene(renderer, scene_key)].scene;
+}
+
 /* The first node fills the left half of every image, behind a transparent layer of itself. */
 bool renderer_pick(struct renderer *renderer, const char *scene_key, const struct view *view,
                    const struct pick_desc *desc, struct pick_result *result, struct error *err)

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* Opening what a task shows. */
+#include "server/task_scenes.h"
+
+static int open_scene(struct scene_store *store, const char *id, const char *pointer,
+                      struct error *err)
+{
+    struct error problem = {0};
+    int fd = scene_store_open_blob(store, id, &problem);
+    if (fd < 0)
+        error_set_at(err, problem.code, pointer, "%s", problem.message);
+    return fd;
+}
+
+bool task_open_scenes(struct render_task *task, struct scene_store *store,
+                      const struct part_scenes *parts, struct error *err)
+{
+    task->blob_fd = open_scene(store, task->scene, "/scene", err);
+    if (task->blob_fd < 0)
+        return false;
+    for (int i = 0; parts && i < parts->count; i++) {
+        int fd = open_scene(store, parts->ids[i], "/parts", err);
+        if (fd < 0)
+            return false;
+        task->part_fds[task->parts.count] = fd;
+        if (!part_scenes_add(&task->parts, parts->ids[i]))
+            return error_set(err, ERROR_INTERNAL, "more scenes of parts than a task holds");
+    }
+    return true;
+}
