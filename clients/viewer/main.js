@@ -17,6 +17,7 @@ import { Readout } from "./readout.js";
 import { ScenesPanel } from "./panel_scenes.js";
 import { SectionPanel } from "./panel_section.js";
 import { TreePanel } from "./panel_tree.js";
+import { openAddPart } from "./add_part.js";
 import { openHelp, openSave, openTradeoff, shareLink } from "./save.js";
 import { Stage } from "./stage.js";
 import { Timeline } from "./timeline.js";
@@ -77,7 +78,7 @@ class Viewer {
     this.docks = { left, right };
     this.scenes = new ScenesPanel(left.add("scenes", "Scenes", "scenes"), this.client, this.model,
       (id) => this.open(id));
-    this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model);
+    this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model, () => this.addPart());
     const fitNode = (index) => this.fit(this.model.boundsOf(index));
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
       this.model, { fitNode, isMoving: () => this.isMoving, toggleMoving: () => this.toggleMoving() });
@@ -186,12 +187,39 @@ class Viewer {
       return;
     }
     try {
-      const [summary, outline] = await Promise.all([this.client.scene(id), this.client.outline(id)]);
+      const [{ summary, outline }, parts] = await Promise.all([this.#described(id), this.#partsOf(state)]);
       this.model.aspect = this.stage.aspect;
-      this.model.open(summary, outline, state);
+      this.model.open(summary, outline, state, parts);
     } catch (problem) {
       showProblem(problem, "The scene cannot be opened");
     }
+  }
+
+  async #described(id) {
+    const [summary, outline] = await Promise.all([this.client.scene(id), this.client.outline(id)]);
+    return { summary, outline };
+  }
+
+  /** The scenes of the parts that a link names, by id. */
+  async #partsOf(state) {
+    const ids = new Set(Object.values(state?.view?.parts ?? {}).map(({ scene }) => scene));
+    return new Map(await Promise.all([...ids].map(async (id) => [id, await this.#described(id)])));
+  }
+
+  addPart() {
+    const selected = this.model.selection?.node ?? null;
+    openAddPart(this.scenes.scenes, selected === null ? "" : this.model.nodeName(selected),
+      async ({ id, name, isBelow }) => {
+        try {
+          const { summary, outline } = await this.#described(id);
+          const added = this.model.addPart(name, summary, outline, isBelow ? selected : null);
+          this.isMoving = false;
+          this.toggleMoving();
+          notice(`${added} is added`);
+        } catch (problem) {
+          showProblem(problem, "The part was not added");
+        }
+      });
   }
 
   #sceneChanged() {
@@ -222,7 +250,7 @@ class Viewer {
   /** The outline of the selected node, as a member of the view. */
   get #highlight() {
     const node = this.model.selection?.node ?? null;
-    return this.isOutlined && node !== null ? { nodes: [`#${node}`] } : undefined;
+    return this.isOutlined && node !== null ? { nodes: [this.model.keyOf(node)] } : undefined;
   }
 
   /** All members of the view that should show: the picture itself. */
@@ -324,7 +352,9 @@ class Viewer {
         this.model.camera.target = hit.position;
         this.model.cameraMoved();
       }
-      this.model.select(hit && { node: hit.node.index, material: hit.material?.index ?? null,
+      const { nodeAt, materialAt } = this.model.scene.outline;
+      this.model.select(hit && { node: nodeAt(hit.node.index),
+        material: hit.material ? materialAt(hit.material.index) : null,
         position: hit.position, normal: hit.normal, depth: hit.depth });
       if (hit) this.docks.right.show("properties");
       announce(hit ? `Selected ${hit.node.name}` : "Nothing there");

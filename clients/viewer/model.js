@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What is looked at and how: the scene, the edits of a view as the service words them, selection,
 // undo, and all of it as text for a link. Nothing here touches the page or the network.
+import { assemble, placedLight, worldOf } from "./assembly.js";
 import { OrbitCamera } from "./camera.js";
 import { IDENTITY, cross, inverse, movedBounds, multiply } from "./transforms.js";
 
@@ -9,6 +10,7 @@ export const DEFAULTS = Object.freeze({
   scene_lights: true,
   lights: [],
   overrides: { nodes: {}, materials: {} },
+  parts: {},
   clip_planes: [],
   background: [0.012, 0.013, 0.016, 1],
   environment: null,
@@ -37,13 +39,16 @@ export function mergePatch(from, to) {
 }
 
 /**
- * Events: "scene" (another one, or none), "edit" (members of the view), "camera", "select", "time".
+ * Events: "scene" (another one, or none), "edit" (members of the view), "camera", "select", "time",
+ * "parts" (the outline has other nodes; "edit" follows).
  */
 export class Model extends EventTarget {
   camera = new OrbitCamera();
   scene = null; // summary and, in `outline`, what can be edited
   view = copy(DEFAULTS);
   selection = null; // {node, material, position, normal, depth}: indices, or null each
+  #base = null; // of the scene alone: {summary, outline}
+  #partScenes = new Map(); // by id, as #base
   aspect = 1.6; // of the picture, for what fits into it
   shown = "color"; // output that the picture shows
   #undo = [];
@@ -58,22 +63,50 @@ export class Model extends EventTarget {
 
   // ---- scene and camera ----
 
-  /** Another scene, with a fresh view of it, or with that of a link. */
-  open(summary, outline, state) {
-    this.scene = summary ? { ...summary, outline } : null;
+  /**
+   * Another scene, with a fresh view of it, or with that of a link.
+   * @param {Map<string, {summary, outline}>} [partScenes] of the parts that the state names
+   */
+  open(summary, outline, state, partScenes = new Map()) {
+    this.#base = summary ? { summary, outline } : null;
+    this.#partScenes = new Map(partScenes);
     this.view = copy(DEFAULTS);
     this.shown = typeof state?.show === "string" ? state.show : "color";
     this.selection = null;
     this.#undo = [];
     this.#redo = [];
+    if (isObject(state?.view)) Object.assign(this.view, state.view);
+    this.#assemble();
     if (summary) {
       const [least, most] = [this.bounds.slice(0, 3), this.bounds.slice(3)];
       this.camera = new OrbitCamera();
       this.camera.sceneSize = Math.max(Math.hypot(...most.map((v, i) => v - least[i])), 1e-6);
       if (!this.camera.fromState(state?.camera)) this.#standByDefault();
-      if (isObject(state?.view)) Object.assign(this.view, state.view);
     }
     this.#tell("scene");
+  }
+
+  #assemble() {
+    const base = this.#base;
+    this.scene = base && { ...base.summary, outline: assemble(base, this.view.parts, this.#partScenes) };
+    this.assembled = this.#partsKey;
+  }
+
+  /** Changes when the outline has to. */
+  get #partsKey() {
+    return JSON.stringify(Object.entries(this.view.parts)
+      .map(([name, { scene, parent }]) => [name, scene, parent]));
+  }
+
+  /** After any change of the view: other parts are other nodes. */
+  #followParts() {
+    if (this.assembled === this.#partsKey) return;
+    const key = this.scene.outline.nodes[this.selection?.node]?.key;
+    this.#assemble();
+    const node = this.scene.outline.nodes.findIndex((one) => one.key === key);
+    this.selection = this.selection && node >= 0 ? { ...this.selection, node } : null;
+    this.#tell("parts");
+    this.#tell("select");
   }
 
   #standByDefault() {
@@ -98,7 +131,14 @@ export class Model extends EventTarget {
   /** Of the whole scene: least x y z, greatest x y z. */
   get bounds() {
     const bounds = this.scene?.bounds;
-    return bounds ? [...bounds.min, ...bounds.max] : [-1, -1, -1, 1, 1, 1];
+    const boxes = bounds ? [[...bounds.min, ...bounds.max]] : [];
+    this.scene?.outline.nodes.forEach(({ isPart }, index) => {
+      const box = isPart && this.boundsOf(index);
+      if (box) boxes.push(box);
+    });
+    if (!boxes.length) return [-1, -1, -1, 1, 1, 1];
+    return [0, 1, 2, 3, 4, 5].map((at) =>
+      boxes.reduce((most, box) => (at < 3 ? Math.min : Math.max)(most, box[at]), boxes[0][at]));
   }
 
   get center() {
@@ -115,7 +155,7 @@ export class Model extends EventTarget {
     let found = null;
     nodes.forEach((node, at) => {
       isBelow[at] = at === index || (node.parent !== null && isBelow[node.parent]);
-      isMoved[at] = (hasMoved && this.isMoved(at)) || (node.parent !== null && isMoved[node.parent]);
+      isMoved[at] = (hasMoved && this.isMoved(at)) || node.isPart || (node.parent !== null && isMoved[node.parent]);
       if (!node.bounds || !isBelow[at]) return;
       const box = isMoved[at] ? this.#boundsNow(at) : node.bounds;
       found ??= [...box];
@@ -155,6 +195,7 @@ export class Model extends EventTarget {
     }
     this.#lastEdit = { label, time: now };
     this.#redo = [];
+    if (!isEqual(before.parts, this.view.parts)) this.#followParts();
     this.#tell("edit", label);
   }
 
@@ -172,6 +213,7 @@ export class Model extends EventTarget {
     to.push({ label: step.label, view: this.view });
     this.view = { ...step.view, animation: this.view.animation }; // time is no edit
     this.#lastEdit = { label: "", time: 0 };
+    this.#followParts();
     this.#tell("edit", step.label);
     return step.label;
   }
@@ -199,83 +241,141 @@ export class Model extends EventTarget {
     this.#tell("time");
   }
 
-  // ---- nodes and materials; the names "#index" are exact where names repeat ----
+  // ---- nodes and materials; keys such as "#index" are exact where names repeat ----
+
+  /** What overrides call a node. */
+  keyOf(index) {
+    return this.scene.outline.nodes[index].key;
+  }
+
+  nodeName(index) {
+    return this.scene.outline.nodes[index].name || `Node ${index}`;
+  }
+
+  /** What the view says of a node: its override, or, of a part's own node, the part. */
+  #said(index, view = this.view) {
+    const { key, isPart } = this.scene.outline.nodes[index];
+    return (isPart ? view.parts : view.overrides.nodes)[key];
+  }
+
+  /** Says it, or takes it back; an override without members is none. */
+  #say(view, index, member, value) {
+    const { key, isPart } = this.scene.outline.nodes[index];
+    const place = isPart ? view.parts : view.overrides.nodes;
+    const { [member]: _, ...rest } = place[key] ?? {};
+    if (value !== undefined) rest[member] = value;
+    if (isPart || Object.keys(rest).length) place[key] = rest;
+    else delete place[key];
+  }
 
   isVisible(index) {
-    return this.view.overrides.nodes[`#${index}`]?.visible !== false;
+    return this.#said(index)?.visible !== false;
   }
 
   setVisible(index, isVisible) {
-    const name = this.scene.outline.nodes[index].name || `#${index}`;
-    this.edit(`${isVisible ? "Show" : "Hide"} ${name}`, (view) =>
-      overrideNode(view, index, "visible", isVisible ? undefined : false));
+    this.edit(`${isVisible ? "Show" : "Hide"} ${this.nodeName(index)}`, (view) =>
+      this.#say(view, index, "visible", isVisible ? undefined : false));
   }
 
   showAll() {
-    this.edit("Show all", (view) => {
-      for (const key of Object.keys(view.overrides.nodes))
-        overrideNode(view, key.slice(1), "visible", undefined);
-    });
+    this.edit("Show all", (view) => this.scene.outline.nodes.forEach((_, index) =>
+      this.#said(index, view)?.visible === false && this.#say(view, index, "visible", undefined)));
   }
 
   isMoved(index) {
-    return Boolean(this.view.overrides.nodes[`#${index}`]?.matrix);
+    return Boolean(this.#said(index)?.matrix);
   }
 
   /** Parent from node, as it is now. */
   matrixOf(index) {
-    return this.view.overrides.nodes[`#${index}`]?.matrix ?? this.scene.outline.nodes[index].matrix
-      ?? IDENTITY;
+    return this.#said(index)?.matrix ?? this.scene.outline.nodes[index].matrix ?? IDENTITY;
   }
 
-  /** World from node, as it is now, or as in the file. */
+  /** World from node, as it is now, or as in its file, which of a part knows nothing of the others. */
   worldOf(index, isAtRest = false) {
     const { nodes } = this.scene.outline;
-    const own = isAtRest ? nodes[index].matrix ?? IDENTITY : this.matrixOf(index);
-    const { parent } = nodes[index];
-    return parent === null ? [...own] : multiply(this.worldOf(parent, isAtRest), own);
+    return worldOf(nodes, index, isAtRest ? (at) => (nodes[at].isPart ? IDENTITY
+      : nodes[at].matrix ?? IDENTITY) : (at) => this.matrixOf(at));
   }
 
   /** Places a node in its parent; null puts it back as in the file. */
   setMatrix(index, matrix, what = "Move") {
-    const name = this.scene.outline.nodes[index].name || `#${index}`;
-    this.edit(`${what} ${name}`, (view) => overrideNode(view, index, "matrix", matrix ?? undefined));
+    this.edit(`${what} ${this.nodeName(index)}`, (view) =>
+      this.#say(view, index, "matrix", matrix ?? undefined));
   }
 
   /** As it is now: the file's values with the edits over them. */
   material(index) {
-    const own = this.scene.outline.materials[index];
-    return { ...own, ...this.view.overrides.materials[`#${index}`] };
+    const { key, ...own } = this.scene.outline.materials[index];
+    return { ...own, ...this.view.overrides.materials[key] };
+  }
+
+  isMaterialEdited(index) {
+    return this.scene.outline.materials[index].key in this.view.overrides.materials;
   }
 
   editMaterial(index, members) {
-    const name = this.scene.outline.materials[index].name || `#${index}`;
-    this.edit(`Material ${name}: ${Object.keys(members).join(", ")}`, (view) => {
-      const before = view.overrides.materials[`#${index}`] ?? {};
-      view.overrides.materials[`#${index}`] = { ...before, ...members };
+    const { key, name } = this.scene.outline.materials[index];
+    this.edit(`Material ${name || key}: ${Object.keys(members).join(", ")}`, (view) => {
+      view.overrides.materials[key] = { ...view.overrides.materials[key], ...members };
     });
   }
 
   resetMaterial(index) {
     this.edit("Reset material", (view) => {
-      delete view.overrides.materials[`#${index}`];
+      delete view.overrides.materials[this.scene.outline.materials[index].key];
+    });
+  }
+
+  // ---- parts: other scenes in this one ----
+
+  /** Adds a scene below a node, or at the top; its own node is selected. */
+  addPart(wanted, summary, outline, parent = null) {
+    this.#partScenes.set(summary.id, { summary, outline });
+    const plain = wanted.replaceAll("/", "-").slice(0, 60) || "Part";
+    const taken = (name) => name in this.view.parts
+      || this.scene.outline.nodes.some((node) => node.name === name);
+    let name = plain;
+    for (let n = 2; taken(name); n++) name = `${plain} ${n}`;
+    this.edit(`Add ${name}`, (view) => {
+      view.parts[name] = { scene: summary.id, parent: parent === null ? null : this.keyOf(parent) };
+    });
+    const node = this.scene.outline.nodes.findIndex(({ key }) => key === name);
+    this.select({ node, material: null, position: null });
+    return name;
+  }
+
+  /** Takes a part out, with what hangs on it and the edits of what is in it. */
+  removePart(name) {
+    this.edit(`Remove ${name}`, (view) => {
+      const gone = [name];
+      for (const part of gone) {
+        for (const [other, { parent }] of Object.entries(view.parts))
+          if (parent === part || parent?.startsWith(`${part}/`)) gone.push(other);
+        delete view.parts[part];
+        for (const overrides of [view.overrides.nodes, view.overrides.materials])
+          for (const key of Object.keys(overrides)) if (key.startsWith(`${part}/`)) delete overrides[key];
+      }
     });
   }
 
   // ---- lights ----
 
+  get #sceneLights() {
+    return this.scene.outline.lights.map((light) => lightMembers(light.part === undefined ? light
+      : placedLight(light, this.worldOf(light.part))));
+  }
+
   /** Edits need the lights as members of the view: those of the scene are copied over once. */
   takeLights(view) {
     if (!view.scene_lights) return;
-    const own = this.scene.outline.lights.map((light) => lightMembers(light));
-    view.lights = [...own, ...view.lights];
+    view.lights = [...this.#sceneLights, ...view.lights];
     view.scene_lights = false;
   }
 
   /** All that shine: those of the scene unless taken over, then those of the view. */
   get lights() {
-    const own = this.view.scene_lights ? this.scene.outline.lights : [];
-    return [...own.map((light) => lightMembers(light)), ...this.view.lights];
+    return [...(this.view.scene_lights ? this.#sceneLights : []), ...this.view.lights];
   }
 
   editLight(index, members) {
@@ -334,14 +434,6 @@ export class Model extends EventTarget {
     return { camera: this.camera.toState(), ...(Object.keys(view).length ? { view } : {}),
       ...(this.shown === "color" ? {} : { show: this.shown }) };
   }
-}
-
-/** Sets a member of a node's override, or takes it back; one without members is none. */
-function overrideNode(view, index, member, value) {
-  const { [member]: _, ...rest } = view.overrides.nodes[`#${index}`] ?? {};
-  if (value !== undefined) rest[member] = value;
-  if (Object.keys(rest).length) view.overrides.nodes[`#${index}`] = rest;
-  else delete view.overrides.nodes[`#${index}`];
 }
 
 const MEMBERS_OF_TYPE = {

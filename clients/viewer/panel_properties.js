@@ -12,7 +12,7 @@ export class PropertiesPanel {
 
   constructor(panel, model, actions) {
     Object.assign(this, { panel, model, actions });
-    model.addEventListener("scene", () => this.fill());
+    for (const type of ["scene", "parts"]) model.addEventListener(type, () => this.fill());
     model.addEventListener("select", () => this.fill());
     model.addEventListener("edit", () => this.#update());
     this.fill();
@@ -64,7 +64,9 @@ export class PropertiesPanel {
       el("div", { class: "row" },
         button({ text: isVisible ? "Hide" : "Show", icon: isVisible ? "hidden" : "eye",
           onclick: () => this.model.setVisible(index, !isVisible) }),
-        button({ text: "Fit", icon: "fit", onclick: () => this.actions.fitNode(index) })));
+        button({ text: "Fit", icon: "fit", onclick: () => this.actions.fitNode(index) }),
+        node.isPart && button({ text: "Remove", icon: "remove",
+          onclick: () => this.model.removePart(node.part) })));
   }
 
   #control(make, index, member, more) {
@@ -88,7 +90,7 @@ export class PropertiesPanel {
       onchange: (value) => this.model.editMaterial(index,
         { base_color: [...this.model.material(index).base_color.slice(0, 3), value] }) });
     this.#controls.push(() => alpha.set(this.model.material(index).base_color[3]));
-    const isEdited = `#${index}` in this.model.view.overrides.materials;
+    const isEdited = this.model.isMaterialEdited(index);
     return group(own.name || `Material ${index}`, color, alpha.row,
       control(selectField, "alpha_mode", { label: "Alpha mode", options:
         [["opaque", "Opaque"], ["mask", "Mask"], ["blend", "Blend"]] }),

@@ -20,8 +20,9 @@ export class TreePanel {
   #shown = []; // [index, level] of the rows, in sight or not
   #rowOf = new Map(); // of each index that is in #shown
 
-  constructor(panel, model) {
-    Object.assign(this, { panel, model });
+  /** @param {() => void} addPart asks for another scene to put in */
+  constructor(panel, model, addPart) {
+    Object.assign(this, { panel, model, addPart });
     this.search = el("input", { type: "search", placeholder: "Find a part", "aria-label": "Find a part",
       oninput: () => {
         this.#query = this.search.value.trim().toLowerCase();
@@ -35,6 +36,7 @@ export class TreePanel {
     panel.addEventListener("scroll", () => this.#draw());
     new ResizeObserver(() => this.#draw()).observe(panel);
     model.addEventListener("scene", () => this.#read());
+    model.addEventListener("parts", () => this.#read(true));
     model.addEventListener("edit", () => this.#draw());
     model.addEventListener("select", () => this.#reveal());
     this.#read();
@@ -44,7 +46,8 @@ export class TreePanel {
     return this.model.scene?.outline.nodes ?? [];
   }
 
-  #read() {
+  /** @param {boolean} [isSame] the scene has other parts: what was open stays so */
+  #read(isSame = false) {
     const nodes = this.#nodes;
     this.#children = nodes.map(() => []);
     this.#roots = [];
@@ -57,7 +60,8 @@ export class TreePanel {
     for (const kind of ["camera", "light"])
       for (const { node } of this.model.scene?.outline[`${kind}s`] ?? [])
         if (this.#icons[node] === "group") this.#icons[node] = kind;
-    this.#open = new Set(nodes.length <= OPEN_AT_FIRST_MAX ? nodes.keys() : this.#roots);
+    this.#icons = this.#icons.map((name, index) => (nodes[index].isPart ? "cube" : name));
+    if (!isSame) this.#open = new Set(nodes.length <= OPEN_AT_FIRST_MAX ? nodes.keys() : this.#roots);
     this.#active = this.#roots[0] ?? 0;
     this.#query = this.search.value = "";
     if (!nodes.length) {
@@ -65,7 +69,8 @@ export class TreePanel {
       return;
     }
     refill(this.panel, el("div", { class: "tree-head" }, this.search,
-      button({ text: "Show all", onclick: () => this.model.showAll() }), this.note), this.rows);
+      button({ text: "Show all", onclick: () => this.model.showAll() }),
+      button({ label: "Add a part from another scene", icon: "add", onclick: () => this.addPart() }), this.note), this.rows);
     this.#list();
   }
 

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""Other scenes as parts of the one that shows: added, moved, picked, edited and taken out."""
+from page import PageTest, support
+
+
+class Parts(PageTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        document = support.triangle_document("Blade")
+        document["nodes"] = [{"name": "Tool", "children": [1], "translation": [0, 1, 1]},
+                             {"name": "Blade", "mesh": 0}]
+        document["materials"] = [{"name": "Steel", "doubleSided": True, "pbrMetallicRoughness": {
+            "baseColorFactor": [0.2, 0.4, 0.9, 1]}}]
+        document["meshes"][0]["primitives"][0]["material"] = 0
+        files = support.multipart({"tool.glb": support.glb(document, support.TRIANGLE)})
+        cls.tool = cls.daemon.post_scene(*files).json()["id"]
+
+    def add(self, below=None):
+        self.panel("tree")
+        if below:
+            self.select(below)
+        self.press("Add a part from another scene")
+        self.enter("Scene", self.tool, "#help")
+        if below:
+            self.browser.click("#help input[type=checkbox]")
+        self.press("Add", "#help")
+
+    def rows(self):
+        return self.browser.run("""return [...document.querySelectorAll('[role=treeitem]')]
+          .map((row) => row.ariaLabel);""")
+
+    def text(self):
+        return self.browser.run("return document.getElementById('panel-properties').innerText")
+
+    def test_a_part_is_added_moved_edited_and_taken_out(self):
+        first = self.load()
+        added = self.changed_by(self.add)
+        self.assertNotEqual(first, added)
+        self.assertEqual(["Room", "Floor", "Wall", "Pane", "Lamp", "tool"], self.rows()[:6])
+        self.assertEqual(self.tool, self.view()["parts"]["tool"]["scene"])
+        self.assertIsNone(self.view()["parts"]["tool"]["parent"])
+        moved = self.changed_by(lambda: self.enter("Position X", 0.5, "#panel-properties"))
+        self.assertNotEqual(added, moved)
+        self.assertEqual([0.5, 0, 0, 1], self.view()["parts"]["tool"]["matrix"][12:])
+        self.changed_by(lambda: self.press("Hide tool"))
+        self.assertFalse(self.view()["parts"]["tool"]["visible"])
+        self.changed_by(lambda: self.press("Show tool"))
+        back = self.changed_by(lambda: self.press("Remove", "#panel-properties"))
+        self.assertEqual({}, self.view()["parts"])
+        self.assertEqual(first, back)
+        self.changed_by(lambda: self.press("Undo"))
+        self.assertEqual(moved, self.changed_by(lambda: self.select("tool")))
+
+    def test_what_is_in_a_part_is_picked_and_its_material_edited(self):
+        self.load()
+        self.changed_by(self.add)
+        self.changed_by(lambda: self.press("Fit", "#panel-properties"))
+        self.changed_by(lambda: self.enter("Standard views", "front"))
+        self.changed_by(lambda: self.press("Fit", "#panel-properties"))
+        x, y = self.center()
+        self.browser.drag((x - 30, y + 30), (x - 30, y + 30))
+        self.browser.wait("""return document.getElementById('panel-properties').innerText
+          .includes('Hit')""", "something is hit")
+        self.assertIn("tool › Tool", self.text())
+        self.assertIn("tool: Steel", self.text())
+        self.changed_by(lambda: self.browser.run("""
+          const input = document.querySelector('#panel-properties input[type=color]');
+          input.value = '#ff2040'; input.dispatchEvent(new Event('input'));"""))
+        self.assertEqual(["tool/#0"], list(self.view()["overrides"]["materials"]))
+        self.changed_by(lambda: self.enter("Position Z", 0.25, "#panel-properties"))
+        [(key, override)] = self.view()["overrides"]["nodes"].items()
+        self.assertEqual(("tool/#1", 0.25), (key, override["matrix"][14]))
+        self.panel("tree")
+        self.select("tool")
+        self.changed_by(lambda: self.press("Remove", "#panel-properties"))
+        overrides = self.view()["overrides"]
+        self.assertEqual(({}, {}), (overrides["nodes"], overrides["materials"]))
+
+    def test_a_part_hangs_on_a_node_moves_with_it_and_is_part_of_the_link(self):
+        self.load()
+        self.changed_by(lambda: self.add(below="Pane"))
+        self.assertEqual("#3", self.view()["parts"]["tool"]["parent"])
+        before = self.browser.run("return document.querySelector('.facts').innerText")
+        self.select("Pane")
+        moved = self.changed_by(lambda: self.enter("Position Y", 0.5, "#panel-properties"))
+        self.select("tool")
+        self.assertIn("in Pane", self.text())
+        self.assertIn("tool", before + self.text())
+        self.select("Wall")  # so that nothing of the part is selected in either picture
+        self.browser.run("document.getElementById('surface').focus()")
+        self.browser.keys("Escape")
+        picture = self.settle()
+        self.browser.run("return new Promise((done) => setTimeout(done, 600))")
+        url = self.browser.run("return location.href")
+        self.browser.go("about:blank")
+        self.browser.go(url)
+        self.assertEqual(picture, self.settle())
+        self.assertNotEqual("", moved)
+        self.assertIn("tool", self.rows())
+
+    def test_two_of_a_kind_have_names_of_their_own(self):
+        self.load()
+        self.changed_by(self.add)
+        self.changed_by(self.add)
+        self.assertEqual(["tool", "tool 2"], sorted(self.view()["parts"]))
+
+
+if __name__ == "__main__":
+    support.run_tests()
