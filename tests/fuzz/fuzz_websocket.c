@@ -57,7 +57,8 @@ static void heard(void *context, const char *text, size_t length)
     struct session *session = context;
     char *copy = calloc(length + 1, 1);
     expect(length <= TEXT_BYTES_MAX && copy);
-    memcpy(copy, text, length);
+    if (length > 0) /* text is NULL otherwise */
+        memcpy(copy, text, length);
     for (size_t at = 0, bytes; at < length; at += bytes) {
         bytes = copy[at] ? utf8_sequence_bytes(copy + at) : 1; /* U+0000 is a character, too */
         expect(bytes > 0 && at + bytes <= length);
