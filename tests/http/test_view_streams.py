@@ -214,7 +214,8 @@ class Sockets(WatchTest):
     def test_what_cannot_be_read_is_told_and_the_socket_stays(self):
         client = self.open(self.make(), "socket")
         for text, pointer in (
-            (b"", None), (b"{", None), (b"[]", None), (b"{}", "/type"), (b'{"type":"jump"}', "/type"),
+            (b"", None), (b"{", None),
+            (b"[]", None), (b"{}", "/type"), (b'{"type":"jump"}', "/type"),
             (b'{"type":"ack","count":0}', "/count"), (b'{"type":"ack","size":1}', "/size"),
             (b'{"type":"camera"}', "/camera"), (b'{"type":"camera","camera":[]}', "/camera"),
             (b'{"type":"camera","camera":{"eye":[0],"target":[0,0,0]}}', "/camera/eye"),
