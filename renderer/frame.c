@@ -198,6 +198,9 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     if (ok && renderer->is_strict)
         check_passes(&opened.plan->plan, &frame->report);
     frame->report.total_ms = wall_ms() - begin_ms - frame->report.paused_ms;
+    /* textures that it brought; not within a frame, whose state and plan would go too */
+    if (!renderer->other || !renderer->other->is_paused)
+        renderer_evict_beside(renderer, opened.scene);
     if (!ok)
         frame_finish(frame);
     return ok;

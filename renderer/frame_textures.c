@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "renderer/scene/texture_need.h"
-#include "renderer/scene_parts.h"
 
 static const uint32_t all_slots = (1u << SCENE_TEXTURE_SLOT_COUNT) - 1;
 
@@ -210,7 +209,6 @@ static bool bring(struct frame_textures *textures, const struct frame_run *run,
         add_report(report, &one);
     }
     scene_gpu_set_texture_passes(gpu, &textures->passes);
-    renderer_evict_beside(run->renderer, run->scene);
     textures->is_inexact |= report->coarse_count > 0;
     return true;
 }
