@@ -31,10 +31,10 @@ class Maps(PageTest):
         x, y = self.center()
         self.point(x, y)
         self.browser.wait(f"{PLACE}.endsWith('1 layer')", "one layer in the middle")
-        self.point(x - 125, y + 150)
+        self.point(x - 48, y + 70)
         self.browser.wait(f"{PLACE}.endsWith('Floor material · 0 layers')", "none on the floor")
         self.assertEqual(255, self.browser.run(COLOR, 0.5, 0.5)[3])
-        self.assertEqual(0, self.browser.run(COLOR, 0.12, 0.76)[3])  # the picture shows through
+        self.assertEqual(0, self.browser.run(COLOR, 0.355, 0.62)[3])  # the picture shows through
 
     def test_the_scale_is_that_of_the_picture_or_one_for_all(self):
         self.load()
