@@ -176,6 +176,8 @@ struct request_quality {
 /* What becomes of the cut of a clip plane. */
 struct request_cut {
     bool spares_shadows; /* what it cuts away still casts its shadow */
+    bool has_cap, has_cap_color;
+    double cap_color[3]; /* linear, [0, 1] */
 };
 
 /* The outline of nodes, and of all below them. */

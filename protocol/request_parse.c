@@ -141,10 +141,23 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
 
 /* ---- the picture ---- */
 
+/* Whether, or in which colour. */
+static bool read_cap(const struct json_node *node, struct request_cut *cut)
+{
+    cut->has_cap_color = json_is_array(node->value);
+    cut->has_cap = cut->has_cap_color;
+    if (!(cut->has_cap_color ? json_read_numbers(node, 3, 0, 1, cut->cap_color)
+                             : json_read_bool(node, &cut->has_cap)))
+        return false;
+    return !cut->has_cap || !cut->spares_shadows ||
+           json_refuse(node, ERROR_INVALID_REQUEST,
+                       "but a plane whose shadows is false has no cap");
+}
+
 /* Its four numbers, or an object that has them as `plane`. */
 static bool read_clip_plane(const struct json_node *node, double plane[4], struct request_cut *cut)
 {
-    static const char *const known[] = {"plane", "shadows", NULL};
+    static const char *const known[] = {"plane", "shadows", "cap", NULL};
     struct json_node numbers = *node;
     bool cuts_shadows = true;
     *cut = (struct request_cut){0};
@@ -155,6 +168,9 @@ static bool read_clip_plane(const struct json_node *node, double plane[4], struc
             !json_read_bool(&shadows, &cuts_shadows))
             return false;
         cut->spares_shadows = !cuts_shadows;
+        struct json_node cap = json_member(node, "cap");
+        if (!read_cap(&cap, cut))
+            return false;
     }
     if (!json_read_numbers(&numbers, 4, -LIMIT_COORDINATE, LIMIT_COORDINATE, plane))
         return false;

@@ -160,11 +160,15 @@ static json_t *write_parts(const struct render_request *request)
 /* The numbers alone where all else is the default. */
 static json_t *write_clip_plane(const double plane[4], const struct request_cut *cut)
 {
-    if (!cut->spares_shadows)
+    if (!cut->spares_shadows && !cut->has_cap)
         return json_numbers(plane, 4);
     struct json_writer writer = json_writer_begin();
     json_put_numbers(&writer, "plane", plane, 4);
     json_put_bool(&writer, "shadows", !cut->spares_shadows);
+    if (cut->has_cap_color)
+        json_put_numbers(&writer, "cap", cut->cap_color, 3);
+    else
+        json_put_bool(&writer, "cap", cut->has_cap);
     return json_writer_take(&writer);
 }
 

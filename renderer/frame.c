@@ -68,6 +68,9 @@ static void fill_report(const struct renderer *renderer, const struct resident_s
     if (state->has_default_lights)
         report_warn(report,
                     "neither the scene nor the request has a light: default lighting is used");
+    if (state->open_section_count)
+        report_warn(report, "%zu meshes that a clip plane cuts are not closed: they have no cap",
+                    state->open_section_count);
     if (state->open_volume_count)
         report_warn(report,
                     "%zu attenuating volumes have no closed surface that faces outward: the "

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "renderer/plan/view_key.h"
+
 /* Without what an opaque surface has no use for. */
 static struct scene_material surface_part(const struct scene_material *material)
 {
@@ -53,8 +55,8 @@ struct kept_window kept_window_keys(const struct kept_window_desc *desc)
     add_camera(&keys.surfaces, desc->camera);
     content_key_add(&keys.surfaces, desc->window, sizeof *desc->window);
     content_key_add(&keys.surfaces, &desc->samples, sizeof desc->samples);
-    content_key_add(&keys.surfaces, desc->view->clip_planes,
-                    desc->view->clip_plane_count * sizeof *desc->view->clip_planes);
+    struct content_key cut = view_cut_key(desc->view);
+    content_key_add(&keys.surfaces, &cut, sizeof cut);
     keys.layers = keys.surfaces;
     add_materials(&keys, desc->state);
     content_key_add(&keys.layers, &keys.surfaces, sizeof keys.surfaces); /* they end at surfaces */

@@ -177,6 +177,10 @@ enum { VIEW_CLIP_PLANES_MAX = 8 };
 /* What becomes of a clip plane's cut; zeroed is the default. */
 struct view_cut {
     bool spares_shadows; /* what it cuts away from the picture still casts its shadow */
+    bool has_cap;        /* closed meshes are closed again where it cuts them; not with
+                            spares_shadows */
+    bool has_cap_color;  /* of opaque ones; else they show their material's factors */
+    float cap_color[3];  /* linear */
 };
 
 struct view {

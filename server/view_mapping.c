@@ -166,7 +166,10 @@ static void map_material(const struct request_material_override *from,
 
 static void map_cut(const struct request_cut *from, struct view_cut *to)
 {
-    *to = (struct view_cut){.spares_shadows = from->spares_shadows};
+    *to = (struct view_cut){.spares_shadows = from->spares_shadows,
+                            .has_cap = from->has_cap,
+                            .has_cap_color = from->has_cap_color};
+    to_floats(from->cap_color, to->cap_color, 3);
 }
 
 static bool storage_init(struct view_storage *storage, const struct render_request *request)

@@ -47,7 +47,11 @@ void main()
 #endif
 #ifdef CLIP_PLANES
     for (int i = 0; i < CLIP_PLANES; i++)
+#ifdef IS_CAP
+        gl_ClipDistance[i] = 1.0; // it lies on its plane, and the others have cut it
+#else
         gl_ClipDistance[i] = dot(u_clip_planes[i].xyz, v_position) + u_clip_planes[i].w;
+#endif
 #endif
     precise float w = u_clip_depth.z + u_clip_depth.w * v_position.z;
     precise vec2 across = u_clip_across.xy * v_position.xy + u_clip_across.zw * w;

@@ -52,7 +52,7 @@ void main()
     gl_Position = clip;
 #ifdef CUT_PLANES
     for (int i = 0; i < CUT_PLANES; i++) {
-#ifdef MEDIUM
+#if defined(MEDIUM) || defined(IS_CAP)
         gl_ClipDistance[i] = 1.0; // drawn whole: shadow_deep.frag.glsl moves its events
 #else
         gl_ClipDistance[i] = dot(u_cut_planes[i].xyz, r * u_unit_m) + u_cut_planes[i].w;

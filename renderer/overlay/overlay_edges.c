@@ -252,7 +252,7 @@ bool overlay_draw_edges(const struct overlay_desc *desc, struct overlay_stats *s
     bool ok = d.alpha[0] && (d.alpha[1] || !(style->hidden > 0)) && d.pieces && d.pixels;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "edges of %zu pixels", pixels);
-    for (size_t i = 0; ok && i < state->item_count; i++)
+    for (size_t i = 0; ok && i < state->whole_count; i++)
         if (state->items[i].casts_shadow) /* triangles */
             ok = add_item(&d, &state->items[i], err);
     ok = ok && flush(&d, err);

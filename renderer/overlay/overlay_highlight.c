@@ -253,7 +253,7 @@ bool overlay_draw_highlight(const struct overlay_desc *desc, struct overlay_stat
     const struct scene_state *state = desc->rays->state;
     struct outline o = {.desc = desc, .style = &desc->rays->view->highlight};
     bool ok = outline_init(&o, err) && select_nodes(&o, err);
-    for (size_t i = 0; ok && i < state->item_count; i++)
+    for (size_t i = 0; ok && i < state->whole_count; i++)
         if (state->items[i].casts_shadow && o.is_selected[state->items[i].node])
             cover_item(&o, &state->items[i]);
     ok = ok && list_borders(&o, err);

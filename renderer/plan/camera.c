@@ -72,8 +72,9 @@ static void set_perspective(struct camera *camera, double fov_y_deg, double aspe
 static double distance_to_item(const struct scene_state *state, const struct state_item *item,
                                const double point[3])
 {
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const double *world = state->world[item->node];
+    const struct state_geometry geometry = state_geometry_of(state, item);
+    const struct scene_primitive *p = geometry.primitive;
+    const double *world = geometry.world;
     double offset[3], distance;
     vec3_sub(point, item->center, offset);
     distance = fmax(vec3_length(offset) - item->radius_m, 0);

@@ -191,14 +191,14 @@ static bool may_be_seen(const struct camera *camera, const struct state_item *it
 static void sample(struct canvas *canvas, struct survey *survey)
 {
     const struct scene_state *state = canvas->desc->state;
-    for (size_t i = 0; i < state->item_count; i++) {
+    for (size_t i = 0; i < state->whole_count; i++) {
         double triangles = triangles_of(state, &state->items[i]);
         survey->triangles += triangles;
         if (may_be_seen(canvas->desc->camera, &state->items[i]))
             survey->triangles_in_view += triangles;
     }
     double share = fmin(1, TRIANGLES_MAX / (2 * fmax(survey->triangles_in_view, 1)));
-    for (size_t i = 0; i < state->item_count; i++) {
+    for (size_t i = 0; i < state->whole_count; i++) {
         const struct state_item *item = &state->items[i];
         uint32_t triangles = triangles_of(state, item);
         if (!triangles || !may_be_seen(canvas->desc->camera, item))

@@ -123,7 +123,7 @@ static bool load_map(const struct workload_desc *desc, const struct state_light 
     if (!light->casts_shadow || !shadow_frame_init(&frame, light, desc->state, 1024))
         return false;
     for (int pass = 0; pass < 2; pass++) /* counted first, to know how many to sample of each */
-        for (size_t i = 0; i < desc->state->item_count; i++) {
+        for (size_t i = 0; i < desc->state->whole_count; i++) {
             const struct state_item *item = &desc->state->items[i];
             uint32_t faces = item->casts_shadow ? shadow_frame_faces(&frame, item) : 0;
             double drawn = triangles_of(desc->state, item);

@@ -11,12 +11,15 @@ static void describe(const struct rt_scene *scene, const struct camera *camera,
                      struct raytrace_layer *layer)
 {
     const struct state_item *item = scene->meshes[hit->mesh].item;
+    const struct scene_state *state = scene->state;
+    uint32_t material =
+        item->cap ? state->caps.caps[item->cap - 1].source_material : item->material;
     double normal[3];
     rt_scene_normal(scene, hit, normal);
     double side = vec3_dot(normal, ray->direction) > 0 ? -1 : 1;
     *layer =
         (struct raytrace_layer){.node = item->node,
-                                .material = item->material,
+                                .material = material,
                                 .depth = hit->t + (camera->is_orthographic ? camera->z_near : 0),
                                 .is_front = hit->is_front,
                                 .is_transparent = !hit->is_opaque};

@@ -11,7 +11,7 @@
 
 static const struct scene_primitive *mesh_primitive(const struct rt_scene *scene, uint32_t mesh)
 {
-    return &scene->state->scene->primitives[scene->meshes[mesh].item->primitive];
+    return state_geometry_of(scene->state, scene->meshes[mesh].item).primitive;
 }
 
 bool rt_hits_init(struct rt_hits *hits, struct error *err)
@@ -29,11 +29,10 @@ void rt_hits_finish(struct rt_hits *hits)
 static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
                       const struct state_item *item)
 {
-    const struct scene *source = scene->state->scene;
+    const struct state_geometry geometry = state_geometry_of(scene->state, item);
     uint32_t flags = scene->state->materials[item->material].base.flags;
     mesh->item = item;
-    const struct scene_primitive *p = &source->primitives[item->primitive];
-    mesh->triangles = scene_of_primitive(source, p)->indices + p->first_index;
+    mesh->triangles = geometry.indices + geometry.primitive->first_index;
     mesh->class_ = item->class_;
     mesh->is_mirrored = item->is_mirrored;
     mesh->is_medium = item->is_medium;
@@ -42,8 +41,8 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
 
 static bool add_mesh(struct rt_scene *scene, const struct state_item *item, struct error *err)
 {
-    const struct scene_primitive *p = &scene->state->scene->primitives[item->primitive];
-    const struct scene *source = scene_of_primitive(scene->state->scene, p);
+    const struct state_geometry from = state_geometry_of(scene->state, item);
+    const struct scene_primitive *p = from.primitive;
     struct rt_mesh *mesh = &scene->meshes[scene->mesh_count];
     mesh->positions = calloc(p->vertex_count, sizeof *mesh->positions);
     RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -59,16 +58,16 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item, stru
         return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices", p->vertex_count);
     }
     for (uint32_t i = 0; i < p->vertex_count; i++) {
-        const float *local = source->positions + 3 * ((size_t)p->first_vertex + i);
+        const float *local = from.positions + 3 * ((size_t)p->first_vertex + i);
         double world[3];
         mat4_transform_point(
-            scene->state->world[item->node],
-            (const double[3]){(double)local[0], (double)local[1], (double)local[2]}, world);
+            from.world, (const double[3]){(double)local[0], (double)local[1], (double)local[2]},
+            world);
         vec3_sub(world, scene->origin, mesh->positions[i]);
         for (int k = 0; k < 3; k++)
             vertices[3 * i + (uint32_t)k] = (float)mesh->positions[i][k];
     }
-    memcpy(indices, source->indices + p->first_index, (size_t)p->index_count / 3 * 12);
+    memcpy(indices, from.indices + p->first_index, (size_t)p->index_count / 3 * 12);
     if (item->class_ != STATE_OPAQUE) { /* rays in packets stop at opaque ones by themselves */
         rtcSetGeometryIntersectFilterFunction(geometry, rt_packet_filter);
         rtcSetGeometryOccludedFilterFunction(geometry, rt_packet_filter);
@@ -120,6 +119,8 @@ static uint64_t geometry_key(const struct scene_state *state)
             hash = hash_words(hash, &state->scene->parts[part].identity, sizeof(uint64_t));
         }
         hash = hash_words(hash, state->world[item->node], sizeof state->world[item->node]);
+        if (item->cap)
+            hash = hash_words(hash, &item->shadow_hash, sizeof item->shadow_hash);
     }
     return hash;
 }
@@ -236,9 +237,8 @@ void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t tri
                        uint32_t vertices[3])
 {
     const struct scene_primitive *p = mesh_primitive(scene, mesh);
-    const struct scene *from = scene_of_primitive(scene->state->scene, p);
     for (uint32_t k = 0; k < 3; k++)
-        vertices[k] = p->first_vertex + from->indices[p->first_index + 3 * triangle + k];
+        vertices[k] = p->first_vertex + scene->meshes[mesh].triangles[3 * triangle + k];
 }
 
 /* Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", in f64 and without
@@ -358,7 +358,8 @@ bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, ui
     /* a medium entered before the camera's near plane is entered all the same */
     if (hit->t <= ray->t_min && !(m->is_medium && ray->culls_back_faces))
         return false;
-    bool is_cut = ray->only_media || hit->t <= ray->t_min || is_clipped(scene, ray, hit->t);
+    bool is_cut = ray->only_media || hit->t <= ray->t_min ||
+                  (!m->item->cap && is_clipped(scene, ray, hit->t));
     hit->is_hidden = is_cut || !is_drawn(m, ray, hit);
     hit->is_left_unseen = hit->is_hidden && !is_cut;
     if (hit->is_hidden && !m->is_medium)
@@ -407,8 +408,7 @@ static bool is_same_point(const double a[3], const double b[3])
 static int count_shared_corners(const struct rt_scene *scene, const struct rt_hit *a,
                                 const struct rt_hit *b)
 {
-    const struct scene_primitive *p = mesh_primitive(scene, a->mesh);
-    const uint32_t *index = scene_of_primitive(scene->state->scene, p)->indices + p->first_index;
+    const uint32_t *index = scene->meshes[a->mesh].triangles;
     const double(*position)[3] = (const double(*)[3])scene->meshes[a->mesh].positions;
     int shared = 0;
     for (size_t i = 0; i < 3; i++)

@@ -91,7 +91,7 @@ static void interpolate(const struct rt_scene *scene, const struct rt_hit *hit, 
 static const struct scene_primitive *hit_primitive(const struct rt_scene *scene,
                                                    const struct rt_hit *hit)
 {
-    return &scene->state->scene->primitives[scene->meshes[hit->mesh].item->primitive];
+    return state_geometry_of(scene->state, scene->meshes[hit->mesh].item).primitive;
 }
 
 /* Whose streams the vertices of the hit count into. */
@@ -208,7 +208,7 @@ static void transform_normal(const struct rt_scene *scene, const struct rt_hit *
                              const double in[3], double out[3])
 {
     const struct state_item *item = scene->meshes[hit->mesh].item;
-    const double *m = scene->state->world[item->node];
+    const double *m = state_geometry_of(scene->state, item).world;
     double sign = item->is_mirrored ? -1 : 1;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -277,7 +277,8 @@ static void evaluate_normal(const struct rt_scene *scene, const struct rt_hit *h
                             const struct scene_material *m, double normal[3])
 {
     double local[3];
-    interpolate(scene, hit, hit_streams(scene, hit)->normals, 3, local);
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    interpolate(scene, hit, state_geometry_of(scene->state, item).normals, 3, local);
     transform_normal(scene, hit, local, normal);
     if (!vec3_normalize(normal))
         rt_scene_normal(scene, hit, normal);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What draws read: material records of a frame, and draw records relative to a space. */
+#include <epoxy/gl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,15 @@ struct draw_arena *draw_arena_create(struct error *err)
     return arena;
 }
 
+static void caps_finish(struct cap_gpu *gpu)
+{
+    gl_buffer_finish(&gpu->positions);
+    gl_buffer_finish(&gpu->normals);
+    gl_buffer_finish(&gpu->indices);
+    gl_vertex_array_finish(&gpu->array);
+    *gpu = (struct cap_gpu){0};
+}
+
 void draw_arena_destroy(struct draw_arena *arena)
 {
     if (!arena)
@@ -28,6 +38,7 @@ void draw_arena_destroy(struct draw_arena *arena)
     gl_buffer_finish(&arena->draws);
     gl_buffer_finish(&arena->materials);
     gl_buffer_finish(&arena->commands);
+    caps_finish(&arena->caps);
     free(arena->item_materials);
     free(arena->records);
     free(arena->placed);
@@ -116,7 +127,7 @@ static bool needs_copy(const struct scene_state *state, const struct state_item 
 static void assign_materials(struct draw_arena *arena, const struct scene_state *state,
                              struct material_record *records)
 {
-    uint32_t next = state->scene->material_count;
+    uint32_t next = state->material_count;
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
         arena->item_materials[i] = item->material;
@@ -144,9 +155,43 @@ static void let_records_go(struct draw_arena *arena)
     arena->epoch++;
 }
 
+static bool upload_caps(struct cap_gpu *gpu, const struct state_caps *caps, struct error *err)
+{
+    caps_finish(gpu);
+    if (!caps->count)
+        return true;
+    uint64_t bytes = (uint64_t)caps->vertex_count * 3 * sizeof(float);
+    gl_vertex_array_init(&gpu->array, "caps");
+    if (!gl_buffer_init(&gpu->positions,
+                        &(struct gl_buffer_desc){.label = "caps.positions",
+                                                 .size_bytes = bytes,
+                                                 .data = caps->positions},
+                        err) ||
+        !gl_buffer_init(&gpu->normals,
+                        &(struct gl_buffer_desc){
+                            .label = "caps.normals", .size_bytes = bytes, .data = caps->normals},
+                        err) ||
+        !gl_buffer_init(&gpu->indices,
+                        &(struct gl_buffer_desc){.label = "caps.indices",
+                                                 .size_bytes = bytes / 3,
+                                                 .data = caps->indices},
+                        err))
+        return false;
+    const struct gl_buffer *streams[] = {&gpu->positions, &gpu->normals};
+    for (uint32_t i = 0; i < 2; i++) {
+        glEnableVertexArrayAttrib(gpu->array.name, i);
+        glVertexArrayAttribFormat(gpu->array.name, i, 3, GL_FLOAT, GL_FALSE, 0);
+        glVertexArrayAttribBinding(gpu->array.name, i, i);
+        glVertexArrayVertexBuffer(gpu->array.name, i, streams[i]->name, 0, 3 * sizeof(float));
+    }
+    glVertexArrayElementBuffer(gpu->array.name, gpu->indices.name);
+    scene_gpu_format_records(gpu->array.name);
+    return true;
+}
+
 bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state, struct error *err)
 {
-    size_t count = state->scene->material_count;
+    size_t count = state->material_count;
     for (size_t i = 0; i < state->item_count; i++)
         count += needs_copy(state, &state->items[i]);
     struct material_record *records = calloc(count, sizeof *records);
@@ -154,10 +199,13 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
         free(records);
         return error_set(err, ERROR_NO_MEMORY, "%zu materials", count);
     }
-    for (uint32_t i = 0; i < state->scene->material_count; i++) {
+    for (uint32_t i = 0; i < state->material_count; i++) {
         fill_material(state->scene, &state->materials[i], &records[i]);
         records[i].source = i;
     }
+    for (size_t i = state->whole_count; i < state->item_count; i++)
+        records[state->items[i].material].source =
+            state->caps.caps[state->items[i].cap - 1].source_material;
     assign_materials(arena, state, records);
     let_records_go(arena);
     arena->command_used = 0;
@@ -172,7 +220,7 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
         gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
     }
     free(records);
-    return ok;
+    return ok && upload_caps(&arena->caps, &state->caps, err);
 }
 
 void draw_arena_bind_materials(const struct draw_arena *arena)
@@ -203,7 +251,7 @@ static void place_record(const struct draw_arena *arena, const struct draw_place
 {
     const struct draw_space *space = &desc->space;
     const struct state_item *item = &desc->state->items[index];
-    const double *m = desc->state->world[item->node];
+    const double *m = state_geometry_of(desc->state, item).world;
     double offset[3];
     vec3_sub(m + 12, space->origin, offset);
     *r = (struct draw_record){.material = arena->item_materials[index],

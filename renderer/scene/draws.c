@@ -19,7 +19,7 @@ struct draw_state {
     const struct gl_program *program;
     GLenum mode;
     int64_t textures; /* class of the material's textures, or -1 where none is sampled */
-    bool culls_back, is_mirrored;
+    bool culls_back, is_mirrored, is_cap;
     uint32_t part; /* of a composed scene: whose vertices */
 };
 
@@ -47,7 +47,7 @@ static bool describe_state(const struct draw_desc *desc, const struct state_item
     static const GLenum modes[] = {GL_POINTS, GL_LINES, GL_TRIANGLES};
     const struct scene_material *m = &desc->state->materials[item->material].base;
     bool samples = false;
-    const struct scene_primitive *p = &desc->state->scene->primitives[item->primitive];
+    const struct scene_primitive *p = state_geometry_of(desc->state, item).primitive;
     const struct gl_program *program = desc->program_for(desc->context, item, &samples, err);
     *state = (struct draw_state){
         .program = program,
@@ -57,6 +57,7 @@ static bool describe_state(const struct draw_desc *desc, const struct state_item
             desc->cull_back_faces && !(m->flags & SCENE_MATERIAL_DOUBLE_SIDED) && !item->is_medium,
         .is_mirrored = item->is_mirrored,
         .part = p->part,
+        .is_cap = item->cap > 0,
     };
     return program != NULL;
 }
@@ -64,7 +65,8 @@ static bool describe_state(const struct draw_desc *desc, const struct state_item
 static bool is_same_state(const struct draw_state *a, const struct draw_state *b)
 {
     return a->program == b->program && a->mode == b->mode && a->textures == b->textures &&
-           a->culls_back == b->culls_back && a->is_mirrored == b->is_mirrored && a->part == b->part;
+           a->culls_back == b->culls_back && a->is_mirrored == b->is_mirrored &&
+           a->is_cap == b->is_cap && a->part == b->part;
 }
 
 static bool reserve_lists(struct draw_arena *arena, size_t count, struct error *err)
@@ -96,11 +98,10 @@ static bool list_commands(const struct draw_desc *desc, uint32_t *batch_count,
                           uint32_t *command_count, struct error *err)
 {
     struct draw_arena *arena = desc->arena;
-    const struct scene *scene = desc->state->scene;
     *batch_count = *command_count = 0;
     for (size_t i = 0; i < desc->item_count; i++) {
         const struct state_item *item = &desc->state->items[desc->items[i]];
-        const struct scene_primitive *p = &scene->primitives[item->primitive];
+        const struct scene_primitive *p = state_geometry_of(desc->state, item).primitive;
         uint32_t record = desc->records[i];
         struct draw_state state;
         if (!describe_state(desc, item, &state, err))
@@ -161,8 +162,8 @@ static void count_items(const struct draw_desc *desc, uint32_t calls, struct dra
     counts->draws += desc->item_count;
     counts->calls += calls;
     for (size_t i = 0; i < desc->item_count; i++) {
-        uint32_t primitive = desc->state->items[desc->items[i]].primitive;
-        const struct scene_primitive *p = &desc->state->scene->primitives[primitive];
+        const struct scene_primitive *p =
+            state_geometry_of(desc->state, &desc->state->items[desc->items[i]]).primitive;
         counts->triangles += p->topology == SCENE_TRIANGLES ? p->index_count / 3 : 0;
     }
 }
@@ -174,9 +175,11 @@ static void let_records_go(GLuint vertices)
 }
 
 /* *vertices: the array that is bound, 0 for none. */
-static void bind_vertices(const struct draw_desc *desc, uint32_t part, GLuint *vertices)
+static void bind_vertices(const struct draw_desc *desc, const struct draw_state *state,
+                          GLuint *vertices)
 {
-    GLuint wanted = scene_gpu_of_part(desc->gpu, part)->vertex_array.name;
+    GLuint wanted = state->is_cap ? desc->arena->caps.array.name
+                                  : scene_gpu_of_part(desc->gpu, state->part)->vertex_array.name;
     if (wanted == *vertices)
         return;
     if (*vertices)
@@ -204,7 +207,7 @@ bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, stru
         if (arena->batches[i].state.program != bound)
             gl_program_use(arena->batches[i].state.program);
         bound = arena->batches[i].state.program;
-        bind_vertices(desc, arena->batches[i].state.part, &vertices);
+        bind_vertices(desc, &arena->batches[i].state, &vertices);
         draw_batch(desc, &arena->batches[i]);
     }
     glDisable(GL_CULL_FACE);

@@ -23,7 +23,7 @@ static bool upload(struct gl_buffer *buffer, const char *label, const void *data
 }
 
 /* Their buffer is bound by each submission. */
-static void format_draw_records(GLuint vao)
+void scene_gpu_format_records(uint32_t vao)
 {
     enum { WORDS = sizeof(struct draw_record) / 16 };
     for (GLuint i = 0; i < WORDS; i++) {
@@ -71,7 +71,7 @@ static bool upload_geometry(struct scene_gpu *gpu, struct error *err)
     if (!upload(&gpu->indices, "scene.indices", s->indices, (uint64_t)s->index_count * 4, gpu, err))
         return false;
     glVertexArrayElementBuffer(vao, gpu->indices.name);
-    format_draw_records(vao);
+    scene_gpu_format_records(vao);
     return true;
 }
 

@@ -25,6 +25,14 @@ struct scene_gpu {
     uint32_t part_count;
 };
 
+struct cap_gpu { /* the caps of the frame's state; the array is unnamed without */
+    struct gl_buffer positions, normals, indices;
+    struct gl_vertex_array array;
+};
+
+/* Draw records as attributes of the array, from a buffer that each submission binds. */
+void scene_gpu_format_records(uint32_t array);
+
 struct draw_record;
 struct draw_batch;
 
@@ -36,6 +44,7 @@ struct draw_command { /* OpenGL 4.5 core profile, 10.4, DrawElementsIndirectComm
 
 struct draw_arena {
     struct gl_buffer draws, materials, commands;
+    struct cap_gpu caps;
     uint32_t *item_materials;    /* per item of the state: index of its material record */
     struct draw_record *records; /* of the placement in the making */
     uint32_t *placed;            /* items of the last placement ... */

@@ -7,6 +7,7 @@
 
 #include "renderer/scene/animation.h"
 #include "renderer/scene/matrix.h"
+#include "renderer/scene/section.h"
 
 /* Default lighting of scenes without lights (docs/shading.md): a key light from upper right, and a
  * pale hemisphere. */
@@ -516,7 +517,8 @@ bool scene_state_cut(struct scene_state *state, const struct view *view, struct 
         if (!view->cuts || !view->cuts[i].spares_shadows)
             memcpy(state->shadow_planes[state->shadow_plane_count++], view->clip_planes[i],
                    sizeof *state->shadow_planes);
-    return true;
+    section_drop(state);
+    return section_add(state, view, err);
 }
 
 bool state_planes_meet(const double (*planes)[4], size_t count, const double bounds_min[3],
@@ -574,8 +576,10 @@ bool scene_state_init(struct scene_state *state, const struct scene *scene, cons
         goto fail;
     }
     if (!compose_nodes(state, view, err) || !apply_material_overrides(state, view, err) ||
-        !list_items(state, err) || !list_lights(state, view, err) ||
-        !scene_state_cut(state, view, err))
+        !list_items(state, err) || !list_lights(state, view, err))
+        goto fail;
+    state->whole_count = state->item_count;
+    if (!scene_state_cut(state, view, err))
         goto fail;
     return true;
 
@@ -589,6 +593,7 @@ void scene_state_finish(struct scene_state *state)
     free(state->world);
     free(state->is_visible);
     free(state->materials);
+    section_drop(state);
     free(state->items);
     free(state->lights);
     *state = (struct scene_state){0};

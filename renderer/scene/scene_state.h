@@ -23,6 +23,7 @@ struct state_item { /* one primitive of one visible node */
                                    filter without thickness (docs/shading.md, section 1) */
     double center[3], radius_m; /* world bounding sphere */
     double bounds_min[3], bounds_max[3];
+    uint32_t cap;         /* 1 + index of state->caps for what closes a cut; else 0 */
     uint64_t shadow_hash; /* of all that decides its shadow: matrix, primitive, filter factors and
                              textures */
 };
@@ -53,6 +54,20 @@ struct state_material {
     bool no_self_shadow, cast_once;
 };
 
+struct state_cap {                    /* a cut surface: a mesh of its own */
+    struct scene_primitive primitive; /* of the arrays of state_caps */
+    double world[16];                 /* world from its vertices: a shift */
+    uint32_t source_material;         /* index in the scene */
+};
+
+struct state_caps {         /* zeroed: none */
+    struct state_cap *caps; /* owned */
+    size_t count;
+    float *positions, *normals; /* owned */
+    uint32_t *indices;          /* owned */
+    uint32_t vertex_count;      /* and of indices */
+};
+
 struct scene_state {
     const struct scene *scene;
     double (*world)[16];              /* per node, world_from_node */
@@ -60,6 +75,10 @@ struct scene_state {
     struct state_material *materials; /* per material */
     struct state_item *items;         /* node order, then primitive order */
     size_t item_count;
+    size_t whole_count; /* items before the first cap */
+    struct state_caps caps;
+    uint32_t material_count;    /* the scene's, then one for each cap */
+    size_t open_section_count;  /* meshes that a plane cuts and that cannot be capped: not closed */
     size_t medium_count;        /* items that are media */
     size_t open_volume_count;   /* items that would be if their surface were closed */
     struct state_light *lights; /* scene lights in node order, then those of the view */
@@ -84,6 +103,26 @@ void scene_state_finish(struct scene_state *state);
  * there are too many. */
 MUST_CHECK bool scene_state_cut(struct scene_state *state, const struct view *view,
                                 struct error *err);
+
+/* What an item is drawn from. Borrowed from the state and its scene. */
+struct state_geometry {
+    const struct scene_primitive *primitive;
+    const float *positions, *normals; /* of all vertices, the primitive's from its first on */
+    const uint32_t *indices;          /* likewise */
+    const double *world;              /* 4 x 4 */
+};
+static inline struct state_geometry state_geometry_of(const struct scene_state *state,
+                                                      const struct state_item *item)
+{
+    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const struct scene *from = scene_of_primitive(state->scene, p);
+    if (!item->cap)
+        return (struct state_geometry){p, from->positions, from->normals, from->indices,
+                                       state->world[item->node]};
+    const struct state_cap *cap = &state->caps.caps[item->cap - 1];
+    return (struct state_geometry){&cap->primitive, state->caps.positions, state->caps.normals,
+                                   state->caps.indices, cap->world};
+}
 
 /* How a box lies to clip planes: bits of those that run through it. False where one of them cuts
  * all of it away. */

@@ -226,5 +226,6 @@ static void add_item(const struct texture_need_desc *desc, const struct state_it
 void texture_need_add(const struct texture_need_desc *desc, uint8_t *levels)
 {
     for (size_t i = 0; i < desc->item_count; i++)
-        add_item(desc, &desc->state->items[desc->items[i]], levels);
+        if (!desc->state->items[desc->items[i]].cap) /* caps have no textures */
+            add_item(desc, &desc->state->items[desc->items[i]], levels);
 }

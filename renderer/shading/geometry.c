@@ -108,7 +108,8 @@ enum {
     VARIANT_NORMAL_MAP = 1 << 9,
     VARIANT_MASKED = 1 << 10,
     VARIANT_MEDIUM = 1 << 11,
-    VARIANTS = 1 << 12,
+    VARIANT_CAP = 1 << 12,
+    VARIANTS = 1 << 13,
 };
 
 struct variant_context {
@@ -134,9 +135,9 @@ static uint32_t texture_mask(const struct scene *scene, const struct scene_mater
 static uint32_t variant_of(const struct variant_context *context, const struct state_item *item)
 {
     const struct scene *scene = context->frame->state->scene;
-    const struct scene_primitive *p = &scene->primitives[item->primitive];
+    const struct scene_primitive *p = state_geometry_of(context->frame->state, item).primitive;
     const struct scene_material *m = &context->frame->state->materials[item->material].base;
-    uint32_t variant = item->is_medium ? VARIANT_MEDIUM : 0;
+    uint32_t variant = item->is_medium ? VARIANT_MEDIUM : item->cap ? VARIANT_CAP : 0;
     if (!context->evaluates)
         return variant;
     if (p->flags & (SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1))
@@ -161,8 +162,9 @@ static void describe_variant(const struct variant_context *context, uint32_t var
     int used = 0;
     text[0] = 0;
     if (planes)
-        used += snprintf(text + used, VARIANT_BYTES - (size_t)used, "%s_PLANES=%zu ",
-                         variant & VARIANT_MEDIUM ? "CUT" : "CLIP", planes);
+        used += snprintf(text + used, VARIANT_BYTES - (size_t)used, "%s_PLANES=%zu%s ",
+                         variant & VARIANT_MEDIUM ? "CUT" : "CLIP", planes,
+                         variant & VARIANT_CAP ? " IS_CAP" : "");
     if (!context->evaluates)
         return;
     uint32_t mask = variant & VARIANT_TEXTURES;

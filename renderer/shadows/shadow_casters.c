@@ -38,14 +38,22 @@ static double farthest_depth(const struct shadow_frame *frame, const struct stat
     return item->radius_m + (is_flat ? vec3_dot(frame->axis[2], offset) : vec3_length(offset));
 }
 
+/* Caps are cut already. */
+static bool meets_planes(const struct scene_state *state, const struct state_item *item,
+                         uint32_t *through)
+{
+    *through = 0;
+    return item->cap || state_planes_meet(state->shadow_planes, state->shadow_plane_count,
+                                          item->bounds_min, item->bounds_max, through);
+}
+
 bool shadow_casters_collect(struct shadow_casters *casters, const struct shadow_frame *frame,
                             const struct scene_state *state, struct error *err)
 {
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
         uint32_t faces = item->casts_shadow ? shadow_frame_faces(frame, item) : 0, planes;
-        if (!faces || !state_planes_meet(state->shadow_planes, state->shadow_plane_count,
-                                         item->bounds_min, item->bounds_max, &planes))
+        if (!faces || !meets_planes(state, item, &planes))
             continue;
         if (!reserve_casters(casters, err))
             return false;
@@ -146,6 +154,7 @@ enum {
     VARIANT_PASS = 1 << 16,      /* times enum caster_pass, which has three bits */
     VARIANT_SUBTEXELS = 1 << 19, /* times sub-texel samples per side, at most 4 */
     VARIANT_PLANES = 1 << 22,    /* times clip planes, at most 8 */
+    VARIANT_CAP = 1 << 26,       /* the caster closes a cut */
 };
 
 static uint32_t variant_pass(uint32_t key)
@@ -206,9 +215,11 @@ static uint32_t variant_key(const struct caster_paint_desc *desc, const struct s
 {
     const struct scene *scene = desc->scene->state->scene;
     const struct scene_material *m = &desc->scene->state->materials[item->material].base;
-    bool has_colors = scene->primitives[item->primitive].flags & SCENE_PRIMITIVE_HAS_COLORS;
+    bool has_colors =
+        state_geometry_of(desc->scene->state, item).primitive->flags & SCENE_PRIMITIVE_HAS_COLORS;
     uint32_t key = (uint32_t)desc->pass * VARIANT_PASS +
-                   desc->build->map->plane_count * (uint32_t)VARIANT_PLANES;
+                   desc->build->map->plane_count * (uint32_t)VARIANT_PLANES +
+                   (item->cap && desc->build->map->plane_count ? VARIANT_CAP : 0u);
     uint32_t slots = sampled_slots(scene, m) | (has_colors ? VARIANT_COLORS : 0u);
     if (item->class_ == STATE_OPAQUE)
         return key | VARIANT_OPAQUE;
@@ -247,11 +258,12 @@ static void write_defines(uint32_t key, char *out, size_t size)
 {
     uint32_t pass = variant_pass(key);
     bool is_flat = pass == CASTER_DEPTH && (key & VARIANT_OPAQUE);
-    char subtexels[24] = "", planes[24] = "";
+    char subtexels[24] = "", planes[32] = "";
     if (key / VARIANT_SUBTEXELS & 7)
         snprintf(subtexels, sizeof subtexels, " SUBTEXELS=%u", key / VARIANT_SUBTEXELS & 7);
-    if (key / VARIANT_PLANES)
-        snprintf(planes, sizeof planes, " CUT_PLANES=%u", key / VARIANT_PLANES);
+    if (key / VARIANT_PLANES & 15)
+        snprintf(planes, sizeof planes, " CUT_PLANES=%u%s", key / VARIANT_PLANES & 15,
+                 key & VARIANT_CAP ? " IS_CAP" : "");
     snprintf(
         out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
         key & VARIANT_COLORS ? " COLORS" : "", key & VARIANT_CONSTANT ? " CONSTANT" : "",

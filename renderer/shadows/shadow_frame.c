@@ -76,8 +76,9 @@ struct caster_sphere {
 static void grow_interval(const struct scene_state *state, const struct state_item *item,
                           const double axis[3], double interval[2])
 {
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const double *world = state->world[item->node];
+    const struct state_geometry geometry = state_geometry_of(state, item);
+    const struct scene_primitive *p = geometry.primitive;
+    const double *world = geometry.world;
     double low = vec3_dot(axis, world + 12), high = low;
     for (int k = 0; k < 3; k++) {
         double along = vec3_dot(axis, world + 4 * k);

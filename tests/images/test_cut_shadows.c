@@ -244,7 +244,8 @@ static void maps_and_linked_lists_are_cut(void **state)
 /* Planes that spare shadows cut the picture only: the floor is lit as without them. */
 static void planes_may_spare_shadows(void **state)
 {
-    static const struct view_cut spare[3] = {{true}, {true}, {true}};
+    static const struct view_cut spare[3] = {
+        {.spares_shadows = true}, {.spares_shadows = true}, {.spares_shadows = true}};
     struct rig_scene rig;
     open_bodies(&rig, *state, &lamp, bodies, BODIES);
     for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {

@@ -30,6 +30,7 @@ HOMES = [
     ("meshoptimizer.h", ["renderer/*_shim.cpp"]),
     ("curl/*", ["clients/vitrail/http.c"]),
     ("epoxy/*", ["renderer/*", "tests/gpu/*", "tests/bench/*"]),
+    ("GL/glu.h", ["renderer/scene/section_resolve.c"]),
     ("GL/*", []),
     ("GLES*/*", []),
     ("EGL/*", []),

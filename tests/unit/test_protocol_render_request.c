@@ -47,7 +47,8 @@ static const char full[] = BODY(
     "\"attenuation_color\":[0.1,0.2,0.3],\"attenuation_distance\":0.5,\"alpha_mode\":\"blend\","
     "\"pass_through\":{\"model\":\"edge\",\"edge_color\":[0.5,0.6,0.7],\"edge_exponent\":3},"
     "\"self_shadow\":false,\"cast_once\":true}}},"
-    "\"clip_planes\":[[0,1,0,-2],{\"plane\":[1,0,0,3],\"shadows\":false}],"
+    "\"clip_planes\":[{\"plane\":[0,1,0,-2],\"cap\":[1,0.5,0]},{\"plane\":[1,0,0,3],\"shadows\":"
+    "false}],"
     "\"highlight\":{\"nodes\":[\"Door\",\"#3\"],\"color\":[0,1,0.5],\"width_px\":4,\"hidden\":0.25}"
     ","
     "\"edges\":{\"crease_deg\":20,\"borders\":false,\"color\":[1,0,0],\"hidden\":0.5},"
@@ -149,6 +150,7 @@ static void camera_light_and_picture_members_arrive(void **state)
     assert_int_equal(r.clip_plane_count, 2);
     assert_true(r.clip_planes[0][3] == -2 && r.clip_planes[1][0] == 1);
     assert_true(!r.cuts[0].spares_shadows && r.cuts[1].spares_shadows);
+    assert_true(r.cuts[0].has_cap && r.cuts[0].cap_color[1] == 0.5 && !r.cuts[1].has_cap);
     assert_int_equal(r.highlight.node_count, 2);
     assert_string_equal(r.highlight.nodes[1], "#3");
     assert_true(r.highlight.width_px == 4 && r.highlight.hidden == 0.25);

@@ -1,0 +1,471 @@
+/* SPDX-License-Identifier: MIT */
+/* Slicing closed meshes, and their caps as drawables. */
+#include "renderer/scene/section.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/scene/matrix.h"
+
+enum { CORNERS_MAX = 3 + VIEW_CLIP_PLANES_MAX };
+
+struct segment { /* of a cut, in the world; the body on its left, seen from what is cut away */
+    double from[3], to[3];
+    bool is_used;
+};
+
+struct slice { /* of one item by one plane */
+    uint32_t item;
+    struct section_outline outline;
+    double low[2], high[2];
+};
+
+struct section {
+    struct scene_state *state;
+    const struct view *view;
+    size_t plane;
+    double origin[3], u[3], v[3], outward[3]; /* of the plane; unit; u x v is outward */
+    struct slice *slices;                     /* owned; opaque ones first */
+    size_t slice_count, opaque_count;
+};
+
+/* ---- cutting ---- */
+
+static double height_above(const double plane[4], const double point[3])
+{
+    return vec3_dot(plane, point) + plane[3];
+}
+
+static int compare_points(const double a[3], const double b[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (a[k] != b[k])
+            return a[k] < b[k] ? -1 : 1;
+    return 0;
+}
+
+/* The same bits from either end. */
+static void meet(const double plane[4], const double a[3], const double b[3], double out[3])
+{
+    if (compare_points(a, b) > 0) {
+        meet(plane, b, a, out);
+        return;
+    }
+    double above_a = height_above(plane, a), above_b = height_above(plane, b);
+    double t = above_a / (above_a - above_b);
+    for (int k = 0; k < 3; k++)
+        out[k] = above_a == 0 ? a[k] : above_b == 0 ? b[k] : a[k] + t * (b[k] - a[k]);
+}
+
+static void corner_of(const struct state_geometry *from, uint32_t corner, double world[3])
+{
+    const struct scene_primitive *p = from->primitive;
+    uint32_t vertex = p->first_vertex + from->indices[p->first_index + corner];
+    const float *local = from->positions + 3 * (size_t)vertex;
+    mat4_transform_point(from->world,
+                         (const double[3]){(double)local[0], (double)local[1], (double)local[2]},
+                         world);
+}
+
+/* Where a triangle meets the plane; points on it count as kept. */
+static bool cut_triangle(const double plane[4], const double corners[3][3], bool is_mirrored,
+                         struct segment *segment)
+{
+    int crossings = 0;
+    for (int i = 0; i < 3; i++) {
+        const double *a = corners[i], *b = corners[(i + 1) % 3];
+        bool is_a_kept = height_above(plane, a) >= 0, is_b_kept = height_above(plane, b) >= 0;
+        if (is_a_kept == is_b_kept)
+            continue;
+        crossings++;
+        meet(plane, a, b, is_b_kept != is_mirrored ? segment->from : segment->to);
+    }
+    segment->is_used = false;
+    return crossings == 2 && compare_points(segment->from, segment->to) != 0;
+}
+
+static int compare_segments(const void *a, const void *b)
+{
+    const struct segment *x = a, *y = b;
+    int order = compare_points(x->from, y->from);
+    return order ? order : compare_points(x->to, y->to);
+}
+
+static struct segment *find_next(struct segment *segments, size_t count, const double from[3])
+{
+    size_t low = 0, high = count;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (compare_points(segments[middle].from, from) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    while (low < count && segments[low].is_used && !compare_points(segments[low].from, from))
+        low++;
+    return low < count && !compare_points(segments[low].from, from) ? &segments[low] : NULL;
+}
+
+static void to_plane(const struct section *section, const double world[3], double point[2])
+{
+    double offset[3];
+    vec3_sub(world, section->origin, offset);
+    point[0] = vec3_dot(section->u, offset);
+    point[1] = vec3_dot(section->v, offset);
+}
+
+/* As many segments end at a point as begin there, since the mesh is closed: walking on from one to
+ * the next comes back to the first. */
+static bool link_segments(const struct section *section, struct segment *segments, size_t count,
+                          struct section_outline *outline)
+{
+    qsort(segments, count, sizeof *segments, compare_segments);
+    for (size_t i = 0; i < count; i++) {
+        struct segment *at = &segments[i];
+        if (at->is_used)
+            continue;
+        for (const double *first = at->from; at; at = find_next(segments, count, at->to)) {
+            double point[2];
+            at->is_used = true;
+            to_plane(section, at->from, point);
+            if (!section_outline_add(outline, point))
+                return false;
+            if (compare_points(at->to, first) == 0)
+                break;
+        }
+        if (!section_outline_end(outline))
+            return false;
+    }
+    return true;
+}
+
+static bool slice_item(const struct section *section, const struct state_item *item,
+                       struct section_outline *loops, struct error *err)
+{
+    const double *plane = section->view->clip_planes[section->plane];
+    const struct state_geometry from = state_geometry_of(section->state, item);
+    const struct scene_primitive *p = from.primitive;
+    struct segment *segments = malloc((p->index_count / 3 + 1) * sizeof *segments);
+    size_t count = 0;
+    double low = 0, high = 0;
+    for (uint32_t i = 0; segments && i + 2 < p->index_count; i += 3) {
+        double corners[3][3];
+        for (uint32_t c = 0; c < 3; c++) {
+            corner_of(&from, i + c, corners[c]);
+            low = fmin(low, height_above(plane, corners[c]));
+            high = fmax(high, height_above(plane, corners[c]));
+        }
+        count +=
+            cut_triangle(plane, (const double(*)[3])corners, item->is_mirrored, &segments[count]);
+    }
+    if (!(low < 0 && high > 0)) /* it touches the plane at most */
+        count = 0;
+    bool ok = segments && link_segments(section, segments, count, loops);
+    free(segments);
+    return ok || error_set(err, ERROR_NO_MEMORY, "a section of %u triangles", p->index_count / 3);
+}
+
+/* ---- the slices of a plane ---- */
+
+static void place_plane(struct section *section, const struct state_item *item)
+{
+    const double *plane = section->view->clip_planes[section->plane];
+    double length = vec3_length(plane);
+    int least = 0;
+    for (int k = 0; k < 3; k++) {
+        section->outward[k] = -plane[k] / length;
+        least = fabs(plane[k]) < fabs(plane[least]) ? k : least;
+    }
+    double axis[3] = {least == 0, least == 1, least == 2};
+    vec3_cross(axis, section->outward, section->u);
+    vec3_normalize(section->u);
+    vec3_cross(section->outward, section->u, section->v);
+    double height = height_above(plane, item->center) / length;
+    for (int k = 0; k < 3; k++)
+        section->origin[k] = item->center[k] + section->outward[k] * height;
+}
+
+static void bound(struct slice *slice)
+{
+    for (int k = 0; k < 2; k++) {
+        slice->low[k] = DBL_MAX, slice->high[k] = -DBL_MAX;
+        for (uint32_t i = 0; i < slice->outline.point_count; i++) {
+            slice->low[k] = fmin(slice->low[k], slice->outline.points[i][k]);
+            slice->high[k] = fmax(slice->high[k], slice->outline.points[i][k]);
+        }
+    }
+}
+
+static bool is_cut(const struct section *section, const struct state_item *item)
+{
+    uint32_t through;
+    return item->casts_shadow &&
+           state_planes_meet(section->view->clip_planes, section->view->clip_plane_count,
+                             item->bounds_min, item->bounds_max, &through) &&
+           (through >> section->plane & 1);
+}
+
+static bool add_slice(struct section *section, uint32_t index, struct error *err)
+{
+    struct section_outline loops = {0};
+    struct slice *slice = &section->slices[section->slice_count];
+    slice->item = index;
+    bool ok = slice_item(section, &section->state->items[index], &loops, err) &&
+              section_resolve(&loops, NULL, 0, false, &slice->outline, err);
+    section_outline_finish(&loops);
+    bound(slice);
+    section->slice_count += ok && slice->outline.loop_count > 0;
+    return ok;
+}
+
+static bool add_slices(struct section *section, bool of_transparent, struct error *err)
+{
+    struct scene_state *state = section->state;
+    for (uint32_t i = 0; i < state->whole_count; i++) {
+        const struct state_item *item = &state->items[i];
+        bool is_closed =
+            state->scene->primitives[item->primitive].flags & SCENE_PRIMITIVE_IS_CLOSED;
+        if ((item->class_ == STATE_TRANSPARENT) != of_transparent || !is_cut(section, item))
+            continue;
+        state->open_section_count += !is_closed;
+        if (is_closed && !add_slice(section, i, err))
+            return false;
+    }
+    return true;
+}
+
+/* ---- drawables ---- */
+
+static bool reserve(void **array, size_t count, size_t size)
+{
+    void *grown = realloc(*array, (count + 1) * size);
+    if (grown)
+        *array = grown;
+    return grown;
+}
+
+/* Room for one more cap, of so many points. */
+static bool reserve_cap(struct scene_state *state, size_t points, struct error *err)
+{
+    struct state_caps *caps = &state->caps;
+    size_t total = caps->vertex_count + points;
+    void *list = caps->caps, *items = state->items, *materials = state->materials;
+    void *positions = caps->positions, *normals = caps->normals, *indices = caps->indices;
+    bool ok = reserve(&list, caps->count + 1, sizeof *caps->caps) &&
+              reserve(&items, state->item_count + 1, sizeof *state->items) &&
+              reserve(&materials, state->material_count + 1, sizeof *state->materials) &&
+              reserve(&positions, total, 3 * sizeof(float)) &&
+              reserve(&normals, total, 3 * sizeof(float)) &&
+              reserve(&indices, total, sizeof(uint32_t));
+    caps->caps = list, state->items = items, state->materials = materials;
+    caps->positions = positions, caps->normals = normals, caps->indices = indices;
+    return ok || error_set(err, ERROR_NO_MEMORY, "caps of %zu points", total);
+}
+
+/* What closes an opaque body shows its factors, or the plane's colour; of a transparent one it is a
+ * surface like the others: of a medium, a filter without thickness. */
+static void fill_material(const struct section *section, const struct state_item *source,
+                          struct state_material *material)
+{
+    const struct view_cut *cut = &section->view->cuts[section->plane];
+    struct scene_material *m = &material->base;
+    *material = section->state->materials[source->material];
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
+        m->textures[slot].texture = -1;
+    m->flags |= SCENE_MATERIAL_DOUBLE_SIDED;
+    if (source->class_ == STATE_TRANSPARENT) {
+        m->thickness = source->is_medium ? 0 : m->thickness;
+        memset(material->sigma, 0, sizeof material->sigma);
+        m->attenuation_distance = 0;
+        return;
+    }
+    m->alpha_mode = SCENE_OPAQUE;
+    if (!cut->has_cap_color)
+        return;
+    memcpy(m->base_color, cut->cap_color, sizeof cut->cap_color);
+    m->metallic = 0, m->roughness = 1;
+    memset(m->emissive, 0, sizeof m->emissive);
+}
+
+static uint64_t hash_of(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *p = bytes;
+    for (size_t i = 0; i < size; i++) /* FNV-1a */
+        hash = (hash ^ p[i]) * 0x100000001b3ull;
+    return hash;
+}
+
+static void add_vertex(struct state_caps *caps, struct state_cap *cap, const double local[3],
+                       const double normal[3])
+{
+    size_t at = cap->primitive.first_vertex + cap->primitive.vertex_count;
+    for (int k = 0; k < 3; k++) {
+        float value = (float)local[k];
+        caps->positions[3 * at + (size_t)k] = value;
+        caps->normals[3 * at + (size_t)k] = (float)normal[k];
+        cap->primitive.bounds_min[k] = fminf(cap->primitive.bounds_min[k], value);
+        cap->primitive.bounds_max[k] = fmaxf(cap->primitive.bounds_max[k], value);
+    }
+    caps->indices[at] = cap->primitive.vertex_count++;
+    caps->vertex_count++;
+}
+
+/* Sutherland and Hodgman 1974, "Reentrant Polygon Clipping", by all other planes. */
+static int clip(const struct section *section, double corners[CORNERS_MAX][3], int count)
+{
+    for (size_t p = 0; p < section->view->clip_plane_count; p++) {
+        const double *plane = section->view->clip_planes[p];
+        double kept[CORNERS_MAX + 1][3];
+        int kept_count = 0;
+        for (int i = 0; i < count && p != section->plane; i++) {
+            const double *a = corners[i], *b = corners[(i + 1) % count];
+            bool is_a_kept = height_above(plane, a) >= 0, is_b_kept = height_above(plane, b) >= 0;
+            if (is_a_kept)
+                memcpy(kept[kept_count++], a, sizeof *kept);
+            if (is_a_kept != is_b_kept)
+                meet(plane, a, b, kept[kept_count++]);
+        }
+        if (p == section->plane)
+            continue;
+        memcpy(corners, kept, (size_t)kept_count * sizeof *kept);
+        count = kept_count;
+    }
+    return count;
+}
+
+static void add_triangles(const struct section *section, const struct section_outline *triangles,
+                          struct state_cap *cap)
+{
+    struct state_caps *caps = &section->state->caps;
+    for (uint32_t i = 0; i + 2 < triangles->point_count; i += 3) {
+        double corners[CORNERS_MAX][3];
+        for (uint32_t c = 0; c < 3; c++)
+            for (int k = 0; k < 3; k++)
+                corners[c][k] = section->origin[k] + triangles->points[i + c][0] * section->u[k] +
+                                triangles->points[i + c][1] * section->v[k];
+        int count = clip(section, corners, 3);
+        for (int c = 2; c < count; c++) {
+            const int fan[3] = {0, c - 1, c};
+            for (int k = 0; k < 3; k++) {
+                double local[3];
+                vec3_sub(corners[fan[k]], cap->world + 12, local);
+                add_vertex(caps, cap, local, section->outward);
+            }
+        }
+    }
+}
+
+static void add_item(const struct section *section, const struct slice *slice,
+                     struct state_cap *cap)
+{
+    struct scene_state *state = section->state;
+    const struct state_item *source = &state->items[slice->item];
+    struct state_item item = *source;
+    size_t bytes = 3 * sizeof(float) * cap->primitive.vertex_count;
+    cap->primitive.index_count = cap->primitive.vertex_count;
+    cap->source_material = source->material;
+    item.material = state->material_count++;
+    fill_material(section, source, &state->materials[item.material]);
+    item.class_ = source->class_ == STATE_TRANSPARENT ? STATE_TRANSPARENT : STATE_OPAQUE;
+    item.is_mirrored = item.is_medium = false;
+    item.length_scale = 1;
+    item.cap = (uint32_t)state->caps.count + 1;
+    double diagonal[3];
+    for (int k = 0; k < 3; k++) {
+        item.bounds_min[k] = cap->world[12 + k] + (double)cap->primitive.bounds_min[k];
+        item.bounds_max[k] = cap->world[12 + k] + (double)cap->primitive.bounds_max[k];
+        item.center[k] = 0.5 * (item.bounds_min[k] + item.bounds_max[k]);
+    }
+    vec3_sub(item.bounds_max, item.bounds_min, diagonal);
+    item.radius_m = 0.5 * vec3_length(diagonal);
+    item.shadow_hash = hash_of(source->shadow_hash, cap->world, sizeof cap->world);
+    item.shadow_hash = hash_of(
+        item.shadow_hash, state->caps.positions + 3 * (size_t)cap->primitive.first_vertex, bytes);
+    state->caps.caps[state->caps.count++] = *cap;
+    state->items[state->item_count++] = item;
+}
+
+static bool add_cap(struct section *section, size_t index, struct error *err)
+{
+    struct scene_state *state = section->state;
+    const struct slice *slice = &section->slices[index];
+    const struct section_outline **without =
+        malloc((section->slice_count + 1) * sizeof(struct section_outline *));
+    struct section_outline triangles = {0};
+    size_t others = index < section->opaque_count ? index : section->opaque_count, count = 0;
+    for (size_t i = 0; without && i < others; i++) {
+        const struct slice *other = &section->slices[i];
+        if (other->low[0] < slice->high[0] && other->high[0] > slice->low[0] &&
+            other->low[1] < slice->high[1] && other->high[1] > slice->low[1])
+            without[count++] = &other->outline;
+    }
+    bool ok = without || error_set(err, ERROR_NO_MEMORY, "caps of a section");
+    ok = ok && section_resolve(&slice->outline, without, count, true, &triangles, err) &&
+         reserve_cap(state, (size_t)triangles.point_count * (CORNERS_MAX - 2), err);
+    if (ok) {
+        struct state_cap cap = {.primitive = {.topology = SCENE_TRIANGLES,
+                                              .first_vertex = state->caps.vertex_count,
+                                              .first_index = state->caps.vertex_count,
+                                              .flags = SCENE_PRIMITIVE_HAS_NORMALS,
+                                              .bounds_min = {FLT_MAX, FLT_MAX, FLT_MAX},
+                                              .bounds_max = {-FLT_MAX, -FLT_MAX, -FLT_MAX}},
+                                .world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
+        double middle[2] = {0.5 * (slice->low[0] + slice->high[0]),
+                            0.5 * (slice->low[1] + slice->high[1])};
+        for (int k = 0; k < 3; k++)
+            cap.world[12 + k] =
+                section->origin[k] + middle[0] * section->u[k] + middle[1] * section->v[k];
+        add_triangles(section, &triangles, &cap);
+        if (cap.primitive.vertex_count)
+            add_item(section, slice, &cap);
+    }
+    section_outline_finish(&triangles);
+    free(without);
+    return ok;
+}
+
+static bool cap_plane(struct section *section, struct error *err)
+{
+    struct scene_state *state = section->state;
+    const struct state_item *first = NULL;
+    for (size_t i = 0; i < state->whole_count && !first; i++)
+        first = is_cut(section, &state->items[i]) ? &state->items[i] : NULL;
+    if (!first)
+        return true;
+    place_plane(section, first);
+    section->slices = calloc(state->whole_count + 1, sizeof *section->slices);
+    bool ok = section->slices || error_set(err, ERROR_NO_MEMORY, "sections of drawables");
+    ok = ok && add_slices(section, false, err);
+    section->opaque_count = section->slice_count;
+    ok = ok && add_slices(section, true, err);
+    for (size_t i = 0; ok && i < section->slice_count; i++)
+        ok = add_cap(section, i, err);
+    for (size_t i = 0; section->slices && i <= state->whole_count; i++)
+        section_outline_finish(&section->slices[i].outline);
+    free(section->slices);
+    return ok;
+}
+
+bool section_add(struct scene_state *state, const struct view *view, struct error *err)
+{
+    for (size_t i = 0; view->cuts && i < view->clip_plane_count; i++) {
+        struct section section = {.state = state, .view = view, .plane = i};
+        if (view->cuts[i].has_cap && !cap_plane(&section, err))
+            return false;
+    }
+    return true;
+}
+
+void section_drop(struct scene_state *state)
+{
+    free(state->caps.caps);
+    free(state->caps.positions);
+    free(state->caps.normals);
+    free(state->caps.indices);
+    state->caps = (struct state_caps){0};
+    state->item_count = state->whole_count;
+    state->material_count = state->scene ? state->scene->material_count : 0;
+    state->open_section_count = 0;
+}
