@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Clip planes: cut along an axis, or through what is selected; moved by fields and by a handle.
 import { button, el } from "./dom.js";
-import { checkField, empty, group, slider, vectorField } from "./fields.js";
+import { checkField, colorField, empty, group, selectField, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
 import { add, dot, frameOf, unit } from "./transforms.js";
 
@@ -12,7 +12,15 @@ const FRAME = 0.35; // of the size of the scene: half a side of the frame in the
 /** [a, b, c, d] of an entry of the view, which is that or an object with it. */
 const planeOf = (entry) => (Array.isArray(entry) ? entry : entry.plane);
 const cutsShadows = (entry) => Array.isArray(entry) || entry.shadows !== false;
-const entryOf = (plane, isCutting) => (isCutting ? plane : { plane, shadows: false });
+/** false, true, or a colour. */
+const capOf = (entry) => (Array.isArray(entry) ? false : entry.cap ?? false);
+const CAP_COLOR = [0.6, 0.1, 0.05];
+const CAPS = [["open", "Open"], ["closed", "Closed, own material"], ["colored", "Closed, coloured"]];
+const capName = (cap) => (Array.isArray(cap) ? "colored" : cap ? "closed" : "open");
+
+/** The least that says it: what is not cut out of shadows has no caps. */
+const entryOf = (plane, { shadows, cap }) =>
+  !shadows ? { plane, shadows: false } : cap ? { plane, cap } : plane;
 
 export class SectionPanel {
   #controls = [];
@@ -37,7 +45,8 @@ export class SectionPanel {
   }
 
   #shape() {
-    return JSON.stringify([this.model.scene?.id, this.#entries.map((entry) => this.#axis(planeOf(entry)))]);
+    return JSON.stringify([this.model.scene?.id, this.#entries.map((entry) =>
+      [this.#axis(planeOf(entry)), cutsShadows(entry), capName(capOf(entry))])]);
   }
 
   /** 0 to 2 when the plane stands on an axis, else null. */
@@ -55,8 +64,36 @@ export class SectionPanel {
 
   #set(index, plane) {
     this.model.edit(`Clip plane ${index + 1}`, (view) => {
-      view.clip_planes[index] = entryOf(plane, cutsShadows(view.clip_planes[index]));
+      const entry = view.clip_planes[index];
+      view.clip_planes[index] = entryOf(plane, { shadows: cutsShadows(entry), cap: capOf(entry) });
     });
+  }
+
+  /** @param {{shadows?: boolean, cap?: boolean|number[]}} change */
+  #setEffect(index, what, change) {
+    this.model.edit(`Clip plane ${index + 1}: ${what}`, (view) => {
+      const entry = view.clip_planes[index];
+      view.clip_planes[index] =
+        entryOf(planeOf(entry), { shadows: cutsShadows(entry), cap: capOf(entry), ...change });
+    });
+  }
+
+  /** Light and caps: caps are asked for only where the plane lets light in. */
+  #effects(index) {
+    const entry = () => this.#entries[index];
+    const shadows = checkField({ label: "Lets light in", value: cutsShadows(entry()), onchange: (isCutting) =>
+      this.#setEffect(index, "shadows", { shadows: isCutting }) });
+    this.#controls.push(() => shadows.set(cutsShadows(entry())));
+    if (!cutsShadows(entry())) return [shadows.row];
+    const cap = selectField({ label: "Cut bodies", options: CAPS, value: capName(capOf(entry())),
+      hint: "Closed meshes only: sheets have no inside", onchange: (name) => this.#setEffect(index, "caps",
+        { cap: name === "colored" ? CAP_COLOR : name === "closed" }) });
+    this.#controls.push(() => cap.set(capName(capOf(entry()))));
+    if (!Array.isArray(capOf(entry()))) return [shadows.row, cap.row];
+    const color = colorField({ label: "Colour of the cut", value: capOf(entry()), onchange: (rgb) =>
+      this.#setEffect(index, "colour", { cap: rgb }) });
+    this.#controls.push(() => color.set(capOf(entry())));
+    return [shadows.row, cap.row, color.row];
   }
 
   /** What the handle in the picture holds: a Target of Gizmo, or null. */
@@ -109,13 +146,8 @@ export class SectionPanel {
 
   #plane(entry, index) {
     const axis = this.#axis(planeOf(entry));
-    const shadows = checkField({ label: "Lets light in", value: cutsShadows(entry), onchange: (isCutting) =>
-      this.model.edit(`Clip plane ${index + 1}: shadows`, (view) => {
-        view.clip_planes[index] = entryOf(planeOf(view.clip_planes[index]), isCutting);
-      }) });
-    this.#controls.push(() => shadows.set(cutsShadows(this.#entries[index])));
     const part = group(`Plane ${index + 1}`,
-      axis === null ? this.#freeFields(index) : this.#axisSlider(index, axis), shadows.row,
+      axis === null ? this.#freeFields(index) : this.#axisSlider(index, axis), this.#effects(index),
       el("div", { class: "row" },
         button({ text: "Flip", icon: "flip", "data-key": `flip-${index}`, onclick: () =>
           this.#set(index, planeOf(this.#entries[index]).map((value) => -value)) }),

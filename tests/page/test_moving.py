@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Placing parts and lights: by fields, and by handles over the picture."""
 import math
+import struct
 
-from page import PageTest, support
+from page import PageTest, room, support
 
 HANDLE = """const found = document.querySelector(`[data-handle=${arguments[0]}] .gizmo-tip`);
   const box = found.getBoundingClientRect();
@@ -42,6 +43,26 @@ const quarter = t.withRotation(t.IDENTITY, [0, 0, 90]);
 compare(t.movedBounds(quarter, [0, 0, 0, 1, 2, 3]), [-2, 0, 0, 0, 1, 3]);
 return [worst, t.withScale(t.IDENTITY, [1, 0, 1])];
 """
+
+
+def with_crate(document, binary):
+    """A closed cube of a metre before the pane."""
+    corners = [(x, y, z) for x in (-0.5, 0.5) for y in (0.5, 1.5) for z in (0.5, 1.5)]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    indices = [side[i] for side in sides for i in (0, 1, 2, 0, 2, 3)]
+    points = b"".join(struct.pack("<3f", *corner) for corner in corners)
+    views, accessors = document["bufferViews"], document["accessors"]
+    views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(points)})
+    views.append({"buffer": 0, "byteOffset": len(binary) + len(points), "byteLength": 72})
+    accessors.append({"bufferView": len(views) - 2, "componentType": 5126, "count": 8,
+                      "type": "VEC3", "min": [-0.5, 0.5, 0.5], "max": [0.5, 1.5, 1.5]})
+    accessors.append({"bufferView": len(views) - 1, "componentType": 5123, "count": 36,
+                      "type": "SCALAR"})
+    document["meshes"].append({"primitives": [{
+        "attributes": {"POSITION": len(accessors) - 2}, "indices": len(accessors) - 1}]})
+    document["nodes"].append({"name": "Crate", "mesh": len(document["meshes"]) - 1})
+    document["nodes"][0]["children"].append(len(document["nodes"]) - 1)
+    return binary + points + struct.pack("<36H", *indices)
 
 
 class Placing(PageTest):
@@ -167,7 +188,8 @@ class Dragging(PageTest):
         self.assertLess(plane[3], -0.05)  # cut at a smaller x
         self.assertAlmostEqual(tip[0] - 20, self.handle("n")[0], delta=1.5)
         self.changed_by(lambda: self.browser.click("#panel-section input[type=checkbox]"))
-        self.assertEqual([{"plane": plane, "shadows": False}], self.view()["clip_planes"])
+        self.assertEqual([{"plane": plane, "shadows": False, "cap": False}],
+                         self.view()["clip_planes"])
         ball = self.handle("ball")
         self.changed_by(lambda: self.browser.drag(ball, (ball[0] + 20, ball[1] - 60)))
         [tilted] = self.view()["clip_planes"]
@@ -175,6 +197,33 @@ class Dragging(PageTest):
         self.assertGreater(tilted["plane"][1], 0.2)
         self.changed_by(lambda: self.press("Remove", "#panel-section"))
         self.assertEqual([], self.view()["clip_planes"])
+
+    def test_what_is_cut_open_is_closed_in_its_own_material_or_a_colour(self):
+        files = support.multipart({"crate.glb": room(with_crate)})
+        self.load(scene=self.daemon.post_scene(*files).json()["id"])
+        self.enter("Standard views", "right")
+        self.panel("section")
+        self.changed_by(lambda: self.press("Cut X"))
+        opened = self.changed_by(lambda: self.enter("X at", -0.25, "#panel-section"))  # lit
+        closed = self.changed_by(lambda: self.enter("Cut bodies", "closed", "#panel-section"))
+        self.assertTrue(opened != closed, "the cut is closed")
+        [plane] = self.view()["clip_planes"]
+        self.assertEqual((True, True), (plane["shadows"], plane["cap"]))
+        colored = self.changed_by(lambda: self.enter("Cut bodies", "colored", "#panel-section"))
+        self.assertTrue(closed != colored, "the cut has its colour")
+        self.browser.run("""const field = document.querySelector('#panel-section [type=color]');
+          field.value = '#0000ff';
+          field.dispatchEvent(new Event('input'));""")
+        self.settle()
+        [plane] = self.view()["clip_planes"]
+        self.assertEqual([0, 0, 1], plane["cap"])
+        self.changed_by(lambda: self.press("Flip", "#panel-section"))
+        self.assertEqual([0, 0, 1], self.view()["clip_planes"][0]["cap"])
+        self.press("Undo")
+        back = self.changed_by(lambda: self.enter("Cut bodies", "open", "#panel-section"))
+        self.assertTrue(opened == back, "the cut is open as before")
+        self.changed_by(lambda: self.browser.click("#panel-section input[type=checkbox]"))
+        self.assertIsNone(self.browser.run("return document.querySelector('#panel-section select')"))
 
     def test_other_lights_are_chosen_by_their_dots(self):
         self.load()
