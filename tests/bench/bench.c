@@ -2,6 +2,7 @@
 /* Rounds, result lines and checks: the same for all suites. */
 #include "tests/bench/bench.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,22 +40,26 @@ enum { LEAST_ROUNDS = 5 };
 
 struct rounds rounds_begin(const struct bench *bench)
 {
-    int warm_up = bench->options.warm_up ? bench->options.warm_up : bench->options.is_quick ? 1 : 3;
-    return (struct rounds){.bench = bench, .done = -warm_up - 1};
+    const struct bench_options *o = &bench->options;
+    int warm_up = o->warm_up ? o->warm_up : o->is_quick ? 1 : 3;
+    int most = o->frames ? o->frames : o->is_quick ? LEAST_ROUNDS : 30;
+    return (struct rounds){.done = -warm_up - 1,
+                           .least = most < LEAST_ROUNDS ? most : LEAST_ROUNDS,
+                           .most = most,
+                           .seconds = o->seconds > 0 ? o->seconds
+                                      : o->is_quick  ? 2
+                                                     : 12};
 }
 
 bool rounds_next(struct rounds *rounds)
 {
-    const struct bench_options *o = &rounds->bench->options;
-    int frames = o->frames ? o->frames : o->is_quick ? LEAST_ROUNDS : 30;
-    double seconds = o->seconds > 0 ? o->seconds : o->is_quick ? 2 : 12;
     rounds->done++;
     rounds->is_warming = rounds->done < 0;
     if (rounds->done == 0)
         rounds->begin_ms = wall_now_ms();
-    if (rounds->done < (frames < LEAST_ROUNDS ? frames : LEAST_ROUNDS))
+    if (rounds->done < rounds->least)
         return true;
-    return rounds->done < frames && wall_now_ms() - rounds->begin_ms < seconds * 1e3;
+    return rounds->done < rounds->most && wall_now_ms() - rounds->begin_ms < rounds->seconds * 1e3;
 }
 
 /* -- results -- */
@@ -178,4 +183,68 @@ void bench_check(struct bench *bench, const struct check *check)
                is_met(check) ? "met" : "MISSED");
     printf("\n");
     fflush(stdout);
+}
+
+/* -- series -- */
+
+static double growth_at(enum growth growth, double x)
+{
+    switch (growth) {
+    case GROWTH_LOG:
+        return log2(2 * x);
+    case GROWTH_LINEAR:
+        return x;
+    case GROWTH_SORT:
+        return x * log2(2 * x);
+    case GROWTH_SQUARE:
+        return x * x;
+    case GROWTH_ANY:
+        break;
+    }
+    return NAN;
+}
+
+/* The exponent of the points from `first` on. */
+static double check_growth(struct bench *bench, const struct series *series, int first)
+{
+    double expected[SERIES_MAX];
+    char name[96];
+    size_t count = (size_t)(series->count - first);
+    for (int i = 0; i < series->count; i++)
+        expected[i] = growth_at(series->growth, series->x[i]);
+    snprintf(name, sizeof name, "exponent of %s%s", series->name, first ? ", last half" : "");
+    struct check check = {.scene = series->scene,
+                          .subject = series->subject,
+                          .name = name,
+                          .value = fit_exponent(series->x + first, series->y + first, count),
+                          .relation = series->growth == GROWTH_ANY ? NULL : "<=",
+                          .bound = 1.05 * fit_exponent(series->x + first, expected + first, count),
+                          .p = NAN};
+    bench_check(bench, &check);
+    return check.value;
+}
+
+static json_t *json_or_null(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+void bench_series(struct bench *bench, const struct series *series)
+{
+    json_t *points = json_array();
+    assert(series->count <= SERIES_MAX);
+    for (int i = 0; i < series->count; i++)
+        json_array_append_new(
+            points,
+            json_pack("[f, o]", series->x[i], json_or_null(series->y[i] > 0 ? series->y[i] : NAN)));
+    json_t *line = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:o}", "suite", bench->suite, "scene",
+                             series->scene, "subject", series->subject, "name", series->name, "of",
+                             series->of, "unit", series->unit, "points", points);
+    json_array_append_new(bench->series, line);
+    if (series->count < 2)
+        return;
+    json_object_set_new(line, "exponent", json_or_null(check_growth(bench, series, 0)));
+    if (series->count >= 5)
+        json_object_set_new(line, "exponent_last_half",
+                            json_or_null(check_growth(bench, series, series->count / 2)));
 }

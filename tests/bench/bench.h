@@ -29,8 +29,8 @@ struct bench {
     const char *suite;         /* name of the running one */
     struct renderer *renderer; /* of the running suite; use bench_renderer */
     struct renderer_info info;
-    json_t *results, *checks; /* arrays */
-    const char *table;        /* columns of the table last begun; NULL before any */
+    json_t *results, *checks, *series; /* arrays */
+    const char *table;                 /* columns of the table last begun; NULL before any */
 };
 
 /* Opens the renderer of the suite on first use. Exits with 77 when there is no device. */
@@ -40,9 +40,9 @@ void bench_size(const struct bench *bench, int width, int height, int size[2]);
 
 /* Whether another round is due. */
 struct rounds {
-    const struct bench *bench;
     int done; /* measured ones, the warm-up not counted */
-    double begin_ms;
+    int least, most;
+    double seconds, begin_ms;
     bool is_warming;
 };
 struct rounds rounds_begin(const struct bench *bench);
@@ -70,6 +70,26 @@ struct check {
 };
 void bench_check(struct bench *bench, const struct check *check);
 
+/* How something grows with a number, and how its time may grow: in exponents of a power law. */
+enum growth {
+    GROWTH_ANY,
+    GROWTH_LOG,
+    GROWTH_LINEAR,
+    GROWTH_SORT,
+    GROWTH_SQUARE
+}; /* SORT: n log n */
+enum { SERIES_MAX = 8 };
+struct series {
+    const char *scene, *subject, *name; /* "demo", "map side", "build cpu, deep" */
+    const char *of, *unit;              /* of x: "texels per side"; of y: "ms" */
+    const double *x, *y;                /* y that is not positive was lost in noise: left out */
+    int count;                          /* at most SERIES_MAX; nothing is told below two */
+    enum growth growth;                 /* no faster than this */
+};
+/* Checks the exponent of all points and, from five points on, that of the last half of them. A
+ * bound is the exponent that the growth itself has over the same x, and 5 % for noise. */
+void bench_series(struct bench *bench, const struct series *series);
+
 struct suite {
     const char *name, *purpose;
     bool (*run)(struct bench *bench, struct error *err);
@@ -85,5 +105,11 @@ bool suite_foliage(struct bench *bench, struct error *err);
 bool suite_forecast(struct bench *bench, struct error *err);
 bool suite_linear(struct bench *bench, struct error *err);
 bool suite_targets(struct bench *bench, struct error *err);
+bool suite_scaling(struct bench *bench, struct error *err);
+
+/* The cases of a suite over all sizes of its number, for suite_scaling. */
+bool scale_layers(struct bench *bench, struct error *err); /* and quads */
+bool scale_maps(struct bench *bench, struct error *err);
+bool scale_lights(struct bench *bench, struct error *err);
 
 #endif

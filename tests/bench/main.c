@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "server/processor.h"
@@ -24,6 +25,8 @@ static const struct suite suites[] = {
      suite_forecast},
     {"linear", "frame time against the number of lights", suite_linear},
     {"targets", "what lights and shadows may cost, each with its bound", suite_targets},
+    {"scaling", "growth with layers, quads, map side, lights and objects; not one of `all`",
+     suite_scaling},
 };
 enum { SUITES = sizeof suites / sizeof *suites };
 
@@ -86,17 +89,28 @@ static bool read_options(struct bench_options *o, int count, char **arguments)
     return true;
 }
 
-/* What the device and the machine are, and how busy it was. */
+static json_t *protocol(const struct bench *bench)
+{
+    struct rounds rounds = rounds_begin(bench);
+    return json_sprintf("%sinterleaved rounds, %d to %d of each case or %g s, after %d to warm up",
+                        bench->options.is_quick ? "quick: " : "", rounds.least, rounds.most,
+                        rounds.seconds, -rounds.done - 1);
+}
+
+/* What the device and the machine are, and how busy it was; when and by which protocol. */
 static json_t *describe(const struct bench *bench, const double load[2])
 {
+    char date[32];
+    time_t now = time(NULL);
+    strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", gmtime(&now));
     char processor[PROCESSOR_NAME_BYTES];
     const char *threads = getenv("LP_NUM_THREADS"), *no_cache = getenv("MESA_SHADER_CACHE_DISABLE");
     processor_get_name(processor);
-    return json_pack("{s:s, s:s, s:b, s:s, s:i, s:s, s:s, s:f, s:f}", "device",
-                     bench->info.renderer, "version", bench->info.version, "has_true_timers",
-                     bench->info.has_true_timers, "processor", processor, "cores",
-                     (int)sysconf(_SC_NPROCESSORS_ONLN), "LP_NUM_THREADS",
-                     threads ? threads : "unset", "MESA_SHADER_CACHE_DISABLE",
+    return json_pack("{s:s, s:o, s:s, s:s, s:b, s:s, s:i, s:s, s:s, s:f, s:f}", "date", date,
+                     "protocol", protocol(bench), "device", bench->info.renderer, "version",
+                     bench->info.version, "has_true_timers", bench->info.has_true_timers,
+                     "processor", processor, "cores", (int)sysconf(_SC_NPROCESSORS_ONLN),
+                     "LP_NUM_THREADS", threads ? threads : "unset", "MESA_SHADER_CACHE_DISABLE",
                      no_cache ? no_cache : "unset", "load_begin", load[0], "load_end", load[1]);
 }
 
@@ -168,7 +182,8 @@ static int run_named(struct bench *bench, const char *name)
     double load[2] = {load_average(), 0};
     bool ok = true, is_known = false;
     for (int i = 0; ok && i < SUITES; i++) {
-        if (strcmp(name, "all") != 0 && strcmp(name, suites[i].name) != 0)
+        bool is_of_all = suites[i].run != suite_scaling; /* that repeats the others' cases */
+        if (strcmp(name, suites[i].name) != 0 && (strcmp(name, "all") != 0 || !is_of_all))
             continue;
         is_known = true;
         ok = run_suite(bench, &suites[i]);
@@ -180,8 +195,9 @@ static int run_named(struct bench *bench, const char *name)
     load[1] = load_average();
     json_t *machine = describe(bench, load);
     if (bench->options.is_json) {
-        json_t *document = json_pack("{s:o, s:O, s:O}", "machine", machine, "results",
-                                     bench->results, "checks", bench->checks);
+        json_t *document =
+            json_pack("{s:o, s:O, s:O, s:O}", "machine", machine, "results", bench->results,
+                      "checks", bench->checks, "series", bench->series);
         json_dumpf(document, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(6));
         printf("\n");
         json_decref(document);
@@ -207,8 +223,10 @@ int main(int argc, char **argv)
         return 2;
     bench.results = json_array();
     bench.checks = json_array();
+    bench.series = json_array();
     int status = run_named(&bench, argv[1]);
     json_decref(bench.results);
     json_decref(bench.checks);
+    json_decref(bench.series);
     return status;
 }

@@ -6,7 +6,7 @@
 #include "tests/bench/bench.h"
 #include "tests/support/render_support.h"
 
-enum { BENCH_LIGHTS_MAX = 1024, CURTAINS_MAX = 16 };
+enum { BENCH_LIGHTS_MAX = 4096, CURTAINS_MAX = 16 };
 
 struct bench_scene {
     const char *name; /* "demo", "sponza" */

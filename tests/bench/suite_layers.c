@@ -35,10 +35,20 @@ static const struct view_light lamp = {.type = SCENE_LIGHT_SPOT,
 struct layer_case {
     const char *scene; /* "panes" or "quads" */
     int layers, resolution;
+    bool is_scaling; /* fewer lookups, and without the targets, which are of other sizes */
     char subject[32];
+    double build_ms[FORMS], lookup_ns[FORMS]; /* out; a lookup without what asks it */
     struct shadow_rig rig;
     struct pane_scene panes;
 };
+
+/* An insertion into a linked list walks it: time that grows with the square of the layers. */
+enum { LINKED_SCALE_MAX = 256 };
+
+static bool leaves_out(const struct layer_case *c, int form)
+{
+    return c->is_scaling && c->layers > LINKED_SCALE_MAX && form > 0 && form < FORMS;
+}
 
 /* -- scenes -- */
 
@@ -128,6 +138,8 @@ static bool measure_builds(struct bench *bench, struct layer_case *c, struct err
     bool ok = true;
     for (struct rounds rounds = rounds_begin(bench); ok && rounds_next(&rounds);) {
         for (int i = 0; ok && i < FORMS; i++) {
+            if (leaves_out(c, i))
+                continue;
             struct view_quality quality = quality_of(c, i, 1);
             struct frame_times times;
             ok = prepare(c, &quality, true, &times, err);
@@ -137,7 +149,7 @@ static bool measure_builds(struct bench *bench, struct layer_case *c, struct err
         }
     }
     uint64_t texels = (uint64_t)c->resolution * (uint64_t)c->resolution;
-    for (int i = 0; ok && i < FORMS; i++)
+    for (int i = 0; ok && i < FORMS && !leaves_out(c, i); i++)
         bench_result(bench, &(struct result){
                                 .scene = c->scene,
                                 .subject = c->subject,
@@ -149,19 +161,21 @@ static bool measure_builds(struct bench *bench, struct layer_case *c, struct err
                                                    texels * (forms[i].faithful ? 4 : 8),
                                 .measurement = &m[i],
                             });
-    for (int i = 1; ok && i < FORMS; i++) {
+    for (int i = 1; ok && i < FORMS && !leaves_out(c, i); i++) {
         char name[96];
         snprintf(name, sizeof name, "build cpu deep / %s (no walk)", forms[i].name);
         bench_check(bench, &(struct check){.scene = c->scene,
                                            .subject = c->subject,
                                            .name = name,
                                            .value = build_cpu(&m[0]) / build_cpu(&m[i]),
-                                           .relation = "<=",
+                                           .relation = c->is_scaling ? NULL : "<=",
                                            .bound = c->layers == 1 ? 1.2 : 1,
                                            .p = NAN});
     }
-    for (int i = 0; i < FORMS; i++)
+    for (int i = 0; i < FORMS; i++) {
+        c->build_ms[i] = build_cpu(&m[i]);
         measurement_finish(&m[i]);
+    }
     return ok;
 }
 
@@ -222,16 +236,19 @@ static void report_lookups(struct bench *bench, const struct layer_case *c,
     double harness = samples_summary(&m[FORMS].cpu_ms).median;
     char subject[64], name[96];
     snprintf(subject, sizeof subject, "%s %s x%d", c->subject, lookup->place, lookup->taps);
-    for (int i = 0; i <= FORMS; i++)
+    for (int i = 0; i <= FORMS; i++) {
+        if (leaves_out(c, i))
+            continue;
         bench_result(bench, &(struct result){.scene = c->scene,
                                              .subject = subject,
                                              .variant = i < FORMS ? forms[i].name : "no query",
                                              .width = lookup->width,
                                              .height = lookup->height,
                                              .measurement = &m[i]});
-    for (int i = 1; i < FORMS; i++) {
+    }
+    for (int i = 1; i < FORMS && !leaves_out(c, i); i++) {
         snprintf(name, sizeof name, "lookup cpu %s / deep", forms[i].name);
-        double target = c->layers == 16 ? 1.8 : c->layers == 64 ? 3.5 : 0;
+        double target = c->is_scaling ? 0 : c->layers == 16 ? 1.8 : c->layers == 64 ? 3.5 : 0;
         bench_check(bench, &(struct check){.scene = c->scene,
                                            .subject = subject,
                                            .name = name,
@@ -259,6 +276,8 @@ static bool measure_lookups(struct bench *bench, struct layer_case *c, struct lo
     place_points(lookup);
     for (struct rounds rounds = rounds_begin(bench); ok && rounds_next(&rounds);) {
         for (int i = 0; ok && i <= FORMS; i++) {
+            if (leaves_out(c, i))
+                continue;
             struct view_quality quality = quality_of(c, i % FORMS, lookup->taps);
             struct frame_times times;
             ok = prepare(c, &quality, false, &times, err);
@@ -270,6 +289,10 @@ static bool measure_lookups(struct bench *bench, struct layer_case *c, struct lo
     }
     if (ok)
         report_lookups(bench, c, lookup, m);
+    double harness = samples_summary(&m[FORMS].cpu_ms).median;
+    for (int i = 0; i < FORMS; i++)
+        c->lookup_ns[i] = (samples_summary(&m[i].cpu_ms).median - harness) * 1e6 /
+                          (lookup->width * lookup->height);
     for (int i = 0; i <= FORMS; i++)
         measurement_finish(&m[i]);
     return ok;
@@ -278,7 +301,7 @@ static bool measure_lookups(struct bench *bench, struct layer_case *c, struct lo
 static bool measure_all_lookups(struct bench *bench, struct layer_case *c, struct error *err)
 {
     int size[2];
-    bench_size(bench, 1280, 720, size);
+    bench_size(bench, c->is_scaling ? 640 : 1280, c->is_scaling ? 360 : 720, size);
     size_t count = (size_t)size[0] * (size_t)size[1];
     struct lookup lookup = {.width = size[0], .height = size[1]};
     lookup.points = malloc(count * sizeof *lookup.points);
@@ -286,7 +309,7 @@ static bool measure_all_lookups(struct bench *bench, struct layer_case *c, struc
     bool ok = lookup.points && lookup.answers;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "%zu points", count);
-    for (int i = 0; ok && i < 4; i++) {
+    for (int i = 0; ok && i < (c->is_scaling ? 1 : 4); i++) {
         lookup.place = i / 2 ? "slope" : "floor";
         lookup.taps = i % 2 ? 4 : 1;
         ok = measure_lookups(bench, c, &lookup, err);
@@ -333,4 +356,64 @@ bool suite_layers(struct bench *bench, struct error *err)
         }
     }
     return true;
+}
+
+/* -- scaling -- */
+
+static void report_growth(struct bench *bench, const char *scene, bool is_lookup,
+                          const double numbers[], double values[FORMS][SERIES_MAX], int count)
+{
+    bool is_quads = !strcmp(scene, "quads");
+    for (int i = 0; i < FORMS; i++) {
+        char name[64];
+        int kept = count;
+        while (kept > 0 && !isfinite(values[i][kept - 1])) /* left out */
+            kept--;
+        snprintf(name, sizeof name, "%s cpu, %s", is_lookup ? "lookup" : "build", forms[i].name);
+        bench_series(bench, &(struct series){.scene = scene,
+                                             .subject = is_lookup ? "lookup" : "build",
+                                             .name = name,
+                                             .of = is_quads ? "quads" : "layers",
+                                             .unit = is_lookup ? "ns a lookup" : "ms",
+                                             .x = numbers,
+                                             .y = values[i],
+                                             .count = kept,
+                                             /* lists are walked in the linked forms */
+                                             .growth = i           ? GROWTH_ANY
+                                                       : is_lookup ? GROWTH_LOG
+                                                                   : GROWTH_SORT});
+    }
+}
+
+/* 1 to 1000 layers of panes, 4 to 2000 quads. Small maps: lists of a thousand events are long, not
+ * many. */
+static bool scale_scene(struct bench *bench, const char *scene, struct error *err)
+{
+    static const int steps[] = {1, 4, 16, 64, 256, 1000};
+    bool is_quads = !strcmp(scene, "quads");
+    double numbers[SERIES_MAX], build[FORMS][SERIES_MAX], lookup[FORMS][SERIES_MAX];
+    int count = bench->options.is_quick ? 3 : 6;
+    for (int k = 0; k < count; k++) {
+        struct layer_case c = {.scene = scene,
+                               .layers = is_quads && steps[k] > 500 ? 500 : steps[k],
+                               .resolution = bench->options.is_quick ? 64 : 128,
+                               .is_scaling = true};
+        numbers[k] = is_quads ? 4 * c.layers : c.layers;
+        snprintf(c.subject, sizeof c.subject, "%g %s %d^2", numbers[k], scene, c.resolution);
+        if (!run_case(bench, &c, err))
+            return error_wrap(err, "%s", c.subject);
+        for (int i = 0; i < FORMS; i++) {
+            build[i][k] = c.build_ms[i];
+            lookup[i][k] = c.lookup_ns[i];
+        }
+    }
+    report_growth(bench, scene, false, numbers, build, count);
+    report_growth(bench, scene, true, numbers, lookup, count);
+    return true;
+}
+
+bool scale_layers(struct bench *bench, struct error *err)
+{
+    return (!bench_wants_scene(bench, "panes") || scale_scene(bench, "panes", err)) &&
+           (!bench_wants_scene(bench, "quads") || scale_scene(bench, "quads", err));
 }

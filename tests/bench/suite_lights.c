@@ -151,34 +151,39 @@ bool suite_lights(struct bench *bench, struct error *err)
 
 /* -- linear -- */
 
-enum { STEPS_MAX = 8 };
-
-/* Exponents of the frame's time, and of what the lights add to a frame with one light out of view:
- * the second hides nothing behind the cost of the picture itself. */
+/* Of the lists, of the frame, and of what the lights add to a frame with one light out of view: the
+ * last hides nothing behind the cost of the picture itself. */
 static void report_growth(struct bench *bench, const struct bench_scene *scene,
-                          const double counts[], const double cpu[], int steps)
+                          const double counts[], const double cpu[], const double lists[],
+                          int steps)
 {
-    double added[STEPS_MAX];
+    double added[SERIES_MAX];
     for (int i = 1; i < steps; i++)
         added[i] = cpu[i] - cpu[0];
-    struct check check = {.scene = scene->name, .subject = "light count", .p = NAN};
-    check.name = "exponent of frame cpu time, last half";
-    check.value = fit_exponent(counts + steps / 2, cpu + steps / 2, (size_t)(steps - steps / 2));
-    check.relation = "<=";
-    check.bound = 1.05; /* linear, and 5 % for the noise of the fit */
-    bench_check(bench, &check);
-    check.name = "exponent of what the lights add, all";
-    check.value = fit_exponent(counts + 1, added + 1, (size_t)(steps - 1));
-    bench_check(bench, &check);
+    const struct {
+        const char *name;
+        const double *y;
+    } kinds[] = {{"light list cpu", lists}, {"frame cpu", cpu}, {"cpu that lights add", added}};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        bench_series(bench, &(struct series){.scene = scene->name,
+                                             .subject = "lights",
+                                             .name = kinds[k].name,
+                                             .of = "cone lights",
+                                             .unit = "ms",
+                                             .x = counts + 1,
+                                             .y = kinds[k].y + 1,
+                                             .count = steps - 1,
+                                             .growth = GROWTH_LINEAR});
 }
 
-static bool run_growth(struct bench *bench, const struct bench_scene *scene, struct error *err)
+/* The first of the numbers is that of lights out of view. */
+static bool run_numbers(struct bench *bench, const struct bench_scene *scene,
+                        const int numbers[SERIES_MAX], struct error *err)
 {
     static struct view_light lights[BENCH_LIGHTS_MAX];
-    static const int numbers[STEPS_MAX] = {1, 16, 32, 64, 128, 256, 512, 1024};
-    int steps = bench->options.is_quick ? 4 : STEPS_MAX, size[2];
-    struct frame_variant variants[STEPS_MAX] = {0};
-    double counts[STEPS_MAX], cpu[STEPS_MAX];
+    int steps = bench->options.is_quick ? 4 : SERIES_MAX, size[2];
+    struct frame_variant variants[SERIES_MAX] = {0};
+    double counts[SERIES_MAX], cpu[SERIES_MAX], lists[SERIES_MAX];
     bench_size(bench, 1024, 768, size);
     bench_scene_cones(scene, lights, BENCH_LIGHTS_MAX);
     struct view_light out_of_view = lights[0];
@@ -197,14 +202,32 @@ static bool run_growth(struct bench *bench, const struct bench_scene *scene, str
         report_lists(bench, scene, subject, &variants[i]);
         counts[i] = numbers[i];
         cpu[i] = samples_summary(&variants[i].measurement.cpu_ms).median;
+        lists[i] = stage_cpu(&variants[i], PART_LIGHT_LIST);
     }
     if (ok)
-        report_growth(bench, scene, counts, cpu, steps);
+        report_growth(bench, scene, counts, cpu, lists, steps);
     frames_finish(variants, (size_t)steps);
     return ok;
+}
+
+static bool run_growth(struct bench *bench, const struct bench_scene *scene, struct error *err)
+{
+    static const int numbers[SERIES_MAX] = {1, 16, 32, 64, 128, 256, 512, 1024};
+    return run_numbers(bench, scene, numbers, err);
+}
+
+static bool run_scaling(struct bench *bench, const struct bench_scene *scene, struct error *err)
+{
+    static const int numbers[SERIES_MAX] = {1, 1, 4, 16, 64, 256, 1024, BENCH_LIGHTS_MAX};
+    return run_numbers(bench, scene, numbers, err);
 }
 
 bool suite_linear(struct bench *bench, struct error *err)
 {
     return bench_scenes_run(bench, run_growth, err);
+}
+
+bool scale_lights(struct bench *bench, struct error *err)
+{
+    return bench_scenes_run(bench, run_scaling, err);
 }

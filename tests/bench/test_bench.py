@@ -65,7 +65,7 @@ class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
-                          "foliage", "forecast", "linear", "targets", "live"],
+                          "foliage", "forecast", "linear", "targets", "scaling", "live"],
                          names)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
