@@ -223,7 +223,8 @@ class Dragging(PageTest):
         back = self.changed_by(lambda: self.enter("Cut bodies", "open", "#panel-section"))
         self.assertTrue(opened == back, "the cut is open as before")
         self.changed_by(lambda: self.browser.click("#panel-section input[type=checkbox]"))
-        self.assertIsNone(self.browser.run("return document.querySelector('#panel-section select')"))
+        choice = "return document.querySelector('#panel-section select')"
+        self.assertIsNone(self.browser.run(choice))
 
     def test_other_lights_are_chosen_by_their_dots(self):
         self.load()
