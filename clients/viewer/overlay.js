@@ -83,8 +83,10 @@ export class Overlay {
       el("table", { class: "passes" }, el("caption", { class: "hidden-text" }, "Passes of the frame"),
         el("tbody", {}, rows)),
       facts([
-        ["Triangles", count(counts.triangles)],
-        ["Lights", `${count(counts.lights)}, ${count(counts.shadowed_lights)} with shadow`],
+        counts.triangles > 0 && ["Triangles", count(counts.triangles)], // drawn; rays draw none
+        ["Lights", counts.shadow_rays > 0 ? count(counts.lights)
+          : `${count(counts.lights)}, ${count(counts.shadowed_lights)} with shadow`],
+        counts.shadow_rays > 0 && ["Shadow rays", count(counts.shadow_rays)],
         counts.events > 0 && ["Shadow events", `${count(counts.events)}, longest ${counts.longest_list}`],
         counts.transparent_fragments > 0 && ["Layers",
           `${count(counts.transparent_fragments)}, deepest ${counts.longest_pixel_list}`],
