@@ -6,7 +6,7 @@ import socket
 import time
 
 import support
-from sockets import TEXT, Stream, WebSocket
+from sockets import CLOSE, PING, TEXT, Stream, WebSocket
 from support import triangle, wait_until
 
 support.needs(support.FAKE)
@@ -108,6 +108,17 @@ class Memory(support.ServiceTest):
             time.sleep(0.5)
         wait_until(lambda: self.watchers() == 0, "both are left", 60)
         self.assertGreater(time.monotonic() - began, 10)
+
+    def test_a_peer_that_is_gone_without_a_word_is_left_after_a_minute(self):
+        gone = self.open(self.make())
+        gone.peer.settimeout(90)
+        began, pings = time.monotonic(), 0
+        while (frame := gone.receive_frame())[0] != CLOSE:
+            pings += frame[0] == PING  # and never a pong
+        self.assertGreaterEqual(pings, 2)
+        self.assertEqual((1008).to_bytes(2, "big"), frame[1][:2])
+        self.assertGreater(time.monotonic() - began, 30)
+        wait_until(lambda: self.watchers() == 0, "it is left")
 
 
 if __name__ == "__main__":
