@@ -280,10 +280,11 @@ static bool read_names(const struct json_node *node, struct name_list *list)
     return true;
 }
 
-static bool read_items(const struct json_node *node,
-                       bool (*add)(struct scene_summary *, const char *name, const char *type,
-                                   struct error *),
-                       struct scene_summary *summary)
+/* Each object of the list: its name, and what else read takes from it. */
+static bool read_list(const struct json_node *node,
+                      bool (*read)(const struct json_node *element, const char *name,
+                                   struct scene_summary *summary),
+                      struct scene_summary *summary)
 {
     size_t count;
     if (!json_expect_array(node, SCENE_SUMMARY_NAMES_MAX, &count))
@@ -293,33 +294,36 @@ static bool read_items(const struct json_node *node,
         if (!json_expect_object(&element, NULL))
             return false;
         struct json_node name = json_member(&element, "name");
-        struct json_node type = json_member(&element, "type");
-        const char *name_text = "", *type_text = "";
-        if (!read_string(&name, &name_text) || !read_string(&type, &type_text) ||
-            !add(summary, name_text, type_text, node->err))
+        const char *text = "";
+        if (!read_string(&name, &text) || !read(&element, text, summary))
             return false;
     }
     return true;
 }
 
-static bool read_animations(const struct json_node *node, struct scene_summary *summary)
+static bool read_light(const struct json_node *element, const char *name,
+                       struct scene_summary *summary)
 {
-    size_t count;
-    if (!json_expect_array(node, SCENE_SUMMARY_NAMES_MAX, &count))
-        return false;
-    for (size_t i = 0; i < count; i++) {
-        struct json_node element = json_element(node, i);
-        if (!json_expect_object(&element, NULL))
-            return false;
-        struct json_node name = json_member(&element, "name");
-        struct json_node duration = json_member(&element, "duration_s");
-        const char *text = "";
-        double duration_s = 0;
-        if (!read_string(&name, &text) || !json_read_number(&duration, 0, DBL_MAX, &duration_s) ||
-            !scene_summary_add_animation(summary, text, duration_s, node->err))
-            return false;
-    }
-    return true;
+    struct json_node type = json_member(element, "type");
+    const char *text = "";
+    return read_string(&type, &text) && scene_summary_add_light(summary, name, text, element->err);
+}
+
+static bool read_camera(const struct json_node *element, const char *name,
+                        struct scene_summary *summary)
+{
+    struct json_node type = json_member(element, "type");
+    const char *text = "";
+    return read_string(&type, &text) && scene_summary_add_camera(summary, name, text, element->err);
+}
+
+static bool read_animation(const struct json_node *element, const char *name,
+                           struct scene_summary *summary)
+{
+    struct json_node duration = json_member(element, "duration_s");
+    double duration_s = 0;
+    return json_read_number(&duration, 0, DBL_MAX, &duration_s) &&
+           scene_summary_add_animation(summary, name, duration_s, element->err);
 }
 
 static bool read_counts(const struct json_node *root, struct scene_summary *summary)
@@ -390,9 +394,8 @@ static bool read_summary(const struct json_node *root, struct scene_summary *sum
     return json_read_text(&id, summary->id, sizeof summary->id) && read_counts(root, summary) &&
            read_names(&materials, &summary->materials) &&
            read_names(&node_names, &summary->node_names) &&
-           read_items(&lights, scene_summary_add_light, summary) &&
-           read_items(&cameras, scene_summary_add_camera, summary) &&
-           read_animations(&animations, summary) && read_parts(root, summary) &&
+           read_list(&lights, read_light, summary) && read_list(&cameras, read_camera, summary) &&
+           read_list(&animations, read_animation, summary) && read_parts(root, summary) &&
            read_names(&warnings, &summary->warnings) &&
            read_created(&created, &summary->created_unix_s) &&
            scene_outline_read(&outline, &summary->outline);

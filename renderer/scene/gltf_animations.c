@@ -7,53 +7,6 @@
 
 enum { DEPTH = 8 /* of what is passed over, from the root of the document */ };
 
-/* ---- objects and arrays ---- */
-
-static bool scan_object(struct scanner *s,
-                        bool (*scan_member)(struct scanner *s, struct span key, void *object),
-                        void *object)
-{
-    if (!scanner_count(s) || !scanner_take(s, '{'))
-        return scanner_refuse(s, "an object is expected");
-    if (scanner_take(s, '}'))
-        return true;
-    do {
-        struct span key;
-        if (!scanner_string(s, &key))
-            return false;
-        if (!scanner_take(s, ':'))
-            return scanner_refuse(s, "':' is expected");
-        if (!scan_member(s, key, object))
-            return false;
-    } while (scanner_take(s, ','));
-    return scanner_take(s, '}') || scanner_refuse(s, "'}' or ',' is expected");
-}
-
-static bool scan_array(struct scanner *s, bool (*scan_element)(struct scanner *s, void *list),
-                       void *list)
-{
-    if (!scanner_count(s) || !scanner_take(s, '['))
-        return scanner_refuse(s, "an array is expected");
-    if (scanner_take(s, ']'))
-        return true;
-    do {
-        if (!scan_element(s, list))
-            return false;
-    } while (scanner_take(s, ','));
-    return scanner_take(s, ']') || scanner_refuse(s, "']' or ',' is expected");
-}
-
-/* Room for one more, by doubling; count elements are there. NULL with the scanner's err. */
-static void *grow(struct scanner *s, void *items, size_t count, size_t size_bytes)
-{
-    if (count & (count - 1))
-        return items;
-    void *grown = reallocarray(items, count ? 2 * count : 1, size_bytes);
-    if (!grown)
-        error_set(s->err, ERROR_NO_MEMORY, "glTF animations");
-    return grown;
-}
-
 static bool scan_index(struct scanner *s, int *index)
 {
     uint64_t number;
@@ -98,7 +51,7 @@ static bool scan_channel_member(struct scanner *s, struct span key, void *object
     if (span_is(key, "sampler"))
         return scan_index(s, &channel->sampler);
     if (span_is(key, "target"))
-        return scan_object(s, scan_target_member, channel);
+        return scanner_object(s, scan_target_member, channel);
     return scanner_skip(s, DEPTH);
 }
 
@@ -106,13 +59,13 @@ static bool scan_channel(struct scanner *s, void *list)
 {
     struct gltf_animation *animation = list;
     struct gltf_channel *channels =
-        grow(s, animation->channels, animation->channel_count, sizeof *channels);
+        scanner_grow(s, animation->channels, animation->channel_count, sizeof *channels);
     if (!channels)
         return false;
     animation->channels = channels;
     struct gltf_channel *channel = &channels[animation->channel_count++];
     *channel = (struct gltf_channel){.sampler = -1, .node = -1, .path = GLTF_OTHER_PATH};
-    return scan_object(s, scan_channel_member, channel);
+    return scanner_object(s, scan_channel_member, channel);
 }
 
 /* ---- samplers ---- */
@@ -141,14 +94,14 @@ static bool scan_sampler(struct scanner *s, void *list)
 {
     struct gltf_animation *animation = list;
     struct gltf_animation_sampler *samplers =
-        grow(s, animation->samplers, animation->sampler_count, sizeof *samplers);
+        scanner_grow(s, animation->samplers, animation->sampler_count, sizeof *samplers);
     if (!samplers)
         return false;
     animation->samplers = samplers;
     struct gltf_animation_sampler *sampler = &samplers[animation->sampler_count++];
     *sampler =
         (struct gltf_animation_sampler){.input = -1, .output = -1, .interpolation = GLTF_LINEAR};
-    return scan_object(s, scan_sampler_member, sampler);
+    return scanner_object(s, scan_sampler_member, sampler);
 }
 
 /* ---- animations ---- */
@@ -159,22 +112,23 @@ static bool scan_animation_member(struct scanner *s, struct span key, void *obje
     if (span_is(key, "name"))
         return scanner_text(s, &animation->name);
     if (span_is(key, "channels"))
-        return scan_array(s, scan_channel, animation);
+        return scanner_array(s, scan_channel, animation);
     if (span_is(key, "samplers"))
-        return scan_array(s, scan_sampler, animation);
+        return scanner_array(s, scan_sampler, animation);
     return scanner_skip(s, DEPTH);
 }
 
 static bool scan_animation(struct scanner *s, void *list)
 {
     struct gltf_animations *animations = list;
-    struct gltf_animation *items = grow(s, animations->items, animations->count, sizeof *items);
+    struct gltf_animation *items =
+        scanner_grow(s, animations->items, animations->count, sizeof *items);
     if (!items)
         return false;
     animations->items = items;
     struct gltf_animation *animation = &items[animations->count++];
     *animation = (struct gltf_animation){.name = NULL};
-    return scan_object(s, scan_animation_member, animation);
+    return scanner_object(s, scan_animation_member, animation);
 }
 
 bool gltf_animations_init(struct gltf_animations *animations, const struct gltf_json *json,
@@ -183,7 +137,7 @@ bool gltf_animations_init(struct gltf_animations *animations, const struct gltf_
     struct span text = json->animations;
     struct scanner s = {.text = text.begin, .at = text.begin, .end = text.end, .err = err};
     *animations = (struct gltf_animations){.items = NULL};
-    if (!text.begin || scan_array(&s, scan_animation, animations))
+    if (!text.begin || scanner_array(&s, scan_animation, animations))
         return true;
     gltf_animations_finish(animations);
     return error_wrap(err, "animations");

@@ -9,13 +9,20 @@
 enum { CUTS_MAX = 4 }; /* buffers, images, skins, animations */
 
 struct cutter {
-    struct scanner scanner;
+    struct gltf_json *json;
     struct span cuts[CUTS_MAX];
     int cut_count;
 };
 
-static bool scan_source_member(struct scanner *s, struct span key, struct gltf_source *source)
+/* What becomes of an array that is cut out. */
+struct source_list {
+    struct gltf_source **sources; /* NULL: elements are only counted */
+    size_t *count;
+};
+
+static bool scan_source_member(struct scanner *s, struct span key, void *object)
 {
+    struct gltf_source *source = object;
     if (span_is(key, "name"))
         return scanner_text(s, &source->name);
     if (span_is(key, "uri"))
@@ -34,100 +41,52 @@ static bool scan_source_member(struct scanner *s, struct span key, struct gltf_s
     return scanner_skip(s, 3);
 }
 
-static bool scan_source(struct scanner *s, struct gltf_source *source)
+static bool scan_source(struct scanner *s, void *object)
 {
-    source->buffer_view = -1;
-    if (!scanner_count(s) || !scanner_take(s, '{'))
-        return scanner_refuse(s, "an object is expected");
-    if (scanner_take(s, '}'))
-        return true;
-    do {
-        struct span key;
-        if (!scanner_string(s, &key))
-            return false;
-        if (!scanner_take(s, ':'))
-            return scanner_refuse(s, "':' is expected");
-        if (!scan_source_member(s, key, source))
-            return false;
-    } while (scanner_take(s, ','));
-    return scanner_take(s, '}') || scanner_refuse(s, "'}' or ',' is expected");
-}
-
-/* Grows by doubling; count elements are there. */
-static struct gltf_source *sources_grow(struct scanner *s, struct gltf_source **sources,
-                                        size_t count)
-{
-    if ((count & (count - 1)) == 0) {
-        size_t capacity = count ? count * 2 : 1;
-        struct gltf_source *grown = realloc(*sources, capacity * sizeof *grown);
-        if (!grown) {
-            error_set(s->err, ERROR_NO_MEMORY, "glTF JSON");
-            return NULL;
-        }
-        *sources = grown;
+    struct source_list *list = object;
+    if (!list->sources) {
+        ++*list->count;
+        return scanner_skip(s, 2);
     }
-    memset(*sources + count, 0, sizeof **sources);
-    return *sources + count;
+    struct gltf_source *sources =
+        scanner_grow(s, *list->sources, *list->count, sizeof **list->sources);
+    if (!sources)
+        return false;
+    *list->sources = sources;
+    struct gltf_source *source = &sources[(*list->count)++];
+    *source = (struct gltf_source){.buffer_view = -1};
+    return scanner_object(s, scan_source_member, source);
 }
 
-/* Elements go to *sources, or are only counted when that is NULL. */
-static bool scan_array(struct scanner *s, struct gltf_source **sources, size_t *count)
+static bool scan_cut(struct scanner *s, struct cutter *cutter, struct gltf_source **sources,
+                     size_t *count)
 {
-    if (!scanner_take(s, '['))
-        return scanner_refuse(s, "an array is expected");
-    if (scanner_take(s, ']'))
-        return true;
-    do {
-        if (sources) {
-            struct gltf_source *source = sources_grow(s, sources, *count);
-            if (!source)
-                return false;
-            ++*count;
-            if (!scan_source(s, source))
-                return false;
-        } else {
-            ++*count;
-            if (!scanner_skip(s, 2))
-                return false;
-        }
-    } while (scanner_take(s, ','));
-    return scanner_take(s, ']') || scanner_refuse(s, "']' or ',' is expected");
-}
-
-static bool scan_cut(struct cutter *cutter, struct gltf_source **sources, size_t *count)
-{
-    struct scanner *s = &cutter->scanner;
     scanner_skip_space(s);
     if (cutter->cut_count == CUTS_MAX || *count)
         return scanner_refuse(s, "a member is there twice");
     struct span *cut = &cutter->cuts[cutter->cut_count++];
     cut->begin = s->at;
-    if (!scan_array(s, sources, count))
+    if (!scanner_array(s, scan_source, &(struct source_list){sources, count}))
         return false;
     cut->end = s->at;
     return true;
 }
 
-static bool scan_member(struct cutter *cutter, struct gltf_json *json)
+static bool scan_member(struct scanner *s, struct span key, void *object)
 {
-    struct scanner *s = &cutter->scanner;
-    struct span key;
-    if (!scanner_string(s, &key))
-        return false;
-    if (memchr(key.begin, '\\', (size_t)(key.end - key.begin)))
-        return scanner_refuse(s, "a top-level key has an escape"); /* could hide a name we take out
-                                                                    */
-    if (!scanner_take(s, ':'))
-        return scanner_refuse(s, "':' is expected");
+    struct cutter *cutter = object;
+    struct gltf_json *json = cutter->json;
+    if (memchr(key.begin, '\\', (size_t)(key.end - key.begin))) /* could hide a name we take out */
+        return scanner_refuse(s, "a top-level key has an escape");
     if (span_is(key, "buffers"))
-        return scan_cut(cutter, &json->buffers, &json->buffer_count);
+        return scan_cut(s, cutter, &json->buffers, &json->buffer_count);
     if (span_is(key, "images"))
-        return scan_cut(cutter, &json->images, &json->image_count);
+        return scan_cut(s, cutter, &json->images, &json->image_count);
     if (span_is(key, "skins"))
-        return scan_cut(cutter, NULL, &json->skin_count);
+        return scan_cut(s, cutter, NULL, &json->skin_count);
     if (span_is(key, "animations")) {
         int cut = cutter->cut_count;
-        if (!scan_cut(cutter, NULL, &json->animation_count))
+        if (!scan_cut(s, cutter, NULL, &json->animation_count))
             return false;
         json->animations = cutter->cuts[cut];
         return true;
@@ -135,19 +94,10 @@ static bool scan_member(struct cutter *cutter, struct gltf_json *json)
     return scanner_skip(s, 1);
 }
 
-static bool scan_document(struct cutter *cutter, struct gltf_json *json)
+static bool scan_document(struct scanner *s, struct cutter *cutter)
 {
-    struct scanner *s = &cutter->scanner;
-    if (!scanner_take(s, '{'))
-        return scanner_refuse(s, "an object is expected");
-    if (!scanner_take(s, '}')) {
-        do {
-            if (!scan_member(cutter, json))
-                return false;
-        } while (scanner_take(s, ','));
-        if (!scanner_take(s, '}'))
-            return scanner_refuse(s, "'}' or ',' is expected");
-    }
+    if (!scanner_object(s, scan_member, cutter))
+        return false;
     scanner_skip_space(s);
     while (s->at < s->end && *s->at == '\0') /* some GLB writers pad their JSON with zeros */
         s->at++;
@@ -184,9 +134,9 @@ static bool check_utf8(struct scanner *s)
     return true;
 }
 
-static bool write_rest(struct cutter *cutter, struct gltf_json *json)
+static bool write_rest(const struct scanner *s, const struct cutter *cutter)
 {
-    struct scanner *s = &cutter->scanner;
+    struct gltf_json *json = cutter->json;
     const char *end = s->end;
     while (end > s->text && end[-1] == '\0')
         end--;
@@ -218,9 +168,9 @@ bool gltf_json_init(struct gltf_json *json, const char *text, size_t length, str
         text += 3;
         length -= 3;
     }
-    struct cutter cutter = {
-        .scanner = {.text = text, .at = text, .end = text + length, .err = err}};
-    if (check_utf8(&cutter.scanner) && scan_document(&cutter, json) && write_rest(&cutter, json))
+    struct scanner s = {.text = text, .at = text, .end = text + length, .err = err};
+    struct cutter cutter = {.json = json};
+    if (check_utf8(&s) && scan_document(&s, &cutter) && write_rest(&s, &cutter))
         return true;
     gltf_json_finish(json);
     return false;

@@ -240,3 +240,47 @@ bool span_is(struct span key, const char *name)
     size_t length = strlen(name);
     return (size_t)(key.end - key.begin) == length && memcmp(key.begin, name, length) == 0;
 }
+
+bool scanner_object(struct scanner *s,
+                    bool (*scan_member)(struct scanner *s, struct span key, void *object),
+                    void *object)
+{
+    if (!scanner_count(s) || !scanner_take(s, '{'))
+        return scanner_refuse(s, "an object is expected");
+    if (scanner_take(s, '}'))
+        return true;
+    do {
+        struct span key;
+        if (!scanner_string(s, &key))
+            return false;
+        if (!scanner_take(s, ':'))
+            return scanner_refuse(s, "':' is expected");
+        if (!scan_member(s, key, object))
+            return false;
+    } while (scanner_take(s, ','));
+    return scanner_take(s, '}') || scanner_refuse(s, "'}' or ',' is expected");
+}
+
+bool scanner_array(struct scanner *s, bool (*scan_element)(struct scanner *s, void *list),
+                   void *list)
+{
+    if (!scanner_count(s) || !scanner_take(s, '['))
+        return scanner_refuse(s, "an array is expected");
+    if (scanner_take(s, ']'))
+        return true;
+    do {
+        if (!scan_element(s, list))
+            return false;
+    } while (scanner_take(s, ','));
+    return scanner_take(s, ']') || scanner_refuse(s, "']' or ',' is expected");
+}
+
+void *scanner_grow(struct scanner *s, void *items, size_t count, size_t size_bytes)
+{
+    if (count & (count - 1))
+        return items;
+    void *grown = reallocarray(items, count ? 2 * count : 1, size_bytes);
+    if (!grown)
+        error_set(s->err, ERROR_NO_MEMORY, "glTF JSON");
+    return grown;
+}

@@ -36,6 +36,18 @@ MUST_CHECK bool scanner_string(struct scanner *s, struct span *inside);
 /* Passes one value of any kind: brackets must match in kind, and stay within the depth. */
 MUST_CHECK bool scanner_skip(struct scanner *s, int depth);
 
+/* Passes an object: scan_member is called behind the colon of each member, and passes its value. */
+MUST_CHECK bool
+scanner_object(struct scanner *s,
+               bool (*scan_member)(struct scanner *s, struct span key, void *object), void *object);
+
+/* Passes an array: scan_element is called at each element, and passes it. */
+MUST_CHECK bool scanner_array(struct scanner *s,
+                              bool (*scan_element)(struct scanner *s, void *list), void *list);
+
+/* Room for one more item, by doubling; count items are there. NULL with the scanner's err. */
+void *scanner_grow(struct scanner *s, void *items, size_t count, size_t size_bytes);
+
 /* Passes a string and unescapes it into new memory, the caller's; *text must be NULL. */
 MUST_CHECK bool scanner_text(struct scanner *s, char **text);
 

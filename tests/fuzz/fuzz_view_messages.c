@@ -8,33 +8,11 @@
 #include <string.h>
 
 #include "protocol/render_request.h"
-#include "protocol/utf8.h"
 #include "protocol/view_document.h"
 #include "protocol/view_message.h"
+#include "tests/fuzz/expect.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
-/* An assertion of the fuzz target: failing is a finding. */
-static void expect(bool is_true)
-{
-    if (!is_true)
-        abort();
-}
-
-static bool is_utf8(const char *text)
-{
-    for (size_t bytes; *text; text += bytes)
-        if ((bytes = utf8_sequence_bytes(text)) == 0)
-            return false;
-    return true;
-}
-
-static void expect_complete(const struct error *err)
-{
-    expect(err->code != ERROR_NONE && err->code != ERROR_INTERNAL);
-    expect(err->message[0] && is_utf8(err->message) && is_utf8(err->pointer));
-    expect(err->pointer[0] == '\0' || err->pointer[0] == '/');
-}
 
 static struct view_document *make_view(void)
 {

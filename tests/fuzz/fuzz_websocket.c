@@ -16,6 +16,7 @@
 
 #include "protocol/utf8.h"
 #include "server/websocket.h"
+#include "tests/fuzz/expect.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -31,13 +32,6 @@ struct session {
     struct http_upgrade upgrade;
     int turns;
 };
-
-/* An assertion of the fuzz target: failing is a finding. */
-static void expect(bool is_true)
-{
-    if (!is_true)
-        abort();
-}
 
 void http_upgrade_end(struct http_upgrade *upgrade)
 {
