@@ -62,7 +62,7 @@ static uint8_t *make_pass(const struct frame_textures *textures, struct error *e
 static bool is_sampled_by_light(const struct frame_run *run, uint32_t item)
 {
     const struct state_item *drawn = &run->state->items[item];
-    const struct scene_material *m = &run->state->scene->materials[drawn->material];
+    const struct scene_material *m = &run->state->materials[drawn->material].base;
     bool has_texture = false;
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
         has_texture |= (caster_slots >> slot & 1) && m->textures[slot].texture >= 0;
@@ -196,7 +196,8 @@ static bool bring(struct frame_textures *textures, const struct frame_run *run,
     for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
         struct texture_store *store = scene_gpu_textures(gpu, part);
         struct key_range keys = keys_of(run->state->scene, part);
-        const struct texture_wish wish = {.levels = textures->wanted + keys.first,
+        const struct texture_wish wish = {.levels = textures->wanted ? textures->wanted + keys.first
+                                                                     : NULL,
                                           .may_be_coarse = run->view->quality.may_be_coarse,
                                           .limit_bytes = run->renderer->texture_upload_bytes};
         struct report_textures one = {0};
@@ -221,16 +222,6 @@ static bool is_on_demand(const struct scene_gpu *gpu)
     return is;
 }
 
-static void report_whole(const struct scene_gpu *gpu, struct report_textures *report)
-{
-    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
-        struct report_textures one = {0};
-        texture_store_report(scene_gpu_textures(gpu, part), &one);
-        if (scene_gpu_first_like(gpu, part) == part)
-            add_report(report, &one);
-    }
-}
-
 bool frame_textures_begin(struct frame_textures *textures, const struct frame_run *run,
                           struct error *err)
 {
@@ -238,13 +229,11 @@ bool frame_textures_begin(struct frame_textures *textures, const struct frame_ru
     *textures = (struct frame_textures){.key_count = 2 * (size_t)run->state->scene->image_count};
     if (!textures->key_count)
         return true;
-    if (!is_on_demand(run->scene->gpu)) {
-        report_whole(run->scene->gpu, report);
-        return true;
+    if (is_on_demand(run->scene->gpu)) {
+        if (!add_passes(textures, run, err) || !join_passes(textures, err))
+            return false;
+        join_parts(textures, run->state->scene, run->scene->gpu);
     }
-    if (!add_passes(textures, run, err) || !join_passes(textures, err))
-        return false;
-    join_parts(textures, run->state->scene, run->scene->gpu);
     if (!bring(textures, run, report, err))
         return false;
     warn(report, &run->frame->report);

@@ -63,8 +63,8 @@ static void add_totals(struct totals *t, const struct scene *scene, size_t prefi
     t->lights += scene->light_count;
     t->cameras += scene->camera_count;
     t->triangles += scene->header->triangle_count;
-    t->string_bytes += scene->header->sections[SCENE_STRINGS].count;
-    /* no name comes twice as often as it is used, so this is an upper bound */
+    /* the base's texts as they are; of a part its own name, and each name behind that */
+    t->string_bytes += prefix_bytes ? prefix_bytes : scene->header->sections[SCENE_STRINGS].count;
     for (uint32_t i = 0; prefix_bytes && i < scene->node_count; i++)
         t->string_bytes += strlen(scene->strings + scene->nodes[i].name) + prefix_bytes;
     for (uint32_t i = 0; prefix_bytes && i < scene->material_count; i++)
@@ -311,8 +311,10 @@ static bool add_parts(struct composed_scene *c, const struct compose_desc *desc,
         has_grown = false;
         for (size_t i = 0; is_good && i < desc->part_count; i++) {
             const struct compose_part *part = &desc->parts[i];
+            if (is_added[i])
+                continue;
             int32_t parent = part->parent ? scene_find_node(&there, part->parent) : -1;
-            if (is_added[i] || (part->parent && parent < 0))
+            if (part->parent && parent < 0)
                 continue;
             is_good = add_part(c, part, (uint32_t)i, parent, err);
             is_added[i] = has_grown = true;

@@ -32,8 +32,8 @@ struct compose_desc {
 
 struct composed_scene;
 
-/* Errors: ERROR_NOT_FOUND naming a part and its unknown parent; ERROR_INVALID_REQUEST for a name
- * that a node has already, and for parts that hang on each other in a circle; ERROR_TOO_LARGE. */
+/* Errors: ERROR_NOT_FOUND naming a part and its parent, which is unknown or hangs on the part;
+ * ERROR_INVALID_REQUEST for a name that a node has already; ERROR_TOO_LARGE. */
 MUST_CHECK struct composed_scene *scene_compose(const struct compose_desc *desc, struct error *err);
 void composed_scene_destroy(struct composed_scene *composed); /* accepts half-built and NULL */
 const struct scene *composed_scene_get(const struct composed_scene *composed);

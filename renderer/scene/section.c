@@ -2,6 +2,7 @@
 /* Slicing closed meshes, and their caps as drawables. */
 #include "renderer/scene/section.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -10,6 +11,7 @@
 #include "renderer/scene/matrix.h"
 
 enum { CORNERS_MAX = 3 + VIEW_CLIP_PLANES_MAX };
+static const double COINCIDENT = 1e-12; /* of unit normals, and relative of offsets */
 
 struct segment { /* of a cut, in the world; the body on its left, seen from what is cut away */
     double from[3], to[3];
@@ -312,23 +314,39 @@ static void add_vertex(struct state_caps *caps, struct state_cap *cap, const dou
     caps->vertex_count++;
 }
 
-/* Sutherland and Hodgman 1974, "Reentrant Polygon Clipping", by all other planes. */
+/* The same half-space, but for rounding: such planes are one. */
+static bool coincide(const double a[4], const double b[4])
+{
+    double size_a = vec3_length(a), size_b = vec3_length(b);
+    double off_a = a[3] / size_a, off_b = b[3] / size_b;
+    for (int k = 0; k < 3; k++)
+        if (fabs(a[k] / size_a - b[k] / size_b) > COINCIDENT)
+            return false;
+    return fabs(off_a - off_b) <= COINCIDENT * fmax(fabs(off_a), fabs(off_b));
+}
+
+/* Sutherland and Hodgman 1974, "Reentrant Polygon Clipping", by all other planes. A convex polygon
+ * crosses a plane twice at the most. Where heights are only rounding, as over the plane that faces
+ * this one, signs may change more often; what is above two crossings is left out, so that each
+ * plane adds one corner at the most. */
 static int clip(const struct section *section, double corners[CORNERS_MAX][3], int count)
 {
+    const double(*planes)[4] = section->view->clip_planes;
     for (size_t p = 0; p < section->view->clip_plane_count; p++) {
-        const double *plane = section->view->clip_planes[p];
-        double kept[CORNERS_MAX + 1][3];
-        int kept_count = 0;
-        for (int i = 0; i < count && p != section->plane; i++) {
+        const double *plane = planes[p];
+        double kept[CORNERS_MAX][3];
+        int kept_count = 0, crossings = 0;
+        if (p == section->plane || coincide(plane, planes[section->plane]))
+            continue;
+        for (int i = 0; i < count; i++) {
             const double *a = corners[i], *b = corners[(i + 1) % count];
             bool is_a_kept = height_above(plane, a) >= 0, is_b_kept = height_above(plane, b) >= 0;
             if (is_a_kept)
                 memcpy(kept[kept_count++], a, sizeof *kept);
-            if (is_a_kept != is_b_kept)
+            if (is_a_kept != is_b_kept && crossings++ < 2)
                 meet(plane, a, b, kept[kept_count++]);
         }
-        if (p == section->plane)
-            continue;
+        assert(kept_count <= CORNERS_MAX);
         memcpy(corners, kept, (size_t)kept_count * sizeof *kept);
         count = kept_count;
     }
@@ -452,7 +470,11 @@ bool section_add(struct scene_state *state, const struct view *view, struct erro
 {
     for (size_t i = 0; view->cuts && i < view->clip_plane_count; i++) {
         struct section section = {.state = state, .view = view, .plane = i};
-        if (view->cuts[i].has_cap && !cap_plane(&section, err))
+        bool has_cap = view->cuts[i].has_cap;
+        for (size_t p = 0; p < i && has_cap; p++) /* the first of planes that coincide has it */
+            has_cap =
+                !view->cuts[p].has_cap || !coincide(view->clip_planes[p], view->clip_planes[i]);
+        if (has_cap && !cap_plane(&section, err))
             return false;
     }
     return true;

@@ -232,6 +232,55 @@ static void a_cap_has_its_colour_and_its_node(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+/* A plane that is there eight times in different lengths, and one that faces it seven times: the
+ * heights of a cap above them are nothing but rounding. */
+static void planes_that_coincide_are_one_and_facing_ones_leave_nothing(void **state)
+{
+    const struct closed_form_body ball = {
+        .shape = BODY_SPHERE, .low = {-0.6, -0.6, -0.6}, .high = {0.6, 0.6, 0.6}};
+    static const struct view_cut all[8] = {{.has_cap = true}, {.has_cap = true}, {.has_cap = true},
+                                           {.has_cap = true}, {.has_cap = true}, {.has_cap = true},
+                                           {.has_cap = true}, {.has_cap = true}};
+    uint64_t seed = 4;
+    struct rig_scene rig;
+    open_bodies(&rig, *state, &ball, 1);
+    for (int round = 0; round < 12; round++) {
+        double same[8][4], facing[8][4];
+        for (int k = 0; k < 4; k++)
+            same[0][k] = closed_form_random(&seed, -0.3, 0.3) - (k == 2);
+        for (int p = 1; p < 8; p++) {
+            double length = closed_form_random(&seed, 0.1, 9);
+            for (int k = 0; k < 4; k++) {
+                same[p][k] = length * same[0][k];
+                facing[p][k] = -length * same[0][k];
+            }
+        }
+        memcpy(facing[0], same[0], sizeof same[0]);
+        struct view view = look(eyes[0], 1);
+        struct frame one, eight, none;
+        view.clip_planes = same;
+        view.cuts = all;
+        shoot(*state, &rig, &view, &one);
+        view.clip_plane_count = 8;
+        shoot(*state, &rig, &view, &eight);
+        int differing = 0, seen = 0;
+        for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
+            double a = (double)((const float *)one.outputs[VIEW_OUTPUT_DEPTH].pixels)[i];
+            double b = (double)((const float *)eight.outputs[VIEW_OUTPUT_DEPTH].pixels)[i];
+            differing += isinf(a) ? !isinf(b) : fabs(a - b) > 1e-6 * a;
+            seen += !isinf(a);
+        }
+        assert_true(seen > 200);
+        assert_true(differing <= 12); /* of the rim */
+        view.clip_planes = facing;
+        shoot(*state, &rig, &view, &none); /* caps have no thickness: whatever is left of them */
+        frame_finish(&one);
+        frame_finish(&eight);
+        frame_finish(&none);
+    }
+    rig_scene_finish(&rig, *state);
+}
+
 /* A floor encloses nothing. */
 static void open_sheets_have_none_and_a_warning_says_so(void **state)
 {
@@ -257,6 +306,7 @@ int main(void)
         cmocka_unit_test(caps_lie_where_rays_come_into_bodies),
         cmocka_unit_test(every_technique_shows_the_same_caps),
         cmocka_unit_test(a_cap_has_its_colour_and_its_node),
+        cmocka_unit_test(planes_that_coincide_are_one_and_facing_ones_leave_nothing),
         cmocka_unit_test(open_sheets_have_none_and_a_warning_says_so),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);

@@ -74,6 +74,38 @@ static void the_base_stays_and_parts_follow_by_their_names(void **state)
     imported_scene_finish(&s);
 }
 
+/* Where everything has a name, nothing is left over for that of the part itself. */
+static void long_names_of_parts_have_room(void **state)
+{
+    (void)state;
+    struct imported_scene s = make();
+    struct error err = {0};
+    char name[201];
+    memset(name, 'n', sizeof name - 1);
+    name[sizeof name - 1] = '\0';
+    struct scene named = s.scene;
+    struct scene_node nodes[3];
+    struct scene_material materials[2];
+    assert_int_equal(named.node_count, 3);
+    assert_int_equal(named.material_count, 2);
+    memcpy(nodes, named.nodes, sizeof nodes);
+    memcpy(materials, named.materials, sizeof materials);
+    nodes[2].name = nodes[0].name;
+    materials[1].name = materials[0].name;
+    named.nodes = nodes;
+    named.materials = materials;
+    const struct compose_part part = {.name = name, .scene = &named, .identity = 1};
+    struct composed_scene *composed = compose(&s, &part, 1, &err);
+    assert_non_null(composed);
+    const struct scene *scene = composed_scene_get(composed);
+    assert_string_equal(scene->parts[1].name, name);
+    const char *last = scene->strings + scene->materials[3].name;
+    assert_memory_equal(last, name, sizeof name - 1);
+    assert_string_equal(last + sizeof name - 1, "/Red");
+    composed_scene_destroy(composed);
+    imported_scene_finish(&s);
+}
+
 static void only_what_a_part_covers_changes_its_shadow_hash(void **state)
 {
     (void)state;
@@ -140,6 +172,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_base_stays_and_parts_follow_by_their_names),
+        cmocka_unit_test(long_names_of_parts_have_room),
         cmocka_unit_test(only_what_a_part_covers_changes_its_shadow_hash),
         cmocka_unit_test(what_cannot_be_composed_is_named),
     };
