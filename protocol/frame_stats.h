@@ -21,8 +21,8 @@ enum {
     FRAME_STATS_DEVICE_BYTES = 128,
 };
 
-/* Tokens of Server-Timing and keys of timings_ms: queue, shadow, light-list, shade, readback,
- * encode, total. */
+/* Tokens of Server-Timing and keys of timings_ms: queue, paused, shadow, light-list, shade,
+ * readback, encode, total. */
 enum frame_timing {
     FRAME_TIMING_QUEUE,
     FRAME_TIMING_PAUSED, /* urgent frames went before the rest of this one */

@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "server/child.h"
+#include "server/clock.h"
 #include "server/ipc.h"
 
 enum {
@@ -62,13 +63,6 @@ static json_t *describe_job(const struct decode_pool *pool, const struct upload 
                             (json_int_t)pool->config->decode_memory_bytes, "timeout_s",
                             pool->config->decode_timeout_s)
                 : NULL;
-}
-
-static int64_t now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
 enum answer { ANSWER_MESSAGE, ANSWER_NONE, ANSWER_REFUSED };

@@ -12,8 +12,9 @@
 #include <sys/eventfd.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "server/clock.h"
 
 enum { TICK_MS = 250 };
 
@@ -42,13 +43,6 @@ struct http_watch {
     size_t count;
     uint64_t next_serial;
 };
-
-static int64_t now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 static void wake(struct http_watch *watch)
 {

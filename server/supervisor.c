@@ -10,12 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
 #include "server/child.h"
+#include "server/clock.h"
 #include "server/flights.h"
 #include "server/ipc.h"
 #include "server/quarantine.h"
@@ -58,18 +58,6 @@ struct supervisor {
     uint64_t next_ticket;
     struct supervisor_totals totals;
 };
-
-static int64_t now_us(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-}
-
-static int64_t now_ms(void)
-{
-    return now_us() / 1000;
-}
 
 static void wake(struct supervisor *supervisor)
 {
@@ -123,8 +111,18 @@ static void refuse_waiting(struct supervisor *supervisor, const struct error *pr
 
 /* ---- a worker's death ---- */
 
+/* The task's scene, and those of its parts. Under the mutex. */
+static bool check_quarantine(const struct supervisor *supervisor, const struct render_task *task,
+                             struct error *err)
+{
+    bool is_good = quarantine_check(&supervisor->quarantine, task->scene, err);
+    for (int i = 0; is_good && i < task->parts.count; i++)
+        is_good = quarantine_check(&supervisor->quarantine, task->parts.ids[i], err);
+    return is_good;
+}
+
 /* A crash condemns the scene; a missed deadline may be the fault of a request alone, so it counts
- * once the request is refused. */
+ * once the request is refused. Which scene of several it was is not known: the first is charged. */
 static void charge(struct supervisor *supervisor, struct render_task *task, const char *how,
                    bool is_timeout)
 {
@@ -472,7 +470,7 @@ static bool send_warm_up(struct supervisor *supervisor)
         return true;
     struct render_task *task = warm_ups_take(&supervisor->warm_ups);
     struct error problem = {0};
-    if (quarantine_check(&supervisor->quarantine, task->scene, &problem))
+    if (check_quarantine(supervisor, task, &problem))
         return send_task(supervisor, task);
     render_task_destroy(task);
     return true;
@@ -521,7 +519,7 @@ static bool feed_worker(struct supervisor *supervisor)
         struct error problem = {0};
         if (task->is_cancelled) /* before the worker died that had it */
             refuse_task(supervisor, task, &nobody_waits);
-        else if (!quarantine_check(&supervisor->quarantine, task->scene, &problem))
+        else if (!check_quarantine(supervisor, task, &problem))
             refuse_task(supervisor, task, &problem);
         else if (!send_task(supervisor, task))
             return false;
@@ -686,7 +684,7 @@ bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, 
         is_good =
             error_set(err, supervisor->start_error.code, "%s", supervisor->start_error.message);
     else
-        is_good = quarantine_check(&supervisor->quarantine, task->scene, err);
+        is_good = check_quarantine(supervisor, task, err);
     if (is_good && !render_queue_push(&supervisor->queue, task, LIMIT_QUEUE_DEPTH))
         is_good = error_set(err, ERROR_OVERLOADED, "%d renders are waiting, which is the limit",
                             LIMIT_QUEUE_DEPTH);

@@ -10,9 +10,10 @@
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 #include <wslay/wslay.h>
+
+#include "server/clock.h"
 
 enum {
     QUEUE_MAX = 16,      /* messages; with more nothing is read, and pings get no answer */
@@ -48,13 +49,6 @@ struct websocket_loop {
     struct websocket *first; /* the thread's own */
     size_t count;
 };
-
-static int64_t now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 static void wake(struct websocket_loop *loop)
 {

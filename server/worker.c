@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "protocol/utf8.h"
+#include "server/clock.h"
 #include "server/device_speed.h"
 #include "server/encoder.h"
 #include "server/explain.h"
@@ -179,13 +179,6 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
     return is_good;
 }
 
-static int64_t now_us(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-}
-
 static bool is_urgent(const struct ipc_message *message)
 {
     return json_is_true(json_object_get(message->json, "urgent"));
@@ -251,10 +244,10 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                                                     .request = request,
                                                     .question = question},
                              fd, err);
-    if (warm_up_is_step(question))
+    if (warm_up_is_step(question)) {
         encoder_warm_up(worker->encoder);
-    if (warm_up_is_step(question))
         return warm_up_step(worker->renderer, request, err);
+    }
     if (pick_is_step(question))
         return pick_step(&(struct pick_step_desc){.renderer = worker->renderer,
                                                   .request = request,

@@ -10,10 +10,11 @@
  * in:
  *   configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes, cache_bytes,
  *             dump_shaders, auto, speed_file}: first, once
- *   render    {id, scene, urgent, format, reuse, coarse, forget}, descriptors: the request as JSON
- *             (memfd), the scene's blob
- *   ask       {id, scene, urgent, question, forget}, descriptors: the same and perhaps a reference:
- *             one step of a trade-off (server/measure.h), a plan (server/explain.h), a pick
+ *   render    {id, scene, urgent, format, reuse, coarse, parts, forget}, descriptors: the request
+ *             as JSON (memfd), the scene's blob, those of `parts` in their order
+ *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a
+ *             reference: one step of a trade-off (server/measure.h), a plan (server/explain.h), a
+ *             pick
  *   cancel    {id}: a render that is not wanted any more; it ends with an error, or is done
  *   forget    {forget}: ids of scenes that were deleted, here and in render
  * out:

@@ -29,11 +29,6 @@ struct outline {
     size_t border_count;
 };
 
-bool overlay_is_asked(const struct view *view)
-{
-    return view->highlight.node_count > 0 || view->edges.is_drawn;
-}
-
 /* Nodes and all below them; parents come before their children. */
 static bool select_nodes(struct outline *o, struct error *err)
 {
@@ -65,8 +60,8 @@ static void cover_triangle(struct outline *o, const double *const corners[3])
     double low = fmin(corners[0][1], fmin(corners[1][1], corners[2][1]));
     double high = fmax(corners[0][1], fmax(corners[1][1], corners[2][1]));
     int rows = o->screen.height_px * SIDE, columns = o->screen.width_px * SIDE;
-    int first_row = (int)fmax(0, ceil(low * SIDE - 0.5));
-    int last_row = (int)fmin(rows - 1, floor(high * SIDE - 0.5));
+    int first_row = (int)fmin(rows, fmax(0, ceil(low * SIDE - 0.5)));
+    int last_row = (int)fmax(-1, fmin(rows - 1, floor(high * SIDE - 0.5)));
     for (int row = first_row; row <= last_row; row++) {
         double y = (row + 0.5) / SIDE, left = INFINITY, right = -INFINITY;
         for (int i = 0; i < 3; i++) {
@@ -266,7 +261,6 @@ bool overlay_draw_highlight(const struct overlay_desc *desc, struct overlay_stat
         spread(&o, &o.borders[i]);
     if (ok)
         composite(&o, stats);
-    stats->rays += o.border_count;
     outline_finish(&o);
     return ok;
 }

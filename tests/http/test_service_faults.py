@@ -71,6 +71,10 @@ class Worker(support.ServiceTest):
         reply = self.daemon.render(scene, width=7)
         self.assertEqual((500, "render_failed"), (reply.status, reply.code))
         self.assertIn("quarantined", reply.json()["detail"])
+        parts = {"bad": {"scene": scene}}
+        reply = self.daemon.render(self.daemon.push(triangle("fake:whole")), parts=parts)
+        self.assertEqual((500, "render_failed"), (reply.status, reply.code))
+        self.assertIn("quarantined", reply.json()["detail"], "nor as a part of another scene")
         self.assertEqual(
             crashes, self.daemon.stats()["worker"]["crashes"], "no worker may die for it again"
         )

@@ -261,11 +261,16 @@ class Queue(support.ServiceTest):
         self.assertEqual([0, 3, 7], order)
 
     def test_a_client_that_leaves_is_taken_out_of_the_queue(self):
+        def heard():
+            renders = self.daemon.stats()["renders"]
+            return sum(renders[k] for k in ("rendered", "cancelled", "waiting", "in_flight"))
+
         before = self.daemon.stats()["renders"]["cancelled"]
         scene = self.daemon.push(triangle())
+        heard_before = heard()
         peers = self.occupy(500, 6)
         leaving = [self.begin(scene) for _ in range(5)]
-        support.wait_until(lambda: self.daemon.stats()["renders"]["waiting"] >= 5, "they wait")
+        support.wait_until(lambda: heard() - heard_before == 11, "they wait behind the others")
         for peer in leaving:
             peer.close()
         support.wait_until(
