@@ -17,6 +17,7 @@ struct view_names {
     struct name_set sets[VIEW_NAME_KIND_COUNT];
 };
 
+/* Of a list of names, or of objects that have one. */
 static bool fill(struct name_set *set, const json_t *names, uint64_t count)
 {
     size_t i;
@@ -27,26 +28,11 @@ static bool fill(struct name_set *set, const json_t *names, uint64_t count)
     bool is_good = set->keys;
     json_array_foreach(names, i, name)
     {
-        if (is_good && json_is_string(name))
-            is_good = json_object_set_new(set->keys, json_string_value(name), json_true()) == 0;
+        const char *text =
+            json_string_value(json_is_object(name) ? json_object_get(name, "name") : name);
+        if (is_good && text)
+            is_good = json_object_set_new(set->keys, text, json_true()) == 0;
     }
-    return is_good;
-}
-
-/* Names from a list of objects. */
-static bool fill_of_items(struct name_set *set, const json_t *items, uint64_t count)
-{
-    json_t *names = json_array();
-    size_t i;
-    const json_t *item;
-    bool is_good = names;
-    json_array_foreach(items, i, item)
-    {
-        json_t *name = json_object_get(item, "name");
-        is_good = is_good && json_array_append(names, name) == 0;
-    }
-    is_good = is_good && fill(set, names, count);
-    json_decref(names);
     return is_good;
 }
 
@@ -63,8 +49,8 @@ struct view_names *view_names_create(json_t *summary, struct error *err)
              number(summary, "nodes")) &&
         fill(&names->sets[VIEW_NAME_MATERIAL], json_object_get(summary, "materials"),
              number(summary, "material_count")) &&
-        fill_of_items(&names->sets[VIEW_NAME_ANIMATION], json_object_get(summary, "animations"),
-                      number(summary, "animation_count")))
+        fill(&names->sets[VIEW_NAME_ANIMATION], json_object_get(summary, "animations"),
+             number(summary, "animation_count")))
         return names;
     view_names_destroy(names);
     error_set(err, ERROR_NO_MEMORY, "names of a scene");

@@ -2,9 +2,11 @@
 /* A list of mapped scenes, most recently used first. */
 #include "server/mapped_scenes.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/limits.h"
 #include "server/ipc.h"
 
 struct mapped_scene {
@@ -156,17 +158,17 @@ static bool attach(struct mapped_scenes *scenes, const struct mapped_scenes_desc
 bool mapped_scenes_attach(struct mapped_scenes *scenes, const struct mapped_scenes_desc *desc,
                           struct error *err)
 {
+    struct mapped_scene *wanted[1 + LIMIT_PART_SCENES];
     uint64_t misses = scenes->totals.misses;
+    assert(desc->count <= sizeof wanted / sizeof *wanted);
     for (size_t i = 0; i < desc->count; i++)
-        if (!ready(scenes, desc->keys[i], desc->blob_fds[i], err))
+        if (!(wanted[i] = ready(scenes, desc->keys[i], desc->blob_fds[i], err)))
             return false;
     if (scenes->totals.misses != misses) /* those at hand drive out nothing */
         keep_budget(scenes, desc);
-    /* those made ready are the first ones, in the opposite order */
     for (size_t i = 0; i < desc->count; i++)
-        for (struct mapped_scene *at = scenes->first; at; at = at->next)
-            if (strcmp(at->key, desc->keys[i]) == 0 && !attach(scenes, desc, at, err))
-                return false;
+        if (!attach(scenes, desc, wanted[i], err))
+            return false;
     return true;
 }
 

@@ -17,7 +17,7 @@
 #include "renderer/scene/scene_blob.h"
 #include "server/ipc.h"
 
-enum { SUMMARY_FILE_BYTES = 64 << 20 /* five lists of 4096 names of 1 KiB, escaped */ };
+enum { SUMMARY_FILE_BYTES = 64 << 20 /* above what the outline of 65,536 nodes takes */ };
 
 struct scene_store {
     const struct log *log;
@@ -26,6 +26,8 @@ struct scene_store {
     pthread_mutex_t mutex; /* guards index and decoded_bytes */
     json_t *index;         /* id -> item of the list */
     uint64_t decoded_bytes;
+    pthread_mutex_t use_mutex; /* guards last_used; taken alone, or inside of mutex */
+    char last_used[DIGEST_TEXT_BYTES];
 };
 
 static bool make_directories(const char *path, struct error *err)
@@ -194,6 +196,7 @@ struct scene_store *scene_store_create(const char *state_dir, const struct log *
     store->log = log;
     store->lock_fd = store->scenes_fd = store->tmp_fd = -1;
     pthread_mutex_init(&store->mutex, NULL);
+    pthread_mutex_init(&store->use_mutex, NULL);
     store->index = json_object();
     if (!store->index) {
         error_set(err, ERROR_NO_MEMORY, "scene index");
@@ -237,6 +240,7 @@ void scene_store_destroy(struct scene_store *store)
     if (!store)
         return;
     json_decref(store->index);
+    pthread_mutex_destroy(&store->use_mutex);
     pthread_mutex_destroy(&store->mutex);
     int fds[] = {store->tmp_fd, store->scenes_fd, store->lock_fd};
     for (size_t i = 0; i < 3; i++)
@@ -403,6 +407,16 @@ json_t *scene_store_get_summary(struct scene_store *store, const char *id, struc
     return summary;
 }
 
+/* Says whether it was another one. */
+static bool set_last_used(struct scene_store *store, const char *id)
+{
+    pthread_mutex_lock(&store->use_mutex);
+    bool is_other = strcmp(store->last_used, id) != 0;
+    snprintf(store->last_used, sizeof store->last_used, "%s", id);
+    pthread_mutex_unlock(&store->use_mutex);
+    return is_other;
+}
+
 bool scene_store_remove(struct scene_store *store, const char *id, struct error *err)
 {
     char name[48];
@@ -417,6 +431,7 @@ bool scene_store_remove(struct scene_store *store, const char *id, struct error 
     } else {
         store->decoded_bytes -= item_bytes(item);
         json_object_del(store->index, id);
+        set_last_used(store, ""); /* posted again, its next use is noted again */
     }
     pthread_mutex_unlock(&store->mutex);
     if (is_good)
@@ -449,6 +464,8 @@ json_t *scene_store_list(struct scene_store *store)
 void scene_store_note_use(struct scene_store *store, const char *id)
 {
     char path[96];
+    if (!set_last_used(store, id)) /* each frame of a view */
+        return;
     snprintf(path, sizeof path, "%.64s/used", id);
     pthread_mutex_lock(&store->mutex); /* a DELETE must not meet a file that comes to be */
     if (json_object_get(store->index, id) && utimensat(store->scenes_fd, path, NULL, 0) != 0 &&

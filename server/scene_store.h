@@ -5,10 +5,9 @@
  * STATE/lock                    held while a daemon uses the directory
  * STATE/scenes/ID/blob          the decoded scene (renderer/scene/scene_blob.h)
  * STATE/scenes/ID/summary.json  what GET /v1/scenes/ID answers, and the version of the blob
- * STATE/scenes/ID/used          empty; its time is when the scene last gave an image
- * STATE/tmp/                    uploads and drafts; emptied at start
- * STATE/cache/                  shaders that the worker's driver has compiled
- * Nothing is ever written elsewhere. */
+ * STATE/scenes/ID/used          empty; its time is when the scene last gave an image, behind
+ * another STATE/tmp/                    uploads and drafts; emptied at start STATE/cache/ shaders
+ * that the worker's driver has compiled Nothing is ever written elsewhere. */
 #ifndef VITRAIL_SERVER_SCENE_STORE_H
 #define VITRAIL_SERVER_SCENE_STORE_H
 

@@ -253,8 +253,3 @@ void gl_program_set_f4(const struct gl_program *program, const char *name, const
 {
     glProgramUniform4fv(program->name, location(program, name), 1, value);
 }
-
-void gl_program_set_m4(const struct gl_program *program, const char *name, const float value[16])
-{
-    glProgramUniformMatrix4fv(program->name, location(program, name), 1, GL_FALSE, value);
-}

@@ -47,6 +47,5 @@ void gl_program_set_u2(const struct gl_program *program, const char *name, uint3
 void gl_program_set_f(const struct gl_program *program, const char *name, float value);
 void gl_program_set_f3(const struct gl_program *program, const char *name, const float value[3]);
 void gl_program_set_f4(const struct gl_program *program, const char *name, const float value[4]);
-void gl_program_set_m4(const struct gl_program *program, const char *name, const float value[16]);
 
 #endif

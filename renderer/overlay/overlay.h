@@ -18,11 +18,7 @@ struct overlay_desc {
 struct overlay_stats {
     uint64_t edges;    /* feature edges in view, at least in part */
     uint64_t outlined; /* pixels that the outline touches */
-    uint64_t rays;
 };
-
-/* Whether the view asks for any. */
-bool overlay_is_asked(const struct view *view);
 
 /* Errors: ERROR_NOT_FOUND for a node that the scene does not have, ERROR_NO_MEMORY. */
 MUST_CHECK bool overlay_draw_edges(const struct overlay_desc *desc, struct overlay_stats *stats,

@@ -75,7 +75,6 @@ static bool flush(struct drawing *d, struct error *err)
                                        .count = d->piece_count,
                                        .context = d,
                                        .visit = visit_piece};
-    d->stats->rays += d->piece_count;
     d->piece_count = 0;
     return look.count == 0 || raytrace_look(d->desc->rays, &look, err);
 }

@@ -117,6 +117,8 @@ struct content_key view_plan_key(struct content_key state_key, const struct view
     for (int k = 0; k < 4; k++)
         own.background[k] = 0; /* decides pixels, no pass */
     own.quality.may_be_coarse = false;
+    own.highlight = (struct view_highlight){.node_count = view->highlight.node_count > 0};
+    own.edges = (struct view_edges){.is_drawn = view->edges.is_drawn}; /* how is not planned */
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->camera.node);
     struct content_key cut = view_cut_key(view);

@@ -114,8 +114,3 @@ void animation_evaluate(const struct scene *scene, uint32_t animation, double ti
         evaluate_channel(scene, channel, time_s, members[channel->path]);
     }
 }
-
-void pose_compose(const struct scene_pose *pose, double local[16])
-{
-    mat4_compose(pose->translation, pose->rotation, pose->scale, local);
-}

@@ -12,7 +12,4 @@
 void animation_evaluate(const struct scene *scene, uint32_t animation, double time_s,
                         struct scene_pose *poses);
 
-/* parent_from_node, column-major: translation * rotation * scale. */
-void pose_compose(const struct scene_pose *pose, double local[16]);
-
 #endif

@@ -261,6 +261,8 @@ bool import_pixels(struct importer *importer, const struct scene_import_desc *de
     const struct scene_header *header = blob;
     const struct scene_section_range *range = &header->sections[SCENE_IMAGES];
     struct scene_image *images = (void *)((char *)blob + range->offset);
+    if (!range->count)
+        return true;
     struct texture_tables *tables = texture_tables_create(err);
     struct pixel_writer writer = {.desc = desc,
                                   .tables = tables,

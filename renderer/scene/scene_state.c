@@ -62,7 +62,7 @@ static void move_nodes(const struct scene *scene, int32_t only, double time_s, u
             animation_evaluate(scene, i, time_s, poses);
     for (uint32_t i = 0; i < scene->pose_count; i++) {
         double *local = moved->locals[moved->count + i];
-        pose_compose(&poses[i], local);
+        mat4_compose(poses[i].translation, poses[i].rotation, poses[i].scale, local);
         locals[first_node + poses[i].node] = local;
     }
     moved->count += scene->pose_count;
