@@ -48,7 +48,7 @@ export function assemble(base, parts, scenes) {
         parent: root + (node.parent === null ? 0 : node.parent + 1),
         materials: node.materials.map((material) => materials.length + material) });
     });
-    own.outline.lights.forEach((light) => lights.push({ ...light, node: root + 1 + light.node, part: root }));
+    own.outline.lights.forEach((light) => lights.push({ ...light, node: root + 1 + light.node }));
     materials.push(...own.outline.materials.map((material, index) =>
       ({ ...material, name: material.name && `${name}: ${material.name}`, key: `${name}/#${index}` })));
     nodeEnd += 1 + own.summary.nodes;
@@ -62,11 +62,11 @@ export function assemble(base, parts, scenes) {
     nodeAt: at("nodes"), materialAt: at("materials") };
 }
 
-/** A light of a part where the part stands. */
-export function placedLight(light, world) {
-  return { ...light, ...(light.position && { position: moved(world, light.position) }),
-    ...(light.direction && { direction: turned(world, light.direction) }),
-    ...(light.up && { up: turned(world, light.up) }) };
+/** A light where its node has been moved to. */
+export function placedLight(light, way) {
+  return { ...light, ...(light.position && { position: moved(way, light.position) }),
+    ...(light.direction && { direction: turned(way, light.direction) }),
+    ...(light.up && { up: turned(way, light.up) }) };
 }
 
 /** World from node; `own(index)` answers parent from node. */

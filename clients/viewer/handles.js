@@ -45,7 +45,7 @@ export function makeHandles(stage, model, { lights, section }, { isLighting, isC
   const dots = () => {
     if (!isLighting()) return [];
     return model.lights.slice(0, DOTS_MAX).map((light, index) => ({ position: light.position,
-      color: cssColor(light.color ?? [1, 1, 1]), name: lights.nameOf(index),
+      color: cssColor(light.color ?? [1, 1, 1]), name: lights.nameOf(index, light),
       choose: () => lights.activate(index), index }))
       .filter(({ position, index }) => position && index !== lights.active);
   };

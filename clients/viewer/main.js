@@ -56,7 +56,7 @@ class Viewer {
     this.#makeToolbar();
     this.navigator = new Navigator(this.model, this.stage, {
       pick: (share) => this.pick(share), aim: (share) => this.pick(share, true) });
-    this.readout = new Readout(this.stage.surface, {
+    this.readout = new Readout(this.stage, {
       pick: (share) => this.#hit(share), also: (share) => this.heat.at(share),
       isResting: () => Boolean(this.model.scene) && this.stage.canvas.dataset.exact === "true",
       size: () => this.model.camera.sceneSize,

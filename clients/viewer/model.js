@@ -49,6 +49,8 @@ export class Model extends EventTarget {
   selection = null; // {node, material, position, normal, depth}: indices, or null each
   #base = null; // of the scene alone: {summary, outline}
   #partScenes = new Map(); // by id, as #base
+  #assembled = "[]"; // the parts that the outline has
+  #boxes = new Map(); // by node, or "all"; until something moves
   aspect = 1.6; // of the picture, for what fits into it
   shown = "color"; // output that the picture shows
   #undo = [];
@@ -89,7 +91,8 @@ export class Model extends EventTarget {
   #assemble() {
     const base = this.#base;
     this.scene = base && { ...base.summary, outline: assemble(base, this.view.parts, this.#partScenes) };
-    this.assembled = this.#partsKey;
+    this.#assembled = this.#partsKey;
+    this.#boxes.clear();
   }
 
   /** Changes when the outline has to. */
@@ -100,7 +103,7 @@ export class Model extends EventTarget {
 
   /** After any change of the view: other parts are other nodes. */
   #followParts() {
-    if (this.assembled === this.#partsKey) return;
+    if (this.#assembled === this.#partsKey) return;
     const key = this.scene.outline.nodes[this.selection?.node]?.key;
     this.#assemble();
     const node = this.scene.outline.nodes.findIndex((one) => one.key === key);
@@ -128,8 +131,17 @@ export class Model extends EventTarget {
     this.camera.standAt(camera, this.bounds, 0.15 * median);
   }
 
-  /** Of the whole scene: least x y z, greatest x y z. */
+  /** Of the whole scene: least x y z, greatest x y z; not to be changed. */
   get bounds() {
+    return this.#keptBox("all", () => this.#allBounds());
+  }
+
+  #keptBox(name, find) {
+    if (!this.#boxes.has(name)) this.#boxes.set(name, find());
+    return this.#boxes.get(name);
+  }
+
+  #allBounds() {
     const bounds = this.scene?.bounds;
     const boxes = bounds ? [[...bounds.min, ...bounds.max]] : [];
     this.scene?.outline.nodes.forEach(({ isPart }, index) => {
@@ -146,18 +158,22 @@ export class Model extends EventTarget {
     return [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
   }
 
-  /** Of a node and all below it; null without geometry. */
+  /** Of a node and all below it, not to be changed; null without geometry. */
   boundsOf(index) {
+    return this.#keptBox(index, () => this.#boundsBelow(index));
+  }
+
+  #boundsBelow(index) {
     const { nodes } = this.scene.outline;
     const isBelow = new Uint8Array(nodes.length); // parents come before their children
     const hasMoved = Object.values(this.view.overrides.nodes).some(({ matrix }) => matrix);
-    const isMoved = new Uint8Array(nodes.length);
+    const ways = []; // of each node: where it is now from where it is at rest; undefined: the same
     let found = null;
     nodes.forEach((node, at) => {
       isBelow[at] = at === index || (node.parent !== null && isBelow[node.parent]);
-      isMoved[at] = (hasMoved && this.isMoved(at)) || node.isPart || (node.parent !== null && isMoved[node.parent]);
+      ways[at] = node.isPart || (hasMoved && this.isMoved(at)) ? this.#fromRest(at) : ways[node.parent];
       if (!node.bounds || !isBelow[at]) return;
-      const box = isMoved[at] ? this.#boundsNow(at) : node.bounds;
+      const box = ways[at] ? movedBounds(ways[at], node.bounds) : node.bounds;
       found ??= [...box];
       for (let axis = 0; axis < 3; axis++) {
         found[axis] = Math.min(found[axis], box[axis]);
@@ -167,9 +183,9 @@ export class Model extends EventTarget {
     return found;
   }
 
-  #boundsNow(index) {
-    const fromRest = multiply(this.worldOf(index), inverse(this.worldOf(index, true)));
-    return movedBounds(fromRest, this.scene.outline.nodes[index].bounds);
+  /** World as it is now from world as in the file, for what a node holds. */
+  #fromRest(index) {
+    return multiply(this.worldOf(index), inverse(this.worldOf(index, true)));
   }
 
   /** Call after having moved `camera`. */
@@ -188,6 +204,7 @@ export class Model extends EventTarget {
     const before = copy(this.view);
     change(this.view);
     if (isEqual(before, this.view)) return;
+    this.#boxes.clear();
     const now = Date.now();
     if (label !== this.#lastEdit.label || now - this.#lastEdit.time > 1000) {
       this.#undo.push({ label, view: before });
@@ -195,7 +212,7 @@ export class Model extends EventTarget {
     }
     this.#lastEdit = { label, time: now };
     this.#redo = [];
-    if (!isEqual(before.parts, this.view.parts)) this.#followParts();
+    this.#followParts();
     this.#tell("edit", label);
   }
 
@@ -213,6 +230,7 @@ export class Model extends EventTarget {
     to.push({ label: step.label, view: this.view });
     this.view = { ...step.view, animation: this.view.animation }; // time is no edit
     this.#lastEdit = { label: "", time: 0 };
+    this.#boxes.clear();
     this.#followParts();
     this.#tell("edit", step.label);
     return step.label;
@@ -361,9 +379,16 @@ export class Model extends EventTarget {
 
   // ---- lights ----
 
+  /** Where its node stands now, which of a light may be one that the outline has no room for. */
+  #standing(light) {
+    const { nodes } = this.scene.outline;
+    let at = nodes[light.node] ? light.node : null;
+    while (at !== null && !nodes[at].isPart && !this.isMoved(at)) at = nodes[at].parent;
+    return at === null ? light : placedLight(light, this.#fromRest(light.node));
+  }
+
   get #sceneLights() {
-    return this.scene.outline.lights.map((light) => lightMembers(light.part === undefined ? light
-      : placedLight(light, this.worldOf(light.part))));
+    return this.scene.outline.lights.map((light) => lightMembers(this.#standing(light)));
   }
 
   /** Edits need the lights as members of the view: those of the scene are copied over once. */

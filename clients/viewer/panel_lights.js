@@ -50,9 +50,8 @@ export class LightsPanel {
     this.#changed();
   }
 
-  nameOf(index) {
+  nameOf(index, { type }) {
     const own = this.model.scene.outline.lights;
-    const { type } = this.model.lights[index];
     const name = own[index]?.type === type ? own[index].name : "";
     return name || `${type[0].toUpperCase()}${type.slice(1)} light ${index + 1}`;
   }
@@ -121,7 +120,7 @@ export class LightsPanel {
       el("button", { type: "button", class: "light-head", "aria-expanded": String(isOpen),
         "data-key": `light-${index}`, onclick: () => {
           this.activate(isOpen ? -1 : index);
-        } }, icon(iconName), el("span", { class: "grow" }, this.nameOf(index)), power, swatch),
+        } }, icon(iconName), el("span", { class: "grow" }, this.nameOf(index, light)), power, swatch),
       isOpen && this.#fields(index, light));
   }
 

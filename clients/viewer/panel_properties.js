@@ -12,8 +12,7 @@ export class PropertiesPanel {
 
   constructor(panel, model, actions) {
     Object.assign(this, { panel, model, actions });
-    for (const type of ["scene", "parts"]) model.addEventListener(type, () => this.fill());
-    model.addEventListener("select", () => this.fill());
+    for (const type of ["scene", "select"]) model.addEventListener(type, () => this.fill()); // "parts" too tell "select"
     model.addEventListener("edit", () => this.#update());
     this.fill();
   }
@@ -47,12 +46,12 @@ export class PropertiesPanel {
     if (!node) return null;
     const path = [];
     for (let at = node.parent; at !== null; at = this.model.scene.outline.nodes[at].parent)
-      path.unshift(this.model.scene.outline.nodes[at].name || `Node ${at}`);
+      path.unshift(this.model.nodeName(at));
     const { position, normal, depth } = this.model.selection;
     const bounds = this.model.boundsOf(index);
     const size = bounds && [0, 1, 2].map((axis) => bounds[axis + 3] - bounds[axis]);
     const isVisible = this.model.isVisible(index);
-    return group(node.name || `Node ${index}`,
+    return group(this.model.nodeName(index),
       facts([
         path.length > 0 && ["Path", path.join(" › ")],
         ["Index", index],

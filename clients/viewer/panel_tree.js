@@ -148,8 +148,8 @@ export class TreePanel {
   }
 
   #row([index, level], at) {
-    const { parent, name: own } = this.#nodes[index];
-    const name = own || `Node ${index}`;
+    const { parent } = this.#nodes[index];
+    const name = this.model.nodeName(index);
     const isVisible = this.model.isVisible(index);
     const hasChildren = this.#children[index].length > 0 && !this.#query;
     const [place, siblings] = this.#query ? [at + 1, this.#shown.length] : this.#places[index];
@@ -169,7 +169,7 @@ export class TreePanel {
       } }, hasChildren && icon("open", 12)),
     icon(this.#icons[index], 14), el("span", { class: "node-name" }, name),
     this.#query && parent !== null
-      && el("span", { class: "node-parent" }, this.#nodes[parent].name || `Node ${parent}`),
+      && el("span", { class: "node-parent" }, this.model.nodeName(parent)),
     button({ label: `${isVisible ? "Hide" : "Show"} ${name}`, icon: isVisible ? "eye" : "hidden",
       class: "plain", tabIndex: -1, "aria-pressed": String(!isVisible), onclick: (event) => {
         event.stopPropagation();

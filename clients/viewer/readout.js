@@ -15,16 +15,14 @@ export class Readout {
    * @param {{pick: (share) => Promise<object|null>, isResting: () => boolean,
    * size: () => number, nameOf: (hit) => string, also: (share) => string}} asks
    */
-  constructor(surface, asks) {
+  constructor(stage, asks) {
     this.asks = asks;
     this.place = byId("status-place");
-    surface.addEventListener("pointermove", (event) => {
-      const box = surface.getBoundingClientRect();
-      this.#share = event.pointerType === "touch" || event.buttons ? null
-        : { x: (event.clientX - box.left) / box.width, y: (event.clientY - box.top) / box.height };
+    stage.surface.addEventListener("pointermove", (event) => {
+      this.#share = event.pointerType === "touch" || event.buttons ? null : stage.shareOf(event);
       this.#later();
     });
-    surface.addEventListener("pointerleave", () => {
+    stage.surface.addEventListener("pointerleave", () => {
       this.#share = null;
       this.clear();
     });

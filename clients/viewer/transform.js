@@ -41,7 +41,7 @@ export function transformGroup(model, index, controls, actions) {
   say();
   controls.push(say);
   return group("Place", parent !== null && el("p", { class: "fine" },
-    `in ${model.scene.outline.nodes[parent].name || `Node ${parent}`}`),
+    `in ${model.nodeName(parent)}`),
   field("Position", "m", "translation", withTranslation),
   field("Rotation", "°", "rotation", (matrix, values) => {
     typed = values;

@@ -16,6 +16,9 @@ needs_browser()
 
 SETTLED = "return document.getElementById('picture').dataset.exact === 'true'"
 FRAMES = "return Number(document.getElementById('picture').dataset.frames ?? 0)"
+HANDLE = """const found = document.querySelector(`[data-handle=${arguments[0]}] .gizmo-tip`);
+  const box = found.getBoundingClientRect();
+  return box.width > 0 && [box.x + box.width / 2, box.y + box.height / 2];"""
 PICTURE = """const canvas = document.getElementById('picture');
   return canvas.width + 'x' + canvas.height + canvas.toDataURL('image/png');"""
 
@@ -141,6 +144,10 @@ class PageTest(unittest.TestCase):
         """All members of the view that the page shows, as the server has them."""
         [summary] = self.daemon.request("GET", "/v1/views").json()["views"]
         return self.daemon.request("GET", f"/v1/views/{summary['id']}").json()["view"]
+
+    def handle(self, name):
+        """The middle of a handle in the picture."""
+        return self.browser.wait(f"return (function () {{ {HANDLE} }})('{name}')", f"handle {name}")
 
     def enter(self, label, value, within="body"):
         """Types into the field of that label."""

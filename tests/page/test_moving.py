@@ -5,10 +5,6 @@ import struct
 
 from page import PageTest, room, support
 
-HANDLE = """const found = document.querySelector(`[data-handle=${arguments[0]}] .gizmo-tip`);
-  const box = found.getBoundingClientRect();
-  return box.width > 0 && [box.x + box.width / 2, box.y + box.height / 2];"""
-
 # Matrices that turn, scale, shear and mirror: taken apart and put together they are the same, and
 # what a person types is what is read back.
 ALGEBRA = """
@@ -96,6 +92,26 @@ class Placing(PageTest):
         self.assertIsNone(self.matrix())
         self.assertEqual(first, back)
 
+    def test_lights_below_what_was_moved_are_taken_over_where_they_stand(self):
+        self.load()
+        self.select("Room")
+        self.changed_by(lambda: self.enter("Position Y", 0.5, "#panel-properties"))
+        self.panel("lights")
+        self.changed_by(lambda: self.enter("Intensity", 30, "#panel-lights"))
+        [lamp] = self.view()["lights"]
+        for got, expected in zip(lamp["position"], [0, 3.1, 1.6]):
+            self.assertAlmostEqual(expected, got, places=6)
+
+    def test_edits_without_a_scene_are_undone(self):
+        self.load()
+        self.assertEqual([1, 0], self.browser.run("""
+          const { Model } = await import('/viewer/model.js');
+          const model = new Model();
+          model.edit('Exposure', (view) => { view.exposure_ev = 1; });
+          const edited = model.view.exposure_ev;
+          model.undo();
+          return [edited, model.view.exposure_ev];"""))
+
     def test_a_part_that_is_hidden_and_shown_stays_where_it_was_put(self):
         self.load()
         self.select("Pane")
@@ -117,9 +133,6 @@ class Placing(PageTest):
 
 
 class Dragging(PageTest):
-    def handle(self, name):
-        return self.browser.wait(f"return (function () {{ {HANDLE} }})('{name}')", f"handle {name}")
-
     def front(self):
         return self.changed_by(lambda: self.enter("Standard views", "front"))
 
