@@ -157,6 +157,8 @@ static void let_records_go(struct draw_arena *arena)
 
 static bool upload_caps(struct cap_gpu *gpu, const struct state_caps *caps, struct error *err)
 {
+    if (gpu->serial == caps->serial)
+        return true;
     caps_finish(gpu);
     if (!caps->count)
         return true;
@@ -186,6 +188,7 @@ static bool upload_caps(struct cap_gpu *gpu, const struct state_caps *caps, stru
     }
     glVertexArrayElementBuffer(gpu->array.name, gpu->indices.name);
     scene_gpu_format_records(gpu->array.name);
+    gpu->serial = caps->serial;
     return true;
 }
 

@@ -28,6 +28,7 @@ struct scene_gpu {
 struct cap_gpu { /* the caps of the frame's state; the array is unnamed without */
     struct gl_buffer positions, normals, indices;
     struct gl_vertex_array array;
+    uint64_t serial; /* of struct state_caps */
 };
 
 /* Draw records as attributes of the array, from a buffer that each submission binds. */

@@ -66,6 +66,7 @@ struct state_caps {         /* zeroed: none */
     float *positions, *normals; /* owned */
     uint32_t *indices;          /* owned */
     uint32_t vertex_count;      /* and of indices */
+    uint64_t serial;            /* of this cut, no other has it; 0: none was made */
 };
 
 struct scene_state {

@@ -5,6 +5,7 @@
 #include <assert.h>
 #include <float.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -468,6 +469,8 @@ static bool cap_plane(struct section *section, struct error *err)
 
 bool section_add(struct scene_state *state, const struct view *view, struct error *err)
 {
+    static atomic_uint_least64_t serial;
+    state->caps.serial = ++serial;
     for (size_t i = 0; view->cuts && i < view->clip_plane_count; i++) {
         struct section section = {.state = state, .view = view, .plane = i};
         bool has_cap = view->cuts[i].has_cap;
