@@ -157,9 +157,9 @@ static bool mesh_init(struct mesh *mesh, const struct drawing *d, const struct s
                       struct error *err)
 {
     const struct scene_state *state = d->desc->rays->state;
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const struct scene *from = scene_of_primitive(state->scene, p);
-    const uint32_t *index = from->indices + p->first_index;
+    const struct state_geometry geometry = state_geometry_of(state, item);
+    const struct scene_primitive *p = geometry.primitive;
+    const uint32_t *index = geometry.indices + p->first_index;
     size_t triangles = p->index_count / 3;
     *mesh = (struct mesh){.points = malloc((p->vertex_count + 1u) * sizeof *mesh->points),
                           .normals = malloc((triangles + 1) * sizeof *mesh->normals),
@@ -167,12 +167,9 @@ static bool mesh_init(struct mesh *mesh, const struct drawing *d, const struct s
     if (!mesh->points || !mesh->normals || !mesh->faces_eye)
         return error_set(err, ERROR_NO_MEMORY, "edges of %zu triangles", triangles);
     for (uint32_t i = 0; i < p->vertex_count; i++) {
-        const float *local = from->positions + 3 * ((size_t)p->first_vertex + i);
         double world[3];
-        mat4_transform_point(
-            state->world[item->node],
-            (const double[3]){(double)local[0], (double)local[1], (double)local[2]}, world);
-        overlay_screen_view(&d->screen, world, mesh->points[i]);
+        state_geometry_point(&geometry, i, world);
+        camera_to_view(d->screen.camera, world, mesh->points[i]);
     }
     for (size_t i = 0; i < triangles; i++) {
         const double *corner = mesh->points[index[3 * i]];
@@ -251,9 +248,15 @@ bool overlay_draw_edges(const struct overlay_desc *desc, struct overlay_stats *s
     bool ok = d.alpha[0] && (d.alpha[1] || !(style->hidden > 0)) && d.pieces && d.pixels;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "edges of %zu pixels", pixels);
-    for (size_t i = 0; ok && i < state->whole_count; i++)
-        if (state->items[i].casts_shadow) /* triangles */
-            ok = add_item(&d, &state->items[i], err);
+    int least_px = desc->color->width_px < desc->color->height_px ? desc->color->width_px
+                                                                  : desc->color->height_px;
+    double wider = 1 + 2 * ((double)style->width_px + 1) / least_px; /* clip_to_image's margin */
+    for (size_t i = 0; ok && i < state->whole_count; i++) {
+        const struct state_item *item = &state->items[i];
+        if (item->casts_shadow && /* triangles */
+            camera_may_see(desc->rays->camera, item->center, item->radius_m, wider))
+            ok = add_item(&d, item, err);
+    }
     ok = ok && flush(&d, err);
     if (ok)
         composite(&d);

@@ -81,18 +81,13 @@ static void cover_triangle(struct outline *o, const double *const corners[3])
 static void cover_item(struct outline *o, const struct state_item *item)
 {
     const struct scene_state *state = o->desc->rays->state;
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const struct scene *from = scene_of_primitive(state->scene, p);
-    const uint32_t *index = from->indices + p->first_index;
-    for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
-        double corners[SCREEN_CORNERS_MAX][3], pixels[SCREEN_CORNERS_MAX][2];
+    const struct state_geometry geometry = state_geometry_of(state, item);
+    for (uint32_t i = 0; i + 2 < geometry.primitive->index_count; i += 3) {
+        double corners[POLYGON_CORNERS_MAX][3], pixels[POLYGON_CORNERS_MAX][2];
         for (uint32_t c = 0; c < 3; c++) {
-            const float *local = from->positions + 3 * ((size_t)p->first_vertex + index[i + c]);
             double world[3];
-            mat4_transform_point(
-                state->world[item->node],
-                (const double[3]){(double)local[0], (double)local[1], (double)local[2]}, world);
-            overlay_screen_view(&o->screen, world, corners[c]);
+            state_geometry_corner(&geometry, i + c, world);
+            camera_to_view(o->screen.camera, world, corners[c]);
         }
         int count = overlay_screen_clip(&o->screen, corners, 3);
         for (int c = 0; c < count; c++)
@@ -248,9 +243,12 @@ bool overlay_draw_highlight(const struct overlay_desc *desc, struct overlay_stat
     const struct scene_state *state = desc->rays->state;
     struct outline o = {.desc = desc, .style = &desc->rays->view->highlight};
     bool ok = outline_init(&o, err) && select_nodes(&o, err);
-    for (size_t i = 0; ok && i < state->whole_count; i++)
-        if (state->items[i].casts_shadow && o.is_selected[state->items[i].node])
-            cover_item(&o, &state->items[i]);
+    for (size_t i = 0; ok && i < state->whole_count; i++) {
+        const struct state_item *item = &state->items[i];
+        if (item->casts_shadow && o.is_selected[item->node] &&
+            camera_may_see(desc->rays->camera, item->center, item->radius_m, 1))
+            cover_item(&o, item);
+    }
     ok = ok && list_borders(&o, err);
     const struct raytrace_look look = {.pixels = (const double(*)[2])o.pixels,
                                        .count = o.border_count,

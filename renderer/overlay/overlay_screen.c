@@ -3,7 +3,6 @@
 #include "renderer/overlay/overlay_screen.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "renderer/scene/matrix.h"
 
@@ -25,17 +24,6 @@ void overlay_screen_init(struct overlay_screen *screen, const struct camera *cam
     }
 }
 
-void overlay_screen_view(const struct overlay_screen *screen, const double world[3],
-                         double point[3])
-{
-    const struct camera *camera = screen->camera;
-    double from_eye[3];
-    vec3_sub(world, camera->eye, from_eye);
-    point[0] = vec3_dot(camera->right, from_eye);
-    point[1] = vec3_dot(camera->up, from_eye);
-    point[2] = -vec3_dot(camera->back, from_eye);
-}
-
 void overlay_screen_project(const struct overlay_screen *screen, const double point[3],
                             double pixel[2])
 {
@@ -45,53 +33,23 @@ void overlay_screen_project(const struct overlay_screen *screen, const double po
     pixel[1] = 0.5 * (1 - point[1] * scale / camera->half_height) * screen->height_px;
 }
 
-static double height_above(const double plane[4], const double point[3])
-{
-    return vec3_dot(plane, point) + plane[3];
-}
-
-static void meet(const double a[3], const double b[3], double above_a, double above_b,
-                 double point[3])
-{
-    double t = above_a / (above_a - above_b);
-    for (int k = 0; k < 3; k++)
-        point[k] = a[k] + t * (b[k] - a[k]);
-}
-
-/* Sutherland and Hodgman 1974, "Reentrant Polygon Clipping", one plane. */
-static int clip_by(const double plane[4], double (*corners)[3], int count)
-{
-    double kept[SCREEN_CORNERS_MAX + 1][3];
-    int kept_count = 0;
-    for (int i = 0; i < count; i++) {
-        const double *a = corners[i], *b = corners[(i + 1) % count];
-        double above_a = height_above(plane, a), above_b = height_above(plane, b);
-        if (above_a >= 0)
-            memcpy(kept[kept_count++], a, sizeof *kept);
-        if ((above_a >= 0) != (above_b >= 0))
-            meet(a, b, above_a, above_b, kept[kept_count++]);
-    }
-    memcpy(corners, kept, (size_t)kept_count * sizeof *kept);
-    return kept_count;
-}
-
-int overlay_screen_clip(const struct overlay_screen *screen, double corners[SCREEN_CORNERS_MAX][3],
+int overlay_screen_clip(const struct overlay_screen *screen, double corners[POLYGON_CORNERS_MAX][3],
                         int count)
 {
     for (size_t i = 0; i < screen->plane_count && count; i++)
-        count = clip_by(screen->planes[i], corners, count);
+        count = polygon_clip(screen->planes[i], corners, count);
     return count;
 }
 
 bool overlay_screen_clip_segment(const struct overlay_screen *screen, double ends[2][3])
 {
     for (size_t i = 0; i < screen->plane_count; i++) {
-        double above[2] = {height_above(screen->planes[i], ends[0]),
-                           height_above(screen->planes[i], ends[1])};
+        double above[2] = {plane_height(screen->planes[i], ends[0]),
+                           plane_height(screen->planes[i], ends[1])};
         if (above[0] < 0 && above[1] < 0)
             return false;
         if ((above[0] < 0) != (above[1] < 0))
-            meet(ends[0], ends[1], above[0], above[1], ends[above[0] < 0 ? 0 : 1]);
+            plane_meet(screen->planes[i], ends[0], ends[1], ends[above[0] < 0 ? 0 : 1]);
     }
     return true;
 }

@@ -8,17 +8,13 @@
 #include <stddef.h>
 
 #include "renderer/plan/camera.h"
+#include "renderer/scene/polygon_clip.h"
 #include "renderer/view.h"
-
-enum {
-    SCREEN_PLANES_MAX = VIEW_CLIP_PLANES_MAX + 1,
-    SCREEN_CORNERS_MAX = 3 + SCREEN_PLANES_MAX /* of a triangle that all planes cut */
-};
 
 struct overlay_screen {
     const struct camera *camera; /* borrowed */
     int width_px, height_px;
-    double planes[SCREEN_PLANES_MAX][4]; /* of view space: near, then the clip planes; a point with
+    double planes[POLYGON_PLANES_MAX][4]; /* of view space: near, then the clip planes; a point with
                                             ax + by + cz + d < 0 is cut away */
     size_t plane_count;
 };
@@ -26,17 +22,14 @@ struct overlay_screen {
 void overlay_screen_init(struct overlay_screen *screen, const struct camera *camera,
                          const struct view *view);
 
-/* View space: right, up and the depth along the view direction [m]. */
-void overlay_screen_view(const struct overlay_screen *screen, const double world[3],
-                         double point[3]);
-
-/* Continuous pixel coordinates, y down, of a point of view space that is not before the near plane.
+/* Continuous pixel coordinates, y down, of a point of view space (camera_to_view) that is not
+ * before the near plane.
  */
 void overlay_screen_project(const struct overlay_screen *screen, const double point[3],
                             double pixel[2]);
 
 /* What is left of a convex polygon; returns its corners, 0 when nothing is. */
-int overlay_screen_clip(const struct overlay_screen *screen, double corners[SCREEN_CORNERS_MAX][3],
+int overlay_screen_clip(const struct overlay_screen *screen, double corners[POLYGON_CORNERS_MAX][3],
                         int count);
 /* The same of a segment. */
 bool overlay_screen_clip_segment(const struct overlay_screen *screen, double ends[2][3]);

@@ -255,6 +255,30 @@ static struct ndc_window window_ndc(const struct camera_window *w)
     };
 }
 
+void camera_to_view(const struct camera *camera, const double world[3], double view[3])
+{
+    double from_eye[3];
+    vec3_sub(world, camera->eye, from_eye);
+    view[0] = vec3_dot(from_eye, camera->right);
+    view[1] = vec3_dot(from_eye, camera->up);
+    view[2] = -vec3_dot(from_eye, camera->back);
+}
+
+bool camera_may_see(const struct camera *camera, const double center[3], double radius_m,
+                    double wider)
+{
+    double at[3];
+    camera_to_view(camera, center, at);
+    for (int axis = 0; axis < 2; axis++) {
+        double half = wider * (axis ? camera->half_height : camera->half_width);
+        double room =
+            camera->is_orthographic ? half + radius_m : half * at[2] + radius_m * hypot(1, half);
+        if (fabs(at[axis]) > room)
+            return false;
+    }
+    return at[2] > -radius_m;
+}
+
 void camera_axes(const struct camera *camera, double axes[3][3])
 {
     memcpy(axes[0], camera->right, sizeof axes[0]);

@@ -29,6 +29,14 @@ MUST_CHECK bool camera_resolve(struct camera *camera, const struct view *view,
 /* Rows right, up, back: view_from_world. */
 void camera_axes(const struct camera *camera, double axes[3][3]);
 
+/* Right, up and the depth along the view direction [m] of a point of the world. */
+void camera_to_view(const struct camera *camera, const double world[3], double view[3]);
+
+/* A sphere against the sides of the frustum, which is `wider` times as wide and high (1: as it is),
+ * and the plane of the eye; true is no promise. */
+bool camera_may_see(const struct camera *camera, const double center[3], double radius_m,
+                    double wider);
+
 /* From view space in units of unit_m to clip space of the window (GL convention: y up; the renderer
  * flips rows on readback), as shaders/geometry.vert.glsl takes it:
  *   w' = depth[2] + depth[3] * z, z' = depth[0] + depth[1] * z,

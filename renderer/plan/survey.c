@@ -98,15 +98,6 @@ static double project(const struct camera *camera, struct polygon *polygon)
 
 /* ---- sampling ---- */
 
-static void to_view(const struct camera *camera, const double world[3], double view[3])
-{
-    double v[3];
-    vec3_sub(world, camera->eye, v);
-    view[0] = vec3_dot(v, camera->right);
-    view[1] = vec3_dot(v, camera->up);
-    view[2] = -vec3_dot(v, camera->back);
-}
-
 static int count_textures(const struct scene_material *material)
 {
     int count = 0;
@@ -120,21 +111,15 @@ static void take_triangle(struct canvas *canvas, const struct state_item *item, 
 {
     const struct scene_state *state = canvas->desc->state;
     const struct camera *camera = canvas->desc->camera;
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const struct scene *from = scene_of_primitive(state->scene, p);
+    const struct state_geometry geometry = state_geometry_of(state, item);
     struct sampled *sampled = &canvas->items[canvas->count];
     double world[3][3], edges[2][3], to_eye[3];
     *sampled = (struct sampled){.weight = weight,
                                 .is_opaque = item->class_ != STATE_TRANSPARENT,
                                 .textures = count_textures(&state->materials[item->material].base)};
     for (uint32_t i = 0; i < 3; i++) {
-        uint32_t index = from->indices[p->first_index + 3 * triangle + i];
-        const float *position = &from->positions[3 * (size_t)(p->first_vertex + index)];
-        mat4_transform_point(
-            state->world[item->node],
-            (const double[3]){(double)position[0], (double)position[1], (double)position[2]},
-            world[i]);
-        to_view(camera, world[i], sampled->shown.corners[i]);
+        state_geometry_corner(&geometry, 3 * (size_t)triangle + i, world[i]);
+        camera_to_view(camera, world[i], sampled->shown.corners[i]);
     }
     sampled->shown.count = 3;
     clip(camera, &sampled->shown);
@@ -173,35 +158,21 @@ static uint32_t triangles_of(const struct scene_state *state, const struct state
     return p->topology == SCENE_TRIANGLES ? p->index_count / 3 : 0;
 }
 
-/* Bounding sphere against the sides of the frustum. */
-static bool may_be_seen(const struct camera *camera, const struct state_item *item)
-{
-    double center[3];
-    to_view(camera, item->center, center);
-    for (int axis = 0; axis < 2; axis++) {
-        double half = axis ? camera->half_height : camera->half_width;
-        double room = camera->is_orthographic ? half + item->radius_m
-                                              : half * center[2] + item->radius_m * hypot(1, half);
-        if (fabs(center[axis]) > room)
-            return false;
-    }
-    return center[2] > -item->radius_m;
-}
-
 static void sample(struct canvas *canvas, struct survey *survey)
 {
     const struct scene_state *state = canvas->desc->state;
     for (size_t i = 0; i < state->whole_count; i++) {
         double triangles = triangles_of(state, &state->items[i]);
         survey->triangles += triangles;
-        if (may_be_seen(canvas->desc->camera, &state->items[i]))
+        if (camera_may_see(canvas->desc->camera, state->items[i].center, state->items[i].radius_m,
+                           1))
             survey->triangles_in_view += triangles;
     }
     double share = fmin(1, TRIANGLES_MAX / (2 * fmax(survey->triangles_in_view, 1)));
     for (size_t i = 0; i < state->whole_count; i++) {
         const struct state_item *item = &state->items[i];
         uint32_t triangles = triangles_of(state, item);
-        if (!triangles || !may_be_seen(canvas->desc->camera, item))
+        if (!triangles || !camera_may_see(canvas->desc->camera, item->center, item->radius_m, 1))
             continue;
         double wanted = fmax(ceil(share * triangles), ITEM_TRIANGLES_MIN);
         uint32_t step = (uint32_t)fmax(1, floor(triangles / wanted));

@@ -60,17 +60,6 @@ static double triangles_of(const struct scene_state *state, const struct state_i
     return count;
 }
 
-static void corner_of(const struct scene_state *state, const struct state_item *item,
-                      uint32_t index, double world[3])
-{
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const struct scene *from = scene_of_primitive(state->scene, p);
-    const float *position =
-        &from->positions[3 * (size_t)(p->first_vertex + from->indices[p->first_index + index])];
-    const double local[3] = {(double)position[0], (double)position[1], (double)position[2]};
-    mat4_transform_point(state->world[item->node], local, world);
-}
-
 /* Share of one face's texels that a triangle covers: its solid angle as a flat patch, or its shadow
  * on the plane of parallel rays. */
 static double share_of_face(const struct shadow_frame *frame, double corners[3][3])
@@ -103,11 +92,12 @@ struct map_load {
 static void add_events(const struct workload_desc *desc, const struct shadow_frame *frame,
                        const struct state_item *item, double budget, struct map_load *load)
 {
+    const struct state_geometry geometry = state_geometry_of(desc->state, item);
     double triangles = triangles_of(desc->state, item), corners[3][3];
     double step = fmax(1, floor(triangles / fmax(budget, 1))), sum = 0, taken = 0;
     for (uint32_t t = 0; t < (uint32_t)triangles; t += (uint32_t)step) {
         for (uint32_t i = 0; i < 3; i++)
-            corner_of(desc->state, item, 3 * t + i, corners[i]);
+            state_geometry_corner(&geometry, 3 * (size_t)t + i, corners[i]);
         sum += share_of_face(frame, corners);
         taken++;
     }

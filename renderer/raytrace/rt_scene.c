@@ -58,11 +58,8 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item, stru
         return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices", p->vertex_count);
     }
     for (uint32_t i = 0; i < p->vertex_count; i++) {
-        const float *local = from.positions + 3 * ((size_t)p->first_vertex + i);
         double world[3];
-        mat4_transform_point(
-            from.world, (const double[3]){(double)local[0], (double)local[1], (double)local[2]},
-            world);
+        state_geometry_point(&from, i, world);
         vec3_sub(world, scene->origin, mesh->positions[i]);
         for (int k = 0; k < 3; k++)
             vertices[3 * i + (uint32_t)k] = (float)mesh->positions[i][k];

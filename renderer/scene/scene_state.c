@@ -226,6 +226,19 @@ static bool apply_material_overrides(struct scene_state *state, const struct vie
     return true;
 }
 
+void state_geometry_point(const struct state_geometry *geometry, size_t vertex, double world[3])
+{
+    const float *p = geometry->positions + 3 * (geometry->primitive->first_vertex + vertex);
+    mat4_transform_point(geometry->world,
+                         (const double[3]){(double)p[0], (double)p[1], (double)p[2]}, world);
+}
+
+void state_geometry_corner(const struct state_geometry *geometry, size_t index, double world[3])
+{
+    state_geometry_point(geometry, geometry->indices[geometry->primitive->first_index + index],
+                         world);
+}
+
 /* FNV-1a by words instead of bytes, and folded, because a multiplication only carries upward. */
 static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t size)
 {

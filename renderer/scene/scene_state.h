@@ -125,6 +125,10 @@ static inline struct state_geometry state_geometry_of(const struct scene_state *
                                    state->caps.indices, cap->world};
 }
 
+/* Where a vertex of the primitive is, and the vertex of one of its indices. */
+void state_geometry_point(const struct state_geometry *geometry, size_t vertex, double world[3]);
+void state_geometry_corner(const struct state_geometry *geometry, size_t index, double world[3]);
+
 /* How a box lies to clip planes: bits of those that run through it. False where one of them cuts
  * all of it away. */
 bool state_planes_meet(const double (*planes)[4], size_t count, const double bounds_min[3],

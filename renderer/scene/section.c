@@ -2,7 +2,6 @@
 /* Slicing closed meshes, and their caps as drawables. */
 #include "renderer/scene/section.h"
 
-#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdatomic.h>
@@ -10,8 +9,8 @@
 #include <string.h>
 
 #include "renderer/scene/matrix.h"
+#include "renderer/scene/polygon_clip.h"
 
-enum { CORNERS_MAX = 3 + VIEW_CLIP_PLANES_MAX };
 static const double COINCIDENT = 1e-12; /* of unit normals, and relative of offsets */
 
 struct segment { /* of a cut, in the world; the body on its left, seen from what is cut away */
@@ -36,42 +35,6 @@ struct section {
 
 /* ---- cutting ---- */
 
-static double height_above(const double plane[4], const double point[3])
-{
-    return vec3_dot(plane, point) + plane[3];
-}
-
-static int compare_points(const double a[3], const double b[3])
-{
-    for (int k = 0; k < 3; k++)
-        if (a[k] != b[k])
-            return a[k] < b[k] ? -1 : 1;
-    return 0;
-}
-
-/* The same bits from either end. */
-static void meet(const double plane[4], const double a[3], const double b[3], double out[3])
-{
-    if (compare_points(a, b) > 0) {
-        meet(plane, b, a, out);
-        return;
-    }
-    double above_a = height_above(plane, a), above_b = height_above(plane, b);
-    double t = above_a / (above_a - above_b);
-    for (int k = 0; k < 3; k++)
-        out[k] = above_a == 0 ? a[k] : above_b == 0 ? b[k] : a[k] + t * (b[k] - a[k]);
-}
-
-static void corner_of(const struct state_geometry *from, uint32_t corner, double world[3])
-{
-    const struct scene_primitive *p = from->primitive;
-    uint32_t vertex = p->first_vertex + from->indices[p->first_index + corner];
-    const float *local = from->positions + 3 * (size_t)vertex;
-    mat4_transform_point(from->world,
-                         (const double[3]){(double)local[0], (double)local[1], (double)local[2]},
-                         world);
-}
-
 /* Where a triangle meets the plane; points on it count as kept. */
 static bool cut_triangle(const double plane[4], const double corners[3][3], bool is_mirrored,
                          struct segment *segment)
@@ -79,21 +42,21 @@ static bool cut_triangle(const double plane[4], const double corners[3][3], bool
     int crossings = 0;
     for (int i = 0; i < 3; i++) {
         const double *a = corners[i], *b = corners[(i + 1) % 3];
-        bool is_a_kept = height_above(plane, a) >= 0, is_b_kept = height_above(plane, b) >= 0;
+        bool is_a_kept = plane_height(plane, a) >= 0, is_b_kept = plane_height(plane, b) >= 0;
         if (is_a_kept == is_b_kept)
             continue;
         crossings++;
-        meet(plane, a, b, is_b_kept != is_mirrored ? segment->from : segment->to);
+        plane_meet(plane, a, b, is_b_kept != is_mirrored ? segment->from : segment->to);
     }
     segment->is_used = false;
-    return crossings == 2 && compare_points(segment->from, segment->to) != 0;
+    return crossings == 2 && points_compare(segment->from, segment->to) != 0;
 }
 
 static int compare_segments(const void *a, const void *b)
 {
     const struct segment *x = a, *y = b;
-    int order = compare_points(x->from, y->from);
-    return order ? order : compare_points(x->to, y->to);
+    int order = points_compare(x->from, y->from);
+    return order ? order : points_compare(x->to, y->to);
 }
 
 static struct segment *find_next(struct segment *segments, size_t count, const double from[3])
@@ -101,14 +64,14 @@ static struct segment *find_next(struct segment *segments, size_t count, const d
     size_t low = 0, high = count;
     while (low < high) {
         size_t middle = (low + high) / 2;
-        if (compare_points(segments[middle].from, from) < 0)
+        if (points_compare(segments[middle].from, from) < 0)
             low = middle + 1;
         else
             high = middle;
     }
-    while (low < count && segments[low].is_used && !compare_points(segments[low].from, from))
+    while (low < count && segments[low].is_used && !points_compare(segments[low].from, from))
         low++;
-    return low < count && !compare_points(segments[low].from, from) ? &segments[low] : NULL;
+    return low < count && !points_compare(segments[low].from, from) ? &segments[low] : NULL;
 }
 
 static void to_plane(const struct section *section, const double world[3], double point[2])
@@ -135,7 +98,7 @@ static bool link_segments(const struct section *section, struct segment *segment
             to_plane(section, at->from, point);
             if (!section_outline_add(outline, point))
                 return false;
-            if (compare_points(at->to, first) == 0)
+            if (points_compare(at->to, first) == 0)
                 break;
         }
         if (!section_outline_end(outline))
@@ -156,9 +119,9 @@ static bool slice_item(const struct section *section, const struct state_item *i
     for (uint32_t i = 0; segments && i + 2 < p->index_count; i += 3) {
         double corners[3][3];
         for (uint32_t c = 0; c < 3; c++) {
-            corner_of(&from, i + c, corners[c]);
-            low = fmin(low, height_above(plane, corners[c]));
-            high = fmax(high, height_above(plane, corners[c]));
+            state_geometry_corner(&from, i + c, corners[c]);
+            low = fmin(low, plane_height(plane, corners[c]));
+            high = fmax(high, plane_height(plane, corners[c]));
         }
         count +=
             cut_triangle(plane, (const double(*)[3])corners, item->is_mirrored, &segments[count]);
@@ -185,7 +148,7 @@ static void place_plane(struct section *section, const struct state_item *item)
     vec3_cross(axis, section->outward, section->u);
     vec3_normalize(section->u);
     vec3_cross(section->outward, section->u, section->v);
-    double height = height_above(plane, item->center) / length;
+    double height = plane_height(plane, item->center) / length;
     for (int k = 0; k < 3; k++)
         section->origin[k] = item->center[k] + section->outward[k] * height;
 }
@@ -326,31 +289,13 @@ static bool coincide(const double a[4], const double b[4])
     return fabs(off_a - off_b) <= COINCIDENT * fmax(fabs(off_a), fabs(off_b));
 }
 
-/* Sutherland and Hodgman 1974, "Reentrant Polygon Clipping", by all other planes. A convex polygon
- * crosses a plane twice at the most. Where heights are only rounding, as over the plane that faces
- * this one, signs may change more often; what is above two crossings is left out, so that each
- * plane adds one corner at the most. */
-static int clip(const struct section *section, double corners[CORNERS_MAX][3], int count)
+/* By all other planes. */
+static int clip(const struct section *section, double (*corners)[3], int count)
 {
     const double(*planes)[4] = section->view->clip_planes;
-    for (size_t p = 0; p < section->view->clip_plane_count; p++) {
-        const double *plane = planes[p];
-        double kept[CORNERS_MAX][3];
-        int kept_count = 0, crossings = 0;
-        if (p == section->plane || coincide(plane, planes[section->plane]))
-            continue;
-        for (int i = 0; i < count; i++) {
-            const double *a = corners[i], *b = corners[(i + 1) % count];
-            bool is_a_kept = height_above(plane, a) >= 0, is_b_kept = height_above(plane, b) >= 0;
-            if (is_a_kept)
-                memcpy(kept[kept_count++], a, sizeof *kept);
-            if (is_a_kept != is_b_kept && crossings++ < 2)
-                meet(plane, a, b, kept[kept_count++]);
-        }
-        assert(kept_count <= CORNERS_MAX);
-        memcpy(corners, kept, (size_t)kept_count * sizeof *kept);
-        count = kept_count;
-    }
+    for (size_t p = 0; p < section->view->clip_plane_count && count; p++)
+        if (p != section->plane && !coincide(planes[p], planes[section->plane]))
+            count = polygon_clip(planes[p], corners, count);
     return count;
 }
 
@@ -359,7 +304,7 @@ static void add_triangles(const struct section *section, const struct section_ou
 {
     struct state_caps *caps = &section->state->caps;
     for (uint32_t i = 0; i + 2 < triangles->point_count; i += 3) {
-        double corners[CORNERS_MAX][3];
+        double corners[POLYGON_CORNERS_MAX][3];
         for (uint32_t c = 0; c < 3; c++)
             for (int k = 0; k < 3; k++)
                 corners[c][k] = section->origin[k] + triangles->points[i + c][0] * section->u[k] +
@@ -422,7 +367,7 @@ static bool add_cap(struct section *section, size_t index, struct error *err)
     }
     bool ok = without || error_set(err, ERROR_NO_MEMORY, "caps of a section");
     ok = ok && section_resolve(&slice->outline, without, count, true, &triangles, err) &&
-         reserve_cap(state, (size_t)triangles.point_count * (CORNERS_MAX - 2), err);
+         reserve_cap(state, (size_t)triangles.point_count * (POLYGON_CORNERS_MAX - 2), err);
     if (ok) {
         struct state_cap cap = {.primitive = {.topology = SCENE_TRIANGLES,
                                               .first_vertex = state->caps.vertex_count,

@@ -23,18 +23,13 @@ static double winding_number(const struct scene_state *state, const struct state
                              const double point[3])
 {
     const double TWO_PI = 6.283185307179586;
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
-    const struct scene *scene = scene_of_primitive(state->scene, p);
+    const struct state_geometry geometry = state_geometry_of(state, item);
     double sum = 0;
-    for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
+    for (uint32_t i = 0; i + 2 < geometry.primitive->index_count; i += 3) {
         double corner[3][3];
         for (int c = 0; c < 3; c++) {
-            size_t vertex = (size_t)p->first_vertex + scene->indices[p->first_index + i + c];
-            const float *local = scene->positions + 3 * vertex;
             double world[3];
-            mat4_transform_point(
-                state->world[item->node],
-                (const double[3]){(double)local[0], (double)local[1], (double)local[2]}, world);
+            state_geometry_corner(&geometry, i + (size_t)c, world);
             vec3_sub(world, point, corner[c]);
         }
         sum += half_solid_angle(corner[0], corner[1], corner[2]);
