@@ -23,28 +23,11 @@ static void scene_post_destroy(void *data)
     free(post);
 }
 
-/* The stored summary, without the outline, or the outline alone. */
-static json_t *get_summary(struct service *service, const char *id, bool is_outline,
-                           struct error *problem)
-{
-    json_t *summary = scene_store_get_summary(service->store, id, problem);
-    json_t *outline = summary ? json_incref(json_object_get(summary, "outline")) : NULL;
-    if (summary && !is_outline) {
-        json_object_del(summary, "outline");
-        json_decref(outline);
-        return summary;
-    }
-    json_decref(summary);
-    if (summary && !outline)
-        error_set(problem, ERROR_NOT_FOUND, "scene %.64s was stored without an outline", id);
-    return outline;
-}
-
 static void reply_stored(struct service *service, struct http_exchange *exchange, const char *id,
                          bool is_new)
 {
     struct error problem = {0};
-    json_t *summary = get_summary(service, id, false, &problem);
+    json_t *summary = scene_store_get_summary(service->store, id, &problem);
     if (!summary) {
         http_reply_error(exchange, &problem);
         return;
@@ -144,32 +127,34 @@ static void run_list(struct service *service, struct http_exchange *exchange, co
     reply_json(exchange, 200, scenes ? json_pack("{s:o}", "scenes", scenes) : NULL);
 }
 
-static void reply_summary(struct service *service, struct http_exchange *exchange, const char *id,
-                          bool is_outline)
+static void reply_of_scene(struct http_exchange *exchange, const char *id, json_t *json,
+                           const struct error *problem)
 {
-    struct error problem = {0};
-    json_t *summary = get_summary(service, id, is_outline, &problem);
-    if (!summary) {
-        http_reply_error(exchange, &problem);
+    if (!json) {
+        http_reply_error(exchange, problem);
         return;
     }
     char tag[DIGEST_TEXT_BYTES + 2];
     snprintf(tag, sizeof tag, "\"%.64s\"", id);
     http_reply_header(exchange, "Cache-Control", "private, no-cache");
     if (reply_if_unchanged(exchange, tag))
-        json_decref(summary);
+        json_decref(json);
     else
-        reply_json(exchange, 200, summary);
+        reply_json(exchange, 200, json);
 }
 
 static void run_get(struct service *service, struct http_exchange *exchange, const char *id)
 {
-    reply_summary(service, exchange, id, false);
+    struct error problem = {0};
+    json_t *summary = scene_store_get_summary(service->store, id, &problem);
+    reply_of_scene(exchange, id, summary, &problem);
 }
 
 static void run_outline(struct service *service, struct http_exchange *exchange, const char *id)
 {
-    reply_summary(service, exchange, id, true);
+    struct error problem = {0};
+    json_t *outline = scene_store_get_outline(service->store, id, &problem);
+    reply_of_scene(exchange, id, outline, &problem);
 }
 
 static void run_delete(struct service *service, struct http_exchange *exchange, const char *id)

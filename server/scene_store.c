@@ -17,7 +17,7 @@
 #include "renderer/scene/scene_blob.h"
 #include "server/ipc.h"
 
-enum { SUMMARY_FILE_BYTES = 64 << 20 /* above what the outline of 65,536 nodes takes */ };
+enum { JSON_FILE_BYTES = 64 << 20 /* above what the outline of 65,536 nodes takes */ };
 
 struct scene_store {
     const struct log *log;
@@ -59,13 +59,14 @@ static int open_directory(int parent_fd, const char *name, struct error *err)
     return fd;
 }
 
-/* Removes a scene or draft directory: it holds three files at most. */
+/* Removes a scene or draft directory: it holds four files at most. */
 static void remove_tree(int parent_fd, const char *name)
 {
     int fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
     if (fd >= 0) {
         unlinkat(fd, "blob", 0);
         unlinkat(fd, "summary.json", 0);
+        unlinkat(fd, "outline.json", 0);
         unlinkat(fd, "used", 0);
         close(fd);
         unlinkat(parent_fd, name, AT_REMOVEDIR);
@@ -97,28 +98,37 @@ static void remove_tmp(struct scene_store *store, const char *name)
     remove_tree(store->tmp_fd, name);
 }
 
-/* Reads summary.json of a published or draft directory and checks the version of its blob. */
-static json_t *read_summary(int parent_fd, const char *name, struct error *err)
+/* A JSON file of a published or draft directory. */
+static json_t *read_json(int parent_fd, const char *name, const char *what, struct error *err)
 {
     char path[96];
-    snprintf(path, sizeof path, "%s/summary.json", name);
+    snprintf(path, sizeof path, "%.64s/%s.json", name, what);
     int fd = openat(parent_fd, path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     struct ipc_mapping text = {0};
-    json_t *file = NULL, *summary = NULL;
+    json_t *file = NULL;
     json_error_t where;
-    if (fd < 0 || !ipc_mapping_init(&text, fd, NULL) || text.size_bytes > SUMMARY_FILE_BYTES)
-        error_set(err, ERROR_IO, "its summary cannot be read");
+    if (fd < 0 || !ipc_mapping_init(&text, fd, NULL) || text.size_bytes > JSON_FILE_BYTES)
+        error_set(err, ERROR_IO, "its %s cannot be read", what);
     else if (!(file = json_loadb(text.bytes, text.size_bytes, 0, &where)))
-        error_set(err, ERROR_IO, "its summary is not JSON: %s", where.text);
-    else if (json_integer_value(json_object_get(file, "blob_version")) != SCENE_BLOB_VERSION)
+        error_set(err, ERROR_IO, "its %s is not JSON: %s", what, where.text);
+    ipc_mapping_finish(&text);
+    if (fd >= 0)
+        close(fd);
+    return file;
+}
+
+/* Checks the version of the blob, too. */
+static json_t *read_summary(int parent_fd, const char *name, struct error *err)
+{
+    json_t *summary = NULL, *file = read_json(parent_fd, name, "summary", err);
+    if (!file)
+        return NULL;
+    if (json_integer_value(json_object_get(file, "blob_version")) != SCENE_BLOB_VERSION)
         error_set(err, ERROR_IO, "it was decoded by another version of the program");
     else if (!json_is_object(summary = json_object_get(file, "summary")))
         error_set(err, ERROR_IO, "its summary is incomplete");
     json_t *result = err->code == ERROR_NONE ? json_incref(summary) : NULL;
     json_decref(file);
-    ipc_mapping_finish(&text);
-    if (fd >= 0)
-        close(fd);
     return result;
 }
 
@@ -296,25 +306,37 @@ void scene_draft_discard(struct scene_store *store, struct scene_draft *draft)
     *draft = (struct scene_draft){0};
 }
 
-static bool write_summary(struct scene_store *store, const char *draft, json_t *summary,
-                          struct error *err)
+static bool write_json(struct scene_store *store, const char *draft, const char *what,
+                       const json_t *json, struct error *err)
 {
     char path[64];
-    snprintf(path, sizeof path, "%s/summary.json", draft);
-    json_t *file = json_pack("{s:i,s:O}", "blob_version", SCENE_BLOB_VERSION, "summary", summary);
-    char *text = file ? json_dumps(file, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(file);
+    snprintf(path, sizeof path, "%s/%s.json", draft, what);
+    char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     if (!text)
-        return error_set(err, ERROR_NO_MEMORY, "summary of a scene");
+        return error_set(err, ERROR_NO_MEMORY, "%s of a scene", what);
     int fd =
         openat(store->tmp_fd, path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
     bool is_good = fd >= 0 ? ipc_write_all(fd, text, strlen(text), err)
-                           : error_set(err, ERROR_IO, "summary of a scene: %s", strerror(errno));
+                           : error_set(err, ERROR_IO, "%s of a scene: %s", what, strerror(errno));
     if (is_good && fsync(fd) != 0)
-        is_good = error_set(err, ERROR_IO, "summary of a scene: %s", strerror(errno));
+        is_good = error_set(err, ERROR_IO, "%s of a scene: %s", what, strerror(errno));
     if (fd >= 0)
         close(fd);
     free(text);
+    return is_good;
+}
+
+/* The outline has a file of its own: it can be large, and few ask for it. */
+static bool write_summary(struct scene_store *store, const char *draft, json_t *summary,
+                          struct error *err)
+{
+    json_t *outline = json_incref(json_object_get(summary, "outline"));
+    json_object_del(summary, "outline");
+    json_t *file = json_pack("{s:i,s:O}", "blob_version", SCENE_BLOB_VERSION, "summary", summary);
+    bool is_good = write_json(store, draft, "outline", outline, err) &&
+                   write_json(store, draft, "summary", file, err);
+    json_decref(file);
+    json_decref(outline);
     return is_good;
 }
 
@@ -395,16 +417,32 @@ int scene_store_open_blob(struct scene_store *store, const char *id, struct erro
     return fd;
 }
 
-json_t *scene_store_get_summary(struct scene_store *store, const char *id, struct error *err)
+static json_t *get_json(struct scene_store *store, const char *id,
+                        json_t *(*read)(int parent_fd, const char *name, struct error *err),
+                        struct error *err)
 {
     struct error problem = {0};
-    json_t *summary =
-        scene_store_has(store, id) ? read_summary(store->scenes_fd, id, &problem) : NULL;
-    if (!summary && problem.code == ERROR_NONE)
+    json_t *json = scene_store_has(store, id) ? read(store->scenes_fd, id, &problem) : NULL;
+    if (!json && problem.code == ERROR_NONE)
         not_found(id, &problem);
-    if (!summary && err)
+    if (!json && err)
         *err = problem;
-    return summary;
+    return json;
+}
+
+json_t *scene_store_get_summary(struct scene_store *store, const char *id, struct error *err)
+{
+    return get_json(store, id, read_summary, err);
+}
+
+static json_t *read_outline(int parent_fd, const char *name, struct error *err)
+{
+    return read_json(parent_fd, name, "outline", err);
+}
+
+json_t *scene_store_get_outline(struct scene_store *store, const char *id, struct error *err)
+{
+    return get_json(store, id, read_outline, err);
 }
 
 /* Says whether it was another one. */

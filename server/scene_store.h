@@ -5,9 +5,12 @@
  * STATE/lock                    held while a daemon uses the directory
  * STATE/scenes/ID/blob          the decoded scene (renderer/scene/scene_blob.h)
  * STATE/scenes/ID/summary.json  what GET /v1/scenes/ID answers, and the version of the blob
- * STATE/scenes/ID/used          empty; its time is when the scene last gave an image, behind
- * another STATE/tmp/                    uploads and drafts; emptied at start STATE/cache/ shaders
- * that the worker's driver has compiled Nothing is ever written elsewhere. */
+ * STATE/scenes/ID/outline.json  what GET /v1/scenes/ID/outline answers
+ * STATE/scenes/ID/used          empty; its time is when the scene last followed another one in
+ *                               giving images
+ * STATE/tmp/                    uploads and drafts; emptied at start
+ * STATE/cache/                  shaders that the worker's driver has compiled
+ * Nothing is ever written elsewhere. */
 #ifndef VITRAIL_SERVER_SCENE_STORE_H
 #define VITRAIL_SERVER_SCENE_STORE_H
 
@@ -55,6 +58,9 @@ bool scene_store_has(struct scene_store *store, const char *id);
 MUST_CHECK int scene_store_open_blob(struct scene_store *store, const char *id,
                                      struct error *err); /* read-only */
 MUST_CHECK json_t *scene_store_get_summary(struct scene_store *store, const char *id,
+                                           struct error *err);
+/* Likewise, what GET /v1/scenes/ID/outline answers. */
+MUST_CHECK json_t *scene_store_get_outline(struct scene_store *store, const char *id,
                                            struct error *err);
 MUST_CHECK bool scene_store_remove(struct scene_store *store, const char *id, struct error *err);
 
