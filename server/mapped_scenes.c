@@ -15,6 +15,7 @@ struct mapped_scene {
     struct ipc_mapping blob;
     struct scene scene;
     bool is_attached; /* the renderer still needs the mapping */
+    bool is_wanted;   /* by the call under way */
 };
 
 struct mapped_scenes {
@@ -72,21 +73,13 @@ static struct mapped_scene *map_scene(struct mapped_scenes *scenes, const char *
     return mapped;
 }
 
-static bool is_wanted(const struct mapped_scene *mapped, const struct mapped_scenes_desc *desc)
-{
-    size_t i = 0;
-    while (i < desc->count && strcmp(desc->keys[i], mapped->key) != 0)
-        i++;
-    return i < desc->count;
-}
-
 /* Lets the least recently used go; those that are wanted stay whatever their size. */
-static void keep_budget(struct mapped_scenes *scenes, const struct mapped_scenes_desc *desc)
+static void keep_budget(struct mapped_scenes *scenes)
 {
     while (scenes->totals.bytes > scenes->budget_bytes) {
         struct mapped_scene **last = NULL;
         for (struct mapped_scene **at = &scenes->first; *at; at = &(*at)->next)
-            if (!is_wanted(*at, desc))
+            if (!(*at)->is_wanted)
                 last = at;
         if (!last)
             return;
@@ -121,7 +114,7 @@ void mapped_scenes_destroy(struct mapped_scenes *scenes)
     free(scenes);
 }
 
-/* To the front of the list. */
+/* To the front of the list, and wanted. */
 static struct mapped_scene *ready(struct mapped_scenes *scenes, const char *key, int blob_fd,
                                   struct error *err)
 {
@@ -137,6 +130,7 @@ static struct mapped_scene *ready(struct mapped_scenes *scenes, const char *key,
         if (!(mapped = map_scene(scenes, key, blob_fd, err)))
             return NULL;
     }
+    mapped->is_wanted = true;
     mapped->next = scenes->first;
     scenes->first = mapped;
     return mapped;
@@ -161,11 +155,13 @@ bool mapped_scenes_attach(struct mapped_scenes *scenes, const struct mapped_scen
     struct mapped_scene *wanted[1 + LIMIT_PART_SCENES];
     uint64_t misses = scenes->totals.misses;
     assert(desc->count <= sizeof wanted / sizeof *wanted);
+    for (struct mapped_scene *mapped = scenes->first; mapped; mapped = mapped->next)
+        mapped->is_wanted = false;
     for (size_t i = 0; i < desc->count; i++)
         if (!(wanted[i] = ready(scenes, desc->keys[i], desc->blob_fds[i], err)))
             return false;
     if (scenes->totals.misses != misses) /* those at hand drive out nothing */
-        keep_budget(scenes, desc);
+        keep_budget(scenes);
     for (size_t i = 0; i < desc->count; i++)
         if (!attach(scenes, desc, wanted[i], err))
             return false;
