@@ -223,7 +223,7 @@ static json_t *write_error_parameter(void)
 
 static json_t *write_techniques(void)
 {
-    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 16, 64, 0};
+    static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 16, 64, 256, 0};
     struct json_writer writer = json_writer_begin(), parameters = json_writer_begin();
     for (size_t i = 0; i < sizeof technique_kinds / sizeof *technique_kinds; i++)
         json_put(&writer, technique_kinds[i].key, write_kind(&technique_kinds[i]));
@@ -237,7 +237,9 @@ static json_t *write_techniques(void)
              write_parameter(1, LIMIT_PREFILTER, quality->shadow_prefilter, NULL));
     json_put(&parameters, "shadow_compression", write_error_parameter());
     json_put(&parameters, "shadow_fallback", write_error_parameter());
-    json_put(&parameters, "samples", write_parameter(1, 64, quality->samples, samples));
+    json_put(&parameters, "samples", write_parameter(1, 256, quality->samples, samples));
+    json_put(&parameters, "area_samples",
+             write_parameter(1, LIMIT_AREA_SAMPLES, quality->area_samples, NULL));
     json_put(&writer, "parameters", json_writer_take(&parameters));
     return json_writer_take(&writer);
 }
@@ -252,6 +254,8 @@ static json_t *write_limits(uint64_t max_upload_bytes)
     json_put_integer(&writer, "lights", LIMIT_REQUEST_LIGHTS);
     json_put_integer(&writer, "overrides", LIMIT_REQUEST_OVERRIDES);
     json_put_integer(&writer, "clip_planes", LIMIT_CLIP_PLANES);
+    json_put_integer(&writer, "parts", LIMIT_PARTS);
+    json_put_integer(&writer, "part_scenes", LIMIT_PART_SCENES);
     json_put_integer(&writer, "outputs", LIMIT_OUTPUTS);
     json_put_integer(&writer, "name_bytes", LIMIT_NAME_BYTES);
     json_put_integer(&writer, "upload_bytes", max_upload_bytes);
@@ -260,6 +264,8 @@ static json_t *write_limits(uint64_t max_upload_bytes)
     json_put_integer(&writer, "frames_kept", LIMIT_FRAMES_KEPT);
     json_put_number(&writer, "coordinate_m", LIMIT_COORDINATE);
     json_put_number(&writer, "intensity", LIMIT_INTENSITY);
+    json_put_number(&writer, "line_px_min", LIMIT_LINE_PX_MIN);
+    json_put_number(&writer, "line_px_max", LIMIT_LINE_PX_MAX);
     return json_writer_take(&writer);
 }
 
@@ -272,14 +278,17 @@ static json_t *write_names(const char *(*name)(int index), int first)
     return json_take_unless(array, has_failed);
 }
 
-static json_t *write_extensions(const char *const *extensions)
+/* A list that ends with NULL; NULL: an empty one. */
+static json_t *write_texts(const char *const *texts)
 {
     json_t *array = json_array();
     bool has_failed = !array;
-    for (; extensions && *extensions; extensions++)
-        json_append(array, json_text(*extensions), &has_failed);
+    for (; texts && *texts; texts++)
+        json_append(array, json_text(*texts), &has_failed);
     return json_take_unless(array, has_failed);
 }
+
+static const char *const overlays[] = {"highlight", "edges", NULL}; /* members of a request */
 
 json_t *capabilities_to_json(const struct capabilities *capabilities)
 {
@@ -293,8 +302,9 @@ json_t *capabilities_to_json(const struct capabilities *capabilities)
     json_put(&writer, "light_types", write_names(request_light_type_name, 0));
     json_put(&writer, "tone_mappings", write_names(request_tone_mapping_name, 0));
     json_put(&writer, "outputs", write_names(request_output_name, 0));
+    json_put(&writer, "overlays", write_texts(overlays));
     json_put(&writer, "formats", write_names(request_format_name, REQUEST_FORMAT_PNG));
-    json_put(&writer, "extensions", write_extensions(capabilities->extensions));
+    json_put(&writer, "extensions", write_texts(capabilities->extensions));
     return json_writer_take(&writer);
 }
 

@@ -83,14 +83,13 @@ static bool explain_run(void *context, const struct text_list *operands, struct 
     bool is_ok;
 
     explaining.request = request_json_build(&explaining.options->request, failure);
-    is_ok =
-        explaining.request && choose_form(&explaining, failure) &&
-        (scene_source_is_id(explaining.source) || scene_source_check(explaining.source, failure)) &&
-        output_file_open(&explaining.output, output ? output : "-", failure) &&
-        session_begin(&explaining.session, &explaining.options->common, failure) &&
-        scene_source_bring(&explaining.session, explaining.source, false, explaining.request,
-                           &explaining.scene, failure) &&
-        ask_for_plan(&explaining, failure);
+    is_ok = explaining.request && choose_form(&explaining, failure) &&
+            scene_source_check_all(explaining.source, explaining.request, failure) &&
+            output_file_open(&explaining.output, output ? output : "-", failure) &&
+            session_begin(&explaining.session, &explaining.options->common, failure) &&
+            scene_source_bring(&explaining.session, explaining.source, false, explaining.request,
+                               &explaining.scene, failure) &&
+            ask_for_plan(&explaining, failure);
     progress_hide(&explaining.session.progress);
     is_ok = is_ok && output_file_commit(&explaining.output, failure);
     session_end(&explaining.session);

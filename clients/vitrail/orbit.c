@@ -123,10 +123,11 @@ static bool take_image(struct session *session, const struct orbit_options *opti
     return is_ok;
 }
 
+/* Takes members. */
 static bool go_round(struct session *session, const struct orbit_options *options,
-                     const char *scene, struct orbit *orbit, struct failure *failure)
+                     const char *scene, json_t *members, struct orbit *orbit,
+                     struct failure *failure)
 {
-    json_t *members = request_json_build(&options->request, failure);
     json_t *view = view_client_make(session, scene, members, failure);
     const char *id = json_string_value(json_object_get(view, "id"));
     struct failure ignored = {0};
@@ -157,11 +158,12 @@ static bool orbit_run(void *context, const struct text_list *operands, struct fa
     if (!(fabs(elevation) <= 89))
         return fail(failure, EXIT_CODE_USAGE, "--elevation: degrees, from -89 to 89");
     orbit.count = (int)count;
-    if (!check_pattern(options->pattern, failure) ||
-        (!scene_source_is_id(scene) && !scene_source_check(scene, failure)))
-        return false;
-    bool is_ok = session_begin(&session, &options->common, failure) &&
-                 go_round(&session, options, scene, &orbit, failure);
+    json_t *members = request_json_build(&options->request, failure);
+    bool is_ok = members && check_pattern(options->pattern, failure) &&
+                 scene_source_check_all(scene, members, failure) &&
+                 session_begin(&session, &options->common, failure) &&
+                 go_round(&session, options, scene, json_incref(members), &orbit, failure);
+    json_decref(members);
     session_end(&session);
     return is_ok;
 }
@@ -174,10 +176,7 @@ static const struct option OPTIONS[] = {
     {OPTION_NUMBER, "count", 'n', "N", "images; default 24", AT(count)},
     {OPTION_NUMBER, "elevation", 0, "DEGREES", "of the camera above the horizon; default 20",
      AT(elevation_deg)},
-    {OPTION_TEXT, "size", 0, "WxH", "in pixels; default 1280x720", AT(request.size)},
-    {OPTION_TEXT, "request", 0, "FILE", "members of the view as JSON", AT(request.base_path)},
-    {OPTION_LIST, "set", 0, "POINTER=JSON", "any member, such as /quality/shadow_taps=9",
-     AT(request.settings)},
+    REQUEST_LOOK_OPTIONS(struct orbit_options),
     {0},
 };
 
@@ -185,8 +184,9 @@ const struct command COMMAND_ORBIT = {
     .name = "orbit",
     .synopsis = "FILE|SCENE-ID -o PATTERN",
     .summary = "Images from all around a scene, which is loaded once",
-    .details = "The camera goes round the vertical axis through the middle of the scene,\n"
-               "counter-clockwise seen from above, beginning in front (+Z), and sees it whole.",
+    .details = REQUEST_HELP
+    "The camera goes round the vertical axis through the middle of the scene,\n"
+    "counter-clockwise seen from above, beginning in front (+Z), and sees it whole.",
     .options = OPTIONS,
     .is_remote = true,
     .operands_min = 1,

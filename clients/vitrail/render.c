@@ -82,7 +82,7 @@ static bool prepare(struct render *render, struct failure *failure)
     render->request = request_json_build(&options->request, failure);
     if (!render->request || !choose_format(render, failure))
         return false;
-    if (!scene_source_is_id(render->source) && !scene_source_check(render->source, failure))
+    if (!scene_source_check_all(render->source, render->request, failure))
         return false;
     return output_file_open(&render->image, options->output, failure) &&
            (!options->stats || output_file_open(&render->stats, options->stats, failure));

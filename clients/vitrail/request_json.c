@@ -105,26 +105,70 @@ static bool put_quality(json_t *root, const struct request_options *options,
            put_number(quality, "budget_ms", &options->budget_ms, failure);
 }
 
-static bool put_lights(json_t *root, const struct request_options *options, struct failure *failure)
+/* Adds the parsed items of `list` to the array `name`, which is made when it is not there. */
+static bool put_list(json_t *root, const char *name, const struct text_list *list,
+                     json_t *(*parse)(const char *text, struct failure *failure),
+                     struct failure *failure)
 {
-    json_t *lights = json_object_get(root, "lights");
+    json_t *array = json_object_get(root, name);
 
-    if (options->no_scene_lights && !put(root, "scene_lights", json_false(), failure))
-        return false;
-    if (options->lights.count == 0)
+    if (list->count == 0)
         return true;
-    if (!json_is_array(lights)) {
-        json_object_set_new(root, "lights", json_array());
-        lights = json_object_get(root, "lights");
+    if (!json_is_array(array)) {
+        json_object_set_new(root, name, json_array());
+        array = json_object_get(root, name);
     }
-    for (size_t i = 0; i < options->lights.count; i++) {
-        json_t *light = light_spec_parse(options->lights.items[i], failure);
-        if (!light)
+    for (size_t i = 0; i < list->count; i++) {
+        json_t *item = parse(list->items[i], failure);
+        if (!item)
             return false;
-        if (json_array_append_new(lights, light) != 0)
+        if (json_array_append_new(array, item) != 0)
             return fail_no_memory(failure);
     }
     return true;
+}
+
+static bool put_lights(json_t *root, const struct request_options *options, struct failure *failure)
+{
+    if (options->no_scene_lights && !put(root, "scene_lights", json_false(), failure))
+        return false;
+    return put_list(root, "lights", &options->lights, light_spec_parse, failure);
+}
+
+static json_t *node_name(const char *text, struct failure *failure)
+{
+    json_t *name = json_string(text);
+
+    if (!name)
+        fail(failure, EXIT_CODE_USAGE, "--highlight: '%.200s' is not UTF-8", text);
+    return name;
+}
+
+static bool put_parts(json_t *root, const struct text_list *list, struct failure *failure)
+{
+    json_t *parts = json_object();
+    bool is_ok = parts || fail_no_memory(failure);
+
+    for (size_t i = 0; i < list->count && is_ok; i++)
+        is_ok = part_spec_parse(list->items[i], parts, failure);
+    if (is_ok && list->count && json_object_update(member_object(root, "parts"), parts) != 0)
+        is_ok = fail_no_memory(failure);
+    json_decref(parts);
+    return is_ok;
+}
+
+/* Cuts, what is drawn over the picture, and other scenes in it. */
+static bool put_assembly(json_t *root, const struct request_options *options,
+                         struct failure *failure)
+{
+    if (!put_list(root, "clip_planes", &options->clips, clip_spec_parse, failure))
+        return false;
+    if (options->highlights.count && !put_list(member_object(root, "highlight"), "nodes",
+                                               &options->highlights, node_name, failure))
+        return false;
+    if (options->edges && !put(root, "edges", edges_spec_parse(options->edges, failure), failure))
+        return false;
+    return put_parts(root, &options->parts, failure);
 }
 
 /* --output a --output b and --output a,b say the same. */
@@ -195,7 +239,8 @@ json_t *request_json_build(const struct request_options *options, struct failure
     bool is_ok = root || fail_no_memory(failure);
 
     is_ok = is_ok && put_view(root, options, failure) && put_quality(root, options, failure) &&
-            put_lights(root, options, failure) && put_outputs(root, options, failure);
+            put_lights(root, options, failure) && put_assembly(root, options, failure) &&
+            put_outputs(root, options, failure);
     for (size_t i = 0; i < options->settings.count && is_ok; i++)
         is_ok = request_json_set(root, options->settings.items[i], failure);
     if (is_ok)

@@ -16,10 +16,11 @@ struct request_options {
     const char *base_path; /* --request */
     const char *size, *camera, *background, *environment, *format;
     const char *animation; /* a name */
+    const char *edges;
     const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
     struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
         samples, area_samples, max_error, budget_ms, exposure_ev, time_s;
-    struct text_list lights, outputs, settings;
+    struct text_list lights, clips, highlights, parts, outputs, settings;
     bool no_scene_lights, reference;
 };
 
@@ -30,25 +31,29 @@ struct request_options {
     "Lights:   point:pos=0,3,0;color=1,0.8,0.6;intensity=100;range=0\n"                        \
     "          spot:pos=0,4,0;dir=0,-1,0;inner=20;outer=35;intensity=800\n"                    \
     "          rect:pos=0,4,0;dir=0,-1,0;width=1;height=0.5;intensity=500\n"                   \
-    "          directional:dir=0,-1,-0.3;intensity=5;shadow=false\n"
+    "          directional:dir=0,-1,-0.3;intensity=5;shadow=false\n"                           \
+    "Cuts:     A,B,C,D;cap=true;shadows=false    cap=0.8,0.2,0.1 is a colour\n"                \
+    "Parts:    bolt=bolt.glb;parent=Flange;pos=0.2,0,0    or matrix=16 numbers\n"              \
+    "Edges:    default    "                                                                    \
+    "crease=20;borders=true;silhouettes=true;color=0,0,0;width=1;hidden=0.1\n"
 
-/* Rows of an option table for all of them; `owner` has a member `request`. */
+/* Rows of an option table; `owner` has a member `request`. */
 #define REQUEST_OPTION(owner, kind, name, argument, help, member)               \
     {                                                                           \
         OPTION_##kind, name, 0, argument, help, offsetof(owner, request.member) \
     }
-#define REQUEST_OPTIONS(owner)                                                                    \
+/* What frames and views have in common, but for the camera. */
+#define REQUEST_LOOK_OPTIONS(owner)                                                               \
     REQUEST_OPTION(owner, TEXT, "size", "WxH", "in pixels; default 1280x720", size),              \
-        REQUEST_OPTION(owner, TEXT, "camera", "SPEC", "see below; default: the scene's own",      \
-                       camera),                                                                   \
-        REQUEST_OPTION(owner, LIST, "output", "NAME",                                             \
-                       "color, depth, normal, albedo, node, material, position,\n"                \
-                       "transmittance, lights, layers\n"                                          \
-                       "(several: .exr)",                                                         \
-                       outputs),                                                                  \
         REQUEST_OPTION(owner, LIST, "light", "SPEC", "one more light, see below", lights),        \
         REQUEST_OPTION(owner, FLAG, "no-scene-lights", NULL, "leave the lights of the scene out", \
                        no_scene_lights),                                                          \
+        REQUEST_OPTION(owner, LIST, "clip", "SPEC", "one more clip plane, see below", clips),     \
+        REQUEST_OPTION(owner, LIST, "part", "SPEC",                                               \
+                       "one more part: another scene in this one, see below", parts),             \
+        REQUEST_OPTION(owner, LIST, "highlight", "NODE", "outline this node, and all below it",   \
+                       highlights),                                                               \
+        REQUEST_OPTION(owner, TEXT, "edges", "SPEC", "draw feature edges, see below", edges),     \
         REQUEST_OPTION(owner, TEXT, "environment", "SKY:GROUND",                                  \
                        "light from all around, in nits; numbers or r,g,b", environment),          \
         REQUEST_OPTION(owner, TEXT, "background", "R,G,B,A", "linear; default transparent",       \
@@ -88,9 +93,21 @@ struct request_options {
                        "a whole request as JSON; the options go over it", base_path),             \
         REQUEST_OPTION(owner, LIST, "set", "POINTER=JSON",                                        \
                        "any member, such as /quality/shadow_taps=9", settings)
+/* All of a view. */
+#define REQUEST_VIEW_OPTIONS(owner)                                                               \
+    REQUEST_OPTION(owner, TEXT, "camera", "SPEC", "see below; default: the scene's own", camera), \
+        REQUEST_LOOK_OPTIONS(owner)
+/* All of a frame. */
+#define REQUEST_OPTIONS(owner)                                                 \
+    REQUEST_OPTION(owner, LIST, "output", "NAME",                              \
+                   "color, depth, normal, albedo, node, material, position,\n" \
+                   "transmittance, lights, layers\n"                           \
+                   "(several: .exr)",                                          \
+                   outputs),                                                   \
+        REQUEST_VIEW_OPTIONS(owner)
 
-/* New reference, without "scene". Base first, then the options over it (lights are added to those
- * of the base), then
+/* New reference, without "scene". Base first, then the options over it (lights, clip planes and
+ * parts are added to those of the base), then
  * --set in the order given. Only what was given is in it: defaults are the server's. */
 json_t *request_json_build(const struct request_options *options, struct failure *failure);
 

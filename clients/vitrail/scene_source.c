@@ -187,13 +187,58 @@ bool scene_source_push(struct session *session, const char *path, bool force,
     return is_ok;
 }
 
-bool scene_source_bring(struct session *session, const char *source, bool force, json_t *request,
-                        struct scene_push *push, struct failure *failure)
+bool scene_source_check_all(const char *source, const json_t *request, struct failure *failure)
+{
+    const char *name;
+    json_t *part;
+
+    if (source && !scene_source_is_id(source) && !scene_source_check(source, failure))
+        return false;
+    json_object_foreach(json_object_get(request, "parts"), name, part)
+    {
+        const char *scene = json_string_value(json_object_get(part, "scene"));
+        if (scene && !scene_source_is_id(scene) && !scene_source_check(scene, failure))
+            return false;
+    }
+    return true;
+}
+
+/* Names what `source` is in `object` as "scene", when the server has it. */
+static bool bring(struct session *session, const char *source, bool force, json_t *object,
+                  struct scene_push *push, struct failure *failure)
 {
     if (scene_source_is_id(source))
         memcpy(push->id, source, SCENE_ID_BYTES);
     else if (!scene_source_push(session, source, force, push, failure))
         return false;
-    return json_object_set_new(request, "scene", json_string(push->id)) == 0 ||
+    return json_object_set_new(object, "scene", json_string(push->id)) == 0 ||
            fail_no_memory(failure);
+}
+
+bool scene_source_bring_parts(struct session *session, json_t *request, struct failure *failure)
+{
+    const char *name;
+    json_t *part;
+
+    json_object_foreach(json_object_get(request, "parts"), name, part)
+    {
+        struct scene_push push = {0};
+        const char *given = json_string_value(json_object_get(part, "scene"));
+        if (!given || scene_source_is_id(given))
+            continue;
+        char *scene = strdup(given); /* `given` ends where its place is taken */
+        bool is_ok = (scene || fail_no_memory(failure)) &&
+                     bring(session, scene, false, part, &push, failure);
+        free(scene);
+        if (!is_ok)
+            return false;
+    }
+    return true;
+}
+
+bool scene_source_bring(struct session *session, const char *source, bool force, json_t *request,
+                        struct scene_push *push, struct failure *failure)
+{
+    return scene_source_bring_parts(session, request, failure) &&
+           bring(session, source, force, request, push, failure);
 }

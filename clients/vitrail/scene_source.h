@@ -3,6 +3,7 @@
 #ifndef VITRAIL_CLIENTS_VITRAIL_SCENE_SOURCE_H
 #define VITRAIL_CLIENTS_VITRAIL_SCENE_SOURCE_H
 
+#include <jansson.h>
 #include <stdbool.h>
 
 #include "clients/vitrail/failure.h"
@@ -30,8 +31,15 @@ bool scene_source_check(const char *path, struct failure *failure);
 bool scene_source_push(struct session *session, const char *path, bool force,
                        struct scene_push *push, struct failure *failure);
 
+/* scene_source_check() for `source`, unless it is NULL or an id, and for the scenes of the parts of
+ * `request` likewise. */
+bool scene_source_check_all(const char *source, const json_t *request, struct failure *failure);
+
+/* Brings the scenes of the parts of `request` that are files, and names them by their ids. */
+bool scene_source_bring_parts(struct session *session, json_t *request, struct failure *failure);
+
 /* Makes sure that the server has what `source` names, a file or an id, and names it in `request` as
- * "scene". `force` as above. */
+ * "scene"; those of its parts as well. `force` as above, for `source`. */
 bool scene_source_bring(struct session *session, const char *source, bool force, json_t *request,
                         struct scene_push *push, struct failure *failure);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Parses camera, light, environment and size texts. Ranges are the server's to judge; form is
- * judged here. */
+/* Parses the short texts of the command line. Ranges are the server's to judge; form is judged
+ * here. */
 #include "clients/vitrail/specs.h"
 
 #include <stdio.h>
@@ -84,12 +84,31 @@ bool size_parse(const char *text, int *width_px, int *height_px, struct failure 
     return true;
 }
 
-/* One KEY of a camera or light, the member of the request it sets, and for which kinds it is. */
+/* One KEY of a text, the member of the request it sets, and for which kinds it is. */
 struct spec_key {
     const char *key, *member;
-    int count;      /* of numbers: 1, 3, 16; 0: true or false */
+    int count;      /* of numbers: 1, 3, 16; or SPEC_* */
     unsigned kinds; /* bit set of the kinds that have it */
 };
+
+enum { SPEC_BOOLEAN = 0, SPEC_TEXT = -1, SPEC_BOOLEAN_OR_COLOR = -2 };
+
+static json_t *value_spec(const char *text, int count, const char *what, struct failure *failure)
+{
+    json_t *value;
+
+    if (count == SPEC_BOOLEAN_OR_COLOR)
+        count = strchr(text, ',') ? 3 : SPEC_BOOLEAN;
+    if (count == SPEC_BOOLEAN)
+        return boolean_spec(text, what, failure);
+    if (count == 1)
+        return number_spec(text, what, failure);
+    if (count != SPEC_TEXT)
+        return numbers_parse(text, count, what, failure);
+    if (!(value = json_string(text)))
+        fail_spec(failure, what, text, "UTF-8");
+    return value;
+}
 
 /* Sets object[member] from "key=value" by the table. */
 static bool apply_pair(json_t *object, const struct spec_key *keys, unsigned kind, const char *pair,
@@ -105,14 +124,24 @@ static bool apply_pair(json_t *object, const struct spec_key *keys, unsigned kin
         snprintf(name, sizeof name, "%s: %s", what, k->key);
         if (json_object_get(object, k->member))
             return fail(failure, EXIT_CODE_USAGE, "%s is given twice", name);
-        value = k->count == 0   ? boolean_spec(pair + n + 1, name, failure)
-                : k->count == 1 ? number_spec(pair + n + 1, name, failure)
-                                : numbers_parse(pair + n + 1, k->count, name, failure);
+        value = value_spec(pair + n + 1, k->count, name, failure);
         return value &&
                (json_object_set_new(object, k->member, value) == 0 || fail_no_memory(failure));
     }
     return fail(failure, EXIT_CODE_USAGE, "%s: '%.200s' is nothing that can be set here", what,
                 pair);
+}
+
+/* All pairs of `text`, with one of `separators` between; changes `text`. */
+static bool apply_pairs(json_t *object, const struct spec_key *keys, unsigned kind, char *text,
+                        const char *separators, const char *what, struct failure *failure)
+{
+    char *pair;
+
+    while ((pair = strsep(&text, separators)))
+        if (*pair && !apply_pair(object, keys, kind, pair, what, failure))
+            return false;
+    return true;
 }
 
 enum { CAMERA_ANY = 1 };
@@ -205,8 +234,8 @@ json_t *light_spec_parse(const char *text, struct failure *failure)
     size_t n = strcspn(text, ":");
     unsigned kind = 0;
     json_t *light = NULL;
-    char *copy, *rest, *pair;
-    bool is_ok = true;
+    char *copy;
+    bool is_ok;
 
     for (unsigned i = 0; i < sizeof KINDS / sizeof *KINDS; i++)
         if (strlen(KINDS[i]) == n && !strncmp(text, KINDS[i], n)) {
@@ -218,12 +247,9 @@ json_t *light_spec_parse(const char *text, struct failure *failure)
                   "point:..., spot:..., directional:..., rect:... or disk:...");
         return NULL;
     }
-    copy = rest = strdup(text[n] ? text + n + 1 : "");
-    if (!light || !copy)
-        is_ok = fail_no_memory(failure);
-    while (is_ok && (pair = strsep(&rest, "; ")))
-        if (*pair)
-            is_ok = apply_pair(light, LIGHT_KEYS, kind, pair, "--light", failure);
+    copy = strdup(text[n] ? text + n + 1 : "");
+    is_ok = (light && copy) || fail_no_memory(failure);
+    is_ok = is_ok && apply_pairs(light, LIGHT_KEYS, kind, copy, "; ", "--light", failure);
     free(copy);
     if (is_ok)
         return light;
@@ -259,4 +285,105 @@ json_t *environment_spec_parse(const char *text, struct failure *failure)
         return json_pack("{s:o, s:o}", "sky", sky, "ground", ground);
     json_decref(sky);
     return NULL;
+}
+
+enum { SPEC_ANY = 1 };
+
+static const struct spec_key CLIP_KEYS[] = {
+    {"cap", "cap", SPEC_BOOLEAN_OR_COLOR, SPEC_ANY},
+    {"shadows", "shadows", SPEC_BOOLEAN, SPEC_ANY},
+    {0},
+};
+
+json_t *clip_spec_parse(const char *text, struct failure *failure)
+{
+    json_t *clip = json_object(), *plane = NULL;
+    char *copy = strdup(text), *rest = copy;
+    bool is_ok = (clip && copy) || fail_no_memory(failure);
+
+    if (is_ok) {
+        plane = numbers_parse(strsep(&rest, ";"), 4, "--clip", failure);
+        is_ok =
+            plane && (json_object_set_new(clip, "plane", plane) == 0 || fail_no_memory(failure));
+    }
+    is_ok = is_ok && apply_pairs(clip, CLIP_KEYS, SPEC_ANY, rest, ";", "--clip", failure);
+    free(copy);
+    if (is_ok)
+        return clip;
+    json_decref(clip);
+    return NULL;
+}
+
+static const struct spec_key EDGES_KEYS[] = {
+    {"crease", "crease_deg", 1, SPEC_ANY},
+    {"borders", "borders", SPEC_BOOLEAN, SPEC_ANY},
+    {"silhouettes", "silhouettes", SPEC_BOOLEAN, SPEC_ANY},
+    {"color", "color", 3, SPEC_ANY},
+    {"width", "width_px", 1, SPEC_ANY},
+    {"hidden", "hidden", 1, SPEC_ANY},
+    {0},
+};
+
+json_t *edges_spec_parse(const char *text, struct failure *failure)
+{
+    json_t *edges = json_object();
+    char *copy = strdup(strcmp(text, "default") != 0 ? text : "");
+    bool is_ok = (edges && copy) || fail_no_memory(failure);
+
+    if (is_ok && !*text)
+        is_ok = fail_spec(failure, "--edges", text, "default, or such as crease=20;width=2");
+    is_ok = is_ok && apply_pairs(edges, EDGES_KEYS, SPEC_ANY, copy, ";", "--edges", failure);
+    free(copy);
+    if (is_ok)
+        return edges;
+    json_decref(edges);
+    return NULL;
+}
+
+static const struct spec_key PART_KEYS[] = {
+    {"parent", "parent", SPEC_TEXT, SPEC_ANY},
+    {"pos", "pos", 3, SPEC_ANY},
+    {"matrix", "matrix", 16, SPEC_ANY},
+    {0},
+};
+
+/* "pos" becomes the matrix that moves there. */
+static bool place_part(json_t *part, struct failure *failure)
+{
+    json_t *position = json_object_get(part, "pos"), *matrix;
+
+    if (!position)
+        return true;
+    if (json_object_get(part, "matrix"))
+        return fail(failure, EXIT_CODE_USAGE, "--part: pos and matrix say the same");
+    matrix = json_pack("[i,i,i,i, i,i,i,i, i,i,i,i, O,O,O,i]", 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0,
+                       json_array_get(position, 0), json_array_get(position, 1),
+                       json_array_get(position, 2), 1);
+    return (json_object_set_new(part, "matrix", matrix) == 0 &&
+            json_object_del(part, "pos") == 0) ||
+           fail_no_memory(failure);
+}
+
+bool part_spec_parse(const char *text, json_t *parts, struct failure *failure)
+{
+    size_t n = strcspn(text, "=");
+    json_t *part = json_object(), *name = json_stringn(text, n);
+    char *copy = strdup(text[n] ? text + n + 1 : ""), *rest = copy;
+    const char *scene = copy ? strsep(&rest, ";") : NULL;
+    bool is_ok = (part && copy) || fail_no_memory(failure);
+
+    if (is_ok && (!n || !text[n] || !*scene))
+        is_ok = fail_spec(failure, "--part", text, "NAME=FILE|SCENE-ID");
+    if (is_ok && (!name || json_object_set_new(part, "scene", json_string(scene)) != 0))
+        is_ok = fail_spec(failure, "--part", text, "UTF-8");
+    if (is_ok && json_object_get(parts, json_string_value(name)))
+        is_ok = fail(failure, EXIT_CODE_USAGE, "--part: '%.200s' is given twice",
+                     json_string_value(name));
+    is_ok = is_ok && apply_pairs(part, PART_KEYS, SPEC_ANY, rest, ";", "--part", failure) &&
+            place_part(part, failure) &&
+            (json_object_set(parts, json_string_value(name), part) == 0 || fail_no_memory(failure));
+    free(copy);
+    json_decref(name);
+    json_decref(part);
+    return is_ok;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The short texts of the command line for sizes, colours, cameras and lights, as JSON of a request.
- */
+/* The short texts of the command line for sizes, colours, cameras, lights, cuts and parts, as JSON
+ * of a request. */
 #ifndef VITRAIL_CLIENTS_VITRAIL_SPECS_H
 #define VITRAIL_CLIENTS_VITRAIL_SPECS_H
 
@@ -23,6 +23,17 @@ json_t *light_spec_parse(const char *text, struct failure *failure);
 
 /* "SKY:GROUND", each one number or r,g,b, in nits. */
 json_t *environment_spec_parse(const char *text, struct failure *failure);
+
+/* "A,B,C,D[;cap=true|false|r,g,b][;shadows=true|false]": a clip plane. */
+json_t *clip_spec_parse(const char *text, struct failure *failure);
+
+/* "default" or "KEY=VALUE;..." with crease (degrees), borders, silhouettes (true or false), color,
+ * width (pixels), hidden: feature edges. */
+json_t *edges_spec_parse(const char *text, struct failure *failure);
+
+/* "NAME=FILE|SCENE-ID[;parent=NODE][;pos=x,y,z|;matrix=16 numbers]" into parts[NAME], whose "scene"
+ * is the file or id as given. */
+bool part_spec_parse(const char *text, json_t *parts, struct failure *failure);
 
 /* Exactly `count` numbers with commas between; `what` names the option for the message. */
 json_t *numbers_parse(const char *text, int count, const char *what, struct failure *failure);

@@ -98,7 +98,7 @@ static bool prepare(struct measuring *measuring, struct failure *failure)
     measuring->request = request_json_build(&measuring->options->request, failure);
     if (!measuring->request || !put_options(measuring, failure))
         return false;
-    if (!scene_source_is_id(measuring->source) && !scene_source_check(measuring->source, failure))
+    if (!scene_source_check_all(measuring->source, measuring->request, failure))
         return false;
     return !measuring->options->output ||
            output_file_open(&measuring->output, measuring->options->output, failure);
@@ -349,6 +349,9 @@ static const struct option OPTIONS[] = {
     {OPTION_LIST, "light", 0, "SPEC", "one more light, as of vitrail render", AT(request.lights)},
     {OPTION_FLAG, "no-scene-lights", 0, NULL, "leave the lights of the scene out",
      AT(request.no_scene_lights)},
+    {OPTION_LIST, "clip", 0, "SPEC", "one more clip plane, as of vitrail render",
+     AT(request.clips)},
+    {OPTION_LIST, "part", 0, "SPEC", "one more part, as of vitrail render", AT(request.parts)},
     {OPTION_TEXT, "environment", 0, "SKY:GROUND", "light from all around, in nits",
      AT(request.environment)},
     {OPTION_TEXT, "background", 0, "R,G,B,A", "linear; default transparent",

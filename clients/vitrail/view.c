@@ -22,6 +22,7 @@ struct view_call {
     struct session *session;
     const char *subject; /* a scene or a view; NULL: all */
     const char *point;   /* of pick; or NULL */
+    json_t *members;     /* what is sent; NULL where nothing is */
 };
 
 static bool print_from(const struct view_call *call, const char *path, const char *task,
@@ -38,8 +39,8 @@ static bool print_from(const struct view_call *call, const char *path, const cha
 
 static bool create(const struct view_call *call, struct failure *failure)
 {
-    json_t *members = request_json_build(&call->options->request, failure);
-    json_t *view = view_client_make(call->session, call->subject, members, failure);
+    json_t *view =
+        view_client_make(call->session, call->subject, json_incref(call->members), failure);
 
     progress_hide(&call->session->progress);
     if (view && call->options->common.json)
@@ -61,11 +62,8 @@ static bool show(const struct view_call *call, struct failure *failure)
 
 static bool patch(const struct view_call *call, struct failure *failure)
 {
-    json_t *members = request_json_build(&call->options->request, failure);
-    bool is_ok = members && view_client_patch(call->session, call->subject, members, failure);
-
-    json_decref(members);
-    return is_ok;
+    return scene_source_bring_parts(call->session, call->members, failure) &&
+           view_client_patch(call->session, call->subject, call->members, failure);
 }
 
 static bool image(const struct view_call *call, struct failure *failure)
@@ -101,12 +99,12 @@ static bool forget(const struct view_call *call, struct failure *failure)
 static const struct verb {
     const char *name;
     int operands_min, operands_max; /* after the verb */
-    bool is_of_scene, needs_file;
+    bool is_of_scene, has_members, needs_file;
     bool (*run)(const struct view_call *call, struct failure *failure);
 } VERBS[] = {
-    {"create", 1, 1, true, false, create}, {"show", 0, 1, false, false, show},
-    {"patch", 1, 1, false, false, patch},  {"image", 1, 1, false, true, image},
-    {"pick", 2, 2, false, false, pick},    {"delete", 1, 1, false, false, forget},
+    {"create", 1, 1, true, true, false, create}, {"show", 0, 1, false, false, false, show},
+    {"patch", 1, 1, false, true, false, patch},  {"image", 1, 1, false, false, true, image},
+    {"pick", 2, 2, false, false, false, pick},   {"delete", 1, 1, false, false, false, forget},
 };
 
 static const struct verb *find_verb(const char *name, struct failure *failure)
@@ -120,7 +118,7 @@ static const struct verb *find_verb(const char *name, struct failure *failure)
 }
 
 /* Everything that can be known to be wrong before a server is asked. */
-static bool check(const struct verb *verb, const struct view_call *call, int operands,
+static bool check(const struct verb *verb, struct view_call *call, int operands,
                   struct failure *failure)
 {
     if (operands < verb->operands_min || operands > verb->operands_max)
@@ -130,9 +128,12 @@ static bool check(const struct verb *verb, const struct view_call *call, int ope
         return fail(failure, EXIT_CODE_USAGE, "'view %s' needs an output: -o FILE.png", verb->name);
     if (verb->needs_file && !view_client_format(call->options->output_file, failure))
         return false;
-    if (!verb->is_of_scene)
-        return !call->subject || view_id_is_valid(call->subject, failure);
-    return scene_source_is_id(call->subject) || scene_source_check(call->subject, failure);
+    if (verb->has_members &&
+        !(call->members = request_json_build(&call->options->request, failure)))
+        return false;
+    if (!verb->is_of_scene && call->subject && !view_id_is_valid(call->subject, failure))
+        return false;
+    return scene_source_check_all(verb->is_of_scene ? call->subject : NULL, call->members, failure);
 }
 
 static bool view_run(void *context, const struct text_list *operands, struct failure *failure)
@@ -149,6 +150,7 @@ static bool view_run(void *context, const struct text_list *operands, struct fai
 
     progress_hide(&session.progress);
     session_end(&session);
+    json_decref(call.members);
     return is_ok;
 }
 
@@ -158,17 +160,11 @@ static const struct option OPTIONS[] = {
     {OPTION_TEXT, "output-file", 'o', "FILE", "image: where it goes; .png .jpg .webp .exr",
      AT(output_file)},
     {OPTION_TEXT, "aov", 0, "NAME",
-     "image: color, depth, normal, albedo, node, material, position, transmittance, lights, layers",
+     "image: color, depth, normal, albedo, node, material, position,\n"
+     "transmittance, lights, layers",
      AT(aov)},
     {OPTION_FLAG, "through", 0, NULL, "pick: every layer, nearest first", AT(through)},
-    {OPTION_TEXT, "size", 0, "WxH", "create, patch: in pixels", AT(request.size)},
-    {OPTION_TEXT, "camera", 0, "SPEC", "create, patch: as of 'vitrail render'", AT(request.camera)},
-    {OPTION_LIST, "light", 0, "SPEC", "create, patch: as of 'vitrail render'", AT(request.lights)},
-    {OPTION_TEXT, "request", 0, "FILE", "create, patch: members as JSON", AT(request.base_path)},
-    {OPTION_LIST, "set", 0, "POINTER=JSON",
-     "create, patch: any member, such as\n"
-     "/overrides/nodes/Door/visible=false; null takes it back",
-     AT(request.settings)},
+    REQUEST_VIEW_OPTIONS(struct view_options),
     {0},
 };
 
@@ -181,7 +177,10 @@ const struct command COMMAND_VIEW = {
                "  patch VIEW --set ...     changes members\n"
                "  image VIEW -o FILE       the exact image\n"
                "  pick VIEW X,Y            what is at that point of the image\n"
-               "  delete VIEW              forgets it",
+               "  delete VIEW              forgets it\n"
+               "create and patch take the options from --camera on, as those of 'vitrail render';\n"
+               "a patch with --light, --clip or --highlight replaces all of them, and\n"
+               "--set /overrides/nodes/Door=null takes a member back.\n" REQUEST_HELP,
     .options = OPTIONS,
     .is_remote = true,
     .operands_min = 1,

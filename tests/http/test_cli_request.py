@@ -1,9 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """The options of `vitrail render` become the JSON of the API; wrong ones never reach a server."""
+import hashlib
 import json
 
-from cli_support import CliTest, main
+from cli_support import CliTest, glb, main
+
+
+def id_of(size):
+    """What a server calls the scene glb(size)."""
+    return hashlib.sha256(glb(size)).hexdigest()
 
 
 class RequestTest(CliTest):
@@ -79,6 +85,43 @@ class RequestTest(CliTest):
                                              {"type": "spot"}])
         self.assertEqual(request["animation"], {"name": "Wälk"})
 
+    def test_cuts_highlights_and_edges(self):
+        request = self.render_request(
+            "--clip", "0,-1,0,2.5", "--clip", "0,0,-1,1;cap=0.8,0.2,0.1",
+            "--clip", "1,0,0,0;cap=true;shadows=true", "--clip", "1,0,0,1;shadows=false",
+            "--highlight", "Door", "--highlight", "#3", "--set", "/highlight/width_px=3",
+            "--edges", "crease=20;borders=false;silhouettes=true;color=1,0,0;width=2;hidden=0.1")
+        self.assertEqual(request["clip_planes"], [
+            {"plane": [0, -1, 0, 2.5]}, {"plane": [0, 0, -1, 1], "cap": [0.8, 0.2, 0.1]},
+            {"plane": [1, 0, 0, 0], "cap": True, "shadows": True},
+            {"plane": [1, 0, 0, 1], "shadows": False}])
+        self.assertEqual(request["highlight"], {"nodes": ["Door", "#3"], "width_px": 3})
+        self.assertEqual(request["edges"], {
+            "crease_deg": 20, "borders": False, "silhouettes": True, "color": [1, 0, 0],
+            "width_px": 2, "hidden": 0.1})
+        self.assertEqual(self.render_request("--edges", "default")["edges"], {})
+
+    def test_parts_are_sent_where_the_server_lacks_them_and_named_by_id(self):
+        bolt = self.write("bolt.glb", glb(80))
+        nobody = "0" * 64
+        request = self.render_request(
+            "--part", f"bolt={bolt};parent=Flange No. 2;pos=0.5,0,1e3",
+            "--part", f"nut={nobody};parent=bolt/Thread;matrix=1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1")
+        self.assertEqual(request["parts"], {
+            "bolt": {"scene": id_of(80), "parent": "Flange No. 2",
+                     "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.5, 0, 1000, 1]},
+            "nut": {"scene": nobody, "parent": "bolt/Thread",
+                    "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]}})
+        self.assertIn(id_of(80), self.stub.scenes)
+
+    def test_parts_of_the_base_may_be_files_and_options_go_over_them(self):
+        bolt, nut = self.write("bolt.glb", glb(80)), self.write("nut.glb", glb(96))
+        base = self.write("base.json", json.dumps({
+            "parts": {"a": {"scene": bolt, "visible": False}, "b": {"scene": bolt}}}))
+        request = self.render_request("--request", base, "--part", f"b={nut}")
+        self.assertEqual(request["parts"], {"a": {"scene": id_of(80), "visible": False},
+                                            "b": {"scene": id_of(96)}})
+
     def test_outputs_may_be_listed_either_way(self):
         scene = self.scene()
         for options in (["--output", "color,depth"], ["--output", "color", "--output", "depth"]):
@@ -109,6 +152,12 @@ class RequestTest(CliTest):
                 ["--light", "point:pos=0,0,0;intensity=inf"], ["--light", "spot:inner"],
                 ["--light", "point:pos=0x1,0,0"], ["--light", "point:shadow=maybe"],
                 ["--background", "1,1,1"], ["--environment", "1"], ["--environment", "1:x"],
+                ["--clip", "1,0,0"], ["--clip", "1,0,0,0;cap=maybe"], ["--clip", "1,0,0,0;cap=1,2"],
+                ["--clip", ""], ["--clip", "1,0,0,0;thickness=2"], ["--edges", ""],
+                ["--edges", "crease"], ["--edges", "crease=x"], ["--part", "a"], ["--part", "a="],
+                ["--part", "=box.glb"], ["--part", "a=box.glb;pos=1,2"],
+                ["--part", "a=box.glb", "--part", "a=box.glb"],
+                ["--part", "a=box.glb;pos=0,0,0;matrix=1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1"],
                 ["--exposure", "bright"], ["--samples", ""], ["--set", "/a"], ["--set", "a=1"],
                 ["--set", "/a=b"], ["--set", "/=1"], ["--size", "1x1", "--set", "/width/x=1"],
                 ["--request", base], ["--format", "bmp"], ["--frobnicate"], ["--quiet=yes"],
@@ -124,7 +173,8 @@ class RequestTest(CliTest):
         self.assert_only("box.glb", "base.json")
 
     def test_missing_inputs_are_told_apart_from_wrong_usage(self):
-        for arguments in (["no.glb"], [self.scene(), "--request", "no.json"], [self.folder]):
+        for arguments in (["no.glb"], [self.scene(), "--request", "no.json"], [self.folder],
+                          [self.scene(), "--part", "a=no.glb"]):
             _, err = self.run_cli("render", *arguments, "-o", "out.png", code=66)
             self.assertIn("cannot read", err)
         self.assertEqual(self.stub.requests, [])

@@ -50,6 +50,22 @@ class CliViews(support.ServiceTest):
         self.run_cli("view", "delete", view)
         self.assertIn("there is no view", self.run_cli("view", "show", view, code=1))
 
+    def test_a_view_takes_the_look_options_of_a_render(self):
+        view = self.create("--clip", "0,-1,0,2", "--highlight", "Triangle", "--shadows", "map",
+                           "--part", f"twin={self.scene};parent=Triangle;pos=0,0,1")
+        shown = json.loads(self.run_cli("view", "show", view, "--json"))["view"]
+        self.assertEqual([0, -1, 0, 2], shown["clip_planes"][0])
+        self.assertEqual(["Triangle"], shown["highlight"]["nodes"])
+        self.assertEqual("map", shown["quality"]["shadows"])
+        self.assertEqual(shown["scene"], shown["parts"]["twin"]["scene"])
+        self.run_cli("view", "patch", view, "--clip", "1,0,0,0;cap=true", "--edges", "default",
+                     "--part", f"third={self.scene}", "--set", "/parts/twin=null")
+        shown = json.loads(self.run_cli("view", "show", view, "--json"))["view"]
+        self.assertEqual([{"plane": [1, 0, 0, 0], "shadows": True, "cap": True}],
+                         shown["clip_planes"])
+        self.assertEqual(["third"], list(shown["parts"]))
+        self.assertEqual(30, shown["edges"]["crease_deg"])
+
     def test_an_image_is_that_of_the_server(self):
         view = self.create()
         for name, query in (("a.png", ""), ("a.webp", "?format=webp")):
@@ -72,6 +88,8 @@ class CliViews(support.ServiceTest):
                           ("view", "image", view), ("view", "image", view, "-o", "a.gif"),
                           ("view", "pick", view), ("view", "pick", view, "5"),
                           ("view", "delete"), ("orbit", self.scene),
+                          ("view", "patch", view, "--clip", "1,0,0"),
+                          ("orbit", self.scene, "-o", "%d.png", "--edges", "thick"),
                           ("orbit", self.scene, "-o", "a.png"),
                           ("orbit", self.scene, "-o", "%d%d.png"),
                           ("orbit", self.scene, "-o", "%s.png"),
@@ -85,7 +103,7 @@ class CliViews(support.ServiceTest):
     def test_an_orbit_is_one_view_and_leaves_none(self):
         before = self.daemon.stats()["views"]
         names = self.run_cli("orbit", self.scene, "-n", "4", "-o", self.path("v_%02d.png"),
-                             "--size", "32x16").split()
+                             "--size", "32x16", "--shadows", "map", "--edges", "default").split()
         self.assertEqual([self.path(f"v_0{i}.png") for i in range(4)], names)
         self.assertTrue(all(os.path.getsize(name) > 0 for name in names))
         views = self.daemon.stats()["views"]

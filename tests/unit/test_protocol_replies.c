@@ -522,6 +522,11 @@ static void every_technique_named_is_accepted_by_the_parser(void **state)
     }
     assert_int_equal(accepted, 15);
     assert_int_equal(json_array_size(json_object_get(json, "formats")), 4);
+    assert_int_equal(json_array_size(json_object_get(json, "overlays")), 2);
+    json_t *parameters = json_object_get(json_object_get(json, "techniques"), "parameters");
+    json_t *samples = json_object_get(parameters, "samples");
+    assert_int_equal(json_integer_value(json_object_get(samples, "max")), 256);
+    assert_int_equal(json_array_size(json_object_get(samples, "allowed")), 5);
     assert_int_equal(json_array_size(json_object_get(json, "outputs")), REQUEST_OUTPUT_COUNT);
     assert_int_equal(json_array_size(json_object_get(json, "extensions")), 1);
     json_decref(json);
