@@ -187,7 +187,7 @@ struct scene_gpu *scene_gpu_compose(const struct scene *scene,
     gpu->part_count = scene->part_count;
     gpu->parts = calloc(scene->part_count + 1, sizeof *gpu->parts);
     gpu->samplers = calloc((size_t)scene->texture_count + 1, sizeof *gpu->samplers);
-    gpu->density = texture_density_create(scene, err);
+    gpu->density = texture_density_compose(scene, err);
     if (!gpu->parts || !gpu->samplers || !gpu->density || !classify_textures(gpu, err)) {
         error_set(err, ERROR_NO_MEMORY, "scene with parts on the GPU");
         scene_gpu_destroy(gpu);
@@ -197,6 +197,7 @@ struct scene_gpu *scene_gpu_compose(const struct scene *scene,
     for (uint32_t i = 0; i < scene->part_count; i++) {
         const struct scene_part *part = &scene->parts[i];
         gpu->parts[i] = sources[i];
+        texture_density_set_part(gpu->density, i, sources[i]->density);
         for (uint32_t k = 0; k < part->scene->texture_count; k++)
             gpu->samplers[part->first_texture + k] = sources[i]->samplers[k];
     }

@@ -564,15 +564,25 @@ static double primitive_size(const struct scene_primitive *primitive, const doub
     return sqrt(square);
 }
 
-static double find_unit(const struct scene *scene)
+/* A node that is only moved keeps the size that it has in the file, whatever the last bits of its
+ * matrix. */
+static double find_unit(const struct scene_state *state)
 {
+    const double rounding = 1e-5; /* more than that of a matrix written with six digits */
+    const struct scene *scene = state->scene;
     double unit = 0;
     for (uint32_t i = 0; i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];
-        for (uint32_t p = 0; node->mesh >= 0 && p < scene->meshes[node->mesh].primitive_count; p++)
-            unit = fmax(unit, primitive_size(
-                                  &scene->primitives[scene->meshes[node->mesh].first_primitive + p],
-                                  node->world_matrix));
+        for (uint32_t p = 0; node->mesh >= 0 && p < scene->meshes[node->mesh].primitive_count;
+             p++) {
+            const struct scene_primitive *primitive =
+                &scene->primitives[scene->meshes[node->mesh].first_primitive + p];
+            double size = primitive_size(primitive, state->world[i]);
+            if (size * (1 + 2 * rounding) <= unit)
+                continue;
+            double in_file = primitive_size(primitive, node->world_matrix);
+            unit = fmax(unit, fabs(size - in_file) <= rounding * in_file ? in_file : size);
+        }
     }
     return unit > 0 && isfinite(unit) ? unit : 1;
 }
@@ -580,7 +590,7 @@ static double find_unit(const struct scene *scene)
 bool scene_state_init(struct scene_state *state, const struct scene *scene, const struct view *view,
                       struct error *err)
 {
-    *state = (struct scene_state){.scene = scene, .unit_m = find_unit(scene)};
+    *state = (struct scene_state){.scene = scene};
     state->world = calloc(scene->node_count + 1, sizeof *state->world);
     state->is_visible = calloc(scene->node_count + 1, sizeof *state->is_visible);
     state->materials = calloc(scene->material_count + 1, sizeof *state->materials);
@@ -591,6 +601,7 @@ bool scene_state_init(struct scene_state *state, const struct scene *scene, cons
     if (!compose_nodes(state, view, err) || !apply_material_overrides(state, view, err) ||
         !list_items(state, err) || !list_lights(state, view, err))
         goto fail;
+    state->unit_m = find_unit(state);
     state->whole_count = state->item_count;
     if (!scene_state_cut(state, view, err))
         goto fail;

@@ -90,8 +90,8 @@ struct scene_state {
     double bounds_min[3], bounds_max[3];           /* world, of all items; min > max when empty */
     double shadow_planes[VIEW_CLIP_PLANES_MAX][4]; /* clip planes that let light in, world */
     size_t shadow_plane_count;
-    double unit_m; /* size of the scene's largest primitive, as the file has it: grows with the
-                      scene, knows neither its turn nor any override; > 0 */
+    double unit_m; /* size of the largest primitive, hidden ones too: grows with the scene, does
+                      not know how it is turned and placed; > 0 */
 };
 
 /* Errors: ERROR_NOT_FOUND naming an unknown node or material; ERROR_INVALID_REQUEST for a

@@ -20,6 +20,7 @@ struct texture_density {
     const struct scene *scene;
     float (*least)[SCENE_TEXTURE_SLOT_COUNT]; /* per primitive: |J|_F of model space */
     bool *is_known;
+    struct texture_density **parts; /* of a composed scene, instead of the two */
 };
 
 struct texture_density *texture_density_create(const struct scene *scene, struct error *err)
@@ -37,10 +38,31 @@ struct texture_density *texture_density_create(const struct scene *scene, struct
     return NULL;
 }
 
+struct texture_density *texture_density_compose(const struct scene *scene, struct error *err)
+{
+    struct texture_density *density = calloc(1, sizeof *density);
+    if (density) {
+        density->scene = scene;
+        density->parts = calloc(scene->part_count, sizeof(*density->parts));
+    }
+    if (density && density->parts)
+        return density;
+    texture_density_destroy(density);
+    error_set(err, ERROR_NO_MEMORY, "%u parts", scene->part_count);
+    return NULL;
+}
+
+void texture_density_set_part(struct texture_density *density, uint32_t part,
+                              struct texture_density *of_part)
+{
+    density->parts[part] = of_part;
+}
+
 void texture_density_destroy(struct texture_density *density)
 {
     if (!density)
         return;
+    free(density->parts);
     free(density->least);
     free(density->is_known);
     free(density);
@@ -92,15 +114,14 @@ static double find_least(const struct scene *scene, const struct scene_primitive
     const struct scene_image *image = &scene->images[scene->textures[ref->texture].image];
     uint32_t has =
         ref->texcoord ? SCENE_PRIMITIVE_HAS_TEXCOORDS_1 : SCENE_PRIMITIVE_HAS_TEXCOORDS_0;
-    const struct scene *from = scene_of_primitive(scene, primitive);
     double least = INFINITY;
     if (primitive->topology != SCENE_TRIANGLES || !(primitive->flags & has))
         return 0; /* one point of the image is sampled, or lines are: the finest level */
     for (uint32_t i = 0; i + 2 < primitive->index_count; i += 3) {
         uint32_t vertices[3];
         for (uint32_t k = 0; k < 3; k++)
-            vertices[k] = primitive->first_vertex + from->indices[primitive->first_index + i + k];
-        least = fmin(least, triangle_density(from, vertices, ref, image));
+            vertices[k] = primitive->first_vertex + scene->indices[primitive->first_index + i + k];
+        least = fmin(least, triangle_density(scene, vertices, ref, image));
     }
     return least < 0 ? 0 : sqrt(least);
 }
@@ -111,8 +132,14 @@ static int32_t image_of(const struct scene *scene, const struct scene_material *
     return texture >= 0 ? scene->textures[texture].image : -1;
 }
 
+/* Edits of a view change no textures, so what a part's own scene knows holds in a composed one. */
 static const float *density_of(struct texture_density *density, uint32_t index)
 {
+    if (density->parts) {
+        uint32_t part = density->scene->primitives[index].part;
+        index -= density->scene->parts[part].first_primitive;
+        density = density->parts[part];
+    }
     const struct scene_primitive *primitive = &density->scene->primitives[index];
     const struct scene_material *m = &density->scene->materials[primitive->material];
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT && !density->is_known[index]; slot++)

@@ -28,6 +28,10 @@ struct texture_lens {
 /* How densely primitives are covered with texels; found when first asked for. */
 struct texture_density;
 struct texture_density *texture_density_create(const struct scene *scene, struct error *err);
+/* Of a composed scene: every part is to be set before use, and its density is borrowed. */
+struct texture_density *texture_density_compose(const struct scene *scene, struct error *err);
+void texture_density_set_part(struct texture_density *density, uint32_t part,
+                              struct texture_density *of_part);
 void texture_density_destroy(struct texture_density *density);
 
 struct texture_need_desc {

@@ -127,13 +127,14 @@ static void make_glb(const struct extreme_desc *desc, void **bytes, size_t *size
     struct error err = {0};
     struct builder b = {.glb = glb_builder_create("Extremes", &err), .desc = desc};
     assert_non_null(b.glb);
-    double s = scale_of(desc);
-    struct glb_node_desc root = {.name = "Root",
-                                 .translation = {desc->place[0], desc->place[1], desc->place[2]},
-                                 .scale = {s, s, s}};
-    double axis[3];
-    unit_axis(desc, axis);
-    glb_node_rotate(&root, axis, desc->turn_deg);
+    double s = desc->is_edited ? 1 : scale_of(desc);
+    struct glb_node_desc root = {.name = "Root", .scale = {s, s, s}};
+    if (!desc->is_edited) {
+        double axis[3];
+        unit_axis(desc, axis);
+        memcpy(root.translation, desc->place, sizeof root.translation);
+        glb_node_rotate(&root, axis, desc->turn_deg);
+    }
     b.root = glb_builder_add_node(b.glb, &root);
     add_content(&b);
     if (desc->extend)
@@ -180,6 +181,22 @@ static void set_lights(struct extreme_scene *scene, const struct extreme_desc *d
     }
 }
 
+static void edit_root(struct extreme_scene *scene, const struct extreme_desc *desc)
+{
+    struct view_node_override *root = &scene->root;
+    *root = (struct view_node_override){.node = "Root", .has_matrix = true};
+    for (int k = 0; k < 3; k++) {
+        double axis[3] = {k == 0, k == 1, k == 2}, turned[3];
+        extreme_turn(desc, axis, turned);
+        for (int i = 0; i < 3; i++)
+            root->matrix[4 * k + i] = turned[i] * scale_of(desc);
+        root->matrix[12 + k] = desc->place[k];
+    }
+    root->matrix[15] = 1;
+    scene->view.nodes = root;
+    scene->view.node_override_count = 1;
+}
+
 void extreme_scene_open(struct extreme_scene *scene, struct renderer *renderer, const char *key,
                         const struct extreme_desc *desc)
 {
@@ -201,6 +218,8 @@ void extreme_scene_open(struct extreme_scene *scene, struct renderer *renderer, 
     extreme_turn(desc, (double[]){0, 1, 0}, scene->view.camera.up);
     extreme_place(desc, eyes[desc->has_detail], scene->view.camera.eye);
     extreme_place(desc, targets[desc->has_detail], scene->view.camera.target);
+    if (desc->is_edited)
+        edit_root(scene, desc);
 }
 
 void extreme_scene_finish(struct extreme_scene *scene, struct renderer *renderer)

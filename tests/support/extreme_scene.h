@@ -12,6 +12,7 @@ enum { EXTREME_LIGHTS = 3 };
 
 struct extreme_desc {
     double scale;    /* 0 means 1: a scene of 4 m */
+    bool is_edited;  /* scaled, placed and turned by an edit of the view, not in the file */
     double place[3]; /* m, of its origin */
     double turn_deg;
     double turn_axis[3]; /* of any length; all 0: +Y */
@@ -29,6 +30,7 @@ struct extreme_scene {
     struct rig_scene rig;
     struct view view; /* 160 x 120 pixels, points to the lights below */
     struct view_light lights[EXTREME_LIGHTS];
+    struct view_node_override root; /* where the view has an edit */
 };
 
 /* Fails the test when the scene is refused. */
