@@ -1,0 +1,300 @@
+/* SPDX-License-Identifier: MIT */
+/* What the worker says, and what is said to it. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/clock.h"
+#include "server/ipc.h"
+#include "server/supervisor_internal.h"
+
+enum { FORGOTTEN_PER_MESSAGE = 1000 };
+
+/* ---- messages of the worker ---- */
+
+static void take_image(struct supervisor *supervisor, struct render_task *task,
+                       struct ipc_message *message)
+{
+    struct error problem = {0};
+    task->outcome.stats = calloc(1, sizeof *task->outcome.stats);
+    if (!task->outcome.stats)
+        error_set(&problem, ERROR_NO_MEMORY, "stats of the frame");
+    else if (frame_stats_from_json(json_object_get(message->json, "stats"), task->outcome.stats,
+                                   &problem) &&
+             (task->outcome.image_fd = ipc_message_take_fd(message, 0)) < 0)
+        error_set(&problem, ERROR_INTERNAL, "the worker sent no image");
+    if (problem.code == ERROR_NONE) {
+        quarantine_forgive(&supervisor->quarantine, task->scene);
+        supervisor->has_rendered = true;
+        frame_stats_promise(task->outcome.stats, &task->promise);
+    }
+    supervisor_refuse(supervisor, task, &problem); /* which, without a problem, is its success */
+}
+
+static void take_answer(struct supervisor *supervisor, struct render_task *task,
+                        struct ipc_message *message)
+{
+    struct error problem = {0};
+    task->outcome.answer = json_incref(json_object_get(message->json, "result"));
+    task->outcome.image_fd = ipc_message_take_fd(message, 0);
+    if (!task->outcome.answer)
+        error_set(&problem, ERROR_INTERNAL, "the worker sent no answer");
+    supervisor->has_rendered = true;
+    supervisor_refuse(supervisor, task, &problem);
+}
+
+/* What the worker says of one flight. Under the mutex. */
+static void flight_message(struct supervisor *supervisor, const char *op,
+                           struct ipc_message *message)
+{
+    uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
+    int index = flights_find(&supervisor->flights, id);
+    if (index < 0)
+        return;
+    struct flight *flight = &supervisor->flights.list[index];
+    struct render_task *task = flight->task;
+    if (strcmp(op, "begin") == 0)
+        task->outcome.queue_ms = 1e-3 * (double)(now_us() - task->queued_us);
+    if (flights_note(flight, op, now_ms()))
+        return;
+    if (strcmp(op, "done") == 0) {
+        flights_remove(&supervisor->flights, index);
+        take_image(supervisor, task, message);
+    } else if (strcmp(op, "answer") == 0) {
+        flights_remove(&supervisor->flights, index);
+        take_answer(supervisor, task, message);
+    } else if (strcmp(op, "error") == 0) {
+        struct error problem = {0};
+        ipc_error_from_json(json_object_get(message->json, "error"), &problem);
+        flights_remove(&supervisor->flights, index);
+        supervisor_refuse(supervisor, task,
+                          task->is_cancelled ? &supervisor_nobody_waits : &problem);
+    }
+}
+
+static uint64_t number(const json_t *json, const char *key)
+{
+    return (uint64_t)json_integer_value(json_object_get(json, key));
+}
+
+static void totals_message(struct supervisor *supervisor, const json_t *json)
+{
+    struct supervisor_totals *totals = &supervisor->totals;
+    totals->programs_built = number(json, "programs_built");
+    totals->programs_reused = number(json, "programs_reused");
+    totals->gpu_used_bytes = number(json, "gpu_used_bytes");
+    totals->cache_bytes = number(json, "cache_bytes");
+    totals->cache_scenes = number(json, "cache_scenes");
+    totals->cache_hits = number(json, "cache_hits");
+    totals->cache_misses = number(json, "cache_misses");
+    totals->cache_evictions = number(json, "cache_evictions");
+}
+
+static void log_speed(struct supervisor *supervisor, const struct device_auto *automatic)
+{
+    if (automatic->is_measured)
+        log_write(supervisor->desc.log, LOG_INFO,
+                  "shadows auto takes the faster by forecast: looking into a shadow map %.3g ns, a "
+                  "shadow ray %.3g ns, a texel of a map %.3g ns (%s)",
+                  automatic->lookup_ns, automatic->shadow_ray_ns, automatic->texel_ns,
+                  automatic->note);
+    else
+        log_write(supervisor->desc.log, LOG_INFO, "shadows auto: %s%s%s", automatic->policy,
+                  automatic->note[0] ? ", " : "", automatic->note);
+}
+
+static bool hello_message(struct supervisor *supervisor, const json_t *json, struct error *err)
+{
+    struct device_capabilities device;
+    if (!device_capabilities_from_json(json_object_get(json, "device"), &device, err))
+        return false;
+    json_int_t depth = json_integer_value(json_object_get(json, "depth"));
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor->device = device;
+    supervisor->has_device = true;
+    supervisor->flights.depth = depth < 1                   ? 1
+                                : depth > FLIGHTS_DEPTH_MAX ? FLIGHTS_DEPTH_MAX
+                                                            : (int)depth;
+    supervisor->state = WORKER_READY;
+    supervisor->state_ms = now_ms();
+    supervisor->start_error = (struct error){0};
+    pthread_mutex_unlock(&supervisor->mutex);
+    log_write(supervisor->desc.log, LOG_INFO, "the worker is ready: %s, %s", device.renderer,
+              device.version);
+    log_speed(supervisor, &device.automatic);
+    if (supervisor->desc.on_ready)
+        supervisor->desc.on_ready(supervisor->desc.context);
+    return true;
+}
+
+static void failed_message(struct supervisor *supervisor, const json_t *json)
+{
+    struct error problem = {0};
+    ipc_error_from_json(json_object_get(json, "error"), &problem);
+    problem.code = ERROR_NO_DEVICE;
+    log_write(supervisor->desc.log, LOG_ERROR, "no usable device: %s", problem.message);
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor->start_error = problem;
+    pthread_mutex_unlock(&supervisor->mutex);
+}
+
+void supervisor_receive(struct supervisor *supervisor)
+{
+    struct ipc_message message;
+    struct error problem = {0};
+    enum ipc_status status = ipc_receive(supervisor->worker.socket, &message, &problem);
+    if (status != IPC_MESSAGE) {
+        supervisor_bury_worker(supervisor, status == IPC_CLOSED ? NULL : "a broken message", false);
+        return;
+    }
+    const char *op = json_string_value(json_object_get(message.json, "op"));
+    if (!op)
+        op = "";
+    bool is_good = true, is_lost = strcmp(op, "lost") == 0;
+    if (strcmp(op, "hello") == 0)
+        is_good = hello_message(supervisor, message.json, &problem);
+    else if (strcmp(op, "failed") == 0)
+        failed_message(supervisor, message.json);
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor->last_event_ms = now_ms();
+    if (strcmp(op, "totals") == 0)
+        totals_message(supervisor, message.json);
+    else
+        flight_message(supervisor, op, &message);
+    pthread_mutex_unlock(&supervisor->mutex);
+    if (is_lost)
+        ipc_error_from_json(json_object_get(message.json, "error"), &problem);
+    ipc_message_finish(&message);
+    if (!is_good || is_lost)
+        supervisor_bury_worker(supervisor, problem.message, false);
+}
+
+/* ---- sending ---- */
+
+/* New reference to a few ids that the worker shall forget; NULL when there are none. Under the
+ * mutex. */
+static json_t *take_forgotten(struct supervisor *supervisor)
+{
+    size_t count = json_array_size(supervisor->forgotten);
+    if (count == 0)
+        return NULL;
+    json_t *ids = json_array();
+    for (size_t i = 0; ids && i < FORGOTTEN_PER_MESSAGE && count > 0; i++, count--) {
+        json_array_append(ids, json_array_get(supervisor->forgotten, count - 1));
+        json_array_remove(supervisor->forgotten, count - 1);
+    }
+    return ids;
+}
+
+/* request, scene, scenes of parts, reference where there is one. */
+static int list_fds(const struct render_task *task, int fds[IPC_FDS_MAX])
+{
+    int count = 0;
+    fds[count++] = task->request_fd;
+    fds[count++] = task->blob_fd;
+    for (int i = 0; i < task->parts.count; i++)
+        fds[count++] = task->part_fds[i];
+    if (task->reference_fd >= 0)
+        fds[count++] = task->reference_fd;
+    return count;
+}
+
+static json_t *list_parts(const struct render_task *task)
+{
+    json_t *ids = json_array();
+    for (int i = 0; i < task->parts.count; i++)
+        json_array_append_new(ids, json_string(task->parts.ids[i]));
+    return ids;
+}
+
+/* Messages are small and at most `depth` of them wait, so sending never blocks. Under the mutex. */
+static bool send_task(struct supervisor *supervisor, struct render_task *task)
+{
+    json_t *message = json_pack(
+        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:O*,s:o*}", "op", task->question ? "ask" : "render",
+        "id", (json_int_t)task->ticket, "scene", task->scene, "urgent",
+        task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format), "reuse",
+        task->expects_reuse, "coarse", task->may_be_coarse, "parts", list_parts(task), "question",
+        task->question, "forget", take_forgotten(supervisor));
+    int fds[IPC_FDS_MAX], fd_count = list_fds(task, fds);
+    struct error problem = {0};
+    bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);
+    json_decref(message);
+    flights_add(&supervisor->flights, task, now_ms());
+    return is_sent;
+}
+
+int64_t supervisor_warm_up_due_ms(const struct supervisor *supervisor)
+{
+    if (!supervisor->warm_ups.count || supervisor->state != WORKER_READY ||
+        supervisor->flights.count > 0 || supervisor->is_draining)
+        return INT64_MAX;
+    int64_t since = supervisor->asked_ms > supervisor->last_event_ms ? supervisor->asked_ms
+                                                                     : supervisor->last_event_ms;
+    return since + WARM_UP_IDLE_MS;
+}
+
+/* Under the mutex. */
+static bool send_warm_up(struct supervisor *supervisor)
+{
+    if (now_ms() < supervisor_warm_up_due_ms(supervisor))
+        return true;
+    struct render_task *task = warm_ups_take(&supervisor->warm_ups);
+    struct error problem = {0};
+    if (supervisor_check_quarantine(supervisor, task, &problem))
+        return send_task(supervisor, task);
+    render_task_destroy(task);
+    return true;
+}
+
+/* Takes the reference. */
+static bool send_small(struct supervisor *supervisor, json_t *message)
+{
+    bool is_sent = message && ipc_send(supervisor->worker.socket, message, NULL, 0, NULL);
+    json_decref(message);
+    return is_sent;
+}
+
+/* Tells the worker which of its renders nobody waits for any more. Under the mutex. */
+static bool send_cancelled(struct supervisor *supervisor)
+{
+    for (int i = 0; i < supervisor->flights.count; i++) {
+        struct flight *flight = &supervisor->flights.list[i];
+        if (!flight->task->is_cancelled || flight->is_told || flight->state == FLIGHT_ENCODING)
+            continue;
+        flight->is_told = true;
+        if (!send_small(supervisor, json_pack("{s:s,s:I}", "op", "cancel", "id",
+                                              (json_int_t)flight->task->ticket)))
+            return false;
+    }
+    return true;
+}
+
+/* What the worker has room for. Under the mutex. */
+static struct render_task *next_task(struct supervisor *supervisor)
+{
+    struct render_task *task = NULL;
+    if (flights_have_room(&supervisor->flights, RENDER_INTERACTIVE))
+        task = render_queue_pop_urgent(&supervisor->queue);
+    if (!task && flights_have_room(&supervisor->flights, RENDER_NORMAL))
+        task = render_queue_pop_patient(&supervisor->queue);
+    return task;
+}
+
+bool supervisor_feed_worker(struct supervisor *supervisor)
+{
+    if (!send_cancelled(supervisor))
+        return false;
+    for (struct render_task *task; (task = next_task(supervisor));) {
+        struct error problem = {0};
+        if (task->is_cancelled) /* before the worker died that had it */
+            supervisor_refuse(supervisor, task, &supervisor_nobody_waits);
+        else if (!supervisor_check_quarantine(supervisor, task, &problem))
+            supervisor_refuse(supervisor, task, &problem);
+        else if (!send_task(supervisor, task))
+            return false;
+    }
+    json_t *ids = supervisor->flights.count == 0 ? take_forgotten(supervisor) : NULL;
+    if (!ids)
+        return send_warm_up(supervisor);
+    return send_small(supervisor, json_pack("{s:s,s:o}", "op", "forget", "forget", ids));
+}
