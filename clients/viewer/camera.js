@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The camera as a person moves it: a target, a distance and two angles. +Y is up, metres, degrees.
-import { add, clamp, cross, dot } from "./transforms.js";
+import { add, clamp, cross, dot, middleOf } from "./transforms.js";
 
 const UP_LIMIT_DEG = 89.9; // straight up or down, left and right would have no meaning
 const RAD = Math.PI / 180;
@@ -97,7 +97,7 @@ export class OrbitCamera {
   standAt({ matrix, fov_y_deg, ortho_height }, bounds, near) {
     const eye = matrix.slice(12, 15);
     const backward = matrix.slice(8, 11);
-    const center = [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
+    const center = middleOf(bounds);
     const isInside = eye.every((value, axis) => value > bounds[axis] && value < bounds[axis + 3]);
     const depth = isInside ? 0 : dot(add(eye, center, -1), backward);
     const least = isInside ? near : 0.05 * this.sceneSize;

@@ -23,3 +23,6 @@ export function linearFromHex(hex) {
   return [1, 3, 5].map((at) =>
     Number(linearFromSrgb(parseInt(hex.slice(at, at + 2), 16) / 255).toPrecision(6)));
 }
+
+/** Linear [r, g, b] as a style sheet says it. */
+export const cssColor = ([r, g, b]) => `color(srgb-linear ${r} ${g} ${b})`;

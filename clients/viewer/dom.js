@@ -41,6 +41,18 @@ export function replace(element, ...children) {
   append(element, children);
 }
 
+/** An SVG element of a class at the end of another one. */
+export function svgNode(parent, tag, className = "") {
+  const made = document.createElementNS(SVG, tag);
+  if (className) made.setAttribute("class", className);
+  parent.append(made);
+  return made;
+}
+
+export function setAttributes(element, attributes) {
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+}
+
 /** One of our icons as inline SVG, coloured by the text around it. */
 export function icon(name, size = 16) {
   const svg = document.createElementNS(SVG, "svg");

@@ -1,26 +1,34 @@
 // SPDX-License-Identifier: MIT
 // What the handles over the picture hold: the light that is open in its panel, or the selected node
 // while it is being moved.
-import { Gizmo, lightOutlines } from "./gizmo.js";
-import { add, inverse, turned, withTranslation } from "./transforms.js";
+import { cssColor } from "./color.js";
+import { Gizmo } from "./gizmo.js";
+import { lightOutlines, turnedLight } from "./lights.js";
+import { add, inverse, middleOf, multiply, scaleAbout, turnAbout, turned, withTranslation } from "./transforms.js";
 
 const DOTS_MAX = 256; // lights that are marked; more would hide the picture
 
 const short = (values) => values.map((value) => Number(value.toPrecision(12)));
-const cssColor = ([r, g, b]) => `color(srgb-linear ${r} ${g} ${b})`;
 
 /** A node, held by the middle of all it has; the world's way becomes one in its parent. */
 function nodeTarget(model, index) {
   const bounds = model.boundsOf(index);
   if (!bounds) return null;
-  const position = [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
+  const position = middleOf(bounds);
   const { parent } = model.scene.outline.nodes[index];
+  const outer = parent === null ? null : model.worldOf(parent);
   const before = model.matrixOf(index);
-  return { position, move(to) {
-    const way = add(to, position, -1);
-    const local = parent === null ? way : turned(inverse(model.worldOf(parent)), way);
-    model.setMatrix(index, withTranslation(before, add(before.slice(12, 15), local)));
-  } };
+  /** @param {number[]} way what happens to all of it, in the world */
+  const apply = (way, what) => model.setMatrix(index, !outer ? multiply(way, before)
+    : multiply(inverse(outer), multiply(way, multiply(outer, before))), what);
+  return { position,
+    move(to) {
+      const way = add(to, position, -1);
+      const local = outer ? turned(inverse(outer), way) : way;
+      model.setMatrix(index, withTranslation(before, add(before.slice(12, 15), local)));
+    },
+    turn: (axis, degrees) => apply(turnAbout(axis, degrees, position), "Turn"),
+    scale: (factor) => apply(scaleAbout(factor, position), "Scale") };
 }
 
 /** A light; one without a place is held by the middle of the scene. */
@@ -33,6 +41,9 @@ function lightTarget(model, index) {
     outlines: (distance) => lightOutlines(light, distance),
     move: light.position && ((position) => model.editLight(index, { position: short(position) })),
     aim: (direction) => model.editLight(index, { direction }),
+    turn: light.direction && ((axis, degrees) =>
+      model.editLight(index, turnedLight(light, axis, degrees))),
+    canRoll: light.type === "rect" || Boolean(light.up),
   };
 }
 

@@ -3,7 +3,8 @@
 // undo, and all of it as text for a link. Nothing here touches the page or the network.
 import { assemble, placedLight, worldOf } from "./assembly.js";
 import { OrbitCamera } from "./camera.js";
-import { IDENTITY, cross, inverse, movedBounds, multiply } from "./transforms.js";
+import { lightMembers, newLight } from "./lights.js";
+import { IDENTITY, add, inverse, middleOf, movedBounds, multiply } from "./transforms.js";
 
 /** The members of a view that this page edits, at the values a new one has. */
 export const DEFAULTS = Object.freeze({
@@ -56,6 +57,7 @@ export class Model extends EventTarget {
   #undo = [];
   #redo = [];
   #lastEdit = { label: "", time: 0 };
+  #isHeld = false; // something is being dragged
 
   #tell(type, detail) {
     const event = new Event(type);
@@ -126,7 +128,7 @@ export class Model extends EventTarget {
   standAt(camera) {
     const eye = camera.matrix.slice(12, 15);
     const away = this.scene.outline.nodes.filter(({ bounds }) => bounds).map(({ bounds }) =>
-      Math.hypot(...eye.map((value, axis) => (bounds[axis] + bounds[axis + 3]) / 2 - value)));
+      Math.hypot(...add(middleOf(bounds), eye, -1)));
     const median = away.sort((a, b) => a - b)[Math.floor(away.length / 2)] ?? this.camera.sceneSize;
     this.camera.standAt(camera, this.bounds, 0.15 * median);
   }
@@ -154,8 +156,7 @@ export class Model extends EventTarget {
   }
 
   get center() {
-    const bounds = this.bounds;
-    return [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
+    return middleOf(this.bounds);
   }
 
   /** Of a node and all below it, not to be changed; null without geometry. */
@@ -206,7 +207,8 @@ export class Model extends EventTarget {
     if (isEqual(before, this.view)) return;
     this.#boxes.clear();
     const now = Date.now();
-    if (label !== this.#lastEdit.label || now - this.#lastEdit.time > 1000) {
+    const isNext = label === this.#lastEdit.label && (this.#isHeld || now - this.#lastEdit.time <= 1000);
+    if (!isNext) {
       this.#undo.push({ label, view: before });
       if (this.#undo.length > UNDO_MAX) this.#undo.shift();
     }
@@ -214,6 +216,13 @@ export class Model extends EventTarget {
     this.#redo = [];
     this.#followParts();
     this.#tell("edit", label);
+  }
+
+  /** While something is dragged, all edits under one label are one step of undo; before and after,
+   * others begin. */
+  hold(isHeld) {
+    this.#isHeld = isHeld;
+    this.#lastEdit = { label: "", time: 0 };
   }
 
   get canUndo() {
@@ -411,21 +420,8 @@ export class Model extends EventTarget {
   }
 
   addLight(type) {
-    const height = this.bounds[4];
-    const [x, , z] = this.center;
-    const size = this.camera.sceneSize;
-    const short = (value) => Number(value.toPrecision(3));
-    const side = short(0.2 * size);
-    const candela = short(3 * size * size);
-    const intensity = { directional: 3, rect: short(candela / side ** 2),
-      disk: short((4 * candela) / (Math.PI * side ** 2)) }[type] ?? candela;
-    this.edit(`Add ${type} light`, (view) => {
-      view.lights.push(lightMembers({
-        type, intensity, color: [1, 1, 1], width: side, height: side, radius: side / 2,
-        position: [x, height + 0.25 * size, z].map(short),
-        direction: type === "directional" ? [-0.4, -1, -0.3] : [0, -1, 0],
-      }));
-    });
+    this.edit(`Add ${type} light`, (view) =>
+      view.lights.push(newLight(type, this.bounds, this.camera.sceneSize)));
   }
 
   removeLight(index) {
@@ -458,49 +454,5 @@ export class Model extends EventTarget {
       if (!isEqual(value, DEFAULTS[name])) view[name] = value;
     return { camera: this.camera.toState(), ...(Object.keys(view).length ? { view } : {}),
       ...(this.shown === "color" ? {} : { show: this.shown }) };
-  }
-}
-
-const MEMBERS_OF_TYPE = {
-  point: ["position", "range"],
-  spot: ["position", "direction", "range", "inner_cone_deg", "outer_cone_deg", "up"],
-  directional: ["direction", "up"],
-  rect: ["position", "direction", "width", "height", "up"],
-  disk: ["position", "direction", "radius"],
-};
-const DEFAULT_MEMBERS = {
-  position: [0, 0, 0], direction: [0, -1, 0], width: 1, height: 1, radius: 0.5,
-};
-const ALWAYS_SAID = ["position", "direction", "width", "height", "radius"]; // the service needs them
-
-/** Only the members that a light of its type has: others would be refused. */
-export function lightMembers(light) {
-  const kept = { type: light.type };
-  for (const name of ["color", "intensity", "shadow", ...MEMBERS_OF_TYPE[light.type]]) {
-    if (light[name] !== undefined) kept[name] = light[name];
-    else if (ALWAYS_SAID.includes(name)) kept[name] = DEFAULT_MEMBERS[name];
-  }
-  if (kept.up && Math.hypot(...cross(kept.up, kept.direction)) < 1e-6) delete kept.up; // says nothing
-  return kept;
-}
-
-/** Text for the part of an address after "#", and back. */
-export function linkFromState(scene, state) {
-  const bytes = new TextEncoder().encode(JSON.stringify(state));
-  const text = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
-  const safe = text.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
-  return `#scene=${scene}&view=${safe}`;
-}
-
-export function stateFromLink(hash) {
-  const members = new URLSearchParams(hash.replace(/^#/, ""));
-  const scene = members.get("scene");
-  if (!/^[0-9a-f]{64}$/.test(scene ?? "")) return null;
-  try {
-    const text = atob((members.get("view") ?? "").replaceAll("-", "+").replaceAll("_", "/"));
-    const bytes = Uint8Array.from(text, (character) => character.charCodeAt(0));
-    return { scene, state: JSON.parse(new TextDecoder().decode(bytes)) };
-  } catch {
-    return { scene, state: null }; // a damaged link still names its scene
   }
 }

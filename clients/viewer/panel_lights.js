@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The lights: those of the scene, taken over at the first edit, and new ones.
+import { cssColor } from "./color.js";
 import { button, el, icon, number } from "./dom.js";
 import { checkField, colorField, empty, group, numberField, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
+import { rollOf, rolled } from "./lights.js";
 
 const TYPES = [["point", "point"], ["spot", "spot"], ["directional", "sun"], ["rect", "front"],
   ["disk", "disk"]]; // each with its icon
@@ -73,6 +75,7 @@ export class LightsPanel {
         limit: 1e12, curve: 2 }),
       light.position && control(vectorField, "position", [0, 0, 0], { label: "Position", unit: "m" }),
       light.direction && control(vectorField, "direction", [0, -1, 0], { label: "Direction" }),
+      light.type === "rect" && this.#roll(index),
       light.type === "spot" && this.#cones(index),
       ["width", "height", "radius"].filter((member) => member in light).map((member) =>
         control(numberField, member, 1, { label: member[0].toUpperCase() + member.slice(1), unit: "m",
@@ -81,6 +84,16 @@ export class LightsPanel {
         { label: "Range", unit: "m", least: 0, most: 1e12, hint: "0 has no end" }),
       control(checkField, "shadow", true, { label: "Casts shadows" }),
       button({ text: "Remove", icon: "remove", onclick: () => this.model.removeLight(index) }));
+  }
+
+  /** How a rectangle is turned about its direction. */
+  #roll(index) {
+    const read = () => rollOf(this.model.lights[index]);
+    const field = numberField({ label: "Roll", unit: "°", least: -360, most: 360, value: read(),
+      hint: "Turned about its direction", onchange: (degrees) =>
+        this.model.editLight(index, rolled(this.model.lights[index], degrees)) });
+    this.#controls.push(() => this.model.lights[index]?.type === "rect" && field.set(read()));
+    return field.row;
   }
 
   /** The inner cone is never wider than the outer. */
@@ -104,8 +117,7 @@ export class LightsPanel {
     const isOpen = index === this.#open;
     const swatch = el("span", { class: "swatch", "aria-hidden": "true" });
     const paint = () => {
-      const [r, g, b] = this.model.lights[index]?.color ?? [1, 1, 1];
-      swatch.style.backgroundColor = `color(srgb-linear ${r} ${g} ${b})`;
+      swatch.style.backgroundColor = cssColor(this.model.lights[index]?.color ?? [1, 1, 1]);
     };
     const power = el("span", { class: "fine" });
     const say = () => {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What is selected: where it was hit, the node, and its materials to edit.
+import { cssColor } from "./color.js";
 import { button, el, number, place } from "./dom.js";
 import { checkField, colorField, empty, facts, group, selectField, slider } from "./fields.js";
 import { refill } from "./docks.js";
@@ -175,9 +176,8 @@ export class PropertiesPanel {
   }
 
   #swatch(index) {
-    const [r, g, b] = this.model.material(index).base_color;
     const swatch = el("span", { class: "swatch", "aria-hidden": "true" });
-    swatch.style.backgroundColor = `color(srgb-linear ${r} ${g} ${b})`;
+    swatch.style.backgroundColor = cssColor(this.model.material(index).base_color);
     return swatch;
   }
 }

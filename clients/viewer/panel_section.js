@@ -3,7 +3,7 @@
 import { button, el } from "./dom.js";
 import { checkField, colorField, empty, group, selectField, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
-import { add, dot, frameOf, unit } from "./transforms.js";
+import { add, dot, frameOf, turnAbout, turned, unit } from "./transforms.js";
 
 const PLANES_MAX = 8; // as the service takes them
 const AXES = ["X", "Y", "Z"];
@@ -21,6 +21,8 @@ const capName = (cap) => (Array.isArray(cap) ? "colored" : cap ? "closed" : "ope
 /** The least that says it: what is not cut out of shadows has no caps. */
 const entryOf = (plane, { shadows, cap }) =>
   !shadows ? { plane, shadows: false } : cap ? { plane, cap } : plane;
+
+const planeThrough = (normal, point) => [...normal, Number(-dot(normal, point).toPrecision(12)) || 0];
 
 export class SectionPanel {
   #controls = [];
@@ -96,21 +98,28 @@ export class SectionPanel {
     return [shadows.row, cap.row, color.row];
   }
 
+  /** The point of a plane that is nearest to the middle of the scene. */
+  #pointOf(plane) {
+    const off = (dot(plane, this.model.center) + plane[3]) / Math.hypot(...plane.slice(0, 3));
+    return add(this.model.center, unit(plane.slice(0, 3)), -off);
+  }
+
   /** What the handle in the picture holds: a Target of Gizmo, or null. */
   target() {
     const index = Math.min(this.#active, this.#entries.length - 1);
     if (index < 0) return null;
     const plane = planeOf(this.#entries[index]);
     const normal = unit(plane.slice(0, 3));
-    const off = (dot(plane, this.model.center) + plane[3]) / Math.hypot(...plane.slice(0, 3));
-    const position = add(this.model.center, normal, -off);
-    const through = (way, point) => this.#set(index, [...way, Number(-dot(way, point).toPrecision(12))]);
+    const position = this.#pointOf(plane);
+    const through = (way, point) => this.#set(index, planeThrough(way, point));
     const half = FRAME * this.model.camera.sceneSize;
     const [u, v] = frameOf(normal);
     return { position, along: normal, direction: normal,
       outlines: () => [[[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].map(([a, b]) =>
         add(add(position, u, a * half), v, b * half))],
-      move: (to) => through(plane.slice(0, 3), to), aim: (way) => through(way, position) };
+      move: (to) => through(plane.slice(0, 3), to), aim: (way) => through(way, position),
+      turn: (axis, degrees) => through(turned(turnAbout(axis, degrees), normal)
+        .map((value) => Number(value.toFixed(12)) || 0), position) };
   }
 
   #axisSlider(index, axis) {
@@ -126,6 +135,17 @@ export class SectionPanel {
         this.#set(index, plane);
       } });
     this.#controls.push(() => field.set(read()));
+    return [field.row, this.#normalField(index)];
+  }
+
+  /** Tilts the plane about its point in the middle of the scene, as the handles do. */
+  #normalField(index) {
+    const read = () => planeOf(this.#entries[index]).slice(0, 3);
+    const field = vectorField({ label: "Normal", value: read(), onchange: (values) => {
+      if (values.some((value) => value !== 0))
+        this.#set(index, planeThrough(values, this.#pointOf(planeOf(this.#entries[index]))));
+    } });
+    this.#controls.push(() => field.set(read()));
     return field.row;
   }
 
@@ -133,15 +153,10 @@ export class SectionPanel {
     const read = () => planeOf(this.#entries[index]);
     const size = this.model.camera.sceneSize;
     const reach = size + Math.hypot(...this.model.center);
-    const normal = vectorField({ label: "Normal", value: read().slice(0, 3), onchange: (values) =>
-      values.some((value) => value !== 0) && this.#set(index, [...values, read()[3]]) });
     const offset = slider({ label: "Offset", unit: "m", least: -reach, most: reach, limit: 1e12,
       value: read()[3], onchange: (value) => this.#set(index, [...read().slice(0, 3), value]) });
-    this.#controls.push(() => {
-      normal.set(read().slice(0, 3));
-      offset.set(read()[3]);
-    });
-    return [normal.row, offset.row];
+    this.#controls.push(() => offset.set(read()[3]));
+    return [this.#normalField(index), offset.row];
   }
 
   #plane(entry, index) {
@@ -180,7 +195,7 @@ export class SectionPanel {
         isHit && button({ text: "At the hit", icon: "target", disabled: isFull, onclick: () =>
           this.#add(selection.normal.map((value) => -value), selection.position) })),
       el("p", { class: "fine" }, this.#entries.length
-        ? "Drag the arrow in the picture to move a cut, its ball to tilt it."
+        ? "Drag the arrow in the picture to move a cut, its ball or rings to tilt it."
         : "Cuts open the view; up to eight at once."),
       this.#entries.map((entry, index) => this.#plane(entry, index)));
   }

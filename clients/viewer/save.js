@@ -101,7 +101,8 @@ const KEYS = [
   ["Click", "select what is there"], ["Double click", "orbit around that point"],
   ["Arrow keys", "orbit; with Shift pan"], ["+  −", "zoom"], ["W A S D  Q E", "fly"],
   ["F", "fit the selection, or all"], ["1  2  3  4", "front, right, top, isometric"],
-  ["G", "handles to move what is selected"], ["O", "orthographic or perspective"], ["H", "hide what is selected"], ["C", "compare"],
+  ["G", "handles to move, turn and scale what is selected"],
+  ["Shift while dragging a handle", "in steps: 15°, round lengths"], ["O", "orthographic or perspective"], ["H", "hide what is selected"], ["C", "compare"],
   ["Space  ,  .", "play or pause, a step back, a step on"], ["M", "maps: transparent layers, lights, none"], ["I", "statistics"], ["Enter", "select what is in the middle"], ["Esc", "clear the selection"],
   ["Ctrl Z, Ctrl Shift Z", "undo, redo"],
 ];

@@ -6,6 +6,7 @@ import { decompose, withRotation, withScale, withTranslation } from "./transform
 
 const isNear = (a, b) => a.every((value, i) => Math.abs(value - b[i]) <= 1e-9 * (1 + Math.abs(b[i])));
 const unsigned = (values) => values.map((value) => Number(value.toPrecision(12)) || 0); // no -0
+const NOTHING_DEG = 1e-9; // what rounding makes of no turn
 
 /**
  * The group of a node. Adds setters to `controls`, to be called after edits by other hands.
@@ -18,7 +19,9 @@ export function transformGroup(model, index, controls, actions) {
     const parts = decompose(model.matrixOf(index));
     if (typed && isNear(withRotation(model.matrixOf(index), typed), model.matrixOf(index)))
       parts.rotation = typed;
-    return { translation: parts.translation, rotation: unsigned(parts.rotation),
+    const nothing = 1e-12 * model.camera.sceneSize;
+    return { translation: parts.translation.map((value) => (Math.abs(value) < nothing ? 0 : value)),
+      rotation: unsigned(parts.rotation.map((value) => (Math.abs(value) < NOTHING_DEG ? 0 : value))),
       scale: unsigned(parts.scale) };
   };
   const field = (label, unit, member, change) => {

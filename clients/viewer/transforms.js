@@ -4,6 +4,8 @@
 
 export const IDENTITY = Object.freeze([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 
+export const AXES = Object.freeze([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+
 const DEG = 180 / Math.PI;
 
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -49,6 +51,9 @@ export function inverse(matrix) {
   return fromColumns([0, 1, 2].map((at) => column(linear, at)), back.map((value) => -value));
 }
 
+/** The middle of a box: least x y z, greatest x y z. */
+export const middleOf = (bounds) => [0, 1, 2].map((axis) => (bounds[axis] + bounds[axis + 3]) / 2);
+
 /**
  * The box around a box that went through a matrix; boxes are least x y z, greatest x y z.
  */
@@ -84,10 +89,16 @@ export function decompose(matrix) {
     rotation: rotation.map((angle) => angle * DEG) };
 }
 
+/** Sine and cosine of degrees, exact at quarters of a turn. */
+function sinCos(degrees) {
+  const quarter = degrees / 90;
+  if (!Number.isInteger(quarter)) return [Math.sin(degrees / DEG), Math.cos(degrees / DEG)];
+  return [[0, 1], [1, 0], [0, -1], [-1, 0]][((quarter % 4) + 4) % 4];
+}
+
 /** The columns of a rotation in degrees about X, then Y, then Z. */
 function axesOf(rotation) {
-  const [[sx, cx], [sy, cy], [sz, cz]] = rotation.map((angle) =>
-    [Math.sin(angle / DEG), Math.cos(angle / DEG)]);
+  const [[sx, cx], [sy, cy], [sz, cz]] = rotation.map(sinCos);
   return [[cz * cy, sz * cy, -sy],
     [cz * sy * sx - sz * cx, sz * sy * sx + cz * cx, cy * sx],
     [cz * sy * cx + sz * sx, sz * sy * cx - cz * sx, cy * cx]];
@@ -95,6 +106,24 @@ function axesOf(rotation) {
 
 export const withTranslation = (matrix, translation) =>
   [...matrix.slice(0, 12), ...translation, 1];
+
+/** The same linear map about a point, which stays where it is. */
+const about = (linear, point) => withTranslation(linear, add(point, turned(linear, point), -1));
+
+/** A turn about a unit axis through a point, counter-clockwise seen against the axis. */
+export function turnAbout(axis, degrees, point = [0, 0, 0]) {
+  const [sin, cos] = sinCos(degrees); // Rodrigues' formula, column by column
+  const columns = [0, 1, 2].map((at) => {
+    const own = [0, 1, 2].map((row) => (row === at ? 1 : 0));
+    const turnedOwn = add(own.map((value) => value * cos), cross(axis, own), sin);
+    return add(turnedOwn, axis, axis[at] * (1 - cos));
+  });
+  return about(fromColumns(columns, [0, 0, 0]), point);
+}
+
+/** All of space nearer to a point, or farther from it, by a factor. */
+export const scaleAbout = (factor, point) =>
+  about(fromColumns([[factor, 0, 0], [0, factor, 0], [0, 0, factor]], [0, 0, 0]), point);
 
 /** Turned to this rotation; scale and shear stay. */
 export function withRotation(matrix, rotation) {

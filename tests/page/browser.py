@@ -113,18 +113,24 @@ class Browser:
             actions.append({"type": "keyUp", "value": KEYS[hold]})
         self.actions([{"type": "key", "id": "keys", "actions": actions}])
 
-    def drag(self, start, end, kind="mouse", button=0, steps=6):
+    def drag(self, start, end, kind="mouse", button=0, steps=6, hold=None):
         """A press at one point of the window and a release at another; no way is a click."""
-        moves = [{"type": "pointerMove", "duration": 30,
-                  "x": round(start[0] + (end[0] - start[0]) * i / steps),
-                  "y": round(start[1] + (end[1] - start[1]) * i / steps)}
-                 for i in range(1, steps + 1)]
+        way = [(start[0] + (end[0] - start[0]) * i / steps,
+                start[1] + (end[1] - start[1]) * i / steps) for i in range(1, steps + 1)]
+        self.drag_along([start, *(way if start != end else [])], kind, button, hold)
+
+    def drag_along(self, points, kind="mouse", button=0, hold=None):
+        """A press at the first of some points, moves through the others; hold names a key."""
+        moves = [{"type": "pointerMove", "duration": 30 if i else 0, "x": round(x), "y": round(y)}
+                 for i, (x, y) in enumerate(points)]
+        pointer = [moves[0], {"type": "pointerDown", "button": button}, *moves[1:],
+                   {"type": "pointerUp", "button": button}]
+        keys = [{"type": "pause"} for _ in pointer]
+        if hold:
+            keys[0] = {"type": "keyDown", "value": KEYS[hold]}
+            keys.append({"type": "keyUp", "value": KEYS[hold]})
         self.actions([{"type": "pointer", "id": kind, "parameters": {"pointerType": kind},
-                       "actions": [{"type": "pointerMove", "duration": 0,
-                                    "x": round(start[0]), "y": round(start[1])},
-                                   {"type": "pointerDown", "button": button},
-                                   *(moves if start != end else []),
-                                   {"type": "pointerUp", "button": button}]}])
+                       "actions": pointer}, {"type": "key", "id": "keys", "actions": keys}])
 
     def actions(self, sources):
         self.call("POST", f"{self.session}/actions", {"actions": sources})

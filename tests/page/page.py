@@ -135,6 +135,17 @@ class PageTest(unittest.TestCase):
           if (!found) throw new Error('no button ' + text);
           found.click();""", text, within)
 
+    def focus_picture(self):
+        self.browser.run("document.getElementById('surface').focus()")
+
+    def reload_link(self, settle=None):
+        """Opens the address of the page in one that knows nothing; its picture."""
+        self.browser.run("return new Promise((done) => setTimeout(done, 600))")  # written late
+        url = self.browser.run("return location.href")
+        self.browser.go("about:blank")
+        self.browser.go(url)
+        return (settle or self.settle)()
+
     def center(self):
         box = self.browser.run("""const box = document.getElementById('surface')
           .getBoundingClientRect(); return [box.x, box.y, box.width, box.height];""")

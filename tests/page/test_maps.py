@@ -57,14 +57,10 @@ class Maps(PageTest):
     def test_a_map_is_part_of_the_link_and_goes_with_its_key(self):
         self.load()
         self.show("normal")
-        self.browser.run("return new Promise((done) => setTimeout(done, 600))")
-        url = self.browser.run("return location.href")
-        self.browser.go("about:blank")
-        self.browser.go(url)
-        self.browser.wait(MAPPED, "the map is there again")
+        self.reload_link(lambda: self.browser.wait(MAPPED, "the map is there again"))
         self.assertEqual("Normals", self.browser.run(
             "return document.querySelector('#legend h3').textContent"))
-        self.browser.run("document.getElementById('surface').focus()")
+        self.focus_picture()
         self.browser.keys("m")  # from a map that counts nothing: none
         self.assertTrue(self.browser.run("return document.getElementById('legend').hidden"))
         self.browser.keys("m")

@@ -140,7 +140,7 @@ class Dragging(PageTest):
         self.load()
         self.select("Pane")
         self.front()
-        self.browser.run("document.getElementById('surface').focus()")
+        self.focus_picture()
         self.browser.keys("g")
         start, tip = self.handle("center"), self.handle("x")
         self.changed_by(lambda: self.browser.drag(tip, (tip[0] + 60, tip[1] + 25)))
@@ -150,7 +150,7 @@ class Dragging(PageTest):
         now = self.handle("center")
         self.assertAlmostEqual(start[0] + 60, now[0], delta=1.5)
         self.assertAlmostEqual(start[1], now[1], delta=1.5)
-        self.browser.run("document.getElementById('surface').focus()")
+        self.focus_picture()
         self.browser.keys("g")
         self.assertFalse(self.browser.run(
             "return document.getElementById('gizmo').hasAttribute('data-shown')"))
@@ -253,7 +253,7 @@ class Dragging(PageTest):
 
     def test_a_light_of_the_scene_keeps_the_way_its_texels_lie(self):
         self.load()
-        kept = self.browser.run("""const { lightMembers } = await import('/viewer/model.js');
+        kept = self.browser.run("""const { lightMembers } = await import('/viewer/lights.js');
           const spot = { type: 'spot', name: 'Lamp', node: 4, position: [0, 1, 0],
             direction: [0, -1, 0], up: [1, 0, 0] };
           return [lightMembers(spot), lightMembers({ ...spot, up: [0, 1, 0] }),

@@ -17,7 +17,7 @@ class Outlines(PageTest):
         self.assertEqual(["#3"], self.view()["highlight"]["nodes"])
         other = self.changed_by(lambda: self.select("Wall"))
         self.assertNotEqual(outlined, other)
-        self.browser.run("document.getElementById('surface').focus()")
+        self.focus_picture()
         self.assertEqual(first, self.changed_by(lambda: self.browser.keys("Escape")))
         self.assertIsNone(self.view()["highlight"])
 

@@ -88,14 +88,10 @@ class Parts(PageTest):
         self.assertIn("in Pane", self.text())
         self.assertLess(self.handle("center")[1], before[1] - 10)  # it moved up, too
         self.select("Wall")  # so that nothing of the part is selected in either picture
-        self.browser.run("document.getElementById('surface').focus()")
+        self.focus_picture()
         self.browser.keys("Escape")
         picture = self.settle()
-        self.browser.run("return new Promise((done) => setTimeout(done, 600))")
-        url = self.browser.run("return location.href")
-        self.browser.go("about:blank")
-        self.browser.go(url)
-        self.assertEqual(picture, self.settle())
+        self.assertEqual(picture, self.reload_link())
         self.assertIn("tool", self.rows())
 
     def test_two_of_a_kind_have_names_of_their_own(self):

@@ -44,9 +44,6 @@ class Playing(PageTest):
           slider.value = arguments[0];
           slider.dispatchEvent(new Event('input'));""", time))
 
-    def focus_picture(self):
-        self.browser.run("document.getElementById('surface').focus()")
-
     def test_a_scene_without_animations_has_no_bar(self):
         self.load(scene=self.still)
         self.assertTrue(self.browser.run("return document.getElementById('timeline').hidden"))
@@ -105,11 +102,7 @@ class Playing(PageTest):
     def test_the_time_is_part_of_the_link_and_undo_leaves_it_alone(self):
         self.load()
         picture = self.scrub(1)
-        self.browser.run("return new Promise((done) => setTimeout(done, 600))")
-        url = self.browser.run("return location.href")
-        self.browser.go("about:blank")
-        self.browser.go(url)
-        self.assertEqual(picture, self.settle())
+        self.assertEqual(picture, self.reload_link())
         self.panel("tree")
         self.changed_by(lambda: self.press("Hide Pane"))
         self.scrub(1.25)

@@ -29,12 +29,8 @@ class Looking(PageTest):
         self.load()
         x, y = self.center()
         picture = self.changed_by(lambda: self.browser.drag((x, y), (x - 90, y + 20)))
-        self.browser.run("return new Promise((done) => setTimeout(done, 500))")
-        url = self.browser.run("return location.href")
-        self.assertIn("&view=", url)
-        self.browser.go("about:blank")
-        self.browser.go(url)
-        self.assertEqual(picture, self.settle())
+        self.assertEqual(picture, self.reload_link())
+        self.assertIn("&view=", self.browser.run("return location.href"))
 
     def test_standard_views_and_orthographic_change_the_picture_and_fit_keeps_the_direction(self):
         self.load()
