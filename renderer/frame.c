@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "renderer/frame_pause.h"
+#include "renderer/frame_programs.h"
 #include "renderer/frame_run.h"
 #include "renderer/plan/view_key.h"
 #include "renderer/scene_parts.h"
@@ -142,6 +143,33 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
     if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
     *plan = opened.plan->plan;
+    return true;
+}
+
+bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
+                            const struct view *view, struct program_list *list, struct error *err)
+{
+    struct opened_view opened;
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_list_programs(renderer, scene_key, view, list, err);
+    if (!open_view(renderer, scene_key, view, &opened, err))
+        return false;
+    const struct frame_programs_desc desc = {
+        .plan = opened.plan,
+        .view = &opened.view,
+        .state = opened.state,
+        .camera = &opened.camera,
+        .limits = gl_context_limits(renderer->context),
+        .gpu = opened.scene->gpu,
+        .scans_on_host = shadow_system_scans_on_host(renderer->shadows),
+    };
+    if (!frame_programs_list(&desc, list, err))
+        return false;
+    for (size_t i = 0; i < list->count; i++) {
+        const struct program_desc program = program_list_desc(&list->items[i]);
+        list->items[i].place = program_cache_find(renderer->programs, &program);
+    }
     return true;
 }
 

@@ -7,6 +7,7 @@
 
 #include "protocol/error.h"
 #include "renderer/frame_report.h"
+#include "renderer/gl/program_list.h"
 #include "renderer/pick.h"
 #include "renderer/image/image.h"
 #include "renderer/interlude.h"
@@ -115,5 +116,11 @@ MUST_CHECK bool renderer_pick(struct renderer *renderer, const char *scene_key,
  * of a frame that finds nothing kept from before. */
 MUST_CHECK bool renderer_explain(struct renderer *renderer, const char *scene_key,
                                  const struct view *view, struct plan *plan, struct error *err);
+
+/* The shader programs that such a frame needs or may need (renderer/frame_programs.h), and which of
+ * them stand already; nothing is compiled or drawn. list: empty, finished by the caller. */
+MUST_CHECK bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
+                                       const struct view *view, struct program_list *list,
+                                       struct error *err);
 
 #endif

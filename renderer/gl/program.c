@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/gl/compose.h"
+#include "renderer/gl/program_source.h"
 #include "renderer/wall_clock.h"
 
 struct cached_program {
@@ -23,19 +23,24 @@ struct program_cache {
     struct program_cache_stats stats;
 };
 
-static void dump_stage(const struct program_cache *cache, const char *label, const char *file,
-                       const char *source)
+/* A debugging aid: its failure must not fail the frame. */
+static void dump_source(const struct program_cache *cache, const struct program_source *source)
 {
-    char path[512];
-    snprintf(path, sizeof path, "%s/%zu-%s-%s", cache->dump_dir, cache->count, label, file);
-    FILE *out = fopen(path, "w");
-    if (!out)
-        return; /* a debugging aid: its failure must not fail the frame */
-    fputs(source, out);
-    fclose(out);
+    for (int i = 0; i < PROGRAM_STAGES; i++) {
+        char path[512], name[PROGRAM_FILE_NAME_BYTES];
+        if (!source->files[i])
+            continue;
+        program_source_file_name(source, i, name);
+        snprintf(path, sizeof path, "%s/%s", cache->dump_dir, name);
+        FILE *out = fopen(path, "w");
+        if (!out)
+            return;
+        fputs(source->stages[i].text, out);
+        fclose(out);
+    }
 }
 
-static bool report_log(const struct composition *composition, const struct program_desc *desc,
+static void report_log(const struct composition *composition, const struct program_desc *desc,
                        GLuint shader, struct error *err)
 {
     char log[2048] = "", translated[4096] = "";
@@ -43,44 +48,34 @@ static bool report_log(const struct composition *composition, const struct progr
     composition_translate_log(composition, log, translated, sizeof translated);
     fprintf(stderr, "<3>shader '%s' [%s]:\n%s", desc->label, desc->defines ? desc->defines : "",
             translated);
-    return error_set(err, ERROR_INTERNAL, "shader '%s' does not compile: %.200s", desc->label,
-                     translated);
+    error_set(err, ERROR_INTERNAL, "shader '%s' does not compile: %.200s", desc->label, translated);
 }
 
-static GLuint compile_stage(struct program_cache *cache, const struct program_desc *desc,
-                            GLenum kind, const char *file, struct error *err)
+static GLuint compile_stage(const struct composition *composition, const struct program_desc *desc,
+                            GLenum kind, struct error *err)
 {
-    struct composition composition = {0};
-    GLuint shader = 0;
-    if (!composition_init(&composition, file, desc->defines, err))
-        goto done;
-    if (cache->dump_dir)
-        dump_stage(cache, desc->label, file, composition.text);
-    shader = glCreateShader(kind);
-    const GLchar *source = composition.text;
-    glShaderSource(shader, 1, &source, NULL);
-    glCompileShader(shader);
+    GLuint shader = glCreateShader(kind);
+    const GLchar *text = composition->text;
     GLint ok = 0;
+    glShaderSource(shader, 1, &text, NULL);
+    glCompileShader(shader);
     glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
-    if (!ok) {
-        report_log(&composition, desc, shader, err);
-        glDeleteShader(shader);
-        shader = 0;
-    }
-done:
-    composition_finish(&composition);
-    return shader;
+    if (ok)
+        return shader;
+    report_log(composition, desc, shader, err);
+    glDeleteShader(shader);
+    return 0;
 }
 
-static bool attach_stages(struct program_cache *cache, const struct program_desc *desc,
+static bool attach_stages(const struct program_source *source, const struct program_desc *desc,
                           GLuint program, struct error *err)
 {
-    const char *files[] = {desc->vertex, desc->fragment, desc->compute};
-    const GLenum kinds[] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER, GL_COMPUTE_SHADER};
-    for (int i = 0; i < 3; i++) {
-        if (!files[i])
+    static const GLenum kinds[PROGRAM_STAGES] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER,
+                                                 GL_COMPUTE_SHADER};
+    for (int i = 0; i < PROGRAM_STAGES; i++) {
+        if (!source->files[i])
             continue;
-        GLuint shader = compile_stage(cache, desc, kinds[i], files[i], err);
+        GLuint shader = compile_stage(&source->stages[i], desc, kinds[i], err);
         if (!shader)
             return false;
         glAttachShader(program, shader);
@@ -89,11 +84,11 @@ static bool attach_stages(struct program_cache *cache, const struct program_desc
     return true;
 }
 
-static GLuint link_program(struct program_cache *cache, const struct program_desc *desc,
+static GLuint link_program(const struct program_source *source, const struct program_desc *desc,
                            struct error *err)
 {
     GLuint program = glCreateProgram();
-    if (!attach_stages(cache, desc, program, err))
+    if (!attach_stages(source, desc, program, err))
         goto fail;
     GLint linked = 0;
     glLinkProgram(program);
@@ -104,12 +99,26 @@ static GLuint link_program(struct program_cache *cache, const struct program_des
         error_set(err, ERROR_INTERNAL, "program '%s' does not link: %.200s", desc->label, log);
         goto fail;
     }
-    glObjectLabel(GL_PROGRAM, program, -1, desc->label);
     return program;
 
 fail:
     glDeleteProgram(program);
     return 0;
+}
+
+static GLuint make_program(const struct program_cache *cache, const struct program_desc *desc,
+                           struct error *err)
+{
+    struct program_source source;
+    if (!program_source_init(&source, desc, err))
+        return 0;
+    if (cache->dump_dir)
+        dump_source(cache, &source);
+    GLuint program = link_program(&source, desc, err);
+    program_source_finish(&source);
+    if (program)
+        glObjectLabel(GL_PROGRAM, program, -1, desc->label);
+    return program;
 }
 
 struct program_cache *program_cache_create(const char *dump_dir, struct error *err)
@@ -173,7 +182,7 @@ static const struct gl_program *build_program(struct program_cache *cache,
         goto fail;
     }
     entry->key = key;
-    entry->program.name = link_program(cache, desc, err);
+    entry->program.name = make_program(cache, desc, err);
     if (!entry->program.name)
         goto fail;
     cache->entries[cache->count++] = entry;
@@ -183,6 +192,14 @@ static const struct gl_program *build_program(struct program_cache *cache,
 
 fail:
     free(entry);
+    return NULL;
+}
+
+static const struct cached_program *find_entry(const struct program_cache *cache, const char *key)
+{
+    for (size_t i = 0; i < cache->count; i++)
+        if (!strcmp(cache->entries[i]->key, key))
+            return cache->entries[i];
     return NULL;
 }
 
@@ -196,17 +213,25 @@ const struct gl_program *program_cache_get(struct program_cache *cache,
         error_set(err, ERROR_NO_MEMORY, "key of program '%s'", desc->label);
         return NULL;
     }
-    for (size_t i = 0; i < cache->count; i++) {
-        if (!strcmp(cache->entries[i]->key, key)) {
-            free(key);
-            cache->stats.hits++;
-            return &cache->entries[i]->program;
-        }
+    const struct cached_program *entry = find_entry(cache, key);
+    if (entry) {
+        free(key);
+        cache->stats.hits++;
+        return &entry->program;
     }
     const struct gl_program *program = build_program(cache, desc, key, err);
     if (!program)
         free(key);
     return program;
+}
+
+enum program_place program_cache_find(const struct program_cache *cache,
+                                      const struct program_desc *desc)
+{
+    char *key = make_key(desc);
+    bool is_there = key && find_entry(cache, key);
+    free(key);
+    return is_there ? PROGRAM_IN_MEMORY : PROGRAM_ABSENT;
 }
 
 void program_cache_get_stats(const struct program_cache *cache, struct program_cache_stats *stats)

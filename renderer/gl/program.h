@@ -14,7 +14,7 @@ struct program_cache *program_cache_create(const char *dump_dir /* optional */, 
 void program_cache_destroy(struct program_cache *cache);
 
 struct program_desc {
-    const char *label;  /* required; names the program in debug output and dumps */
+    const char *label;  /* required; names the program in debug output */
     const char *vertex; /* file names in shaders/, e.g. "gbuffer.vert.glsl"; either vertex (+
                            fragment) ... */
     const char *fragment;
@@ -32,6 +32,11 @@ struct gl_program {
  * shaders/; logs name file:line. The pointer lives as long as the cache. */
 const struct gl_program *program_cache_get(struct program_cache *cache,
                                            const struct program_desc *desc, struct error *err);
+
+/* Whether a program stands already; nothing is compiled. */
+enum program_place { PROGRAM_ABSENT, PROGRAM_IN_MEMORY };
+enum program_place program_cache_find(const struct program_cache *cache,
+                                      const struct program_desc *desc);
 
 struct program_cache_stats {
     uint64_t hits, misses;

@@ -219,7 +219,20 @@ void light_lists_forget(struct light_lists *lists)
 
 const char *light_lists_defines(const struct light_lists *lists)
 {
-    return lists->is_linked ? "LIGHT_LIST=2" : "LIGHT_LIST=1";
+    return light_lists_technique_defines(lists->is_linked ? VIEW_LIGHT_LISTS_LINKED
+                                                          : VIEW_LIGHT_LISTS_CLUSTERED);
+}
+
+const char *light_lists_technique_defines(enum view_light_lists technique)
+{
+    return technique == VIEW_LIGHT_LISTS_LINKED ? "LIGHT_LIST=2" : "LIGHT_LIST=1";
+}
+
+void light_lists_list_programs(enum view_light_lists technique, bool is_faithful,
+                               struct program_list *list)
+{
+    if (technique == VIEW_LIGHT_LISTS_LINKED) /* clusters are filled without one */
+        linked_lists_list_programs(is_faithful, "light_list", list);
 }
 
 static uint32_t log2_of(int power_of_two)

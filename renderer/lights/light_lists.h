@@ -6,7 +6,7 @@
 #define VITRAIL_RENDERER_LIGHTS_LIGHT_LISTS_H
 
 #include "renderer/frame_report.h"
-#include "renderer/gl/program.h"
+#include "renderer/gl/program_list.h"
 #include "renderer/gl/scope.h"
 #include "renderer/plan/camera.h"
 #include "renderer/scene/scene_state.h"
@@ -40,6 +40,10 @@ void light_lists_forget(struct light_lists *lists);
 /* The #define items that select the technique's shaders/light_list.glsl, for program_desc.defines.
  */
 const char *light_lists_defines(const struct light_lists *lists);
+const char *light_lists_technique_defines(enum view_light_lists technique); /* likewise */
+/* The programs of the technique's build. Thread: any. */
+void light_lists_list_programs(enum view_light_lists technique, bool is_faithful,
+                               struct program_list *list);
 /* Binds buffers and sets the uniforms that light_list.glsl declares on `program` (already in use).
  */
 void light_lists_bind(const struct light_lists *lists, const struct gl_program *program);

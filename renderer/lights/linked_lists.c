@@ -263,23 +263,33 @@ static void draw_light_mesh(const struct linked_draw *draw, size_t instance)
         is_cone ? LIGHT_MESH_CONE_VERTICES : LIGHT_MESH_SPHERE_VERTICES, 1, (GLuint)instance);
 }
 
+static const struct program_desc front_program = {.label = "lights.linked.front",
+                                                  .vertex = "lll_mesh.vert.glsl",
+                                                  .fragment = "lll_front.frag.glsl"};
+static const struct program_desc insert_program = {.label = "lights.linked.insert",
+                                                   .vertex = "lll_mesh.vert.glsl",
+                                                   .fragment = "lll_insert.frag.glsl"};
+static const struct program_desc interval_program = {.label = "lights.linked.interval",
+                                                     .vertex = "lll_rect.vert.glsl",
+                                                     .fragment = "lll_interval.frag.glsl"};
+
+void linked_lists_list_programs(bool is_faithful, const char *pass, struct program_list *list)
+{
+    if (is_faithful) {
+        program_list_add(list, pass, &front_program, true);
+        program_list_add(list, pass, &insert_program, true);
+    } else {
+        program_list_add(list, pass, &interval_program, true);
+    }
+}
+
 /* Both passes of every light in turn, as published; clear and passes keep to the light's own tiles.
  */
 static bool draw_faithful(struct linked_lists *lists, struct program_cache *programs,
                           struct error *err)
 {
-    const struct gl_program *front =
-        program_cache_get(programs,
-                          &(struct program_desc){.label = "lights.linked.front",
-                                                 .vertex = "lll_mesh.vert.glsl",
-                                                 .fragment = "lll_front.frag.glsl"},
-                          err);
-    const struct gl_program *insert =
-        program_cache_get(programs,
-                          &(struct program_desc){.label = "lights.linked.insert",
-                                                 .vertex = "lll_mesh.vert.glsl",
-                                                 .fragment = "lll_insert.frag.glsl"},
-                          err);
+    const struct gl_program *front = program_cache_get(programs, &front_program, err);
+    const struct gl_program *insert = program_cache_get(programs, &insert_program, err);
     if (!front || !insert)
         return false;
     const float far_away = FLT_MAX;
@@ -312,12 +322,7 @@ static bool draw_faithful(struct linked_lists *lists, struct program_cache *prog
 static bool draw_corrected(struct linked_lists *lists, struct program_cache *programs,
                            struct error *err)
 {
-    const struct gl_program *program =
-        program_cache_get(programs,
-                          &(struct program_desc){.label = "lights.linked.interval",
-                                                 .vertex = "lll_rect.vert.glsl",
-                                                 .fragment = "lll_interval.frag.glsl"},
-                          err);
+    const struct gl_program *program = program_cache_get(programs, &interval_program, err);
     if (!program)
         return false;
     set_state(lists);

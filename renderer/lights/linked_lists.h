@@ -7,7 +7,7 @@
 #define VITRAIL_RENDERER_LIGHTS_LINKED_LISTS_H
 
 #include "renderer/gl/object.h"
-#include "renderer/gl/program.h"
+#include "renderer/gl/program_list.h"
 #include "renderer/lights/tile_grid.h"
 
 enum {
@@ -61,6 +61,8 @@ MUST_CHECK bool linked_lists_collect(struct linked_lists *lists, const struct li
  * overflowed. */
 MUST_CHECK bool linked_lists_build(struct linked_lists *lists, const struct linked_desc *desc,
                                    struct program_cache *programs, struct error *err);
+/* The programs of a build, which none needs where no light is bounded. Thread: any. */
+void linked_lists_list_programs(bool is_faithful, const char *pass, struct program_list *list);
 void linked_lists_finish(struct linked_lists *lists);
 
 #endif

@@ -50,12 +50,11 @@ static size_t words_per_pixel(const struct view *view)
 }
 
 /* Requirements of the program, in canonical order. */
-static void describe(const struct shade_desc *desc, char text[DEFINES_BYTES])
+static void describe(const struct window_frame *frame, const struct shade_facts *facts,
+                     char text[DEFINES_BYTES])
 {
-    const struct window_frame *frame = desc->frame;
     const struct view *view = frame->view;
-    const struct pixel_lists *pixels = desc->pixels;
-    bool has_entries = pixels->entry_count > 0, has_media = has_entries && pixels->has_media;
+    bool has_entries = facts->has_entries, has_media = has_entries && facts->has_media;
     bool has_lights = view->outputs & 1u << VIEW_OUTPUT_LIGHTS && frame->state->light_count;
     int used = snprintf(text, DEFINES_BYTES, "AOV_WORDS=%zu SAMPLES=%d%s%s%s",
                         words_per_pixel(view), frame->targets->samples,
@@ -69,27 +68,39 @@ static void describe(const struct shade_desc *desc, char text[DEFINES_BYTES])
             at += kinds[i].channels;
         }
     if (has_media && view->outputs & 1u << VIEW_OUTPUT_TRANSMITTANCE) {
-        if (pixels->may_surround)
+        if (facts->may_surround)
             used += snprintf(text + used, DEFINES_BYTES - (size_t)used, " MEDIA_SURROUND");
         if (view->clip_plane_count)
             used += snprintf(text + used, DEFINES_BYTES - (size_t)used, " CUT_PLANES=%zu",
                              view->clip_plane_count);
     }
     if (has_lights)
-        snprintf(text + used, DEFINES_BYTES - (size_t)used, " HAS_LIGHTS %s",
-                 light_lists_defines(desc->lists));
+        snprintf(text + used, DEFINES_BYTES - (size_t)used, " HAS_LIGHTS %s", facts->lists);
+}
+
+static struct program_desc program_of(const char *defines)
+{
+    return (struct program_desc){
+        .label = "aov.comp.glsl", .compute = "aov.comp.glsl", .defines = defines};
+}
+
+void aov_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
+                       bool is_conditional, struct program_list *list)
+{
+    char defines[DEFINES_BYTES];
+    describe(frame, facts, defines);
+    const struct program_desc desc = program_of(defines);
+    program_list_add(list, "aov", &desc, is_conditional);
 }
 
 static bool run(struct aov *aov, const struct shade_desc *desc, struct error *err)
 {
     const struct window_frame *frame = desc->frame;
     char defines[DEFINES_BYTES];
-    describe(desc, defines);
-    const struct gl_program *program = program_cache_get(
-        frame->programs,
-        &(struct program_desc){
-            .label = "aov.comp.glsl", .compute = "aov.comp.glsl", .defines = defines},
-        err);
+    const struct shade_facts facts = shade_facts_of(desc);
+    describe(frame, &facts, defines);
+    const struct program_desc composed = program_of(defines);
+    const struct gl_program *program = program_cache_get(frame->programs, &composed, err);
     if (!program)
         return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){

@@ -19,6 +19,9 @@ void aov_shape(enum view_output output, int *channels, enum image_component *com
  * is not used. */
 MUST_CHECK bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outputs,
                          struct error *err);
+/* The program that such a window takes; as shade_list_programs. */
+void aov_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
+                       bool is_conditional, struct program_list *list);
 void aov_finish(struct aov *aov);
 
 #endif

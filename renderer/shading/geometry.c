@@ -192,19 +192,23 @@ static void set_variant_uniforms(const struct variant_context *context,
     window_set_clip_planes(frame, frame->state->unit_m, program);
 }
 
+/* The program of a variant; its defines are written to the caller's text. */
+static struct program_desc variant_program(const struct variant_context *context, uint32_t variant,
+                                           char defines[VARIANT_BYTES])
+{
+    describe_variant(context, variant, defines);
+    return (struct program_desc){.label = context->fragment,
+                                 .vertex = "geometry.vert.glsl",
+                                 .fragment = context->fragment,
+                                 .defines = defines};
+}
+
 static const struct gl_program *prepare_variant(const struct variant_context *context,
                                                 uint32_t variant, struct error *err)
 {
     char defines[VARIANT_BYTES];
-    describe_variant(context, variant, defines);
-    const struct gl_program *program = program_cache_get(context->frame->programs,
-                                                         &(struct program_desc){
-                                                             .label = context->fragment,
-                                                             .vertex = "geometry.vert.glsl",
-                                                             .fragment = context->fragment,
-                                                             .defines = defines,
-                                                         },
-                                                         err);
+    const struct program_desc desc = variant_program(context, variant, defines);
+    const struct gl_program *program = program_cache_get(context->frame->programs, &desc, err);
     if (program)
         set_variant_uniforms(context, program);
     return program;
@@ -227,6 +231,15 @@ struct pass { /* one submission */
     const char *fragment;
     bool evaluates, clips, is_layer, is_hidden;
 };
+
+static struct variant_context context_of(const struct window_frame *frame, const struct pass *pass)
+{
+    return (struct variant_context){.frame = frame,
+                                    .fragment = pass->fragment,
+                                    .evaluates = pass->evaluates,
+                                    .is_layer = pass->is_layer,
+                                    .is_hidden = pass->is_hidden};
+}
 
 static void enable_clipping(const struct window_frame *frame, bool is_on)
 {
@@ -289,11 +302,7 @@ static bool place_items(const struct window_frame *frame, const struct geometry_
 static bool draw_selection(const struct window_frame *frame, const struct selection *selection,
                            const struct pass *pass, struct error *err)
 {
-    struct variant_context context = {.frame = frame,
-                                      .fragment = pass->fragment,
-                                      .evaluates = pass->evaluates,
-                                      .is_layer = pass->is_layer,
-                                      .is_hidden = pass->is_hidden};
+    struct variant_context context = context_of(frame, pass);
     camera_clip(frame->camera, &frame->window, frame->state->unit_m, context.across, context.depth);
     struct draw_desc desc = {
         .gpu = frame->gpu,
@@ -348,6 +357,37 @@ static void set_depth_state(const struct window_frame *frame, bool writes)
     glPointSize(3);
 }
 
+static struct pass opaque_pass(const struct geometry_items *items)
+{
+    return (struct pass){.items = items->opaque,
+                         .count = items->opaque_count,
+                         .fragment = "gbuffer.frag.glsl",
+                         .evaluates = true,
+                         .clips = true};
+}
+
+static struct pass transparent_pass(const struct geometry_items *items, const char *fragment,
+                                    bool evaluates)
+{
+    return (struct pass){.items = items->transparent,
+                         .count = items->transparent_count,
+                         .fragment = fragment,
+                         .is_layer = true,
+                         .evaluates = evaluates,
+                         .clips = true};
+}
+
+/* Not cut: media are drawn whole. */
+static struct pass medium_pass(const struct geometry_items *items, const char *fragment,
+                               bool evaluates)
+{
+    return (struct pass){.items = items->media,
+                         .count = items->medium_count,
+                         .fragment = fragment,
+                         .is_layer = true,
+                         .evaluates = evaluates};
+}
+
 bool geometry_draw_opaque(const struct window_frame *frame, const struct geometry_items *items,
                           struct error *err)
 {
@@ -366,13 +406,8 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
         glClearNamedFramebufferuiv(frame->targets->gbuffer.name, GL_COLOR, 2, zero);
     glClearNamedFramebufferfv(frame->targets->gbuffer.name, GL_DEPTH, 0, &far_);
     frame->report->counts.culled = items->culled_count;
-    bool ok = submit(frame, items,
-                     &(struct pass){.items = items->opaque,
-                                    .count = items->opaque_count,
-                                    .fragment = "gbuffer.frag.glsl",
-                                    .evaluates = true,
-                                    .clips = true},
-                     err);
+    const struct pass pass = opaque_pass(items);
+    bool ok = submit(frame, items, &pass, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }
@@ -382,16 +417,9 @@ bool geometry_draw_transparent(const struct window_frame *frame, const struct ge
 {
     set_depth_state(frame, false);
     glBindFramebuffer(GL_FRAMEBUFFER, frame->targets->depth_only.name);
-    struct pass pass = {.items = items->transparent,
-                        .count = items->transparent_count,
-                        .fragment = fragment,
-                        .is_layer = true,
-                        .evaluates = evaluates,
-                        .clips = true};
+    struct pass pass = transparent_pass(items, fragment, evaluates);
     bool ok = submit(frame, items, &pass, err);
-    pass.items = items->media;
-    pass.count = items->medium_count;
-    pass.clips = false;
+    pass = medium_pass(items, fragment, evaluates);
     ok = ok && submit(frame, items, &pass, err);
     if (ok && items->may_surround) {
         pass.is_hidden = true;
@@ -404,4 +432,52 @@ bool geometry_draw_transparent(const struct window_frame *frame, const struct ge
     glDepthMask(GL_TRUE);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     return ok;
+}
+
+/* ---- programs ---- */
+
+struct listing { /* of the programs of one pass of the plan */
+    const struct window_frame *frame;
+    const char *pass;
+    bool is_conditional;
+    struct program_list *list;
+};
+
+static void list_variants(const struct listing *listing, const struct pass *pass)
+{
+    bool is_listed[VARIANTS] = {false};
+    const struct variant_context context = context_of(listing->frame, pass);
+    for (size_t i = 0; i < pass->count; i++) {
+        uint32_t variant = variant_of(&context, &listing->frame->state->items[pass->items[i]]);
+        char defines[VARIANT_BYTES];
+        if (is_listed[variant])
+            continue;
+        is_listed[variant] = true;
+        const struct program_desc desc = variant_program(&context, variant, defines);
+        program_list_add(listing->list, listing->pass, &desc, listing->is_conditional);
+    }
+}
+
+void geometry_list_opaque(const struct window_frame *frame, const struct geometry_items *items,
+                          struct program_list *list)
+{
+    const struct listing listing = {.frame = frame, .pass = "gbuffer", .list = list};
+    const struct pass pass = opaque_pass(items);
+    list_variants(&listing, &pass);
+}
+
+void geometry_list_transparent(const struct window_frame *frame, const struct geometry_items *items,
+                               const struct geometry_layer_pass *layers, struct program_list *list)
+{
+    const struct listing listing = {.frame = frame,
+                                    .pass = layers->pass,
+                                    .is_conditional = layers->is_conditional,
+                                    .list = list};
+    struct pass pass = transparent_pass(items, layers->fragment, layers->evaluates);
+    list_variants(&listing, &pass);
+    pass = medium_pass(items, layers->fragment, layers->evaluates);
+    list_variants(&listing, &pass);
+    pass.is_hidden = true;
+    if (items->may_surround)
+        list_variants(&listing, &pass);
 }

@@ -4,6 +4,7 @@
 #ifndef VITRAIL_RENDERER_SHADING_GEOMETRY_H
 #define VITRAIL_RENDERER_SHADING_GEOMETRY_H
 
+#include "renderer/gl/program_list.h"
 #include "renderer/shading/window.h"
 
 /* Items in view, near to far by the near side of their bounding spheres, then by their number:
@@ -36,5 +37,18 @@ MUST_CHECK bool geometry_draw_opaque(const struct window_frame *frame,
 MUST_CHECK bool geometry_draw_transparent(const struct window_frame *frame,
                                           const struct geometry_items *items, const char *fragment,
                                           bool evaluates, struct error *err);
+
+/* The programs with which the items would be drawn, without drawing; of frame only view, state,
+ * camera, needs and the samples of targets count. Thread: any. */
+void geometry_list_opaque(const struct window_frame *frame, const struct geometry_items *items,
+                          struct program_list *list);
+struct geometry_layer_pass {
+    const char *pass;     /* of the plan */
+    const char *fragment; /* and evaluates: as for geometry_draw_transparent */
+    bool evaluates;
+    bool is_conditional; /* it is left out where there is nothing to draw */
+};
+void geometry_list_transparent(const struct window_frame *frame, const struct geometry_items *items,
+                               const struct geometry_layer_pass *layers, struct program_list *list);
 
 #endif

@@ -84,24 +84,22 @@ struct light_slice {
 };
 
 /* Of the lists' media. */
-static void describe_media(const struct shade_desc *desc, char text[64])
+static void describe_media(const struct window_frame *frame, const struct shade_facts *facts,
+                           char text[64])
 {
-    size_t planes = desc->frame->view->clip_plane_count;
-    int used = snprintf(text, 64, "%s%s", desc->pixels->has_media ? " HAS_MEDIA" : "",
-                        desc->pixels->may_surround ? " MEDIA_SURROUND" : "");
-    if (desc->pixels->has_media && planes)
+    size_t planes = frame->view->clip_plane_count;
+    int used = snprintf(text, 64, "%s%s", facts->has_media ? " HAS_MEDIA" : "",
+                        facts->may_surround ? " MEDIA_SURROUND" : "");
+    if (facts->has_media && planes)
         snprintf(text + used, 64 - (size_t)used, " CUT_PLANES=%zu", planes);
 }
 
 /* Requirements of the shading programs, in canonical order. */
-static void describe(const struct shade_desc *desc, const struct light_slice *slice,
-                     bool for_pixels, char text[DEFINES_BYTES])
+static void describe(const struct window_frame *frame, const struct shade_facts *facts,
+                     const struct light_slice *slice, bool for_pixels, char text[DEFINES_BYTES])
 {
-    const struct window_frame *frame = desc->frame;
-    const char *shadow_defines =
-        desc->traced ? "HAS_TRACED_SHADOWS" : shadow_system_defines(desc->shadows);
     bool has_lights = frame->state->light_count > 0;
-    bool has_shadows = has_lights && shadow_defines && *shadow_defines;
+    bool has_shadows = has_lights && facts->shadows && *facts->shadows;
     char pixel_defines[64] = "", media_defines[64] = "";
     char material_defines[SHADER_NEEDS_TEXT_BYTES], light_defines[SHADER_NEEDS_TEXT_BYTES] = "";
     const struct shader_needs *needs = frame->needs;
@@ -111,18 +109,50 @@ static void describe(const struct shade_desc *desc, const struct light_slice *sl
         shader_needs_light_defines(needs, light_defines);
     if (for_pixels)
         snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s", frame->targets->samples,
-                 desc->pixels->entry_count ? " HAS_TRANSPARENT" : "");
-    if (desc->pixels->entry_count)
-        describe_media(desc, media_defines);
+                 facts->has_entries ? " HAS_TRANSPARENT" : "");
+    if (facts->has_entries)
+        describe_media(frame, facts, media_defines);
     snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
-             has_shadows && !desc->traced ? " HAS_SHADOWS" : "",
+             has_shadows && !facts->is_traced ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, media_defines,
              material_defines, light_defines,
              slice->is_first && slice->is_last ? ""
              : slice->is_whole                 ? " HAS_LIGHT_PARTS"
                                                : " HAS_LIGHT_PARTS HAS_LIGHT_SLICE",
-             has_lights ? light_lists_defines(desc->lists) : "", has_shadows ? shadow_defines : "");
+             has_lights ? facts->lists : "", has_shadows ? facts->shadows : "");
+}
+
+struct shade_facts shade_facts_of(const struct shade_desc *desc)
+{
+    const struct pixel_lists *pixels = desc->pixels;
+    return (struct shade_facts){
+        .shadows = desc->traced ? SHADE_TRACED_SHADOWS : shadow_system_defines(desc->shadows),
+        .lists = light_lists_defines(desc->lists),
+        .is_traced = desc->traced,
+        .has_entries = pixels->entry_count > 0,
+        .has_media = pixels->has_media,
+        .may_surround = pixels->may_surround,
+    };
+}
+
+static const char entries_file[] = "shade_fragments.comp.glsl",
+                  pixels_file[] = "shade_pixels.comp.glsl";
+
+void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
+                         bool is_in_parts, bool is_conditional, struct program_list *list)
+{
+    struct light_slice slice = {
+        .is_whole = true, .is_first = true, .is_last = !is_in_parts};
+    for (int for_pixels = !facts->has_entries; for_pixels < 2; for_pixels++) {
+        char defines[DEFINES_BYTES];
+        const char *file = for_pixels ? pixels_file : entries_file;
+        describe(frame, facts, &slice, for_pixels, defines);
+        program_list_add(
+            list, for_pixels ? "shade.opaque" : "shade.transparent",
+            &(struct program_desc){.label = file, .compute = file, .defines = defines},
+            is_conditional);
+    }
 }
 
 static uint32_t count_taps(const struct shade_desc *desc)
@@ -137,7 +167,8 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
 {
     const struct window_frame *frame = desc->frame;
     char defines[DEFINES_BYTES];
-    describe(desc, slice, for_pixels, defines);
+    const struct shade_facts facts = shade_facts_of(desc);
+    describe(frame, &facts, slice, for_pixels, defines);
     const struct gl_program *program = program_cache_get(
         frame->programs, &(struct program_desc){.label = file, .compute = file, .defines = defines},
         err);
@@ -175,7 +206,7 @@ static bool shade_entries(struct shade *shade, const struct shade_desc *desc,
     snprintf(because, sizeof because, "%llu transparent surface samples are lit",
              (unsigned long long)desc->pixels->entry_count);
     const struct gl_program *program =
-        prepare_program(shade, desc, slice, "shade_fragments.comp.glsl", false, err);
+        prepare_program(shade, desc, slice, entries_file, false, err);
     if (!program)
         return false;
     gpu_scope_begin(desc->frame->timeline, &(struct gpu_scope_desc){
@@ -197,7 +228,7 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
 {
     const struct window_frame *frame = desc->frame;
     const struct gl_program *program =
-        prepare_program(shade, desc, slice, "shade_pixels.comp.glsl", true, err);
+        prepare_program(shade, desc, slice, pixels_file, true, err);
     if (!program)
         return false;
     const float *b = frame->view->background;

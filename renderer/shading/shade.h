@@ -30,6 +30,20 @@ struct shade_desc {
     bool continues;    /* others follow: the image is made with the last of them */
 };
 
+/* What decides the shading programs, beside the frame. */
+#define SHADE_TRACED_SHADOWS "HAS_TRACED_SHADOWS"
+struct shade_facts {
+    const char *shadows; /* #define items of shadow queries, or SHADE_TRACED_SHADOWS */
+    const char *lists;   /* those of light lists */
+    bool is_traced;
+    bool has_entries, has_media, may_surround; /* of struct pixel_lists */
+};
+struct shade_facts shade_facts_of(const struct shade_desc *desc);
+/* The programs that shade such a window; of frame what geometry_list_transparent needs.
+ * is_in_parts: lights in several batches. Thread: any. */
+void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
+                         bool is_in_parts, bool is_conditional, struct program_list *list);
+
 struct shade_lights_desc {
     const struct scene_state *state;     /* required */
     const struct shader_needs *needs;    /* required; of the frame's plan */

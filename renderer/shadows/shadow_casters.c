@@ -139,6 +139,8 @@ void caster_painter_finish(struct caster_painter *painter)
     *painter = (struct caster_painter){0};
 }
 
+enum { DEFINES_BYTES = 192 };
+
 /* The key of a variant: bits 0..6 sampled texture slots, then these. */
 enum {
     VARIANT_TEXTURES = (1 << 7) - 1,
@@ -276,6 +278,20 @@ static void write_defines(uint32_t key, char *out, size_t size)
         subtexels, planes);
 }
 
+static struct program_desc variant_program(uint32_t key, char defines[DEFINES_BYTES])
+{
+    uint32_t pass = variant_pass(key);
+    const char *fragment =
+        pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
+        : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
+                                                         : "shadow_linked.frag.glsl";
+    write_defines(key, defines, DEFINES_BYTES);
+    return (struct program_desc){.label = "shadow.caster",
+                                 .vertex = "shadow_caster.vert.glsl",
+                                 .fragment = fragment,
+                                 .defines = defines};
+}
+
 static struct caster_variant *find_variant(struct caster_painter *painter, uint32_t key,
                                            struct error *err)
 {
@@ -284,20 +300,9 @@ static struct caster_variant *find_variant(struct caster_painter *painter, uint3
             return &painter->variants[i];
     if (painter->variant_count == CASTER_VARIANTS_MAX)
         painter->variant_count = 0; /* the programs stay in their cache */
-    uint32_t pass = variant_pass(key);
-    const char *fragment =
-        pass == CASTER_DEPTH ? (key & VARIANT_MASKED ? "shadow_depth.frag.glsl" : NULL)
-        : pass == CASTER_COUNT || pass == CASTER_SCATTER ? "shadow_deep.frag.glsl"
-                                                         : "shadow_linked.frag.glsl";
-    char defines[192];
-    write_defines(key, defines, sizeof defines);
-    const struct gl_program *program =
-        program_cache_get(painter->programs,
-                          &(struct program_desc){.label = "shadow.caster",
-                                                 .vertex = "shadow_caster.vert.glsl",
-                                                 .fragment = fragment,
-                                                 .defines = defines},
-                          err);
+    char defines[DEFINES_BYTES];
+    const struct program_desc desc = variant_program(key, defines);
+    const struct gl_program *program = program_cache_get(painter->programs, &desc, err);
     if (!program)
         return NULL;
     struct caster_variant *variant = &painter->variants[painter->variant_count++];
@@ -383,6 +388,30 @@ static const struct gl_program *program_for(void *opaque, const struct state_ite
     return variant->program;
 }
 
+static bool is_drawn(const struct caster_paint_desc *desc, uint32_t item)
+{
+    bool is_transparent = desc->scene->state->items[item].class_ == STATE_TRANSPARENT;
+    return desc->pass == CASTER_LINK_FAITHFUL || is_transparent == (desc->pass != CASTER_DEPTH);
+}
+
+void caster_list_programs(const struct caster_paint_desc *desc, const char *pass,
+                          bool is_conditional, struct program_list *list)
+{
+    const struct shadow_casters *casters = &desc->build->casters;
+    uint32_t last = UINT32_MAX; /* no key */
+    for (size_t i = 0; i < casters->count; i++) {
+        char defines[DEFINES_BYTES];
+        if (!is_drawn(desc, casters->items[i]))
+            continue;
+        uint32_t key = variant_key(desc, &desc->scene->state->items[casters->items[i]]);
+        if (key == last) /* neighbours mostly share one */
+            continue;
+        last = key;
+        const struct program_desc program = variant_program(key, defines);
+        program_list_add(list, pass, &program, is_conditional);
+    }
+}
+
 static bool select_items(struct caster_painter *painter, const struct caster_paint_desc *desc,
                          uint32_t face, size_t *count, struct error *err)
 {
@@ -400,11 +429,7 @@ static bool select_items(struct caster_painter *painter, const struct caster_pai
     }
     *count = 0;
     for (size_t i = 0; i < casters->count; i++) {
-        bool is_transparent =
-            desc->scene->state->items[casters->items[i]].class_ == STATE_TRANSPARENT;
-        bool is_wanted =
-            desc->pass == CASTER_LINK_FAITHFUL || is_transparent == (desc->pass != CASTER_DEPTH);
-        if (!(casters->faces[i] >> face & 1) || !is_wanted)
+        if (!(casters->faces[i] >> face & 1) || !is_drawn(desc, casters->items[i]))
             continue;
         painter->selected[*count] = casters->items[i];
         painter->records[(*count)++] = desc->build->placement.first_record + (uint32_t)i;

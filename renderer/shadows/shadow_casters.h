@@ -69,4 +69,9 @@ struct caster_paint_desc {
 MUST_CHECK bool caster_painter_paint(struct caster_painter *painter,
                                      const struct caster_paint_desc *desc, struct error *err);
 
+/* The programs that painting takes; of desc all but store and slot, of its build map and casters,
+ * of the scene gpu, state and blend_filter. Thread: GL. */
+void caster_list_programs(const struct caster_paint_desc *desc, const char *pass,
+                          bool is_conditional, struct program_list *list);
+
 #endif

@@ -52,6 +52,11 @@ uint64_t shadow_compress_event_bytes(const struct shadow_map *map)
     return SHADOW_EVENT_BYTES + (map->has_media ? SHADOW_MEDIUM_BYTES : 0);
 }
 
+uint32_t shadow_compress_fine_flags(const struct shadow_map *map)
+{
+    return map->has_media ? SHADOW_FLAG_MEDIA : 0;
+}
+
 static int rays_per_side(const struct compress_job *job)
 {
     return job->build->map->prefilter;
@@ -123,7 +128,7 @@ static bool build_exact(struct compress_job *job, struct shadow_window window, s
     int k = rays_per_side(job);
     job->fine = *map;
     job->fine.heads = job->fine.events = (struct shadow_range){0};
-    job->fine.flags = map->has_media ? SHADOW_FLAG_MEDIA : 0;
+    job->fine.flags = shadow_compress_fine_flags(map);
     job->fine.resolution = map->resolution * k;
     job->fine.window =
         (struct shadow_window){window.face, window.first_row * k, window.row_count * k};
@@ -145,15 +150,30 @@ static bool build_exact(struct compress_job *job, struct shadow_window window, s
     return ok;
 }
 
+static struct program_desc program_of(const struct shadow_map *map, bool is_writing,
+                                      char defines[48])
+{
+    snprintf(defines, 48, "SUBTEXELS=%d%s%s", map->prefilter, map->has_media ? " MEDIA" : "",
+             is_writing ? " WRITE" : "");
+    return (struct program_desc){.label = "shadow.deep.compress",
+                                 .compute = "shadow_compress.comp.glsl",
+                                 .defines = defines};
+}
+
+void shadow_compress_list_programs(const struct shadow_map *map, struct program_list *list)
+{
+    for (int is_writing = 0; is_writing < 2; is_writing++) {
+        char defines[48];
+        const struct program_desc desc = program_of(map, is_writing, defines);
+        program_list_add(list, "shadow.deep.compress", &desc, false);
+    }
+}
+
 static const struct gl_program *use_program(const struct compress_job *job, struct error *err)
 {
     const struct shadow_map *map = job->build->map;
     char defines[48];
-    snprintf(defines, sizeof defines, "SUBTEXELS=%d%s%s", rays_per_side(job),
-             map->has_media ? " MEDIA" : "", job->is_writing ? " WRITE" : "");
-    struct program_desc desc = {.label = "shadow.deep.compress",
-                                .compute = "shadow_compress.comp.glsl",
-                                .defines = defines};
+    const struct program_desc desc = program_of(map, job->is_writing, defines);
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
     if (!program)
         return NULL;

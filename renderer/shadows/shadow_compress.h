@@ -32,6 +32,11 @@ bool shadow_compress_is_asked(const struct view_quality *quality);
 void shadow_compress_choose(struct shadow_map *map, const struct shadow_casters *casters,
                             const struct view_quality *quality, double allowed);
 
+/* Flags of the exact lists from which the nodes of such a map are made. */
+uint32_t shadow_compress_fine_flags(const struct shadow_map *map);
+/* The programs that make the nodes of such a map. Thread: any. */
+void shadow_compress_list_programs(const struct shadow_map *map, struct program_list *list);
+
 /* Bytes that an event of the exact lists takes. */
 uint64_t shadow_compress_event_bytes(const struct shadow_map *map);
 

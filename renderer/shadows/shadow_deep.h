@@ -58,4 +58,7 @@ MUST_CHECK bool shadow_linked_build(struct shadow_builder *builder, struct shado
                                     size_t count, const struct shadow_scene *scene,
                                     const char *because, struct error *err);
 
+/* The program that looks over finished linked lists. Thread: any. */
+void shadow_linked_list_programs(bool is_faithful, struct program_list *list);
+
 #endif

@@ -129,17 +129,31 @@ static bool fit_memory(const struct linked_job *job, bool *is_done, struct error
     return true;
 }
 
+static struct program_desc walk_program(bool is_faithful)
+{
+    return (struct program_desc){.label = "shadow.linked.walk",
+                                 .compute = "shadow_linked_walk.comp.glsl",
+                                 .defines = is_faithful ? "SHADOW_FAITHFUL" : NULL};
+}
+
+void shadow_linked_list_programs(bool is_faithful, struct program_list *list)
+{
+    const struct program_desc desc = walk_program(is_faithful);
+    program_list_add(list, "shadow.linked.walk", &desc, false);
+}
+
 static bool walk_lists(const struct linked_job *job, struct walk_statistics *walks,
                        struct error *err)
 {
     struct shadow_builder *builder = job->builder;
-    const struct gl_program *walk[2];
-    for (int faithful = 0; faithful < 2; faithful++) {
-        struct program_desc desc = {.label = "shadow.linked.walk",
-                                    .compute = "shadow_linked_walk.comp.glsl",
-                                    .defines = faithful ? "SHADOW_FAITHFUL" : NULL};
-        walk[faithful] = program_cache_get(builder->programs, &desc, err);
-        if (!walk[faithful])
+    const struct gl_program *walk[2] = {NULL, NULL};
+    for (size_t i = 0; i < job->count; i++) {
+        bool is_faithful = job->builds[i].map->is_faithful;
+        const struct program_desc desc = walk_program(is_faithful);
+        if (job->builds[i].map->kind != SHADOW_LINKED || walk[is_faithful])
+            continue;
+        walk[is_faithful] = program_cache_get(builder->programs, &desc, err);
+        if (!walk[is_faithful])
             return false;
     }
     begin(job, "shadow.linked.walk");

@@ -3,7 +3,7 @@
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_MAP_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_MAP_H
 
-#include "renderer/gl/program.h"
+#include "renderer/gl/program_list.h"
 #include "renderer/gl/scope.h"
 #include "renderer/plan/content_key.h"
 #include "renderer/scene/scene_gpu.h"

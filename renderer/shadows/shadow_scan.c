@@ -28,12 +28,25 @@ static uint32_t chunk_count(uint64_t texels)
     return (uint32_t)((texels + chunk - 1) / chunk);
 }
 
+static struct program_desc program_of(int pass)
+{
+    static const char *const defines[] = {"PASS=0", "PASS=1", "PASS=2"};
+    return (struct program_desc){
+        .label = "shadow.deep.scan", .compute = "shadow_scan.comp.glsl", .defines = defines[pass]};
+}
+
+void deep_scan_list_programs(struct program_list *list)
+{
+    for (int pass = 0; pass < 3; pass++) {
+        const struct program_desc desc = program_of(pass);
+        program_list_add(list, "shadow.deep.scan", &desc, false);
+    }
+}
+
 static const struct gl_program *use_scan(const struct deep_job *job, int pass, size_t build,
                                          struct error *err)
 {
-    static const char *const defines[] = {"PASS=0", "PASS=1", "PASS=2"};
-    struct program_desc desc = {
-        .label = "shadow.deep.scan", .compute = "shadow_scan.comp.glsl", .defines = defines[pass]};
+    const struct program_desc desc = program_of(pass);
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
     const struct shadow_map *map = job->builds[build].map;
     uint64_t texels = shadow_map_texels(map);

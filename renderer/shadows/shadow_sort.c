@@ -52,15 +52,45 @@ struct class_job { /* one length class of one light */
     uint32_t list_first, list_count; /* in builder->texels */
 };
 
+/* Lists up to a run by their class, runs of longer ones, and their merging: to and fro. */
+static const char sort_file[] = "shadow_sort.comp.glsl", merge_file[] = "shadow_merge.comp.glsl";
+static const char *const nets[LONG_CLASS] = {"NET=2", "NET=4", "NET=8", "NET=16", "NET=32"};
+static const char runs_to_scratch[] = "NET=32 RUNS SCRATCH", runs_in_place[] = "NET=32 RUNS";
+static const char merge_last[] = "SCRATCH FROM_SCRATCH LAST",
+                  merge_from_scratch[] = "SCRATCH FROM_SCRATCH", merge_to_scratch[] = "SCRATCH";
+
+static struct program_desc program_of(uint32_t map_flags, const char *file, const char *variant,
+                                      char defines[64])
+{
+    snprintf(defines, 64, "%s%s%s", variant, map_flags & SHADOW_FLAG_RAW ? " IDS" : "",
+             map_flags & SHADOW_FLAG_MEDIA ? " MEDIA" : "");
+    return (struct program_desc){.label = "shadow.deep.sort", .compute = file, .defines = defines};
+}
+
+void deep_sort_list_programs(uint32_t map_flags, struct program_list *list)
+{
+    const char *const runs[] = {runs_to_scratch, runs_in_place};
+    const char *const merges[] = {merge_last, merge_from_scratch, merge_to_scratch};
+    char defines[64];
+    struct program_desc desc;
+    for (int i = 0; i < LONG_CLASS + 2; i++) {
+        const char *variant = i < LONG_CLASS ? nets[i] : runs[i - LONG_CLASS];
+        desc = program_of(map_flags, sort_file, variant, defines);
+        program_list_add(list, "shadow.deep.sort", &desc, true);
+    }
+    for (int i = 0; i < 3; i++) {
+        desc = program_of(map_flags, merge_file, merges[i], defines);
+        program_list_add(list, "shadow.deep.sort", &desc, true);
+    }
+}
+
 static const struct gl_program *use_program(const struct deep_job *job,
                                             const struct class_job *lists, const char *file,
                                             const char *variant, struct error *err)
 {
     char defines[64];
     const struct shadow_map *map = lists->map;
-    snprintf(defines, sizeof defines, "%s%s%s", variant, map->flags & SHADOW_FLAG_RAW ? " IDS" : "",
-             map->flags & SHADOW_FLAG_MEDIA ? " MEDIA" : "");
-    struct program_desc desc = {.label = "shadow.deep.sort", .compute = file, .defines = defines};
+    const struct program_desc desc = program_of(map->flags, file, variant, defines);
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
     if (!program)
         return NULL;
@@ -83,8 +113,7 @@ static const struct gl_program *use_program(const struct deep_job *job,
 static bool sort_short(const struct deep_job *job, const struct class_job *lists, int class_,
                        struct error *err)
 {
-    static const char *const nets[LONG_CLASS] = {"NET=2", "NET=4", "NET=8", "NET=16", "NET=32"};
-    if (!use_program(job, lists, "shadow_sort.comp.glsl", nets[class_], err))
+    if (!use_program(job, lists, sort_file, nets[class_], err))
         return false;
     deep_dispatch(lists->list_count);
     return true;
@@ -96,16 +125,14 @@ static bool sort_long(const struct deep_job *job, const struct class_job *lists,
 {
     int levels = class_ - LONG_CLASS + 1;
     bool in_scratch = levels % 2 != 0;
-    if (!use_program(job, lists, "shadow_sort.comp.glsl",
-                     in_scratch ? "NET=32 RUNS SCRATCH" : "NET=32 RUNS", err))
+    if (!use_program(job, lists, sort_file, in_scratch ? runs_to_scratch : runs_in_place, err))
         return false;
     deep_dispatch(lists->list_count);
     for (int level = 0; level < levels; level++) {
-        const char *variant = level + 1 == levels ? "SCRATCH FROM_SCRATCH LAST"
-                              : in_scratch        ? "SCRATCH FROM_SCRATCH"
-                                                  : "SCRATCH";
-        const struct gl_program *merge =
-            use_program(job, lists, "shadow_merge.comp.glsl", variant, err);
+        const char *variant = level + 1 == levels ? merge_last
+                              : in_scratch        ? merge_from_scratch
+                                                  : merge_to_scratch;
+        const struct gl_program *merge = use_program(job, lists, merge_file, variant, err);
         if (!merge)
             return false;
         gl_program_set_u(merge, "u_width", (uint32_t)DEEP_RUN << level);

@@ -78,15 +78,34 @@ static bool reserve(struct gl_buffer *buffer, struct gl_texture *view, const cha
     return gl_texture_init_buffer(view, label, format, buffer, err);
 }
 
+static const char entries_file[] = "shadow_points_entries.comp.glsl",
+                  pixels_file[] = "shadow_points_pixels.comp.glsl";
+
+static struct program_desc program_of(const struct window_frame *frame, const char *file,
+                                      char defines[64])
+{
+    snprintf(defines, 64, "SAMPLES=%d%s", frame->targets->samples,
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
+    return (struct program_desc){.label = file, .compute = file, .defines = defines};
+}
+
+void traced_shadows_list_programs(const struct window_frame *frame, bool has_layers,
+                                  struct program_list *list)
+{
+    char defines[64];
+    struct program_desc desc = program_of(frame, entries_file, defines);
+    if (has_layers)
+        program_list_add(list, "shadow.points", &desc, true);
+    desc = program_of(frame, pixels_file, defines);
+    program_list_add(list, "shadow.points", &desc, false);
+}
+
 static const struct gl_program *use_program(const struct window_frame *frame, const char *file,
                                             struct error *err)
 {
     char defines[64];
-    snprintf(defines, sizeof defines, "SAMPLES=%d%s", frame->targets->samples,
-             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
-    const struct gl_program *program = program_cache_get(
-        frame->programs, &(struct program_desc){.label = file, .compute = file, .defines = defines},
-        err);
+    const struct program_desc desc = program_of(frame, file, defines);
+    const struct gl_program *program = program_cache_get(frame->programs, &desc, err);
     if (!program)
         return NULL;
     gl_program_use(program);
@@ -101,7 +120,7 @@ static bool collect_entries(struct traced_shadows *traced, const struct window_f
 {
     if (!pixels->entry_count)
         return true;
-    const struct gl_program *program = use_program(frame, "shadow_points_entries.comp.glsl", err);
+    const struct gl_program *program = use_program(frame, entries_file, err);
     if (!program)
         return false;
     pixel_lists_bind(pixels, program);
@@ -116,7 +135,7 @@ static bool collect_entries(struct traced_shadows *traced, const struct window_f
 static bool collect_surfaces(struct traced_shadows *traced, const struct window_frame *frame,
                              uint32_t first, uint32_t room, uint32_t *count, struct error *err)
 {
-    const struct gl_program *program = use_program(frame, "shadow_points_pixels.comp.glsl", err);
+    const struct gl_program *program = use_program(frame, pixels_file, err);
     if (!program)
         return false;
     gl_buffer_clear_u32(&traced->counter, 0, 4, 0);

@@ -52,6 +52,10 @@ uint32_t traced_shadows_room(const struct traced_shadows *traced, const struct c
 MUST_CHECK bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
                                      uint32_t first, uint32_t count, struct error *err);
 
+/* The programs that collect points; of frame what geometry_list_transparent needs. Thread: any. */
+void traced_shadows_list_programs(const struct window_frame *frame, bool has_layers,
+                                  struct program_list *list);
+
 /* For shading programs with HAS_TRACED_SHADOWS. */
 void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program);
 

@@ -17,6 +17,7 @@
 #include "renderer/shadows/shadow_key.h"
 #include "renderer/shadows/shadow_media.h"
 #include "renderer/shadows/shadow_probe.h"
+#include "renderer/shadows/shadow_programs.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -48,7 +49,7 @@ struct shadow_system {
     bool has_thick_media;       /* a linked map has media among its casters */
     struct gl_buffer records;
     struct gl_texture record_view;
-    char defines[256];
+    char defines[SHADOW_DEFINES_BYTES];
 };
 
 static bool give_map(struct shadow_system *shadows, struct shadow_map *map, struct error *err)
@@ -242,18 +243,10 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     const struct shadow_casters *casters = &need->casters;
     struct shadow_map map = {.resolution = shadows->resolution,
                              .last_frame = shadows->frame,
-                             .scene = shadow_key_of_scene(desc->scene_key),
-                             .frame = need->frame,
-                             .kind = need->kind};
+                             .scene = shadow_key_of_scene(desc->scene_key)};
     if (!need->has_structure || (desc->is_left_out && desc->is_left_out[light]))
         return true;
-    shadow_casters_cut(casters, state, &map);
-    map.is_faithful = map.kind == SHADOW_LINKED && desc->quality->faithful;
-    if (map.kind == SHADOW_DEEP && casters->has_exclusions)
-        map.flags |= SHADOW_FLAG_RAW;
-    if (map.kind == SHADOW_DEEP && casters->has_media)
-        map.flags |= SHADOW_FLAG_MEDIA;
-    shadow_compress_choose(&map, casters, desc->quality, shadows->allowed_error);
+    shadow_map_describe(&map, need, state, desc->quality, shadows->allowed_error);
     shadows->kept_exact += casters->has_exclusions && asks_nodes(shadows, desc->quality);
     map.keys_per_m = (float)(SHADOW_KEY_MOST / fmax(casters->farthest_m, 1e-6));
     shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters->has_media;
@@ -495,37 +488,13 @@ static bool upload_records(struct shadow_system *shadows, const struct shadow_pr
     return ok;
 }
 
-/* Only what the frame's structures need: an absent shape or kind leaves no code in the shading
- * programs. */
 static void set_defines(struct shadow_system *shadows)
 {
-    static const char *const items[] = {"SHADOW_HAS_MAPS",         " SHADOW_HAS_ORTHOGRAPHIC",
-                                        " SHADOW_HAS_PERSPECTIVE", " SHADOW_HAS_CUBES",
-                                        " SHADOW_HAS_DEEP",        " SHADOW_HAS_IDS",
-                                        " SHADOW_HAS_LINKED",      " SHADOW_FAITHFUL",
-                                        " SHADOW_HAS_MEDIA",       " SHADOW_HAS_NODES"};
-    bool has[sizeof items / sizeof *items] = {false};
-    for (size_t i = 0; i < shadows->light_count; i++) {
-        const struct shadow_map *map = shadows->light_maps[i];
-        if (!map)
-            continue;
-        has[0] = true;
-        has[1] |= map->frame.shape == SHADOW_ORTHOGRAPHIC;
-        has[2] |= map->frame.shape != SHADOW_ORTHOGRAPHIC;
-        has[3] |= map->frame.shape == SHADOW_CUBE;
-        has[4] |= map->kind == SHADOW_DEEP;
-        has[5] |= (map->flags & SHADOW_FLAG_RAW) != 0;
-        has[6] |= map->kind == SHADOW_LINKED;
-        has[7] |= map->is_faithful;
-        has[8] |= (map->flags & SHADOW_FLAG_MEDIA) != 0;
-        has[9] |= (map->flags & SHADOW_FLAG_NODES) != 0;
-    }
-    size_t length = 0, size = sizeof shadows->defines;
-    shadows->defines[0] = 0;
-    for (size_t i = 0; i < sizeof items / sizeof *items; i++)
-        if (has[i])
-            length += (size_t)snprintf(shadows->defines + length, size - length, "%s", items[i]);
-    assert(length < size);
+    struct shadow_features features = {{false}};
+    for (size_t i = 0; i < shadows->light_count; i++)
+        if (shadows->light_maps[i])
+            shadow_features_add(&features, shadows->light_maps[i]);
+    shadow_features_write(&features, shadows->defines);
 }
 
 static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map)
@@ -700,6 +669,11 @@ bool shadow_system_prepare_none(struct shadow_system *shadows, size_t light_coun
     shadows->defines[0] = 0;
     finish_builds(shadows);
     return reserve_lights(shadows, light_count, err);
+}
+
+bool shadow_system_scans_on_host(const struct shadow_system *shadows)
+{
+    return shadows->builder.scans_on_host;
 }
 
 uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows)

@@ -51,6 +51,7 @@ MUST_CHECK bool shadow_system_prepare_none(struct shadow_system *shadows, size_t
                                            struct error *err);
 /* Texels per side of a map face: what the quality asks for, within what the device has. */
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits);
+bool shadow_system_scans_on_host(const struct shadow_system *shadows); /* counts of lists */
 uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows);
 /* Index of the light's shadow_record, or NO_SHADOW. */
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);

@@ -16,12 +16,41 @@ static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes,
         false, err);
 }
 
+static const char scan_file[] = "lists_scan.comp.glsl", sort_file[] = "lists_sort.comp.glsl";
+static const char *const scan_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
+static const char *const sort_passes[] = {"PASS=0", "PASS=1"}; /* runs, and their merging */
+static const struct geometry_layer_pass counting = {
+    .pass = "transparency.count", .fragment = "lists_count.frag.glsl"};
+static const struct geometry_layer_pass scattering = {.pass = "transparency.scatter",
+                                                      .fragment = "lists_scatter.frag.glsl",
+                                                      .evaluates = true,
+                                                      .is_conditional = true};
+
+static struct program_desc compute_of(const char *file, const char *defines)
+{
+    return (struct program_desc){.label = file, .compute = file, .defines = defines};
+}
+
 static const struct gl_program *get_compute(const struct window_frame *frame, const char *file,
                                             const char *defines, struct error *err)
 {
-    return program_cache_get(
-        frame->programs, &(struct program_desc){.label = file, .compute = file, .defines = defines},
-        err);
+    const struct program_desc desc = compute_of(file, defines);
+    return program_cache_get(frame->programs, &desc, err);
+}
+
+void pixel_lists_list_programs(const struct window_frame *frame, const struct geometry_items *items,
+                               struct program_list *list)
+{
+    geometry_list_transparent(frame, items, &counting, list);
+    for (int i = 0; i < 3; i++) {
+        const struct program_desc desc = compute_of(scan_file, scan_passes[i]);
+        program_list_add(list, counting.pass, &desc, false);
+    }
+    geometry_list_transparent(frame, items, &scattering, list);
+    for (int i = 0; i < 2; i++) {
+        const struct program_desc desc = compute_of(sort_file, sort_passes[i]);
+        program_list_add(list, "transparency.sort", &desc, true);
+    }
 }
 
 /* Chunks of about the square root, so that neither loop of the scan is long. */
@@ -43,10 +72,8 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
     gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
     gl_buffer_bind_storage(&lists->scan, BIND_SCAN);
     gl_buffer_bind_storage(&lists->statistics, BIND_STATISTICS);
-    static const char *const passes[] = {"PASS=0", "PASS=1", "PASS=2"};
     for (int i = 0; i < 3; i++) {
-        const struct gl_program *program =
-            get_compute(frame, "lists_scan.comp.glsl", passes[i], err);
+        const struct gl_program *program = get_compute(frame, scan_file, scan_passes[i], err);
         if (!program)
             return false;
         gl_program_use(program);
@@ -70,14 +97,14 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
     if (!reserve(&lists->counts, "lists.counts", bytes, err))
         return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
-                                         .pass = "transparency.count",
+                                         .pass = counting.pass,
                                          .because = "transparent surfaces are in view",
                                          .technique = "lists",
                                          .stage = REPORT_SHADE,
                                      });
     gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
     gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
-    bool ok = geometry_draw_transparent(frame, items, "lists_count.frag.glsl", false, err) &&
+    bool ok = geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
               run_scan(lists, frame, err);
     gpu_scope_end(frame->timeline);
     return ok;
@@ -96,14 +123,14 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
         if (!reserve(&lists->surfaces[i], labels[i], n * 16, err))
             return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
-                                         .pass = "transparency.scatter",
+                                         .pass = scattering.pass,
                                          .because = "transparent surfaces are in view",
                                          .technique = "lists",
                                          .stage = REPORT_SHADE,
                                      });
     pixel_lists_bind(lists, NULL);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    bool ok = geometry_draw_transparent(frame, items, "lists_scatter.frag.glsl", true, err);
+    bool ok = geometry_draw_transparent(frame, items, scattering.fragment, scattering.evaluates, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }
@@ -111,7 +138,7 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
 static bool run_sort(struct pixel_lists *lists, const struct window_frame *frame, const char *pass,
                      uint64_t run, struct error *err)
 {
-    const struct gl_program *program = get_compute(frame, "lists_sort.comp.glsl", pass, err);
+    const struct gl_program *program = get_compute(frame, sort_file, pass, err);
     if (!program)
         return false;
     uint64_t to = lists->keys_offset ? 0 : lists->entry_count;
@@ -140,9 +167,9 @@ static bool sort_lists(struct pixel_lists *lists, const struct window_frame *fra
                                          .stage = REPORT_SHADE,
                                      });
     lists->keys_offset = 0;
-    bool ok = lists->longest < 2 || run_sort(lists, frame, "PASS=0", 0, err);
+    bool ok = lists->longest < 2 || run_sort(lists, frame, sort_passes[0], 0, err);
     for (uint64_t run = SORT_RUN; ok && run < lists->longest; run *= 2)
-        ok = run_sort(lists, frame, "PASS=1", run, err);
+        ok = run_sort(lists, frame, sort_passes[1], run, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }

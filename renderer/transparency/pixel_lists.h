@@ -31,6 +31,10 @@ enum pixel_lists_outcome { PIXEL_LISTS_FAILED, PIXEL_LISTS_BUILT, PIXEL_LISTS_TO
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items, struct error *err);
+/* The programs that building lists of these items takes, and may take; of frame what
+ * geometry_list_transparent needs. Thread: any. */
+void pixel_lists_list_programs(const struct window_frame *frame, const struct geometry_items *items,
+                               struct program_list *list);
 /* Empty lists, as of a window without anything transparent. */
 void pixel_lists_clear(struct pixel_lists *lists);
 /* Adds the lists to the counts. */

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+/* The shader programs of a plan, listed without compiling or drawing. */
+#ifndef VITRAIL_RENDERER_FRAME_PROGRAMS_H
+#define VITRAIL_RENDERER_FRAME_PROGRAMS_H
+
+#include "renderer/gl/program_list.h"
+#include "renderer/plan/frame_plan.h"
+
+struct frame_programs_desc { /* all required but the flag */
+    const struct frame_plan *plan;
+    const struct view *view;
+    const struct scene_state *state;
+    const struct camera *camera;
+    const struct gl_limits *limits;
+    const struct scene_gpu *gpu;
+    bool scans_on_host; /* shadow_system_scans_on_host */
+};
+
+/* Every program that a frame of the plan may need, under the pass that needs it; those that all such
+ * frames need are not conditional. Left out is what only a budget that is exceeded on the way calls
+ * for: lists that are compressed then, lights that are shaded in more parts than the plan tells.
+ * Thread: GL. */
+MUST_CHECK bool frame_programs_list(const struct frame_programs_desc *desc,
+                                    struct program_list *list, struct error *err);
+
+#endif

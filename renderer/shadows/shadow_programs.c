@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: MIT */
+/* From what a light needs to the programs of its structure. */
+#include "renderer/shadows/shadow_programs.h"
+
+#include <assert.h>
+#include <stdio.h>
+
+#include "renderer/shadows/shadow_compress.h"
+#include "renderer/shadows/shadow_deep_job.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
+                         const struct scene_state *state, const struct view_quality *quality,
+                         double allowed_error)
+{
+    const struct shadow_casters *casters = &need->casters;
+    map->frame = need->frame;
+    map->kind = need->kind;
+    shadow_casters_cut(casters, state, map);
+    map->is_faithful = map->kind == SHADOW_LINKED && quality->faithful;
+    if (map->kind == SHADOW_DEEP && casters->has_exclusions)
+        map->flags |= SHADOW_FLAG_RAW;
+    if (map->kind == SHADOW_DEEP && casters->has_media)
+        map->flags |= SHADOW_FLAG_MEDIA;
+    shadow_compress_choose(map, casters, quality, allowed_error);
+}
+
+void shadow_features_add(struct shadow_features *features, const struct shadow_map *map)
+{
+    const bool has[SHADOW_FEATURES] = {
+        true,
+        map->frame.shape == SHADOW_ORTHOGRAPHIC,
+        map->frame.shape != SHADOW_ORTHOGRAPHIC,
+        map->frame.shape == SHADOW_CUBE,
+        map->kind == SHADOW_DEEP,
+        (map->flags & SHADOW_FLAG_RAW) != 0,
+        map->kind == SHADOW_LINKED,
+        map->is_faithful,
+        (map->flags & SHADOW_FLAG_MEDIA) != 0,
+        (map->flags & SHADOW_FLAG_NODES) != 0,
+    };
+    for (int i = 0; i < SHADOW_FEATURES; i++)
+        features->has[i] |= has[i];
+}
+
+void shadow_features_write(const struct shadow_features *features,
+                           char text[SHADOW_DEFINES_BYTES])
+{
+    static const char *const items[SHADOW_FEATURES] = {
+        "SHADOW_HAS_MAPS",    " SHADOW_HAS_ORTHOGRAPHIC", " SHADOW_HAS_PERSPECTIVE",
+        " SHADOW_HAS_CUBES",  " SHADOW_HAS_DEEP",         " SHADOW_HAS_IDS",
+        " SHADOW_HAS_LINKED", " SHADOW_FAITHFUL",         " SHADOW_HAS_MEDIA",
+        " SHADOW_HAS_NODES"};
+    size_t length = 0;
+    text[0] = 0;
+    for (int i = 0; i < SHADOW_FEATURES; i++)
+        if (features->has[i])
+            length += (size_t)snprintf(text + length, SHADOW_DEFINES_BYTES - length, "%s", items[i]);
+    assert(length < SHADOW_DEFINES_BYTES);
+}
+
+static void list_deep(struct caster_paint_desc *paint, bool scans_on_host,
+                      struct program_list *list)
+{
+    paint->pass = CASTER_COUNT;
+    caster_list_programs(paint, "shadow.deep.count", false, list);
+    if (!scans_on_host)
+        deep_scan_list_programs(list);
+    paint->pass = CASTER_SCATTER;
+    caster_list_programs(paint, "shadow.deep.scatter", true, list);
+    deep_sort_list_programs(paint->build->map->flags, list);
+}
+
+/* The exact lists are those of a map of their own. */
+static void list_compressed(struct caster_paint_desc *paint, bool scans_on_host,
+                            struct program_list *list)
+{
+    struct shadow_map *map = paint->build->map, fine = *map;
+    fine.flags = shadow_compress_fine_flags(map);
+    paint->build->map = &fine;
+    list_deep(paint, scans_on_host, list);
+    paint->build->map = map;
+    shadow_compress_list_programs(map, list);
+}
+
+static void list_light(const struct shadow_programs_desc *desc, const struct shadow_need *need,
+                       struct shadow_map *map, struct program_list *list)
+{
+    struct shadow_build build = {.map = map, .casters = need->casters};
+    const struct shadow_scene scene = {.gpu = desc->gpu,
+                                       .state = desc->state,
+                                       .blend_filter = (uint32_t)desc->quality->blend_filter};
+    struct caster_paint_desc paint = {.pass = CASTER_DEPTH, .build = &build, .scene = &scene};
+    caster_list_programs(&paint, "shadow.depth", false, list);
+    if (map->flags & SHADOW_FLAG_NODES)
+        list_compressed(&paint, desc->scans_on_host, list);
+    else if (map->kind == SHADOW_DEEP)
+        list_deep(&paint, desc->scans_on_host, list);
+    if (map->kind != SHADOW_LINKED)
+        return;
+    paint.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK;
+    caster_list_programs(&paint, "shadow.linked", false, list);
+    shadow_linked_list_programs(map->is_faithful, list);
+}
+
+void shadow_list_programs(const struct shadow_programs_desc *desc,
+                          char defines[SHADOW_DEFINES_BYTES], struct program_list *list)
+{
+    struct shadow_features features = {{false}};
+    for (size_t i = 0; i < desc->needs->light_count; i++) {
+        const struct shadow_need *need = &desc->needs->lights[i];
+        struct shadow_map map = {.resolution = desc->resolution};
+        if (!need->has_structure)
+            continue;
+        shadow_map_describe(&map, need, desc->state, desc->quality, 0);
+        shadow_features_add(&features, &map);
+        list_light(desc, need, &map, list);
+    }
+    shadow_features_write(&features, defines);
+}

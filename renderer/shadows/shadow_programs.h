@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/* What the structure of a light will be like, and the programs that build it and look it up, known
+ * before it is built. CPU only. */
+#ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_PROGRAMS_H
+#define VITRAIL_RENDERER_SHADOWS_SHADOW_PROGRAMS_H
+
+#include "renderer/shadows/shadow_map.h"
+#include "renderer/shadows/shadow_needs.h"
+
+/* Of a light that has a structure: frame, kind, clip planes, flags and how it is compressed;
+ * resolution stays. allowed_error: of lists that take the place of exact ones, 0 for none. */
+void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
+                         const struct scene_state *state, const struct view_quality *quality,
+                         double allowed_error);
+
+/* #define items of programs that look up shadows: only what the structures of a frame need, so that
+ * an absent shape or kind leaves no code. Zeroed: none. */
+enum { SHADOW_FEATURES = 10, SHADOW_DEFINES_BYTES = 256 };
+struct shadow_features {
+    bool has[SHADOW_FEATURES];
+};
+void shadow_features_add(struct shadow_features *features, const struct shadow_map *map);
+void shadow_features_write(const struct shadow_features *features,
+                           char text[SHADOW_DEFINES_BYTES]);
+
+struct shadow_programs_desc { /* all required but scans_on_host */
+    const struct shadow_needs *needs;
+    const struct scene_gpu *gpu;
+    const struct scene_state *state;
+    const struct view_quality *quality;
+    int resolution;
+    bool scans_on_host; /* as struct shadow_builder */
+};
+/* The programs that build all structures of the needs, and the #define items of those that look
+ * them up. Exact lists that turn out to exceed their budget, and are compressed instead, take
+ * others. Thread: GL. */
+void shadow_list_programs(const struct shadow_programs_desc *desc,
+                          char defines[SHADOW_DEFINES_BYTES], struct program_list *list);
+
+#endif

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: MIT */
+/* The programs of a frame are known before it is drawn: it builds those that are listed and no
+ * others, and all that are not conditional. Held with counters, on caches that know nothing. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/support/closed_form_media.h"
+#include "tests/support/closed_form_scenes.h"
+#include "tests/support/image_checks.h"
+
+enum { SIDE = 48 };
+
+struct program_case {
+    struct renderer *renderer; /* its own: no program stands */
+    struct rig_scene rig;
+    struct closed_form_scene closed_form;
+};
+
+static void open_demo(struct program_case *c)
+{
+    *c = (struct program_case){.renderer = render_rig_create()};
+    rig_demo_open(&c->rig, c->renderer, "demo", 64);
+}
+
+static void open_panes(struct program_case *c, int count)
+{
+    static const double colors[2][4] = {{0.8, 0.5, 0.25, 1}, {0.5, 1, 0.5, 1}};
+    *c = (struct program_case){.renderer = render_rig_create()};
+    panes_scene_build(&(struct panes_scene_desc){.pane_count = count, .colors = colors},
+                      &c->closed_form);
+    rig_scene_open(&c->rig, c->renderer, "panes", c->closed_form.glb, c->closed_form.size_bytes);
+}
+
+static void open_medium(struct program_case *c)
+{
+    static const struct closed_form_body box = {
+        .shape = BODY_BOX, .high = {1, 1, 1}, .remains = {0.5f, 0.25f, 0.0625f}, .distance = 0.25f};
+    *c = (struct program_case){.renderer = render_rig_create()};
+    media_scene_build(&(struct media_scene_desc){.bodies = &box, .count = 1}, &c->closed_form);
+    rig_scene_open(&c->rig, c->renderer, "medium", c->closed_form.glb, c->closed_form.size_bytes);
+}
+
+static void close_case(struct program_case *c)
+{
+    rig_scene_finish(&c->rig, c->renderer);
+    closed_form_scene_finish(&c->closed_form);
+    renderer_destroy(c->renderer);
+}
+
+static struct view small_view(void)
+{
+    return (struct view){.width_px = SIDE,
+                         .height_px = SIDE,
+                         .camera = {.kind = VIEW_CAMERA_FIT},
+                         .quality = {.shadow_resolution = 64, .shadows = VIEW_SHADOWS_DEEP}};
+}
+
+static bool is_same_text(const char *a, const char *b)
+{
+    return a == b || (a && b && !strcmp(a, b));
+}
+
+static bool is_first_of_its_kind(const struct program_list *list, size_t index)
+{
+    const struct listed_program *program = &list->items[index];
+    for (size_t i = 0; i < index; i++)
+        if (is_same_text(list->items[i].vertex, program->vertex) &&
+            is_same_text(list->items[i].fragment, program->fragment) &&
+            is_same_text(list->items[i].compute, program->compute) &&
+            !strcmp(list->items[i].defines, program->defines))
+            return false;
+    return true;
+}
+
+static void list_programs(const struct program_case *c, const struct view *view,
+                          struct program_list *list)
+{
+    struct error err = {0};
+    struct renderer_info before, after;
+    renderer_get_info(c->renderer, &before);
+    if (!renderer_list_programs(c->renderer, c->rig.key, view, list, &err))
+        fail_msg("%s", err.message);
+    renderer_get_info(c->renderer, &after);
+    assert_int_equal(before.programs_built, after.programs_built); /* listing compiles nothing */
+}
+
+static bool plan_has_pass(const struct plan *plan, const char *pass)
+{
+    for (int i = 0; i < plan->pass_count; i++)
+        if (!strcmp(plan->passes[i].pass, pass))
+            return true;
+    return false;
+}
+
+/* Draws the view, and holds what it built against what was listed before and after. Returns how
+ * many it built. */
+static uint64_t check_programs(const struct program_case *c, const struct view *view)
+{
+    struct program_list before = {0}, after = {0};
+    struct plan plan;
+    struct frame frame;
+    struct error err = {0};
+    size_t missing = 0, made = 0;
+    list_programs(c, view, &before);
+    assert_true(renderer_explain(c->renderer, c->rig.key, view, &plan, &err));
+    shoot(c->renderer, &c->rig, view, &frame);
+    list_programs(c, view, &after);
+    assert_int_equal(before.count, after.count);
+    for (size_t i = 0; i < after.count; i++) {
+        const struct listed_program *is = &after.items[i], *was = &before.items[i];
+        assert_true(plan_has_pass(&plan, is->pass));
+        if (!is->is_conditional && is->place != PROGRAM_IN_MEMORY)
+            fail_msg("%s [%s] is listed for %s, but the frame did not need it", is->label,
+                     is->defines, is->pass);
+        if (!is_first_of_its_kind(&after, i))
+            continue;
+        missing += was->place == PROGRAM_ABSENT;
+        made += was->place == PROGRAM_ABSENT && is->place == PROGRAM_IN_MEMORY;
+    }
+    uint64_t built = frame.report.counts.programs_built;
+    if (built != made)
+        fail_msg("the frame built %d programs, %zu of them were listed", (int)built, made);
+    assert_true(built <= missing);
+    frame_finish(&frame);
+    program_list_finish(&before);
+    program_list_finish(&after);
+    return built;
+}
+
+static void every_technique_builds_what_is_listed(void **state)
+{
+    static const enum view_shadows techniques[] = {
+        VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP, VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
+        VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    (void)state;
+    struct program_case c;
+    open_demo(&c);
+    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+        for (int samples = 1; samples <= 4; samples += 3) {
+            struct view view = small_view();
+            view.quality.shadows = techniques[i];
+            view.quality.samples = samples;
+            assert_true(check_programs(&c, &view) > 0);
+            assert_int_equal(check_programs(&c, &view), 0);
+        }
+    }
+    close_case(&c);
+}
+
+static void lists_outputs_and_cameras_build_what_is_listed(void **state)
+{
+    (void)state;
+    struct program_case c;
+    open_demo(&c);
+    struct view view = small_view();
+    view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
+    assert_true(check_programs(&c, &view) > 0);
+    view.quality.faithful = true;
+    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    assert_true(check_programs(&c, &view) > 0);
+    view = small_view();
+    view.outputs = 0x3ff; /* all */
+    assert_true(check_programs(&c, &view) > 0);
+    view.outputs = 1u << VIEW_OUTPUT_DEPTH;
+    assert_true(check_programs(&c, &view) > 0);
+    view = small_view();
+    view.camera.ortho_height = 2;
+    assert_true(check_programs(&c, &view) > 0);
+    close_case(&c);
+}
+
+static void cuts_and_compression_build_what_is_listed(void **state)
+{
+    (void)state;
+    struct program_case c;
+    open_demo(&c);
+    static const double plane[1][4] = {{0, -1, 0, 0.4}};
+    struct view view = small_view();
+    view.clip_plane_count = 1;
+    view.clip_planes = plane;
+    assert_true(check_programs(&c, &view) > 0);
+    view = small_view();
+    view.quality.shadow_compression = 0.01;
+    assert_true(check_programs(&c, &view) > 0);
+    view.quality.shadow_prefilter = 2;
+    assert_true(check_programs(&c, &view) > 0);
+    close_case(&c);
+}
+
+static void media_and_bare_floors_build_what_is_listed(void **state)
+{
+    (void)state;
+    struct program_case c;
+    open_medium(&c);
+    struct view view = small_view();
+    assert_true(check_programs(&c, &view) > 0);
+    view.camera = (struct view_camera){
+        .kind = VIEW_CAMERA_LOOK_AT, .eye = {0.5, 0.5, 0.5}, .target = {0.5, 0.5, -5}};
+    assert_true(check_programs(&c, &view) > 0); /* from within */
+    close_case(&c);
+    open_panes(&c, 0);
+    assert_true(check_programs(&c, &view) > 0);
+    close_case(&c);
+    open_panes(&c, 2);
+    assert_true(check_programs(&c, &view) > 0);
+    close_case(&c);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_technique_builds_what_is_listed),
+        cmocka_unit_test(lists_outputs_and_cameras_build_what_is_listed),
+        cmocka_unit_test(cuts_and_compression_build_what_is_listed),
+        cmocka_unit_test(media_and_bare_floors_build_what_is_listed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
