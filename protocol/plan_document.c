@@ -2,6 +2,7 @@
 /* Plans as JSON, text, DOT and SVG. */
 #include "protocol/plan_document.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,6 +17,7 @@ static const struct {
     [PLAN_FORMAT_TEXT] = {"text", "text/plain; charset=utf-8"},
     [PLAN_FORMAT_DOT] = {"dot", "text/vnd.graphviz"},
     [PLAN_FORMAT_SVG] = {"svg", "image/svg+xml"},
+    [PLAN_FORMAT_GLSL] = {"glsl", "text/plain; charset=utf-8"},
 };
 enum { FORMATS = sizeof formats / sizeof *formats };
 
@@ -27,6 +29,56 @@ const char *plan_format_name(int format)
 const char *plan_format_media_type(int format)
 {
     return format >= 0 && format < FORMATS ? formats[format].media_type : NULL;
+}
+
+/* ---- programs ---- */
+
+static const struct {
+    const char *name, *text;
+} places[PLAN_DOCUMENT_PLACE_COUNT] = {
+    [PLAN_DOCUMENT_ABSENT] = {"absent", "to compile"},
+    [PLAN_DOCUMENT_IN_MEMORY] = {"memory", "in memory"},
+};
+
+/* Passes may share one. */
+static bool is_first(const struct plan_document *document, size_t program)
+{
+    for (size_t i = 0; i < program; i++)
+        if (!strcmp(document->programs[i].id, document->programs[program].id))
+            return false;
+    return true;
+}
+
+struct program_totals {
+    size_t all, at[PLAN_DOCUMENT_PLACE_COUNT];
+};
+
+/* Different ones of a pass, or of all with -1. */
+static struct program_totals count_programs(const struct plan_document *document, int pass)
+{
+    struct program_totals totals = {0};
+    for (size_t i = 0; i < document->program_count; i++) {
+        const struct plan_document_program *program = &document->programs[i];
+        if (pass >= 0 ? program->pass != pass : !is_first(document, i))
+            continue;
+        totals.all++;
+        totals.at[program->place]++;
+    }
+    return totals;
+}
+
+/* "geometry.vert + gbuffer.frag" */
+static void format_files(const struct plan_document_program *program,
+                         char out[2 * PLAN_DOCUMENT_NAME_BYTES + 4])
+{
+    static const char suffix[] = ".glsl";
+    size_t used = 0;
+    for (int i = 0; i < 2 && program->files[i][0]; i++) {
+        const char *name = program->files[i], *end = strstr(name, suffix);
+        used += (size_t)snprintf(out + used, 2 * PLAN_DOCUMENT_NAME_BYTES + 4 - used, "%s%.*s",
+                                 i ? " + " : "", (int)(end ? (size_t)(end - name) : strlen(name)),
+                                 name);
+    }
 }
 
 /* ---- JSON ---- */
@@ -41,6 +93,40 @@ static json_t *requirements_to_json(const struct plan_document *document)
         json_put_text(&writer, "name", r->name);
         json_put_bool(&writer, "is_met", r->is_met);
         json_put_text(&writer, "because", r->because);
+        json_append(list, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(list, has_failed);
+}
+
+static json_t *defines_to_json(const char *defines)
+{
+    json_t *list = json_array();
+    bool has_failed = !list;
+    for (size_t length; *defines; defines += length) {
+        defines += strspn(defines, " ");
+        length = strcspn(defines, " ");
+        if (length)
+            json_append(list, json_stringn(defines, length), &has_failed);
+    }
+    return json_take_unless(list, has_failed);
+}
+
+static json_t *programs_to_json(const struct plan_document *document, int pass)
+{
+    json_t *list = json_array();
+    bool has_failed = !list;
+    for (size_t i = 0; i < document->program_count; i++) {
+        const struct plan_document_program *program = &document->programs[i];
+        if (program->pass != pass)
+            continue;
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "id", program->id);
+        json_put(&writer, "files",
+                 program->files[1][0] ? json_pack("[s,s]", program->files[0], program->files[1])
+                                      : json_pack("[s]", program->files[0]));
+        json_put(&writer, "defines", defines_to_json(program->defines));
+        json_put_text(&writer, "place", places[program->place].name);
+        json_put_bool(&writer, "is_conditional", program->is_conditional);
         json_append(list, json_writer_take(&writer), &has_failed);
     }
     return json_take_unless(list, has_failed);
@@ -63,6 +149,7 @@ static json_t *passes_to_json(const struct plan_document *document)
             json_put_integer(&writer, "bytes", pass->bytes);
         else
             json_put(&writer, "bytes", json_null());
+        json_put(&writer, "programs", programs_to_json(document, i));
         json_append(list, json_writer_take(&writer), &has_failed);
     }
     return json_take_unless(list, has_failed);
@@ -70,6 +157,7 @@ static json_t *passes_to_json(const struct plan_document *document)
 
 static json_t *counts_to_json(const struct plan_document *document)
 {
+    const struct program_totals programs = count_programs(document, -1);
     struct json_writer writer = json_writer_begin();
     json_put_integer(&writer, "opaque_items", document->counts.opaque_items);
     json_put_integer(&writer, "transparent_items", document->counts.transparent_items);
@@ -80,6 +168,8 @@ static json_t *counts_to_json(const struct plan_document *document)
     json_put_integer(&writer, "unseen_lights", document->counts.unseen_lights);
     json_put_integer(&writer, "shadow_texels", document->counts.shadow_texels);
     json_put_integer(&writer, "light_batches", document->counts.light_batches);
+    json_put_integer(&writer, "programs", programs.all);
+    json_put_integer(&writer, "programs_in_memory", programs.at[PLAN_DOCUMENT_IN_MEMORY]);
     return json_writer_take(&writer);
 }
 
@@ -105,6 +195,31 @@ static void format_bytes(uint64_t bytes, char out[32])
         snprintf(out, 32, "%.1f MiB", (double)bytes / (1 << 20));
     else
         snprintf(out, 32, "%s", "");
+}
+
+static void write_programs(const struct plan_document *document, FILE *out)
+{
+    const struct program_totals totals = count_programs(document, -1);
+    int pass = -1;
+    if (!totals.all)
+        return;
+    fprintf(out, "\nPrograms: %zu in all", totals.all);
+    for (int i = 0; i < PLAN_DOCUMENT_PLACE_COUNT; i++)
+        if (totals.at[i])
+            fprintf(out, ", %zu %s", totals.at[i], places[i].text);
+    fputs("\n", out);
+    for (size_t i = 0; i < document->program_count; i++) {
+        const struct plan_document_program *program = &document->programs[i];
+        const char *defines = program->defines + strspn(program->defines, " ");
+        char files[2 * PLAN_DOCUMENT_NAME_BYTES + 4];
+        if (program->pass != pass)
+            fprintf(out, "  %s\n", document->passes[program->pass].pass);
+        pass = program->pass;
+        format_files(program, files);
+        fprintf(out, "      %s  %-36s %-10s%s%s%s\n", program->id, files,
+                places[program->place].text, program->is_conditional ? "  if needed" : "",
+                *defines ? "  " : "", defines);
+    }
 }
 
 static void write_text(const struct plan_document *document, FILE *out)
@@ -138,6 +253,7 @@ static void write_text(const struct plan_document *document, FILE *out)
     if (document->counts.light_batches > 1)
         fprintf(out, "in at least %" PRIu64 " batches: they exceed their budget together\n",
                 document->counts.light_batches);
+    write_programs(document, out);
 }
 
 /* ---- drawings ---- */
@@ -159,6 +275,36 @@ static void put_escaped(FILE *out, const char *text, bool is_xml)
     }
 }
 
+/* "2 programs, 1 to compile"; empty without any. */
+static void format_totals(const struct plan_document *document, int pass, char out[96])
+{
+    const struct program_totals totals = count_programs(document, pass);
+    int used = 0;
+    out[0] = 0;
+    if (totals.all)
+        used = snprintf(out, 96, "%zu program%s", totals.all, totals.all == 1 ? "" : "s");
+    for (int i = 0; totals.all && i < PLAN_DOCUMENT_PLACE_COUNT; i++)
+        if (totals.at[i])
+            used +=
+                snprintf(out + used, 96 - (size_t)used, ", %zu %s", totals.at[i], places[i].text);
+}
+
+/* One line for each program of the pass, with what parts lines in between. */
+static void put_programs(const struct plan_document *document, int pass, const char *between,
+                         FILE *out)
+{
+    for (size_t i = 0; i < document->program_count; i++) {
+        const struct plan_document_program *program = &document->programs[i];
+        char files[2 * PLAN_DOCUMENT_NAME_BYTES + 4];
+        if (program->pass != pass)
+            continue;
+        format_files(program, files);
+        fprintf(out, "%s%s %s, %s%s", between, program->id, files, places[program->place].text,
+                *program->defines ? ": " : "");
+        put_escaped(out, program->defines + strspn(program->defines, " "), true);
+    }
+}
+
 static void write_dot(const struct plan_document *document, FILE *out)
 {
     fputs("digraph plan {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\"];\n", out);
@@ -175,11 +321,19 @@ static void write_dot(const struct plan_document *document, FILE *out)
     }
     for (int i = 0; i < document->pass_count; i++) {
         const struct plan_document_pass *pass = &document->passes[i];
+        char totals[96];
         fprintf(out, "  p%d [label=\"%d. ", i, i + 1);
         put_escaped(out, pass->pass, false);
-        fprintf(out, "%s%s\"%s];\n  r%d -> p%d;\n", pass->technique[0] ? "\\n" : "",
-                pass->technique, pass->is_conditional ? ", style=dashed" : "", pass->requirement,
-                i);
+        format_totals(document, i, totals);
+        fprintf(out, "%s%s%s%s\"", pass->technique[0] ? "\\n" : "", pass->technique,
+                totals[0] ? "\\n" : "", totals);
+        if (totals[0]) {
+            fprintf(out, ", tooltip=\"%s", totals);
+            put_programs(document, i, "\\n", out);
+            fputs("\"", out);
+        }
+        fprintf(out, "%s];\n  r%d -> p%d;\n", pass->is_conditional ? ", style=dashed" : "",
+                pass->requirement, i);
         if (i > 0)
             fprintf(out, "  p%d -> p%d [style=bold, constraint=false];\n", i - 1, i);
     }
@@ -191,8 +345,8 @@ enum {
     SVG_LEFT_WIDTH = 460,
     SVG_GAP = 150,
     SVG_RIGHT_WIDTH = 330,
-    SVG_ROW = 56,
-    SVG_BOX = 44,
+    SVG_ROW = 72,
+    SVG_BOX = 60,
     SVG_TOP = 84,
     SVG_LINE_CHARACTERS = 66, /* of a reason, at the size of small text */
 };
@@ -234,8 +388,21 @@ static void svg_requirement(FILE *out, const struct plan_document_requirement *r
     svg_text(out, class_, SVG_MARGIN + 12, y + 35, r->because, SVG_LINE_CHARACTERS);
 }
 
-static void svg_pass(FILE *out, const struct plan_document_pass *pass, int row)
+/* How many programs, and on their tooltip which. */
+static void svg_programs(FILE *out, const struct plan_document *document, int pass, int x, int y)
 {
+    char totals[96];
+    format_totals(document, pass, totals);
+    if (!totals[0])
+        return;
+    fprintf(out, "<text class=\"small\" x=\"%d\" y=\"%d\">%s<title>%s", x, y, totals, totals);
+    put_programs(document, pass, "\n", out);
+    fputs("</title></text>\n", out);
+}
+
+static void svg_pass(FILE *out, const struct plan_document *document, int row)
+{
+    const struct plan_document_pass *pass = &document->passes[row];
     int x = SVG_MARGIN + SVG_LEFT_WIDTH + SVG_GAP, y = SVG_TOP + row * SVG_ROW;
     int from = SVG_TOP + pass->requirement * SVG_ROW + SVG_BOX / 2, to = y + SVG_BOX / 2;
     int left = SVG_MARGIN + SVG_LEFT_WIDTH, bend = SVG_GAP / 2;
@@ -251,6 +418,7 @@ static void svg_pass(FILE *out, const struct plan_document_pass *pass, int row)
              (pass->technique[0] || bytes[0]) && pass->is_conditional ? ", " : "",
              pass->is_conditional ? "if the count finds any" : "");
     svg_text(out, "small", x + 12, y + 35, line, SVG_LINE_CHARACTERS);
+    svg_programs(out, document, row, x + 12, y + 52);
 }
 
 static const char svg_style[] =
@@ -282,7 +450,7 @@ static void write_svg(const struct plan_document *document, FILE *out)
     svg_text(out, "name", SVG_MARGIN, 68, "What it requires (faded: not required)", 60);
     svg_text(out, "name", SVG_MARGIN + SVG_LEFT_WIDTH + SVG_GAP, 68, "Passes, in order", 60);
     for (int i = 0; i < document->pass_count; i++)
-        svg_pass(out, &document->passes[i], i);
+        svg_pass(out, document, i);
     for (int i = 0; i < document->requirement_count; i++)
         svg_requirement(out, &document->requirements[i], i);
     fputs("</svg>\n", out);
@@ -297,6 +465,7 @@ char *plan_document_write(const struct plan_document *document, enum plan_format
         *length = text ? strlen(text) : 0;
         return text;
     }
+    assert(format != PLAN_FORMAT_GLSL);
     FILE *out = open_memstream(&text, length);
     if (!out)
         return NULL;

@@ -15,6 +15,8 @@ enum {
     PLAN_DOCUMENT_PASSES_MAX = 64,
     PLAN_DOCUMENT_NAME_BYTES = 48,
     PLAN_DOCUMENT_TEXT_BYTES = 200,
+    PLAN_DOCUMENT_ID_BYTES = 17,
+    PLAN_DOCUMENT_DEFINES_BYTES = 512,
 };
 
 struct plan_document_requirement {
@@ -31,6 +33,21 @@ struct plan_document_pass {
     uint64_t bytes;      /* 0: not known before the frame */
 };
 
+enum plan_document_place {                       /* of a program */
+                           PLAN_DOCUMENT_ABSENT, /* it would have to be compiled */
+                           PLAN_DOCUMENT_IN_MEMORY,
+                           PLAN_DOCUMENT_PLACE_COUNT
+};
+
+struct plan_document_program {
+    int pass;                                  /* index of the one that runs it */
+    char id[PLAN_DOCUMENT_ID_BYTES];           /* follows from its source: 16 hex digits */
+    char files[2][PLAN_DOCUMENT_NAME_BYTES];   /* of the stages; the second may be "" */
+    char defines[PLAN_DOCUMENT_DEFINES_BYTES]; /* NAME or NAME=VALUE, separated by blanks */
+    enum plan_document_place place;
+    bool is_conditional; /* whether it is needed depends on what the frame counts */
+};
+
 /* Zeroed = empty; texts are NUL-terminated UTF-8. */
 struct plan_document {
     char scene[65];
@@ -41,6 +58,8 @@ struct plan_document {
     int requirement_count;
     struct plan_document_pass passes[PLAN_DOCUMENT_PASSES_MAX]; /* in order */
     int pass_count;
+    const struct plan_document_program *programs; /* borrowed; in the order of their passes */
+    size_t program_count;
     struct {
         uint64_t opaque_items, transparent_items; /* in view */
         uint64_t map_lights, deep_lights, linked_lights, unshadowed_lights, unseen_lights,
@@ -48,9 +67,16 @@ struct plan_document {
     } counts;
 };
 
-enum plan_format { PLAN_FORMAT_JSON, PLAN_FORMAT_TEXT, PLAN_FORMAT_DOT, PLAN_FORMAT_SVG };
+enum plan_format {
+    PLAN_FORMAT_JSON,
+    PLAN_FORMAT_TEXT,
+    PLAN_FORMAT_DOT,
+    PLAN_FORMAT_SVG,
+    PLAN_FORMAT_GLSL /* the sources of its programs; not written from a document */
+};
 
-const char *plan_format_name(int format); /* "json", "text", "dot", "svg"; NULL past the last */
+const char *plan_format_name(int format); /* "json", "text", "dot", "svg", "glsl"; NULL past the
+                                             last */
 const char *plan_format_media_type(int format); /* likewise */
 
 /* malloc'ed text of *length bytes, NUL-terminated, caller frees; NULL only when memory runs out.

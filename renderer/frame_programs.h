@@ -16,10 +16,10 @@ struct frame_programs_desc { /* all required but the flag */
     bool scans_on_host; /* shadow_system_scans_on_host */
 };
 
-/* Every program that a frame of the plan may need, under the pass that needs it; those that all such
- * frames need are not conditional. Left out is what only a budget that is exceeded on the way calls
- * for: lists that are compressed then, lights that are shaded in more parts than the plan tells.
- * Thread: GL. */
+/* Every program that a frame of the plan may need, under the pass that needs it; those that all
+ * such frames need are not conditional. Left out is what only a budget that is exceeded on the way
+ * calls for: lists that are compressed then, lights that are shaded in more parts than the plan
+ * tells. Thread: GL. */
 MUST_CHECK bool frame_programs_list(const struct frame_programs_desc *desc,
                                     struct program_list *list, struct error *err);
 

@@ -12,7 +12,7 @@ struct explain_desc {
     struct renderer *renderer;            /* required */
     const char *device;                   /* required; its name, for the document */
     const struct render_request *request; /* required; its scene is attached */
-    const json_t *question;               /* {"explain": "json" | "text" | "dot" | "svg"} */
+    const json_t *question;               /* {"explain": plan_format_name()} */
 };
 
 /* New reference to an empty object; *text_fd becomes a sealed memory file with the document. */

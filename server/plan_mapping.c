@@ -4,10 +4,16 @@
 
 #include <assert.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/gl/program_source.h"
 
 static_assert((int)PLAN_NEED_COUNT <= (int)PLAN_DOCUMENT_REQUIREMENTS_MAX, "requirements fit");
 static_assert((int)PLAN_PASSES_MAX <= (int)PLAN_DOCUMENT_PASSES_MAX, "passes fit");
 static_assert((int)REPORT_TEXT_BYTES <= (int)PLAN_DOCUMENT_TEXT_BYTES, "reasons fit");
+static_assert((int)PROGRAM_ID_BYTES <= (int)PLAN_DOCUMENT_ID_BYTES, "names of programs fit");
+static_assert((int)PROGRAM_DEFINES_BYTES <= (int)PLAN_DOCUMENT_DEFINES_BYTES, "defines fit");
 static_assert((int)REPORT_NAME_BYTES <= (int)PLAN_DOCUMENT_NAME_BYTES, "names fit");
 
 void plan_document_from_plan(const struct render_request *request, const struct plan *plan,
@@ -46,4 +52,48 @@ void plan_document_from_plan(const struct render_request *request, const struct 
         to->is_conditional = from->is_conditional;
         to->bytes = from->bytes;
     }
+}
+
+static bool fill_program(const struct listed_program *from, int pass,
+                         struct plan_document_program *to, struct error *err)
+{
+    static const enum plan_document_place places[] = {
+        [PROGRAM_ABSENT] = PLAN_DOCUMENT_ABSENT, [PROGRAM_IN_MEMORY] = PLAN_DOCUMENT_IN_MEMORY};
+    const struct program_desc desc = program_list_desc(from);
+    struct program_source source;
+    int count = 0;
+    if (!program_source_init(&source, &desc, err))
+        return false;
+    *to = (struct plan_document_program){
+        .pass = pass, .place = places[from->place], .is_conditional = from->is_conditional};
+    snprintf(to->id, sizeof to->id, "%s", source.id);
+    snprintf(to->defines, sizeof to->defines, "%s", from->defines);
+    for (int i = 0; i < PROGRAM_STAGES; i++)
+        if (source.files[i])
+            snprintf(to->files[count++], sizeof to->files[0], "%s", source.files[i]);
+    program_source_finish(&source);
+    return true;
+}
+
+struct plan_document_program *plan_programs_from_list(const struct plan *plan,
+                                                      const struct program_list *list,
+                                                      size_t *count, struct error *err)
+{
+    struct plan_document_program *programs = calloc(list->count + 1, sizeof *programs);
+    *count = 0;
+    if (!programs) {
+        error_set(err, ERROR_NO_MEMORY, "%zu programs", list->count);
+        return NULL;
+    }
+    for (int pass = 0; pass < plan->pass_count; pass++)
+        for (size_t i = 0; i < list->count; i++) {
+            if (strcmp(plan->passes[pass].pass, list->items[i].pass) != 0)
+                continue;
+            if (!fill_program(&list->items[i], pass, &programs[*count], err)) {
+                free(programs);
+                return NULL;
+            }
+            ++*count;
+        }
+    return programs;
 }

@@ -95,7 +95,7 @@ static bool choose_plan_format(struct render_post *post, struct error *err)
             post->plan_format = i;
     return post->plan_format >= 0 ||
            error_set(err, ERROR_INVALID_REQUEST,
-                     "?explain=%.40s is none of 1, json, text, dot and svg", form);
+                     "?explain=%.40s is none of 1, json, text, dot, svg and glsl", form);
 }
 
 /* False while no device is known. */

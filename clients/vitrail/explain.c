@@ -16,6 +16,7 @@ struct explain_options {
     struct common_options common;
     struct request_options request;
     const char *output;
+    bool shaders; /* their sources instead of the plan */
 };
 
 /* One run of the command. Zeroed = nothing done. */
@@ -33,19 +34,22 @@ struct explaining {
 static const struct {
     const char *extension, *path;
 } FORMS[] = {
-    {".txt", "/v1/renders?explain=text"},
-    {".json", "/v1/renders?explain=json"},
-    {".dot", "/v1/renders?explain=dot"},
-    {".svg", "/v1/renders?explain=svg"},
+    {".txt", "/v1/renders?explain=text"},  {".json", "/v1/renders?explain=json"},
+    {".dot", "/v1/renders?explain=dot"},   {".svg", "/v1/renders?explain=svg"},
+    {".glsl", "/v1/renders?explain=glsl"},
 };
+enum { FORM_TEXT, FORM_JSON, FORM_GLSL = 4 };
 
 static bool choose_form(struct explaining *explaining, struct failure *failure)
 {
     const char *output = explaining->options->output;
     const char *dot = output ? strrchr(output, '.') : NULL;
 
-    explaining->path = FORMS[explaining->options->common.json ? 1 : 0].path;
-    if (!output || !strcmp(output, "-"))
+    explaining->path = FORMS[explaining->options->shaders       ? FORM_GLSL
+                             : explaining->options->common.json ? FORM_JSON
+                                                                : FORM_TEXT]
+                           .path;
+    if (explaining->options->shaders || !output || !strcmp(output, "-"))
         return true;
     for (size_t i = 0; dot && i < sizeof FORMS / sizeof *FORMS; i++)
         if (!strcasecmp(dot, FORMS[i].extension)) {
@@ -53,7 +57,7 @@ static bool choose_form(struct explaining *explaining, struct failure *failure)
             return true;
         }
     return fail(failure, EXIT_CODE_USAGE,
-                "cannot tell the form of '%s': use .txt, .json, .dot or .svg", output);
+                "cannot tell the form of '%s': use .txt, .json, .dot, .svg or .glsl", output);
 }
 
 static bool ask_for_plan(struct explaining *explaining, struct failure *failure)
@@ -101,8 +105,11 @@ static bool explain_run(void *context, const struct text_list *operands, struct 
 
 static const struct option OPTIONS[] = {
     {OPTION_TEXT, "output-file", 'o', "FILE",
-     "where the plan goes; .txt .json .dot .svg, - is stdout (text)",
+     "where the plan goes; .txt .json .dot .svg .glsl, - is stdout (text)",
      offsetof(struct explain_options, output)},
+    {OPTION_FLAG, "shaders", 0, NULL,
+     "the composed sources of the shader programs instead of the plan, also as -o FILE.glsl",
+     offsetof(struct explain_options, shaders)},
     REQUEST_OPTIONS(struct explain_options),
     {0},
 };

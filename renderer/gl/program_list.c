@@ -62,6 +62,12 @@ void program_list_add(struct program_list *list, const char *pass, const struct 
     assert(length < (int)sizeof item->defines);
 }
 
+bool program_list_is_same(const struct listed_program *a, const struct listed_program *b)
+{
+    return is_same(a->vertex, b->vertex) && is_same(a->fragment, b->fragment) &&
+           is_same(a->compute, b->compute) && is_same(a->defines, b->defines);
+}
+
 struct program_desc program_list_desc(const struct listed_program *program)
 {
     return (struct program_desc){.label = program->label,

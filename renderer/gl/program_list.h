@@ -17,7 +17,7 @@ struct listed_program {
     enum program_place place;
 };
 
-struct program_list { /* zeroed = empty */
+struct program_list {             /* zeroed = empty */
     struct listed_program *items; /* owned; in the order of passes */
     size_t count, capacity;
     bool has_failed; /* memory ran out: some are missing */
@@ -27,6 +27,8 @@ struct program_list { /* zeroed = empty */
  * defines must outlive the list. */
 void program_list_add(struct program_list *list, const char *pass, const struct program_desc *desc,
                       bool is_conditional);
+/* Whether they are one program, for whatever pass. */
+bool program_list_is_same(const struct listed_program *a, const struct listed_program *b);
 /* A listed program's description; its defines are borrowed. */
 struct program_desc program_list_desc(const struct listed_program *program);
 /* ERROR_NO_MEMORY where some are missing. */

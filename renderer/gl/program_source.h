@@ -13,7 +13,7 @@ enum {
     PROGRAM_ID_BYTES = 17, /* 16 hex digits */
 };
 
-struct program_source { /* zeroed = empty */
+struct program_source {                /* zeroed = empty */
     const char *files[PROGRAM_STAGES]; /* borrowed from the description; NULL: no such stage */
     struct composition stages[PROGRAM_STAGES];
     struct content_key key;    /* of the text of all stages */

@@ -142,16 +142,14 @@ static const char entries_file[] = "shade_fragments.comp.glsl",
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
                          bool is_in_parts, bool is_conditional, struct program_list *list)
 {
-    struct light_slice slice = {
-        .is_whole = true, .is_first = true, .is_last = !is_in_parts};
+    struct light_slice slice = {.is_whole = true, .is_first = true, .is_last = !is_in_parts};
     for (int for_pixels = !facts->has_entries; for_pixels < 2; for_pixels++) {
         char defines[DEFINES_BYTES];
         const char *file = for_pixels ? pixels_file : entries_file;
         describe(frame, facts, &slice, for_pixels, defines);
-        program_list_add(
-            list, for_pixels ? "shade.opaque" : "shade.transparent",
-            &(struct program_desc){.label = file, .compute = file, .defines = defines},
-            is_conditional);
+        program_list_add(list, for_pixels ? "shade.opaque" : "shade.transparent",
+                         &(struct program_desc){.label = file, .compute = file, .defines = defines},
+                         is_conditional);
     }
 }
 
@@ -227,8 +225,7 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
                          const struct light_slice *slice, struct error *err)
 {
     const struct window_frame *frame = desc->frame;
-    const struct gl_program *program =
-        prepare_program(shade, desc, slice, pixels_file, true, err);
+    const struct gl_program *program = prepare_program(shade, desc, slice, pixels_file, true, err);
     if (!program)
         return false;
     const float *b = frame->view->background;

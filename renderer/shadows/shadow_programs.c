@@ -45,8 +45,7 @@ void shadow_features_add(struct shadow_features *features, const struct shadow_m
         features->has[i] |= has[i];
 }
 
-void shadow_features_write(const struct shadow_features *features,
-                           char text[SHADOW_DEFINES_BYTES])
+void shadow_features_write(const struct shadow_features *features, char text[SHADOW_DEFINES_BYTES])
 {
     static const char *const items[SHADOW_FEATURES] = {
         "SHADOW_HAS_MAPS",    " SHADOW_HAS_ORTHOGRAPHIC", " SHADOW_HAS_PERSPECTIVE",
@@ -57,7 +56,8 @@ void shadow_features_write(const struct shadow_features *features,
     text[0] = 0;
     for (int i = 0; i < SHADOW_FEATURES; i++)
         if (features->has[i])
-            length += (size_t)snprintf(text + length, SHADOW_DEFINES_BYTES - length, "%s", items[i]);
+            length +=
+                (size_t)snprintf(text + length, SHADOW_DEFINES_BYTES - length, "%s", items[i]);
     assert(length < SHADOW_DEFINES_BYTES);
 }
 

@@ -20,8 +20,7 @@ struct shadow_features {
     bool has[SHADOW_FEATURES];
 };
 void shadow_features_add(struct shadow_features *features, const struct shadow_map *map);
-void shadow_features_write(const struct shadow_features *features,
-                           char text[SHADOW_DEFINES_BYTES]);
+void shadow_features_write(const struct shadow_features *features, char text[SHADOW_DEFINES_BYTES]);
 
 struct shadow_programs_desc { /* all required but scans_on_host */
     const struct shadow_needs *needs;

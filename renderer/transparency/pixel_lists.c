@@ -19,8 +19,8 @@ static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes,
 static const char scan_file[] = "lists_scan.comp.glsl", sort_file[] = "lists_sort.comp.glsl";
 static const char *const scan_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
 static const char *const sort_passes[] = {"PASS=0", "PASS=1"}; /* runs, and their merging */
-static const struct geometry_layer_pass counting = {
-    .pass = "transparency.count", .fragment = "lists_count.frag.glsl"};
+static const struct geometry_layer_pass counting = {.pass = "transparency.count",
+                                                    .fragment = "lists_count.frag.glsl"};
 static const struct geometry_layer_pass scattering = {.pass = "transparency.scatter",
                                                       .fragment = "lists_scatter.frag.glsl",
                                                       .evaluates = true,
@@ -130,7 +130,8 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
                                      });
     pixel_lists_bind(lists, NULL);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    bool ok = geometry_draw_transparent(frame, items, scattering.fragment, scattering.evaluates, err);
+    bool ok =
+        geometry_draw_transparent(frame, items, scattering.fragment, scattering.evaluates, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }

@@ -103,9 +103,13 @@ class DaemonTest(CliTest):
         plan = json.loads(self.spawn("explain", scene, "--json")[0])
         self.assertEqual((plan["width"], plan["height"]), (1280, 720))
         for name, start in (("p.txt", b"A frame"), ("p.json", b"{"), ("p.dot", b"digraph"),
-                            ("p.svg", b"<svg")):
-            self.spawn("explain", scene, "-o", name)
+                            ("p.svg", b"<svg"), ("p.glsl", b"// ==== ")):
+            self.spawn("explain", scene, "-o", name, "--shadows", "none")
             self.assertTrue(self.read(name).startswith(start), name)
+        sources, _ = self.spawn("explain", scene, "--shadows", "none", "--shaders")
+        self.assertIn("-gbuffer.frag.glsl ====", sources)
+        self.spawn("explain", scene, "--shaders", "--shadows", "raytraced", "-o", "sources")
+        self.assertEqual(b"// such a frame needs no shader program\n", self.read("sources"))
         _, errors = self.spawn("explain", scene, "-o", "p.gif", code=2)
         self.assertIn("p.gif", errors)
         _, errors = self.spawn("explain", scene, "--camera", "node:Nobody", code=1)

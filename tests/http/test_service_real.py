@@ -2,6 +2,7 @@
 """The daemon over the real renderer: what is posted is drawn, and the report says how."""
 import json
 import os
+import re
 import struct
 import sys
 from xml.dom import minidom
@@ -219,6 +220,35 @@ class Real(support.unittest.TestCase):
         after = self.daemon.stats()["renders"]["rendered"]
         self.assertEqual(rendered + 1, after, "to explain is not to render")
 
+    def programs(self, **members):
+        plan = self.explain("json", **members).json()
+        return {one["id"]: one for line in plan["passes"] for one in line["programs"]}, plan
+
+    def test_explain_names_the_programs_that_a_render_then_builds(self):
+        quality = {"shadows": "deep", "shadow_compression": 0.02, "shadow_resolution": 32}
+        view = {"quality": quality, "width": 40}
+        before, plan = self.programs(**view)
+        absent = {name for name, one in before.items() if one["place"] == "absent"}
+        self.assertTrue(any("SUBTEXELS=1" in before[name]["defines"] for name in absent))
+        self.assertEqual(len(before), plan["counts"]["programs"])
+        self.assertEqual(len(before) - len(absent), plan["counts"]["programs_in_memory"])
+        link = self.render(**view).header("Link")
+        counts = self.daemon.request("GET", link[1 : link.index(">")]).json()["counts"]
+        after, _ = self.programs(**view)
+        self.assertEqual(before.keys(), after.keys())
+        built = {name for name in absent if after[name]["place"] == "memory"}
+        self.assertEqual(counts["programs_built"], len(built))
+        self.assertTrue(all(after[name]["is_conditional"] for name in absent - built))
+        self.assertGreater(len(built), 0)
+
+    def test_explain_gives_the_sources_by_name(self):
+        reply = self.explain("glsl", quality={"shadows": "deep"})
+        self.assertEqual("text/plain; charset=utf-8", reply.header("Content-Type"))
+        text = reply.body.decode()
+        for name, one in self.programs(quality={"shadows": "deep"})[0].items():
+            for file in one["files"]:
+                self.assertEqual(1, text.count(f"// ==== {name}-{file} ====\n#version 450"))
+
     def test_explain_draws_and_negotiates(self):
         for form, kind, part in (
             ("text", "text/plain; charset=utf-8", "Not required:"),
@@ -287,6 +317,8 @@ class Real(support.unittest.TestCase):
                 self.assertEqual(200, daemon.render(daemon.push(lit_floor())).status)
                 self.assertEqual(0, daemon.stop())
             self.assertEqual(["shaders", "state"], sorted(os.listdir(home)))
+            self.assertTrue(all(re.match("[0-9a-f]{16}-[a-z_0-9]+[.](vert|frag|comp)[.]glsl$", name)
+                                for name in os.listdir(dump)))
             sources = [open(os.path.join(dump, name)).read() for name in os.listdir(dump)]
             self.assertTrue(any("shadow_transmittance(" in source for source in sources))
             self.assertTrue(all("void main()" in source for source in sources))

@@ -59,19 +59,10 @@ static struct view small_view(void)
                          .quality = {.shadow_resolution = 64, .shadows = VIEW_SHADOWS_DEEP}};
 }
 
-static bool is_same_text(const char *a, const char *b)
-{
-    return a == b || (a && b && !strcmp(a, b));
-}
-
 static bool is_first_of_its_kind(const struct program_list *list, size_t index)
 {
-    const struct listed_program *program = &list->items[index];
     for (size_t i = 0; i < index; i++)
-        if (is_same_text(list->items[i].vertex, program->vertex) &&
-            is_same_text(list->items[i].fragment, program->fragment) &&
-            is_same_text(list->items[i].compute, program->compute) &&
-            !strcmp(list->items[i].defines, program->defines))
+        if (program_list_is_same(&list->items[i], &list->items[index]))
             return false;
     return true;
 }
@@ -133,9 +124,9 @@ static uint64_t check_programs(const struct program_case *c, const struct view *
 
 static void every_technique_builds_what_is_listed(void **state)
 {
-    static const enum view_shadows techniques[] = {
-        VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP, VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
-        VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
+                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
+                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
     (void)state;
     struct program_case c;
     open_demo(&c);

@@ -112,14 +112,65 @@ static void long_reasons_are_cut_between_characters(void **state)
     free(svg);
 }
 
+/* Two passes, three programs, two of them the same. */
+static void programs_stand_with_their_passes_in_every_form(void **state)
+{
+    (void)state;
+    static const struct plan_document_program programs[] = {
+        {.pass = 0,
+         .id = "00112233445566aa",
+         .files = {"shadow_caster.vert.glsl", "shadow_deep.frag.glsl"},
+         .defines = "TEXTURES=1  CERTAIN",
+         .place = PLAN_DOCUMENT_IN_MEMORY},
+        {.pass = 1, .id = "00112233445566aa", .files = {"shadow_caster.vert.glsl"}},
+        {.pass = 1, .id = "ffeeddccbbaa9988", .files = {"sort.comp.glsl"}, .is_conditional = true},
+    };
+    struct plan_document document = two_passes();
+    document.programs = programs;
+    document.program_count = 3;
+    char *text = write(&document, PLAN_FORMAT_TEXT);
+    assert_non_null(strstr(text, "Programs: 2 in all, 1 to compile, 1 in memory"));
+    assert_non_null(strstr(text, "shadow_caster.vert + shadow_deep.frag"));
+    assert_non_null(strstr(text, "to compile  if needed"));
+    free(text);
+    text = write(&document, PLAN_FORMAT_JSON);
+    json_t *json = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+    const json_t *passes = json_object_get(json, "passes");
+    const json_t *first = json_object_get(json_array_get(passes, 0), "programs");
+    const json_t *second = json_object_get(json_array_get(passes, 1), "programs");
+    assert_int_equal(json_array_size(first), 1);
+    assert_int_equal(json_array_size(second), 2);
+    const json_t *program = json_array_get(first, 0),
+                 *defines = json_object_get(program, "defines");
+    assert_int_equal(json_array_size(defines), 2);
+    assert_string_equal(json_string_value(json_array_get(defines, 1)), "CERTAIN");
+    assert_int_equal(json_array_size(json_object_get(program, "files")), 2);
+    assert_string_equal(json_string_value(json_object_get(program, "place")), "memory");
+    program = json_array_get(second, 1);
+    assert_string_equal(json_string_value(json_object_get(program, "id")), "ffeeddccbbaa9988");
+    assert_true(json_is_true(json_object_get(program, "is_conditional")));
+    const json_t *counts = json_object_get(json, "counts");
+    assert_int_equal(json_integer_value(json_object_get(counts, "programs")), 2);
+    assert_int_equal(json_integer_value(json_object_get(counts, "programs_in_memory")), 1);
+    json_decref(json);
+    free(text);
+    char *dot = write(&document, PLAN_FORMAT_DOT), *svg = write(&document, PLAN_FORMAT_SVG);
+    assert_non_null(strstr(dot, "2 programs, 2 to compile"));
+    assert_non_null(strstr(dot, "\\nffeeddccbbaa9988 sort.comp, to compile\""));
+    assert_non_null(strstr(svg, ">1 program, 1 in memory<title>"));
+    assert_non_null(strstr(svg, "\nffeeddccbbaa9988 sort.comp, to compile</title>"));
+    free(dot);
+    free(svg);
+}
+
 static void formats_have_names_and_media_types(void **state)
 {
     (void)state;
-    for (int i = 0; i <= PLAN_FORMAT_SVG; i++) {
+    for (int i = 0; i <= PLAN_FORMAT_GLSL; i++) {
         assert_non_null(plan_format_name(i));
         assert_non_null(plan_format_media_type(i));
     }
-    assert_null(plan_format_name(PLAN_FORMAT_SVG + 1));
+    assert_null(plan_format_name(PLAN_FORMAT_GLSL + 1));
     assert_null(plan_format_media_type(-1));
 }
 
@@ -130,6 +181,7 @@ int main(void)
         cmocka_unit_test(text_parts_what_is_required_from_what_is_not),
         cmocka_unit_test(drawings_escape_what_names_may_hold),
         cmocka_unit_test(long_reasons_are_cut_between_characters),
+        cmocka_unit_test(programs_stand_with_their_passes_in_every_form),
         cmocka_unit_test(formats_have_names_and_media_types),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

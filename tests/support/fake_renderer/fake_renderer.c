@@ -327,6 +327,17 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
     return true;
 }
 
+bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
+                            const struct view *view, struct program_list *list, struct error *err)
+{
+    (void)renderer;
+    (void)scene_key;
+    (void)view;
+    (void)list;
+    (void)err;
+    return true;
+}
+
 const struct scene *renderer_get_scene(struct renderer *renderer, const char *scene_key,
                                        const struct view *view, struct error *err)
 {
