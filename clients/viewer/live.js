@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Keeps one picture in step with one description of it, by the best line there is: a WebSocket, else
 // a multipart stream with patches beside it, else still images. Every line drops what is overtaken.
-import { isEqual, mergePatch } from "./model.js";
+import { isSame, mergePatch } from "./model.js";
 import { VitrailError } from "./vitrail.js";
 
 const REST_MS = 180; // without a change for so long, the exact picture is due
@@ -234,7 +234,7 @@ export class Live extends EventTarget {
   /** Shows this from now on: all members of a view. Another scene takes another view. False when it
    * is what shows already: no frame follows. */
   show(wanted) {
-    if (isEqual(wanted, this.#wanted)) return false;
+    if (this.#wanted && isSame(wanted, this.#wanted)) return false;
     const isOther = wanted.scene !== this.#wanted?.scene;
     this.#wanted = wanted;
     if (isOther) this.#open();

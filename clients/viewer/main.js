@@ -259,8 +259,7 @@ class Viewer {
     const { scene, view, camera } = this.model;
     const isClear = view.background[3] < 1;
     const stream = { ...STREAM, format: isClear ? "webp" : "jpeg" }; // JPEG has no transparency
-    return JSON.parse(JSON.stringify({ scene: scene.id, ...this.stage.size, ...view, stream,
-      camera: camera.toRequest() }));
+    return { scene: scene.id, ...this.stage.size, ...view, stream, camera: camera.toRequest() };
   }
 
   /** Many changes before the next frame of the screen are one. */

@@ -24,11 +24,15 @@ export const DEFAULTS = Object.freeze({
 
 const UNDO_MAX = 100;
 const copy = (value) => JSON.parse(JSON.stringify(value));
-export const isEqual = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+export const isEqual = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b);
+/** Whether two objects have equal members. */
+export const isSame = (a, b) => Object.keys(a).length === Object.keys(b).length
+  && Object.keys(a).every((name) => isEqual(a[name], b[name]));
 const isObject = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
 
 /** The JSON merge patch (RFC 7396) that makes `to` of `from`; undefined when there is none. */
 export function mergePatch(from, to) {
+  if (from === to) return undefined;
   if (!isObject(from) || !isObject(to)) return isEqual(from, to) ? undefined : to;
   const patch = {};
   for (const name of Object.keys(from)) if (!(name in to)) patch[name] = null;
@@ -46,12 +50,13 @@ export function mergePatch(from, to) {
 export class Model extends EventTarget {
   camera = new OrbitCamera();
   scene = null; // summary and, in `outline`, what can be edited
-  view = copy(DEFAULTS);
+  view = copy(DEFAULTS); // never changed, but replaced: members that are equal are the same
   selection = null; // {node, material, position, normal, depth}: indices, or null each
   #base = null; // of the scene alone: {summary, outline}
   #partScenes = new Map(); // by id, as #base
   #assembled = "[]"; // the parts that the outline has
   #boxes = new Map(); // by node, or "all"; until something moves
+  #lights = null; // as they stand now, once asked for
   aspect = 1.6; // of the picture, for what fits into it
   shown = "color"; // output that the picture shows
   #undo = [];
@@ -94,7 +99,13 @@ export class Model extends EventTarget {
     const base = this.#base;
     this.scene = base && { ...base.summary, outline: assemble(base, this.view.parts, this.#partScenes) };
     this.#assembled = this.#partsKey;
+    this.#forget();
+  }
+
+  /** What followed from the view before. */
+  #forget() {
     this.#boxes.clear();
+    this.#lights = null;
   }
 
   /** Changes when the outline has to. */
@@ -202,10 +213,14 @@ export class Model extends EventTarget {
    * @param {(view: object) => void} change edits the object it is given
    */
   edit(label, change) {
-    const before = copy(this.view);
-    change(this.view);
-    if (isEqual(before, this.view)) return;
-    this.#boxes.clear();
+    const before = this.view;
+    const after = copy(before);
+    change(after);
+    for (const name of Object.keys(after)) // what stays is the same object
+      if (isEqual(before[name], after[name])) after[name] = before[name];
+    if (isSame(before, after)) return;
+    this.view = after;
+    this.#forget();
     const now = Date.now();
     const isNext = label === this.#lastEdit.label && (this.#isHeld || now - this.#lastEdit.time <= 1000);
     if (!isNext) {
@@ -239,7 +254,7 @@ export class Model extends EventTarget {
     to.push({ label: step.label, view: this.view });
     this.view = { ...step.view, animation: this.view.animation }; // time is no edit
     this.#lastEdit = { label: "", time: 0 };
-    this.#boxes.clear();
+    this.#forget();
     this.#followParts();
     this.#tell("edit", step.label);
     return step.label;
@@ -264,7 +279,7 @@ export class Model extends EventTarget {
   /** The time that shows, as the service words it; null is the scene at rest. */
   setAnimation(animation) {
     if (isEqual(animation, this.view.animation)) return;
-    this.view.animation = animation;
+    this.view = { ...this.view, animation };
     this.#tell("time");
   }
 
@@ -409,7 +424,8 @@ export class Model extends EventTarget {
 
   /** All that shine: those of the scene unless taken over, then those of the view. */
   get lights() {
-    return [...(this.view.scene_lights ? this.#sceneLights : []), ...this.view.lights];
+    this.#lights ??= [...(this.view.scene_lights ? this.#sceneLights : []), ...this.view.lights];
+    return this.#lights;
   }
 
   editLight(index, members) {

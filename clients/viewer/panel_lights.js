@@ -1,27 +1,34 @@
 // SPDX-License-Identifier: MIT
-// The lights: those of the scene, taken over at the first edit, and new ones.
+// The lights: those of the scene, taken over at the first edit, and new ones. There may be thousands.
 import { cssColor } from "./color.js";
-import { button, el, icon, number } from "./dom.js";
+import { button, count, el, icon, number } from "./dom.js";
 import { checkField, colorField, empty, group, numberField, slider, vectorField } from "./fields.js";
 import { refill } from "./docks.js";
-import { rollOf, rolled } from "./lights.js";
+import { TYPES, rollOf, rolled } from "./lights.js";
+import { Rows } from "./rows.js";
 
-const TYPES = [["point", "point"], ["spot", "spot"], ["directional", "sun"], ["rect", "front"],
-  ["disk", "disk"]]; // each with its icon
+const ICONS = { point: "point", spot: "spot", directional: "sun", rect: "front", disk: "disk" };
+const MANY = 20; // lights, from which on their number is said
 const UNITS = { point: "cd", spot: "cd", directional: "lx", rect: "nt", disk: "nt" };
 
 export class LightsPanel {
   #open = 0; // index of the light whose fields show; -1: none
+  #active = 0; // the one that Tab reaches
   #controls = [];
-
+  #openRow = null; // its element, which stays while it is open
   #changed;
 
   /** @param {() => void} changed is called when another light is open */
   constructor(panel, model, changed) {
     Object.assign(this, { panel, model });
     this.#changed = changed;
+    this.rows = el("ul", { class: "lights", "aria-label": "Lights",
+      onkeydown: (event) => this.#key(event) });
+    this.list = new Rows(panel, this.rows, { count: () => (model.scene ? model.lights.length : 0),
+      row: (at) => this.#row(at), kept: () => [this.#active], tall: () => this.#open });
     model.addEventListener("scene", () => {
-      this.#open = 0;
+      this.#open = this.#active = 0;
+      this.panel.scrollTop = 0;
       this.fill();
     });
     model.addEventListener("edit", () => this.#update());
@@ -31,13 +38,18 @@ export class LightsPanel {
   /** Changes when other controls than now are needed. */
   #shape() {
     const { scene, view } = this.model;
+    const open = scene && this.model.lights[this.#open];
     return JSON.stringify([scene?.id, view.scene_lights, view.environment === null, this.#open,
-      scene ? this.model.lights.map(({ type }) => type) : []]);
+      open?.type, scene ? this.model.lights.length : 0]);
   }
 
   #update() {
-    if (this.#shape() !== this.shape) this.fill();
-    else for (const update of this.#controls) update();
+    if (this.#shape() !== this.shape) {
+      this.fill();
+      return;
+    }
+    for (const update of this.#controls) update();
+    this.list.draw(true);
   }
 
   /** Index of the light whose fields show; -1: none. */
@@ -47,8 +59,9 @@ export class LightsPanel {
 
   activate(index) {
     this.#open = index;
+    if (index >= 0) this.#active = index;
     this.fill();
-    this.panel.querySelector("[data-open]")?.scrollIntoView({ block: "nearest" });
+    if (index >= 0) this.list.scrollTo(index);
     this.#changed();
   }
 
@@ -113,27 +126,43 @@ export class LightsPanel {
     return [inner.row, outer.row];
   }
 
-  #item(light, index) {
-    const isOpen = index === this.#open;
+  /** A row of the list; the one that is open keeps its element, and with it what is being typed. */
+  #row(index) {
+    if (index !== this.#open) return this.#item(index, false);
+    this.#openRow ??= this.#item(index, true);
+    return this.#openRow;
+  }
+
+  #item(index, isOpen) {
+    const light = this.model.lights[index];
     const swatch = el("span", { class: "swatch", "aria-hidden": "true" });
-    const paint = () => {
-      swatch.style.backgroundColor = cssColor(this.model.lights[index]?.color ?? [1, 1, 1]);
-    };
     const power = el("span", { class: "fine" });
+    const head = el("button", { type: "button", class: "light-head", "aria-expanded": String(isOpen),
+      "data-key": `light-${index}`, onclick: () => this.activate(isOpen ? -1 : index) },
+    icon(ICONS[light.type]), el("span", { class: "grow" }, this.nameOf(index, light)), power, swatch);
     const say = () => {
-      const { intensity = 1 } = this.model.lights[index] ?? {};
+      const { color = [1, 1, 1], intensity = 1 } = this.model.lights[index] ?? {};
+      swatch.style.backgroundColor = cssColor(color);
       power.textContent = `${number(intensity, 3)} ${UNITS[light.type]}`;
+      head.tabIndex = index === this.#active ? 0 : -1;
     };
-    paint();
     say();
-    this.#controls.push(paint, say);
-    const iconName = TYPES.find(([type]) => type === light.type)[1];
-    return el("li", { class: "light", "data-open": isOpen ? "" : undefined },
-      el("button", { type: "button", class: "light-head", "aria-expanded": String(isOpen),
-        "data-key": `light-${index}`, onclick: () => {
-          this.activate(isOpen ? -1 : index);
-        } }, icon(iconName), el("span", { class: "grow" }, this.nameOf(index, light)), power, swatch),
-      isOpen && this.#fields(index, light));
+    if (isOpen) this.#controls.push(say);
+    return el("li", { class: "light", "data-open": isOpen ? "" : undefined,
+      "aria-posinset": index + 1, "aria-setsize": this.model.lights.length },
+    head, isOpen && this.#fields(index, light));
+  }
+
+  /** Keys on the heads of the rows. */
+  #key(event) {
+    if (!event.target.classList.contains("light-head")) return;
+    const to = this.list.rowOfKey(event.key, this.#active);
+    if (to === null) return;
+    event.preventDefault();
+    this.#active = to;
+    this.list.draw(true);
+    this.list.scrollTo(to);
+    this.rows.querySelector(`[data-key="light-${to}"]`)?.focus({ preventScroll: true });
   }
 
   #environment() {
@@ -158,6 +187,7 @@ export class LightsPanel {
   fill() {
     this.shape = this.#shape();
     this.#controls = [];
+    this.#openRow = null;
     if (!this.model.scene) {
       refill(this.panel, empty("light", "Open a scene to see its lights."));
       return;
@@ -165,17 +195,21 @@ export class LightsPanel {
     const { view, lights } = this.model;
     const isOwn = !view.scene_lights || view.lights.length > 0;
     refill(this.panel,
-      el("div", { class: "row", role: "group", "aria-label": "Add a light" }, TYPES.map(([type, name]) =>
-        button({ text: type[0].toUpperCase() + type.slice(1), icon: name,
+      el("div", { class: "row", role: "group", "aria-label": "Add a light" }, TYPES.map((type) =>
+        button({ text: type[0].toUpperCase() + type.slice(1), icon: ICONS[type],
           "aria-label": `Add a ${type} light`, onclick: () => {
-            this.#open = lights.length;
+            this.#open = this.#active = lights.length;
             this.model.addLight(type);
+            this.list.scrollTo(this.#open);
           } }))),
+      lights.length > MANY && el("p", { class: "fine" }, `${count(lights.length)} lights`),
       lights.length === 0 && el("p", { class: "fine" }, view.scene_lights
         ? "This scene has no lights: a default lighting is used." : "All lights are removed."),
-      el("ul", { class: "lights" }, lights.map((light, index) => this.#item(light, index))),
+      lights.length > 0 && this.rows,
       isOwn && button({ text: "Lights as in the file", icon: "reset",
         onclick: () => this.model.resetLights() }),
       this.#environment());
+    this.#active = Math.min(this.#active, Math.max(0, lights.length - 1));
+    this.list.draw(true);
   }
 }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The nodes of the scene as a tree: find, select, hide, show. Rows have one height, and only those
 // in sight are in the page, so that assemblies of tens of thousands of parts stay quick.
-import { button, count, el, icon, replace } from "./dom.js";
+import { button, count, el, icon } from "./dom.js";
 import { empty } from "./fields.js";
 import { refill } from "./docks.js";
+import { Rows } from "./rows.js";
 
 const OPEN_AT_FIRST_MAX = 200; // rows; larger scenes start closed
-const SPARE_ROWS = 8; // above and below those in sight
-const UNSEEN_PX = 600; // height that is filled while the panel is not shown
 
 export class TreePanel {
   #open = new Set();
@@ -33,8 +32,10 @@ export class TreePanel {
     this.rows = el("ul", { class: "tree", role: "tree", "aria-label": "Nodes",
       onkeydown: (event) => this.#key(event) });
     this.note = el("p", { class: "fine", role: "status" });
-    panel.addEventListener("scroll", () => this.#draw());
-    new ResizeObserver(() => this.#draw()).observe(panel);
+    this.list = new Rows(panel, this.rows, { count: () => this.#shown.length,
+      row: (at) => this.#row(this.#shown[at], at),
+      kept: () => [this.#rowOf.get(this.#active) ?? -1], // has to be there for Tab and the focus
+      headPx: () => this.rows.offsetTop });
     model.addEventListener("scene", () => this.#read());
     model.addEventListener("parts", () => this.#read(true));
     model.addEventListener("edit", () => this.#draw());
@@ -70,7 +71,8 @@ export class TreePanel {
     }
     refill(this.panel, el("div", { class: "tree-head" }, this.search,
       button({ text: "Show all", onclick: () => this.model.showAll() }),
-      button({ label: "Add a part from another scene", icon: "add", onclick: () => this.addPart() }), this.note), this.rows);
+      button({ label: "Add a part from another scene", icon: "add", onclick: () => this.addPart() }),
+      this.note), this.rows);
     this.#list();
   }
 
@@ -84,7 +86,7 @@ export class TreePanel {
     for (let at = this.#nodes[index].parent; at !== null; at = this.#nodes[at].parent) this.#open.add(at);
     this.#active = index;
     this.#list();
-    this.#scrollTo(index);
+    this.list.scrollTo(this.#rowOf.get(index));
   }
 
   // ---- which rows there are ----
@@ -111,34 +113,8 @@ export class TreePanel {
 
   // ---- the rows in sight ----
 
-  get #rowPx() {
-    return Number.parseFloat(getComputedStyle(this.rows).getPropertyValue("--row")) || 25;
-  }
-
-  #scrollTo(index) {
-    const top = this.rows.offsetTop + this.#rowOf.get(index) * this.#rowPx;
-    const head = this.rows.offsetTop; // stays in sight
-    const { scrollTop, clientHeight } = this.panel;
-    if (top < scrollTop + head) this.panel.scrollTop = top - head;
-    else if (top + this.#rowPx > scrollTop + clientHeight)
-      this.panel.scrollTop = top + this.#rowPx - clientHeight;
-    this.#draw();
-  }
-
   #draw() {
-    if (!this.#nodes.length) return;
-    const rowPx = this.#rowPx;
-    const top = Math.max(0, this.panel.scrollTop - this.rows.offsetTop);
-    const first = Math.max(0, Math.floor(top / rowPx) - SPARE_ROWS);
-    const last = Math.ceil((top + (this.panel.clientHeight || UNSEEN_PX)) / rowPx) + SPARE_ROWS;
-    const rows = this.#shown.slice(first, last).map((row, i) => this.#row(row, first + i));
-    const active = this.#rowOf.get(this.#active); // has to be there for Tab and the focus
-    if (active !== undefined && active < first) rows.unshift(this.#row(this.#shown[active], active));
-    if (active >= last) rows.push(this.#row(this.#shown[active], active));
-    this.rows.style.height = `${this.#shown.length * rowPx}px`;
-    const key = document.activeElement?.dataset?.key;
-    replace(this.rows, rows);
-    if (key) this.rows.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus({ preventScroll: true });
+    this.list.draw(true);
   }
 
   #isHiddenAbove(index) {
@@ -176,7 +152,6 @@ export class TreePanel {
         this.model.setVisible(index, !isVisible);
       } }));
     row.style.setProperty("--level", level - 1);
-    row.style.top = `${at * this.#rowPx}px`;
     return row;
   }
 
@@ -194,7 +169,8 @@ export class TreePanel {
   #focus(index) {
     if (index === undefined) return;
     this.#active = index;
-    this.#scrollTo(index);
+    this.list.draw(true); // it is the row that Tab reaches
+    this.list.scrollTo(this.#rowOf.get(index));
     this.rows.querySelector(`[data-index="${index}"]`)?.focus({ preventScroll: true });
   }
 
@@ -209,23 +185,17 @@ export class TreePanel {
   #key(event) {
     const at = this.#rowOf.get(this.#active);
     const index = this.#active;
-    const near = (row) => this.#shown[Math.min(Math.max(row, 0), this.#shown.length - 1)]?.[0];
-    const page = Math.max(1, Math.floor(this.panel.clientHeight / this.#rowPx) - 2);
     const isOpen = this.#open.has(index) && this.#children[index].length > 0;
     const actions = {
-      ArrowDown: () => this.#focus(near(at + 1)),
-      ArrowUp: () => this.#focus(near(at - 1)),
-      PageDown: () => this.#focus(near(at + page)),
-      PageUp: () => this.#focus(near(at - page)),
-      Home: () => this.#focus(near(0)),
-      End: () => this.#focus(near(Infinity)),
       ArrowRight: () => (isOpen ? this.#focus(this.#children[index][0]) : this.#toggle(index)),
       ArrowLeft: () => (isOpen ? this.#toggle(index) : this.#focus(this.#nodes[index].parent ?? undefined)),
       Enter: () => this.#select(index),
       " ": () => this.model.setVisible(index, !this.model.isVisible(index)),
     };
-    if (at === undefined || !(event.key in actions)) return;
+    const to = at === undefined ? null : this.list.rowOfKey(event.key, at);
+    if (at === undefined || (to === null && !(event.key in actions))) return;
     event.preventDefault();
-    actions[event.key]();
+    if (to !== null) this.#focus(this.#shown[to][0]);
+    else actions[event.key]();
   }
 }
