@@ -149,7 +149,6 @@ class StillLine extends Line {
   scale = 0.5;
 
   async open(wanted) {
-    this.tell("open");
     this.update(wanted);
   }
 
@@ -178,6 +177,7 @@ class StillLine extends Line {
       const took = performance.now() - started;
       if (!isExact)
         this.scale = Math.min(1, Math.max(0.2, this.scale * Math.sqrt(budget / took)));
+      if (!this.hasShown) this.tell("open");
       this.tell("frame", { bitmap, isExact, width: request.width, height: request.height, frame,
         scale: request.width / wanted.width, timings, bytes: blob.size, revision: null });
     } catch (problem) {
@@ -204,7 +204,7 @@ export const STILLS = LINES.indexOf(StillLine);
 
 /**
  * The picture of what is wanted. Events: "frame" {bitmap, isExact, width, height, scale, frame,
- * timings, bytes}, "problem" VitrailError, "state" {state: "on" | "off" | "wait", label}.
+ * timings, bytes}, "problem" VitrailError, "state" {state: "on" | "off" | "wait", label, isLost}: lost, it tries again.
  */
 export class Live extends EventTarget {
   #line = null;
@@ -249,6 +249,11 @@ export class Live extends EventTarget {
     this.#wanted = null;
   }
 
+  /** Tries to reach the server now, where it would later. */
+  retry() {
+    if (this.#wanted && this.#line?.isClosed) this.#open();
+  }
+
   #open() {
     clearTimeout(this.#timer);
     this.#line?.close();
@@ -278,14 +283,16 @@ export class Live extends EventTarget {
     }
   }
 
+  /** Where there was no view, the server was not there or had no room: no fault of the line. */
   #lost(line) {
     line.close();
-    if (!line.hasShown && ++this.#tries >= TRIES && this.#kind + 1 < LINES.length) {
+    const hasFailed = line.view && !line.hasShown;
+    if (hasFailed && ++this.#tries >= TRIES && this.#kind + 1 < LINES.length) {
       this.#kind++;
       this.#tries = 0;
     }
     const delay = RETRY_MS[Math.min(this.#failures++, RETRY_MS.length - 1)];
-    this.#tell("state", { state: "off", label: "reconnecting" });
+    this.#tell("state", { state: "off", label: "reconnecting", isLost: true });
     this.#timer = setTimeout(() => this.#wanted && this.#open(), delay);
   }
 }

@@ -6,7 +6,7 @@ import { Dock } from "./docks.js";
 import { makeHandles } from "./handles.js";
 import { HeatView, SHOWN } from "./heat.js";
 import { Live } from "./live.js";
-import { clearProblems, notice, showProblem } from "./messages.js";
+import { clearProblems, clearUnreached, notice, showProblem } from "./messages.js";
 import { linkFromState, stateFromLink } from "./links.js";
 import { Model } from "./model.js";
 import { Navigator } from "./navigate.js";
@@ -78,7 +78,7 @@ class Viewer {
     const right = new Dock("right");
     this.docks = { left, right };
     this.scenes = new ScenesPanel(left.add("scenes", "Scenes", "scenes"), this.client, this.model,
-      (id) => this.open(id));
+      { open: (id) => this.open(id), limits: () => this.capabilities?.limits ?? {} });
     this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model, () => this.addPart());
     const fitNode = (index) => this.fit(this.model.boundsOf(index));
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
@@ -178,15 +178,18 @@ class Viewer {
   }
 
   /** A scene, with the state of a link if there is one; without an id, none. */
-  async open(id, state) {
-    clearProblems();
+  async open(id, state, isLeft = false) {
+    if (!isLeft) clearProblems();
     if (!id) {
       this.live.stop();
+      this.isLost = false;
+      byId("lost").hidden = true;
       this.stage.clear();
       this.model.open(null);
       history.replaceState(null, "", location.pathname + location.search);
       return;
     }
+    if (!state && this.gone?.id === id) ({ state } = this.gone);
     try {
       const [{ summary, outline }, parts] = await Promise.all([this.#described(id), this.#partsOf(state)]);
       this.model.aspect = this.stage.aspect;
@@ -310,15 +313,43 @@ class Viewer {
 
   #refused(problem, isFirst) {
     byId("busy").hidden = true;
+    if (problem.code === "not_found" && problem.pointer === "/scene" && this.model.scene) {
+      this.#sceneGone();
+      return;
+    }
     showProblem(problem, isFirst ? "The server refuses this view" : `No picture with ${this.comparing}`);
     if (!isFirst) this.compare("");
     else if (BAD_EDITS.includes(problem.code)) this.model.refuse();
   }
 
-  #linkState({ state, label }) {
+  #linkState({ state, label, isLost }) {
     const link = byId("status-link");
     link.dataset.state = state;
     link.textContent = label;
+    if (isLost && !this.isLost) {
+      this.isLost = true;
+      replace(byId("lost"), el("p", {}, "The server cannot be reached. This is the last picture."),
+        button({ text: "Try now", onclick: () => this.live.retry() }));
+    }
+    if (state === "on" && this.isLost) {
+      this.isLost = false;
+      clearUnreached();
+      this.scenes.refresh();
+      announce("The server is back");
+    }
+    byId("lost").hidden = !this.isLost;
+    if (this.isLost) byId("busy").hidden = true;
+  }
+
+  /** Somebody forgot the scene that shows. What was made of it is kept, should it come back. */
+  #sceneGone() {
+    const { id, name } = this.model.scene;
+    this.gone = { id, state: this.model.toState() };
+    showProblem(new Error("It was removed from the server. Bring its files again to go on where you were."),
+      `${name ?? "The scene"} is gone`);
+    this.open(null, undefined, true);
+    this.scenes.refresh();
+    this.docks.left.show("scenes");
   }
 
   #mark() {
@@ -359,7 +390,7 @@ class Viewer {
       if (hit) this.docks.right.show("properties");
       announce(hit ? `Selected ${hit.node.name}` : "Nothing there");
     } catch (problem) {
-      showProblem(problem, "Nothing could be picked");
+      if (!this.isLost) showProblem(problem, "Nothing could be picked");
     }
   }
 

@@ -14,9 +14,10 @@ export function showProblem(problem, what) {
   const key = `${problem.code ?? ""}${problem.message}`;
   for (const shown of box.children) if (shown.dataset.key === key) return; // once is enough
   const place = problem.pointer ? placeOf(problem.pointer) : "";
-  const facts = [problem.status ? `${problem.status} ${problem.code}` : problem.code, place,
+  const facts = problem.code === "no_reply" ? "" : [problem.status ? `${problem.status} ${problem.code}` : problem.code, place,
     problem.requestId && `request ${problem.requestId}`].filter(Boolean).join(" · ");
-  const message = el("div", { class: "message", "data-key": key }, icon("warning", 18),
+  const message = el("div", { class: "message", "data-key": key, "data-code": problem.code },
+    icon("warning", 18),
     el("div", { class: "message-text" },
       el("strong", {}, what ?? problem.title ?? "Something went wrong"),
       el("p", {}, problem.message), facts && el("p", { class: "fine" }, facts)),
@@ -27,6 +28,11 @@ export function showProblem(problem, what) {
 
 export function clearProblems() {
   byId("messages").replaceChildren();
+}
+
+/** What could not be done while the server was away is old news. */
+export function clearUnreached() {
+  for (const shown of [...byId("messages").children]) if (shown.dataset.code === "no_reply") shown.remove();
 }
 
 /** A short word of success in the status line, and to screen readers. */

@@ -25,23 +25,27 @@ async function filesOfDrop(items) {
   return files;
 }
 
-/** Paths from the folder of the .gltf or .glb, as it refers to its files. */
-function relativeNames(files) {
-  const root = files.find(({ name }) => /\.(gltf|glb)$/i.test(name));
-  if (!root) return null;
-  const folder = root.name.slice(0, root.name.lastIndexOf("/") + 1);
-  const kept = files.filter(({ name }) => name.startsWith(folder));
-  if (/\.glb$/i.test(root.name) && kept.length > 1) return [{ ...root, name: root.name.slice(folder.length) }];
-  return [root, ...kept.filter((file) => file !== root)]
-    .map(({ name, blob }) => ({ name: name.slice(folder.length), blob }));
+/**
+ * The scenes among files, each as a list of {name, blob} that begins with its .glb or .gltf: a .glb
+ * alone, a .gltf with all that lies in its folder, by their paths from there.
+ */
+function scenesAmong(files) {
+  const isGlb = ({ name }) => /\.glb$/i.test(name);
+  return files.filter(({ name }) => /\.(gltf|glb)$/i.test(name)).map((root) => {
+    const folder = root.name.slice(0, root.name.lastIndexOf("/") + 1);
+    const others = isGlb(root) ? [] : files.filter((file) =>
+      file !== root && file.name.startsWith(folder) && !/\.(gltf|glb)$/i.test(file.name));
+    return [root, ...others].map(({ name, blob }) => ({ name: name.slice(folder.length), blob }));
+  });
 }
 
 export class ScenesPanel {
   scenes = [];
-  upload = null; // {name, share, abort}
+  upload = null; // {name, which, share, abort}
 
-  constructor(panel, client, model, open) {
-    Object.assign(this, { panel, client, model, open });
+  /** @param {{open: (id: string|null) => void, limits: () => object}} actions */
+  constructor(panel, client, model, actions) {
+    Object.assign(this, { panel, client, model, actions });
     this.input = el("input", { type: "file", multiple: true, class: "hidden-text", id: "scene-files",
       tabIndex: -1, accept: ".glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.ktx2,model/gltf-binary",
       "aria-label": "Files of a scene",
@@ -85,29 +89,59 @@ export class ScenesPanel {
     this.fill();
   }
 
-  /** Uploads files and opens what they make. */
+  /** Uploads the scenes among files, one after the other, and opens the last that is taken. */
   async bring(files) {
-    const named = relativeNames(files);
     this.input.value = "";
-    if (!named) {
-      showProblem(new Error("None of these files is a .glb or a .gltf."), "Nothing to upload");
+    if (this.upload) {
+      showProblem(new Error("Another one is on its way: wait for it, or cancel it."), "One at a time");
       return;
     }
-    const abort = new AbortController();
-    this.upload = { name: named[0].name, share: 0, abort };
-    this.fill();
-    try {
-      const summary = await this.client.postScene(named, { signal: abort.signal,
-        onProgress: (share) => this.#progress(share) });
-      this.upload = null;
-      await this.refresh();
-      notice(`${named[0].name} is here`);
-      this.open(summary.id);
-    } catch (problem) {
-      this.upload = null;
-      this.fill();
-      if (problem.name !== "AbortError") showProblem(problem, `${named[0].name} was not taken`);
+    const scenes = scenesAmong(files);
+    if (!scenes.length)
+      showProblem(new Error("None of these files is a .glb or a .gltf."), "Nothing to upload");
+    let last = null;
+    for (const [at, named] of scenes.entries()) {
+      const which = scenes.length > 1 ? `${at + 1} of ${scenes.length}` : "";
+      const summary = await this.#send(named, which);
+      if (summary === undefined) break;
+      last = summary ?? last;
     }
+    if (last) this.actions.open(last.id);
+  }
+
+  /** Why the server would not take them, before they are sent; "" when it may. */
+  #tooMuch(named) {
+    const { upload_bytes: most = Infinity, upload_files: mostFiles = Infinity } = this.actions.limits();
+    const size = named.reduce((sum, { blob }) => sum + blob.size, 0);
+    if (size > most) return `It has ${bytes(size)}; this server takes up to ${bytes(most)}.`;
+    return named.length > mostFiles ? `These are ${count(named.length)} files; this server takes up to `
+      + `${count(mostFiles)}.` : "";
+  }
+
+  /** The summary; null when the server refused them, undefined when people did. */
+  async #send(named, which) {
+    const [{ name }] = named;
+    const tooMuch = this.#tooMuch(named);
+    if (tooMuch) {
+      showProblem(new Error(tooMuch), `${name} was not sent`);
+      return null;
+    }
+    const abort = new AbortController();
+    this.upload = { name, which, share: 0, abort };
+    this.fill();
+    announce(`Uploading ${name}`);
+    let summary = null;
+    try {
+      summary = await this.client.postScene(named, { signal: abort.signal,
+        onProgress: (share) => this.#progress(share) });
+      notice(`${name} is here`);
+    } catch (problem) {
+      if (problem.name === "AbortError") summary = undefined;
+      else showProblem(problem, `${name} was not taken`);
+    }
+    this.upload = null;
+    await this.refresh();
+    return summary;
   }
 
   #progress(share) {
@@ -123,7 +157,7 @@ export class ScenesPanel {
     if (!confirm(`Forget ${name}? It is removed from the server.`)) return;
     try {
       await this.client.deleteScene(scene.id);
-      if (this.model.scene?.id === scene.id) this.open(null);
+      if (this.model.scene?.id === scene.id) this.actions.open(null);
       notice(`${name} is forgotten`);
     } catch (problem) {
       showProblem(problem, `${name} was not forgotten`);
@@ -135,7 +169,7 @@ export class ScenesPanel {
     const isOpen = this.model.scene?.id === scene.id;
     return el("li", { class: "scene", "data-open": isOpen ? "" : undefined },
       el("button", { type: "button", class: "scene-open", "data-key": scene.id,
-        "aria-current": isOpen ? "true" : undefined, onclick: () => this.open(scene.id) },
+        "aria-current": isOpen ? "true" : undefined, onclick: () => this.actions.open(scene.id) },
       el("strong", {}, scene.name ?? `Scene ${scene.id.slice(0, 8)}`),
       el("span", { class: "fine" }, `${count(scene.triangles)} triangles · ${bytes(scene.bytes.upload)}`)),
       button({ label: `Forget ${scene.name ?? scene.id.slice(0, 8)}`, icon: "remove", class: "plain",
@@ -145,8 +179,8 @@ export class ScenesPanel {
   #uploading() {
     this.bar = el("progress", { max: 1, value: this.upload.share, "aria-label": "Upload" });
     this.said = el("span", { class: "fine" }, "");
-    announce(`Uploading ${this.upload.name}`);
-    return el("div", { class: "uploading" }, el("strong", {}, this.upload.name), this.bar, this.said,
+    return el("div", { class: "uploading" }, el("strong", {}, this.upload.name),
+      this.upload.which && el("span", { class: "fine" }, this.upload.which), this.bar, this.said,
       button({ text: "Cancel", onclick: () => this.upload.abort.abort() }));
   }
 

@@ -109,7 +109,8 @@ const KEYS = [
 
 export function openHelp(capabilities) {
   const dialog = byId("help");
-  replace(dialog, el("h2", { id: "help-title" }, "Keys and gestures"),
+  const title = el("h2", { id: "help-title", tabIndex: -1, autofocus: true }, "Keys and gestures");
+  replace(dialog, title, // has the focus first, so that reading begins at the top
     el("p", { class: "fine" }, "Keys work while the picture has the focus."),
     el("table", { class: "keys" }, el("tbody", {}, KEYS.map(([key, does]) =>
       el("tr", {}, el("th", { scope: "row" }, key), el("td", {}, does))))),

@@ -132,6 +132,12 @@ class Browser:
         self.actions([{"type": "pointer", "id": kind, "parameters": {"pointerType": kind},
                        "actions": pointer}, {"type": "key", "id": "keys", "actions": keys}])
 
+    def drop(self, point, *paths):
+        """Drops files or folders of this machine at a point of the window."""
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self.cdp("Input.dispatchDragEvent", type=kind, x=round(point[0]), y=round(point[1]),
+                     data={"items": [], "files": list(paths), "dragOperationsMask": 1})
+
     def actions(self, sources):
         self.call("POST", f"{self.session}/actions", {"actions": sources})
 
