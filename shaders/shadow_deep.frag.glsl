@@ -10,6 +10,7 @@
 //   SUBTEXELS=k   texels of the light are k * k of these: shadow_subtexel.glsl
 //   CUT_PLANES=n   clip planes. What they cut away of a medium acts on no light: its events there
 //            move, without their filter, to where the texel's ray enters what is kept, or leaves it
+//   AROUND   no caster: a medium around the light begins where the ray enters what is kept
 //   MEDIUM   the caster bounds a medium (CERTAIN, too: parity counts, even where the filter is 1)
 // Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque
 // pre-pass").
@@ -35,6 +36,10 @@ uniform uint u_event_base;   // of this light
 uniform uint u_event_count;
 #ifndef CERTAIN
 uniform bool u_scatter;
+#endif
+
+#ifdef AROUND
+uniform uvec2 u_around; // its words of events_medium and events_id
 #endif
 
 #if defined(CUT_PLANES) && defined(MEDIUM)
@@ -63,6 +68,33 @@ vec2 kept_range()
 }
 #endif
 
+#ifdef AROUND
+void store_event(uint texel, float depth)
+{
+    uint place = atomicAdd(counts[texel], 1u);
+    if (place >= u_event_count)
+        return;
+    place += u_event_base;
+    events[place] = vec4(depth, vec3(1.0));
+    events_medium[place].x = u_around.x;
+#ifdef IDS
+    events_id[place] = u_around.y;
+#endif
+}
+
+void main()
+{
+    uvec2 at = uvec2(gl_FragCoord.xy);
+    uint texel = u_first_count + at.y * u_resolution + at.x;
+    vec2 range = kept_range();
+    if (!(range.x > 0.0 && range.x < range.y))
+        return;
+    if (u_scatter)
+        store_event(texel, range.x);
+    else
+        atomicAdd(counts[texel], 1u);
+}
+#else
 void store_event(uint texel, vec3 t)
 {
     // The count of the texel now is the offset of its next free place.
@@ -107,3 +139,4 @@ void main()
     atomicAdd(counts[texel], 1u);
 #endif
 }
+#endif

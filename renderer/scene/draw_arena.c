@@ -249,6 +249,11 @@ static void fill_normals(const double m[16], const double axes[3][3], double sig
     r->normal_0.v[3] = (float)sign;
 }
 
+uint32_t draw_arena_material(const struct draw_arena *arena, uint32_t item)
+{
+    return arena->item_materials[item];
+}
+
 static void place_record(const struct draw_arena *arena, const struct draw_place_desc *desc,
                          uint32_t index, struct draw_record *r)
 {

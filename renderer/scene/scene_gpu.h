@@ -72,6 +72,9 @@ struct draw_placement { /* zeroed = none yet */
     uint64_t epoch;
     uint32_t first_record; /* of items[0]; those of the other items follow */
 };
+/* Index of the item's record among the materials that the arena has on the GPU. */
+uint32_t draw_arena_material(const struct draw_arena *arena, uint32_t item);
+
 /* Puts one draw record per item on the GPU, to be drawn from by any number of submissions. Records
  * are let go when too many have come, and at the end of the frame: call this before each
  * submission; it does nothing while the placement holds, or when the same items were placed in the

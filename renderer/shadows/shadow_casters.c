@@ -136,6 +136,7 @@ void caster_painter_finish(struct caster_painter *painter)
 {
     free(painter->selected);
     free(painter->records);
+    gl_vertex_array_finish(&painter->corners);
     *painter = (struct caster_painter){0};
 }
 
@@ -157,6 +158,7 @@ enum {
     VARIANT_SUBTEXELS = 1 << 19, /* times sub-texel samples per side, at most 4 */
     VARIANT_PLANES = 1 << 22,    /* times clip planes, at most 8 */
     VARIANT_CAP = 1 << 26,       /* the caster closes a cut */
+    VARIANT_AROUND = 1 << 27,    /* a medium that begins at the cut: no caster is drawn */
 };
 
 static uint32_t variant_pass(uint32_t key)
@@ -267,7 +269,7 @@ static void write_defines(uint32_t key, char *out, size_t size)
         snprintf(planes, sizeof planes, " CUT_PLANES=%u%s", key / VARIANT_PLANES & 15,
                  key & VARIANT_CAP ? " IS_CAP" : "");
     snprintf(
-        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
+        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
         key & VARIANT_COLORS ? " COLORS" : "", key & VARIANT_CONSTANT ? " CONSTANT" : "",
         key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
         key & VARIANT_MEDIA ? " MEDIA" : "", key & VARIANT_MEDIUM ? " MEDIUM" : "",
@@ -275,7 +277,7 @@ static void write_defines(uint32_t key, char *out, size_t size)
                               : "",
         pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
         pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "",
-        subtexels, planes);
+        subtexels, planes, key & VARIANT_AROUND ? " AROUND" : "");
 }
 
 static struct program_desc variant_program(uint32_t key, char defines[DEFINES_BYTES])
@@ -287,7 +289,8 @@ static struct program_desc variant_program(uint32_t key, char defines[DEFINES_BY
                                                          : "shadow_linked.frag.glsl";
     write_defines(key, defines, DEFINES_BYTES);
     return (struct program_desc){.label = "shadow.caster",
-                                 .vertex = "shadow_caster.vert.glsl",
+                                 .vertex = key & VARIANT_AROUND ? "shadow_around.vert.glsl"
+                                                                : "shadow_caster.vert.glsl",
                                  .fragment = fragment,
                                  .defines = defines};
 }
@@ -388,6 +391,16 @@ static const struct gl_program *program_for(void *opaque, const struct state_ite
     return variant->program;
 }
 
+/* One program counts and scatters: both decide alike which rays enter what is kept. */
+static uint32_t around_key(const struct shadow_map *map)
+{
+    uint32_t key = (uint32_t)CASTER_COUNT * VARIANT_PASS + VARIANT_AROUND + VARIANT_MEDIA +
+                   VARIANT_MEDIUM + map->plane_count * (uint32_t)VARIANT_PLANES;
+    if (map->prefilter > 1)
+        key |= (uint32_t)map->prefilter * VARIANT_SUBTEXELS;
+    return key | (map->flags & SHADOW_FLAG_RAW ? VARIANT_IDS : 0u);
+}
+
 static bool is_drawn(const struct caster_paint_desc *desc, uint32_t item)
 {
     bool is_transparent = desc->scene->state->items[item].class_ == STATE_TRANSPARENT;
@@ -408,6 +421,12 @@ void caster_list_programs(const struct caster_paint_desc *desc, const char *pass
             continue;
         last = key;
         const struct program_desc program = variant_program(key, defines);
+        program_list_add(list, pass, &program, is_conditional);
+    }
+    if (desc->build->map->around_count &&
+        (desc->pass == CASTER_COUNT || desc->pass == CASTER_SCATTER)) {
+        char defines[DEFINES_BYTES];
+        const struct program_desc program = variant_program(around_key(desc->build->map), defines);
         program_list_add(list, pass, &program, is_conditional);
     }
 }
@@ -463,6 +482,33 @@ static void set_state(const struct caster_paint_desc *desc)
     }
 }
 
+/* The media around a light that is cut away: an event of each texel whose ray enters what is kept.
+ */
+static bool paint_around(const struct paint_context *context, struct error *err)
+{
+    struct caster_painter *painter = context->painter;
+    const struct caster_paint_desc *desc = context->desc;
+    const struct shadow_map *map = desc->build->map;
+    const struct scene_state *state = desc->scene->state;
+    struct caster_variant *variant = find_variant(painter, around_key(map), err);
+    if (!variant)
+        return false;
+    if (!painter->corners.name)
+        gl_vertex_array_init(&painter->corners, "shadow.around");
+    set_uniforms(context, variant->program);
+    gl_program_use(variant->program);
+    glBindVertexArray(painter->corners.name);
+    for (uint32_t i = 0; i < map->around_count; i++) {
+        const struct state_item *item = &state->items[map->around[i].item];
+        uint32_t once = state->materials[item->material].cast_once ? 0x80000000u : 0u;
+        uint32_t medium = 2 * draw_arena_material(desc->scene->arena, map->around[i].item);
+        gl_program_set_u2(variant->program, "u_around", medium + (map->around[i].enters ? 3 : 2),
+                          item->node | once);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    return true;
+}
+
 static void cut_casters(const struct shadow_map *map, bool is_on)
 {
     for (uint32_t i = 0; i < map->plane_count; i++)
@@ -504,6 +550,8 @@ static bool paint_face(struct caster_painter *painter, const struct caster_paint
     };
     bool ok = draws_submit(&draw, NULL, err);
     cut_casters(map, false);
+    if (ok && map->around_count && (desc->pass == CASTER_COUNT || desc->pass == CASTER_SCATTER))
+        ok = paint_around(&context, err);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_framebuffer_finish(&framebuffer);
     glDisable(GL_SCISSOR_TEST);

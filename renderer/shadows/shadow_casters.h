@@ -43,7 +43,7 @@ struct caster_variant {
 
 enum { CASTER_VARIANTS_MAX = 1024 };
 
-struct caster_painter { /* zeroed, then given its programs; holds no GL name of its own */
+struct caster_painter { /* zeroed, then given its programs */
     struct program_cache *programs;
     struct caster_variant variants[CASTER_VARIANTS_MAX];
     uint32_t variant_count;
@@ -51,6 +51,7 @@ struct caster_painter { /* zeroed, then given its programs; holds no GL name of 
     uint32_t *selected;   /* items of the face being painted ... */
     uint32_t *records;    /* ... and their draw records */
     size_t selected_capacity;
+    struct gl_vertex_array corners; /* without attributes; made when it is first needed */
 };
 
 void caster_painter_finish(struct caster_painter *painter);

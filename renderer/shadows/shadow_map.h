@@ -15,6 +15,13 @@ struct shadow_window { /* rows of one face, built by themselves; no rows: all of
     int first_row, row_count;
 };
 
+/* A medium around a light that clip planes cut away: it begins at the cut. */
+enum { SHADOW_AROUND_MAX = 16 };
+struct shadow_around {
+    uint32_t item; /* of state->items */
+    bool enters;   /* false: its surface winds the other way */
+};
+
 struct shadow_map {
     struct content_key key;   /* of all that decides the structure */
     struct content_key scene; /* of the scene's key alone */
@@ -33,7 +40,9 @@ struct shadow_map {
     struct shadow_range depths, heads, events, nodes;
     double planes[VIEW_CLIP_PLANES_MAX][4]; /* world; those that run through some caster */
     uint32_t plane_count;
-    double sigma[3];  /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
+    double sigma[3]; /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
+    struct shadow_around around[SHADOW_AROUND_MAX]; /* until it is built */
+    uint32_t around_count;
     float keys_per_m; /* SHADOW_DEEP: shadow_key.glsl */
     uint64_t event_count, longest_list, occupied_texels;
     uint64_t last_frame; /* number of the last frame that used it */

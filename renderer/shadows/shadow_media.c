@@ -3,6 +3,7 @@
 #include "renderer/shadows/shadow_media.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "renderer/scene/matrix.h"
 #include "shaders/shared/layout.h"
@@ -45,20 +46,48 @@ static bool may_contain(const struct state_item *item, const double point[3])
     return true;
 }
 
-void shadow_media_at(const struct scene_state *state, const struct shadow_casters *casters,
-                     const struct shadow_frame *frame, double sigma[3])
+static bool is_cut_away(const struct shadow_map *map)
 {
+    for (uint32_t i = 0; i < map->plane_count; i++)
+        if (vec3_dot(map->planes[i], map->frame.origin) + map->planes[i][3] < 0)
+            return true;
+    return false;
+}
+
+/* As often as the item winds around the light. False: there is no room. */
+static bool add_around(struct shadow_map *map, uint32_t item, double times)
+{
+    for (long n = labs(lround(times)); n > 0; n--) {
+        if (map->around_count == SHADOW_AROUND_MAX)
+            return false;
+        map->around[map->around_count++] = (struct shadow_around){item, times > 0};
+    }
+    return true;
+}
+
+void shadow_media_at(const struct scene_state *state, const struct shadow_casters *casters,
+                     struct shadow_map *map)
+{
+    bool begins_at_cut = is_cut_away(map);
+    map->around_count = 0;
     for (int k = 0; k < 3; k++)
-        sigma[k] = 0;
-    if (frame->shape == SHADOW_ORTHOGRAPHIC)
+        map->sigma[k] = 0;
+    if (map->frame.shape == SHADOW_ORTHOGRAPHIC ||
+        !(map->flags & SHADOW_FLAG_MEDIA || map->has_media))
         return;
     for (size_t i = 0; i < casters->count; i++) {
         const struct state_item *item = &state->items[casters->items[i]];
-        if (!item->is_medium || !may_contain(item, frame->origin))
+        if (!item->is_medium || !may_contain(item, map->frame.origin))
             continue;
-        double times = winding_number(state, item, frame->origin);
+        double times = winding_number(state, item, map->frame.origin);
+        begins_at_cut = begins_at_cut && add_around(map, casters->items[i], times);
         /* the words of the material record, which the events add and subtract */
         for (int k = 0; k < 3; k++)
-            sigma[k] += times * (double)(float)state->materials[item->material].sigma[k];
+            map->sigma[k] += times * (double)(float)state->materials[item->material].sigma[k];
     }
+    if (!begins_at_cut)
+        map->around_count = 0;
+    else
+        for (int k = 0; k < 3; k++)
+            map->sigma[k] = 0;
 }

@@ -5,12 +5,15 @@
 
 #include "renderer/shadows/shadow_map.h"
 
-/* The summed extinction [1/m] at the light's own place, where the lists of its texels begin: each
+/* map->sigma: the summed extinction [1/m] at the light's own place, where the lists of its texels
+ * begin, of the frame and the planes of the map. Each
  * medium among the casters counts as often as its surface winds around the light, by the sum of the
  * solid angles of its triangles (van Oosterom and Strackee 1983, "The solid angle of a plane
- * triangle", eq. 8), in f64. Zero for directional lights, whose lists begin outside of everything.
+ * triangle", eq. 8), in f64. Zero for maps without media and for directional lights, whose lists
+ * begin outside of everything, and where planes cut the light away: then map->around lists the
+ * media instead. Were there more than it holds, sigma would stand, and attenuate from the light on.
  */
 void shadow_media_at(const struct scene_state *state, const struct shadow_casters *casters,
-                     const struct shadow_frame *frame, double sigma[3]);
+                     struct shadow_map *map);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep_job.h"
+#include "renderer/shadows/shadow_media.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -116,6 +117,7 @@ void shadow_list_programs(const struct shadow_programs_desc *desc,
             continue;
         shadow_map_describe(&map, need, desc->state, desc->quality, 0);
         shadow_features_add(&features, &map);
+        shadow_media_at(desc->state, &need->casters, &map);
         list_light(desc, need, &map, list);
     }
     shadow_features_write(&features, defines);

@@ -45,7 +45,7 @@ struct shadow_system {
     double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
     struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
     size_t kept_exact;          /* lights that were to be compressed and have lists with objects */
-    bool has_cut_lamp;          /* a light stands in a medium, where that is cut away */
+    bool has_cut_lamp;          /* a light stands in too many media, where they are cut away */
     bool has_thick_media;       /* a linked map has media among its casters */
     struct gl_buffer records;
     struct gl_texture record_view;
@@ -253,8 +253,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
     struct shadow_map *standing = find_map(shadows, map.key);
     if (!standing) {
-        if (map.flags & SHADOW_FLAG_MEDIA || map.has_media)
-            shadow_media_at(state, casters, &map.frame, map.sigma);
+        shadow_media_at(state, casters, &map);
         standing = add_map(shadows, &map, err);
         if (!standing)
             return false;
@@ -579,8 +578,9 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
     report_nodes(shadows, report);
     if (shadows->has_cut_lamp)
         report_warn(report,
-                    "a lamp stands in a part of a medium that is cut away: the maps attenuate its "
-                    "light from the lamp on; traced shadows do from the cut on");
+                    "a lamp stands in more than %d media, in a part that is cut away: its maps "
+                    "attenuate from the lamp on; traced shadows do from the cut on",
+                    SHADOW_AROUND_MAX);
     if (shadows->has_thick_media)
         report_warn(report,
                     "deep-linked has no room for media: closed volumes keep the thickness of "

@@ -22,6 +22,12 @@ static const struct closed_form_light lamp = {.type = GLB_LIGHT_POINT,
                                               .direction = {0, -1, 0},
                                               .color = {1, 1, 1},
                                               .intensity = 100};
+/* In both media, in a part that the first plane cuts away. */
+static const struct closed_form_light buried = {.type = GLB_LIGHT_POINT,
+                                                .position = {0.05, 1.6, -0.1},
+                                                .direction = {0, -1, 0},
+                                                .color = {1, 1, 1},
+                                                .intensity = 100};
 static const struct closed_form_light sun = {
     .type = GLB_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = {1, 1, 1}, .intensity = 4};
 
@@ -183,8 +189,8 @@ static struct image shoot_bare(struct renderer *renderer, const struct rig_scene
 
 static void light_comes_in_where_planes_cut(void **state)
 {
-    const struct closed_form_light *lights[] = {&lamp, &sun};
-    for (int l = 0; l < 2; l++) {
+    const struct closed_form_light *lights[] = {&lamp, &sun, &buried};
+    for (int l = 0; l < 3; l++) {
         struct rig_scene rig;
         open_bodies(&rig, *state, lights[l], bodies, BODIES);
         for (size_t count = 0; count <= 3; count++) {

@@ -192,6 +192,17 @@ static void media_and_bare_floors_build_what_is_listed(void **state)
     view.camera = (struct view_camera){
         .kind = VIEW_CAMERA_LOOK_AT, .eye = {0.5, 0.5, 0.5}, .target = {0.5, 0.5, -5}};
     assert_true(check_programs(&c, &view) > 0); /* from within */
+    static const double plane[1][4] = {{0, -1, 0, 0.5}};
+    static const struct view_light buried = {.type = SCENE_LIGHT_POINT,
+                                             .position = {0.5, 0.75, 0.5},
+                                             .color = {1, 1, 1},
+                                             .intensity = 10};
+    view = small_view();
+    view.clip_plane_count = 1;
+    view.clip_planes = plane;
+    view.lights = &buried;
+    view.light_count = 1;
+    assert_true(check_programs(&c, &view) > 0); /* its lamp cut away, inside of it */
     close_case(&c);
     open_panes(&c, 0);
     assert_true(check_programs(&c, &view) > 0);
