@@ -92,6 +92,7 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put_integer(&writer, "max_storage_block_bytes", device->max_storage_block_bytes);
     json_put_integer(&writer, "gpu_budget_bytes", device->gpu_budget_bytes);
     json_put_integer(&writer, "gpu_used_bytes", device->gpu_used_bytes);
+    json_put_integer(&writer, "upload_bytes_per_ms", device->upload_bytes_per_ms);
     json_put_bool(&writer, "true_timers", device->has_true_timers);
     json_put_bool(&writer, "post_depth_coverage", device->has_post_depth_coverage);
     json_put_bool(&writer, "robust", device->is_robust);
@@ -117,12 +118,14 @@ static bool read_numbers(const struct json_node *root, struct device_capabilitie
     struct json_node block = json_member(root, "max_storage_block_bytes");
     struct json_node budget = json_member(root, "gpu_budget_bytes");
     struct json_node used = json_member(root, "gpu_used_bytes");
+    struct json_node upload = json_member(root, "upload_bytes_per_ms");
     return json_read_int(&count, 0, 1 << 20, &device->device_count) &&
            json_read_int(&texture, 0, 1 << 30, &device->max_texture_size) &&
            json_read_int(&samples, 0, 1 << 20, &device->max_samples) &&
            json_read_uint64(&block, &device->max_storage_block_bytes) &&
            json_read_uint64(&budget, &device->gpu_budget_bytes) &&
-           json_read_uint64(&used, &device->gpu_used_bytes);
+           json_read_uint64(&used, &device->gpu_used_bytes) &&
+           json_read_uint64(&upload, &device->upload_bytes_per_ms);
 }
 
 bool device_capabilities_from_json(json_t *json, struct device_capabilities *device,

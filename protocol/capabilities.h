@@ -36,6 +36,7 @@ struct device_capabilities {
     int max_texture_size, max_samples;
     uint64_t max_storage_block_bytes;
     uint64_t gpu_budget_bytes, gpu_used_bytes;
+    uint64_t upload_bytes_per_ms; /* levels of textures, measured */
     bool has_true_timers, has_post_depth_coverage, is_robust;
     struct device_auto automatic;
 };

@@ -213,13 +213,18 @@ static json_t *write_textures(const struct frame_stats *stats)
         return json_null();
     struct json_writer writer = json_writer_begin();
     put_members(&writer, stats, texture_members, TEXTURE_MEMBERS);
+    json_put_number(&writer, "upload_ms", rounded(stats->textures.upload_ms));
     return json_writer_take(&writer);
 }
 
 static bool read_textures(const struct json_node *node, struct frame_stats *stats)
 {
-    return !node->value || (json_expect_object(node, NULL) &&
-                            read_members(node, stats, texture_members, TEXTURE_MEMBERS));
+    if (!node->value)
+        return true;
+    struct json_node upload = json_member(node, "upload_ms");
+    return json_expect_object(node, NULL) &&
+           read_members(node, stats, texture_members, TEXTURE_MEMBERS) &&
+           json_read_number(&upload, 0, INFINITY, &stats->textures.upload_ms);
 }
 
 static json_t *write_counts(const struct frame_stats *stats)

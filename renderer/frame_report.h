@@ -36,15 +36,16 @@ struct report_bytes {
     uint64_t bytes;
 };
 
-/* All in bytes but level_bias, in levels, and coarse_count, in textures. All 0: the scene has
- * none, or the frame is ray traced and reads them from the scene's file. */
+/* All in bytes but level_bias, in levels, coarse_count, in textures, and upload_ms. All 0: the
+ * scene has none, or the frame is ray traced and reads them from the scene's file. */
 struct report_textures {
-    uint64_t budget_bytes, resident_bytes;
-    uint64_t wanted_bytes;  /* of the levels that the frame asked for */
+    uint64_t budget_bytes, resident_bytes; /* of all scenes */
+    uint64_t wanted_bytes;                 /* of the levels that the frame asked for */
     uint64_t pending_bytes; /* to be written before what the budget allows is there */
     uint64_t written_bytes; /* for this frame */
     uint64_t coarse_count;  /* textures drawn without some level that was asked for */
     uint32_t level_bias;    /* levels withheld for want of budget: the most of any texture */
+    double upload_ms;       /* wall clock spent on what was written, the device's work included */
 };
 
 struct frame_report {

@@ -176,50 +176,56 @@ static void join_parts(struct frame_textures *textures, const struct scene *scen
     }
 }
 
-static void add_report(struct report_textures *sum, const struct report_textures *one)
+/* The textures of each scene among the parts, once. Returns how many, at most
+ * `scene_gpu_part_count` of them. */
+static size_t list_demands(const struct frame_textures *textures, const struct frame_run *run,
+                           struct texture_demand *demands)
 {
-    sum->budget_bytes = one->budget_bytes; /* of each scene */
-    sum->resident_bytes += one->resident_bytes;
-    sum->wanted_bytes += one->wanted_bytes;
-    sum->pending_bytes += one->pending_bytes;
-    sum->written_bytes += one->written_bytes;
-    sum->coarse_count += one->coarse_count;
-    if (one->level_bias > sum->level_bias)
-        sum->level_bias = one->level_bias;
+    const struct scene_gpu *gpu = run->scene->gpu;
+    size_t count = 0;
+    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
+        struct key_range keys = keys_of(run->state->scene, part);
+        if (keys.count && scene_gpu_first_like(gpu, part) == part)
+            demands[count++] = (struct texture_demand){
+                .store = scene_gpu_textures(gpu, part),
+                .levels = textures->wanted ? textures->wanted + keys.first : NULL};
+    }
+    return count;
 }
 
 static bool bring(struct frame_textures *textures, const struct frame_run *run,
                   struct report_textures *report, struct error *err)
 {
     struct scene_gpu *gpu = run->scene->gpu;
-    *report = (struct report_textures){0};
-    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
-        struct texture_store *store = scene_gpu_textures(gpu, part);
-        struct key_range keys = keys_of(run->state->scene, part);
-        const struct texture_wish wish = {.levels = textures->wanted ? textures->wanted + keys.first
-                                                                     : NULL,
-                                          .may_be_coarse = run->view->quality.may_be_coarse,
-                                          .limit_bytes = run->renderer->texture_upload_bytes};
-        struct report_textures one = {0};
-        if (!keys.count || scene_gpu_first_like(gpu, part) != part)
-            continue;
-        if (!texture_store_is_on_demand(store))
-            texture_store_report(store, &one);
-        else if (!texture_store_prepare(store, &wish, &one, err))
-            return false;
-        add_report(report, &one);
-    }
-    scene_gpu_set_texture_passes(gpu, &textures->passes);
+    uint32_t parts = scene_gpu_part_count(gpu);
+    struct texture_demand *demands = calloc(parts, sizeof *demands);
+    if (!demands)
+        return error_set(err, ERROR_NO_MEMORY, "textures of %u parts", parts);
+    const struct texture_wish wish = {.demands = demands,
+                                      .count = list_demands(textures, run, demands),
+                                      .may_be_coarse = run->view->quality.may_be_coarse};
+    bool is_good = texture_pool_prepare(run->renderer->scenes->textures, &wish, report, err);
+    free(demands);
+    scene_gpu_set_texture_passes(gpu, textures->wanted ? &textures->passes : NULL);
     textures->is_inexact |= report->coarse_count > 0;
-    return true;
+    return is_good;
 }
 
-static bool is_on_demand(const struct scene_gpu *gpu)
+/* Whether the frame asks for the levels that it needs: all of its scenes do not fit. */
+static bool is_on_demand(const struct frame_run *run, bool *is, struct error *err)
 {
-    bool is = false;
-    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++)
-        is = is || texture_store_is_on_demand(scene_gpu_textures(gpu, part));
-    return is;
+    const struct scene_gpu *gpu = run->scene->gpu;
+    uint32_t parts = scene_gpu_part_count(gpu);
+    size_t count = 0;
+    struct texture_store **stores = calloc(parts, sizeof(*stores));
+    if (!stores)
+        return error_set(err, ERROR_NO_MEMORY, "textures of %u parts", parts);
+    for (uint32_t part = 0; part < parts; part++)
+        if (scene_gpu_first_like(gpu, part) == part)
+            stores[count++] = scene_gpu_textures(gpu, part);
+    *is = !texture_pool_has_room_for(run->renderer->scenes->textures, stores, count);
+    free(stores);
+    return true;
 }
 
 bool frame_textures_begin(struct frame_textures *textures, const struct frame_run *run,
@@ -229,7 +235,10 @@ bool frame_textures_begin(struct frame_textures *textures, const struct frame_ru
     *textures = (struct frame_textures){.key_count = 2 * (size_t)run->state->scene->image_count};
     if (!textures->key_count)
         return true;
-    if (is_on_demand(run->scene->gpu)) {
+    bool is_partial = false;
+    if (!is_on_demand(run, &is_partial, err))
+        return false;
+    if (is_partial) {
         if (!add_passes(textures, run, err) || !join_passes(textures, err))
             return false;
         join_parts(textures, run->state->scene, run->scene->gpu);
@@ -244,7 +253,7 @@ bool frame_textures_resume(struct frame_textures *textures, const struct frame_r
                            struct error *err)
 {
     struct report_textures unseen;
-    return !textures->wanted || bring(textures, run, &unseen, err);
+    return !textures->key_count || bring(textures, run, &unseen, err);
 }
 
 void frame_textures_end(struct frame_textures *textures, const struct frame_run *run)

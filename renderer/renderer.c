@@ -36,6 +36,18 @@ static void finish_own(struct renderer *renderer)
     draw_arena_destroy(renderer->arena);
 }
 
+static struct texture_pool *create_textures(const struct renderer_desc *desc,
+                                            uint64_t gpu_budget_bytes, struct error *err)
+{
+    return texture_pool_create(
+        &(struct texture_pool_desc){.budget_bytes = desc->texture_budget_bytes
+                                                        ? desc->texture_budget_bytes
+                                                        : gpu_budget_bytes / 2,
+                                    .upload_bytes = desc->texture_upload_bytes,
+                                    .upload_ms = desc->texture_upload_ms},
+        err);
+}
+
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
 {
     struct renderer *renderer = calloc(1, sizeof *renderer);
@@ -48,9 +60,6 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->shade.loop_steps = desc->loop_steps ? desc->loop_steps : LOOP_STEPS_MAX;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->scenes = &renderer->own_scenes;
-    renderer->scenes->texture_budget_bytes =
-        desc->texture_budget_bytes ? desc->texture_budget_bytes : renderer->budget_bytes / 2;
-    renderer->texture_upload_bytes = desc->texture_upload_bytes;
     renderer->context = gl_context_create(
         &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
     if (!renderer->context)
@@ -58,8 +67,9 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->programs = program_cache_create(desc->shader_dump_dir, err);
     if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
         goto fail;
+    renderer->own_scenes.textures = create_textures(desc, renderer->budget_bytes, err);
     renderer->timeline = gpu_timeline_create(renderer->context, err);
-    if (!renderer->timeline || !create_own(renderer, err))
+    if (!renderer->own_scenes.textures || !renderer->timeline || !create_own(renderer, err))
         goto fail;
     renderer->shadows = shadow_system_create(
         &(struct shadow_system_desc){
@@ -96,7 +106,6 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .traced = renderer->traced,
         .scenes = renderer->scenes,
         .budget_bytes = renderer->budget_bytes,
-        .texture_upload_bytes = renderer->texture_upload_bytes,
         .is_strict = renderer->is_strict,
         .redraws_surfaces = renderer->redraws_surfaces,
         .shade.loop_steps = renderer->shade.loop_steps,
@@ -152,6 +161,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .is_software = limits->is_software,
         .budget_bytes = renderer->budget_bytes,
         .used_bytes = renderer_used_bytes(renderer),
+        .upload_bytes_per_ms = (uint64_t)texture_pool_bytes_per_ms(renderer->scenes->textures),
     };
     struct program_cache_stats programs;
     program_cache_get_stats(renderer->programs, &programs);
@@ -222,8 +232,7 @@ bool renderer_has_scene(const struct renderer *renderer, const char *key)
 
 void renderer_evict_scenes(struct renderer *renderer, const char *const *keep, size_t keep_count)
 {
-    while (renderer_used_bytes(renderer) > renderer->budget_bytes ||
-           scene_cache_texture_bytes(renderer->scenes) > renderer->scenes->texture_budget_bytes) {
+    while (renderer_used_bytes(renderer) > renderer->budget_bytes) {
         const char *oldest = scene_cache_oldest(renderer->scenes, keep, keep_count);
         if (!oldest)
             return;

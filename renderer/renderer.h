@@ -24,6 +24,7 @@ struct renderer_desc {
                                     */
     uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
                                       MiB */
+    double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
     const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
                                       there */
     bool redraws_surfaces;         /* for measuring: no G-buffer, per-pixel list or light list of an
@@ -45,6 +46,7 @@ struct renderer_info {
     bool is_robust;                           /* context reports resets */
     bool is_software;                         /* the rasteriser runs on our own processors */
     uint64_t programs_built, programs_reused; /* since the start: compiled, and found compiled */
+    uint64_t upload_bytes_per_ms;             /* levels of textures, as measured lately */
     uint64_t budget_bytes, used_bytes;        /* used is current at the time of the call */
 };
 

@@ -53,7 +53,7 @@ struct renderer {
     struct traced_shadows shadow_rays;
     struct feature_edges feature_edges; /* of the last scene that they were drawn of */
     char traced_key[SCENE_KEY_BYTES];
-    uint64_t budget_bytes, texture_upload_bytes;
+    uint64_t budget_bytes;
     struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
     const struct interlude *interlude; /* borrowed; NULL: frames are made in one piece */
@@ -70,8 +70,7 @@ void renderer_forget_kept(struct renderer *renderer, const char *key);
 /* Drops the ray tracer's structure when it is of this scene, or of any with NULL. */
 void renderer_forget_traced(struct renderer *renderer, const char *key);
 
-/* Makes room, of all memory and of textures, by forgetting scenes that were not used for longest;
- * never those to keep. */
+/* Makes room by forgetting scenes that were not used for longest; never those to keep. */
 void renderer_evict_scenes(struct renderer *renderer, const char *const *keep, size_t keep_count);
 
 uint64_t renderer_used_bytes(const struct renderer *renderer);

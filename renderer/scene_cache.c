@@ -70,7 +70,7 @@ bool scene_cache_add(struct scene_cache *cache, const struct renderer_scene_desc
     }
     snprintf(entry->key, sizeof entry->key, "%s", desc->key);
     entry->scene = *desc->scene;
-    entry->gpu = scene_gpu_create(&entry->scene, cache->texture_budget_bytes, err);
+    entry->gpu = scene_gpu_create(&entry->scene, cache->textures, err);
     if (!entry->gpu) {
         free(entry);
         return false;
@@ -137,15 +137,6 @@ uint64_t scene_cache_size_bytes(const struct scene_cache *cache)
     return bytes;
 }
 
-uint64_t scene_cache_texture_bytes(const struct scene_cache *cache)
-{
-    uint64_t bytes = 0;
-    for (size_t i = 0; i < cache->count; i++)
-        if (!cache->entries[i]->composed)
-            bytes += texture_store_resident_bytes(scene_gpu_textures(cache->entries[i]->gpu, 0));
-    return bytes;
-}
-
 size_t scene_cache_count_composed(const struct scene_cache *cache)
 {
     size_t count = 0;
@@ -178,5 +169,6 @@ void scene_cache_finish(struct scene_cache *cache)
     while (cache->count)
         scene_cache_remove(cache, cache->entries[cache->count - 1]->key);
     free(cache->entries);
+    texture_pool_destroy(cache->textures);
     *cache = (struct scene_cache){0};
 }

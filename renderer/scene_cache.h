@@ -33,7 +33,8 @@ static inline const char *resident_scene_shadow_key(const struct resident_scene 
 struct scene_cache {
     struct resident_scene **entries;
     size_t count, capacity;
-    uint64_t clock, texture_budget_bytes; /* of each scene */
+    uint64_t clock;
+    struct texture_pool *textures; /* of all scenes; owned */
 };
 
 /* NULL when absent; marks the scene as used. */
@@ -62,7 +63,6 @@ const char *scene_cache_oldest_composed(const struct scene_cache *cache); /* NUL
 /* Key of a composed scene that has the scene among its sources, or NULL. */
 const char *scene_cache_user(const struct scene_cache *cache, const char *key);
 uint64_t scene_cache_size_bytes(const struct scene_cache *cache);
-uint64_t scene_cache_texture_bytes(const struct scene_cache *cache); /* of those, textures */
 void scene_cache_finish(struct scene_cache *cache);
 
 #endif

@@ -35,6 +35,7 @@ struct config {
     uint64_t gpu_budget_bytes;
     uint64_t texture_budget_bytes;        /* 0 = half of the GPU's */
     uint64_t texture_upload_bytes;        /* of one frame in motion */
+    int texture_upload_ms;                /* likewise */
     uint64_t max_upload_bytes;            /* of one upload, all files */
     uint64_t decode_memory_bytes;         /* of one decoder */
     int device;                           /* 0 = choose; N = the N-th EGL device */

@@ -90,7 +90,8 @@ static void copy_textures(const struct frame_report *report, struct frame_stats 
                                                     .pending_bytes = from->pending_bytes,
                                                     .written_bytes = from->written_bytes,
                                                     .coarse_count = from->coarse_count,
-                                                    .level_bias = from->level_bias};
+                                                    .level_bias = from->level_bias,
+                                                    .upload_ms = from->upload_ms};
 }
 
 static void copy_lists(const struct frame_report *report, struct frame_stats *stats)
@@ -278,6 +279,7 @@ void device_capabilities_from_info(const struct renderer_info *info,
         .max_storage_block_bytes = info->max_storage_block_bytes,
         .gpu_budget_bytes = info->budget_bytes,
         .gpu_used_bytes = info->used_bytes,
+        .upload_bytes_per_ms = info->upload_bytes_per_ms,
         .has_true_timers = info->has_true_timers,
         .has_post_depth_coverage = info->has_post_depth_coverage,
         .is_robust = info->is_robust,

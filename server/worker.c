@@ -322,7 +322,9 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
             .texture_budget_bytes =
                 (uint64_t)json_integer_value(json_object_get(settings, "texture_budget_bytes")),
             .texture_upload_bytes =
-                (uint64_t)json_integer_value(json_object_get(settings, "texture_upload_bytes"))},
+                (uint64_t)json_integer_value(json_object_get(settings, "texture_upload_bytes")),
+            .texture_upload_ms =
+                (double)json_integer_value(json_object_get(settings, "texture_upload_ms"))},
         err);
     if (!worker->renderer)
         return false;

@@ -156,7 +156,7 @@ static bool classify_textures(struct scene_gpu *gpu, struct error *err)
     return true;
 }
 
-struct scene_gpu *scene_gpu_create(const struct scene *scene, uint64_t texture_budget_bytes,
+struct scene_gpu *scene_gpu_create(const struct scene *scene, struct texture_pool *textures,
                                    struct error *err)
 {
     struct scene_gpu *gpu = calloc(1, sizeof *gpu);
@@ -166,7 +166,7 @@ struct scene_gpu *scene_gpu_create(const struct scene *scene, uint64_t texture_b
     }
     gpu->scene = scene;
     if (!upload_geometry(gpu, err) || !create_white(gpu, err) ||
-        !(gpu->textures = texture_store_create(scene, texture_budget_bytes, err)) ||
+        !(gpu->textures = texture_store_create(textures, scene, err)) ||
         !(gpu->density = texture_density_create(scene, err)) || !create_samplers(gpu, err) ||
         !classify_textures(gpu, err)) {
         scene_gpu_destroy(gpu);

@@ -11,8 +11,8 @@
 
 struct scene_gpu;
 
-/* texture_budget_bytes: renderer/scene/texture_store.h. */
-struct scene_gpu *scene_gpu_create(const struct scene *scene, uint64_t texture_budget_bytes,
+/* Its images join those of the pool, which must outlive it (renderer/scene/texture_store.h). */
+struct scene_gpu *scene_gpu_create(const struct scene *scene, struct texture_pool *textures,
                                    struct error *err);
 /* Of a composed scene (renderer/scene/compose.h): uploads nothing, but borrows what its parts have
  * on the GPU, which must outlive it. sources: by part of the scene, the base first; no composed

@@ -17,10 +17,10 @@ struct range {
 struct texture_reader {
     pthread_t thread;
     pthread_mutex_t mutex;
-    pthread_cond_t has_work;
+    pthread_cond_t has_work, is_done;
     struct range ranges[RANGES]; /* those being read or read, oldest at `first` */
     size_t first, count;
-    bool is_running, is_stopping;
+    bool is_running, is_stopping, is_reading;
 };
 
 static uint8_t touch(const struct range *range)
@@ -53,10 +53,13 @@ static void *reader_run(void *argument)
             continue;
         }
         const struct range copy = *range;
+        reader->is_reading = true;
         pthread_mutex_unlock(&reader->mutex);
         touch(&copy);
         pthread_mutex_lock(&reader->mutex);
-        range->is_read = true; /* only read ranges leave the ring */
+        range->is_read = true; /* only read ranges leave the ring, or all of them */
+        reader->is_reading = false;
+        pthread_cond_signal(&reader->is_done);
     }
     pthread_mutex_unlock(&reader->mutex);
     return NULL;
@@ -71,6 +74,7 @@ struct texture_reader *texture_reader_create(struct error *err)
     }
     pthread_mutex_init(&reader->mutex, NULL);
     pthread_cond_init(&reader->has_work, NULL);
+    pthread_cond_init(&reader->is_done, NULL);
     reader->is_running = pthread_create(&reader->thread, NULL, reader_run, reader) == 0;
     if (reader->is_running)
         return reader;
@@ -90,8 +94,20 @@ void texture_reader_destroy(struct texture_reader *reader)
     if (reader->is_running)
         pthread_join(reader->thread, NULL);
     pthread_cond_destroy(&reader->has_work);
+    pthread_cond_destroy(&reader->is_done);
     pthread_mutex_destroy(&reader->mutex);
     free(reader);
+}
+
+void texture_reader_drain(struct texture_reader *reader)
+{
+    if (!reader)
+        return;
+    pthread_mutex_lock(&reader->mutex);
+    reader->count = 0;
+    while (reader->is_reading)
+        pthread_cond_wait(&reader->is_done, &reader->mutex);
+    pthread_mutex_unlock(&reader->mutex);
 }
 
 /* Under the mutex. A full ring lets its oldest range go once that is read. */

@@ -15,8 +15,11 @@ struct texture_reader;
 struct texture_reader *texture_reader_create(struct error *err);
 void texture_reader_destroy(struct texture_reader *reader); /* waits for the range being read */
 
+/* Forgets what was asked for, and waits for the range being read; NULL: nothing to do. */
+void texture_reader_drain(struct texture_reader *reader);
+
 /* True when the range has been read since it was last asked for; else it is queued, while there is
- * room, and false. The memory must stay mapped until the reader is destroyed. */
+ * room, and false. The memory must stay mapped until the reader is drained or destroyed. */
 bool texture_reader_ask(struct texture_reader *reader, const void *bytes, size_t size_bytes);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The images of a scene on the GPU, within a budget. What fits is there as a whole from the start;
- * else a frame names the levels that it can need (renderer/scene/texture_need.h), and those are
- * there while it is drawn. Thread: GL. */
+/* The images of scenes on the GPU, all within one budget. Scenes whose images fit it together are
+ * drawn with all levels; else a frame names the levels that it can need
+ * (renderer/scene/texture_need.h), and those are there while it is drawn. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SCENE_TEXTURE_STORE_H
 #define VITRAIL_RENDERER_SCENE_TEXTURE_STORE_H
 
@@ -9,34 +9,50 @@
 #include "renderer/gl/object.h"
 #include "renderer/scene/scene.h"
 
-struct texture_store;
+struct texture_pool;  /* the budget, and what stands within it */
+struct texture_store; /* the images of one scene */
 
-/* budget_bytes: of all levels resident at once; above it only while one texture takes the place of
- * its coarser or finer self. ERROR_UNSUPPORTED for an image larger than the device takes. */
-struct texture_store *texture_store_create(const struct scene *scene, uint64_t budget_bytes,
+struct texture_pool_desc {
+    uint64_t budget_bytes; /* required: of all levels resident at once; above it only while one
+                              texture takes the place of its coarser or finer self */
+    uint64_t upload_bytes; /* written for one frame that may be coarse; 0 means 16 MiB */
+    double upload_ms;      /* spent on that, at most, but for one call; 0 means 4 */
+};
+
+/* Measures how fast the device takes levels, 2 ms or so. */
+struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, struct error *err);
+void texture_pool_destroy(struct texture_pool *pool);              /* after all of its stores */
+double texture_pool_bytes_per_ms(const struct texture_pool *pool); /* as measured, lately */
+
+/* Of a scene that fits the budget alone all levels are brought, in the place of what others did
+ * not use for longest. The scene stays borrowed. ERROR_UNSUPPORTED for an image larger than the
+ * device takes. */
+struct texture_store *texture_store_create(struct texture_pool *pool, const struct scene *scene,
                                            struct error *err);
 void texture_store_destroy(struct texture_store *store);
-
-/* False: everything is resident, and no frame needs to ask. */
-bool texture_store_is_on_demand(const struct texture_store *store);
 uint64_t texture_store_resident_bytes(const struct texture_store *store);
 
+/* Whether all levels of these fit the budget together: by their sizes alone, whatever is there. */
+bool texture_pool_has_room_for(const struct texture_pool *pool, struct texture_store *const *stores,
+                               size_t count);
+
+struct texture_demand {
+    struct texture_store *store; /* required; each once in a wish */
+    const uint8_t *levels;       /* per texture_key the finest level of all passes of the frame, or
+                                    TEXTURE_UNNEEDED; NULL: all levels of what materials sample */
+};
 struct texture_wish {
-    const uint8_t *levels; /* required: per texture_key the finest level of all passes of the frame,
-                              or TEXTURE_UNNEEDED */
-    bool may_be_coarse; /* draw with what is there after limit_bytes were written; else with all */
-    uint64_t limit_bytes; /* of one frame that may be coarse; 0 means 16 MiB */
+    const struct texture_demand *demands; /* required: of all scenes of the frame */
+    size_t count;
+    bool may_be_coarse; /* draw with what is there after the limits of uploads; else with all */
 };
 
 /* Makes room and brings levels, those of this frame before all others'. Where the wish exceeds the
  * budget, every texture is withheld the same number of levels, and gets one back while there is
- * room, in the order of the images: the same wish is granted the same levels. ERROR_OVER_BUDGET
- * when not even the coarsest levels fit. */
-MUST_CHECK bool texture_store_prepare(struct texture_store *store, const struct texture_wish *wish,
-                                      struct report_textures *report, struct error *err);
-
-/* Of a scene that is there as a whole. */
-void texture_store_report(const struct texture_store *store, struct report_textures *report);
+ * room, in the order of the demands and images: the same wish is granted the same levels. A frame
+ * that may be coarse reads no file. ERROR_OVER_BUDGET when not even the coarsest levels fit. */
+MUST_CHECK bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,
+                                     struct report_textures *report, struct error *err);
 
 /* The texture of a key as if `finest` were its finest level: so that what a pass samples depends on
  * that pass and not on what else is resident. NULL where no material samples the image so. */

@@ -311,11 +311,11 @@ static struct view place(const struct country *country, double way, double heigh
 static void print_frame(const char *what, const struct frame *frame, double ms)
 {
     const struct report_textures *t = &frame->report.textures;
-    print_message("%s: %.0f ms, wants %.1f MiB, resident %.1f, written %.1f, to come %.1f, bias "
-                  "%u, coarse %llu\n",
+    print_message("%s: %.0f ms, wants %.1f MiB, resident %.1f, written %.1f in %.1f ms, to come "
+                  "%.1f, bias %u, coarse %llu\n",
                   what, ms, (double)t->wanted_bytes / MIB, (double)t->resident_bytes / MIB,
-                  (double)t->written_bytes / MIB, (double)t->pending_bytes / MIB, t->level_bias,
-                  (unsigned long long)t->coarse_count);
+                  (double)t->written_bytes / MIB, t->upload_ms, (double)t->pending_bytes / MIB,
+                  t->level_bias, (unsigned long long)t->coarse_count);
 }
 
 /* Every frame is within the budget; none is short of levels unless it says so. */
@@ -349,22 +349,32 @@ static void within_the_budget_the_picture_is_that_of_all_levels(void **state)
     const struct country *country = *state;
     if (country->scene.pixel_bytes > 1ull << 30) /* there is no renderer that holds all of it */
         skip();
-    struct renderer *renderer = attach(country, country->budget), *whole = attach(country, 0);
+    struct frame references[3], frame;
+    struct renderer *whole = attach(country, 0); /* one at a time: each has a context of its own */
     for (int i = 0; i < 3; i++) {
         struct view view = place(country, 0.1 + 0.3 * i, 300);
-        struct frame frame, reference;
+        fly(whole, &view, &references[i]);
+    }
+    renderer_destroy(whole);
+    struct renderer *renderer = attach(country, country->budget);
+    for (int i = 0; i < 3; i++) {
+        struct view view = place(country, 0.1 + 0.3 * i, 300);
         fly(renderer, &view, &frame);
-        fly(whole, &view, &reference);
         assert_int_equal(frame.report.textures.level_bias, 0);
-        extreme_expect(
-            &(struct extreme_row){"tiles beyond the budget of textures", "on demand",
-                                  "relative RMSE to all levels", 1e-4},
-            extreme_rmse(&frame.outputs[VIEW_OUTPUT_COLOR], &reference.outputs[VIEW_OUTPUT_COLOR]));
+        extreme_expect(&(struct extreme_row){"tiles beyond the budget of textures", "on demand",
+                                             "relative RMSE to all levels", 1e-4},
+                       extreme_rmse(&frame.outputs[VIEW_OUTPUT_COLOR],
+                                    &references[i].outputs[VIEW_OUTPUT_COLOR]));
         frame_finish(&frame);
-        frame_finish(&reference);
+        frame_finish(&references[i]);
     }
     renderer_destroy(renderer);
-    renderer_destroy(whole);
+}
+
+static int compare_ms(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
 }
 
 /* A flight of frames in motion, then rest. */
@@ -374,17 +384,24 @@ static void frames_in_motion_write_a_bounded_amount(void **state)
     struct renderer *renderer = attach(country, country->budget);
     uint64_t first = 1400ull * (uint64_t)country->side * (uint64_t)country->side;
     struct frame frame;
-    for (int i = 0; i < 24; i++) {
-        struct view view = place(country, i / 24.0, 120);
+    enum { FRAMES = 120 };
+    double ms[FRAMES];
+    for (int i = 0; i < FRAMES; i++) {
+        struct view view = place(country, (double)i / FRAMES, 120);
         view.quality.may_be_coarse = true;
         double begin_s = processor_s();
         fly(renderer, &view, &frame);
         print_frame("moving", &frame, 1e3 * (processor_s() - begin_s));
+        ms[i] = frame.report.textures.upload_ms;
         assert_true(frame.report.textures.written_bytes <= 17 * MIB + first);
         assert_true(frame.report.textures.resident_bytes <= country->budget * 5 / 4);
         frame_finish(&frame);
     }
-    struct view view = place(country, 23 / 24.0, 120);
+    qsort(ms, FRAMES, sizeof *ms, compare_ms);
+    print_message("uploads of a frame in motion: p50 %.2f ms, p95 %.2f, most %.2f\n",
+                  ms[FRAMES / 2], ms[FRAMES * 95 / 100], ms[FRAMES - 1]);
+    assert_true(ms[FRAMES / 2] < 40); /* ten times the limit: others have the processors, too */
+    struct view view = place(country, (FRAMES - 1.0) / FRAMES, 120);
     fly(renderer, &view, &frame);
     print_frame("at rest", &frame, 0);
     assert_int_equal(frame.report.textures.pending_bytes, 0);

@@ -228,7 +228,9 @@ bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t fir
     rig->programs = program_cache_create(getenv("VITRAIL_DUMP_SHADERS"), &err);
     rig->timeline = gpu_timeline_create(rig->context, &err);
     rig->arena = draw_arena_create(&err);
-    must(rig->programs && rig->timeline && rig->arena, &err);
+    rig->textures =
+        texture_pool_create(&(struct texture_pool_desc){.budget_bytes = 1ull << 40}, &err);
+    must(rig->programs && rig->timeline && rig->arena && rig->textures, &err);
     struct shadow_system_desc desc = {
         .programs = rig->programs,
         .timeline = rig->timeline,
@@ -259,6 +261,7 @@ void shadow_rig_close(struct shadow_rig *rig)
     shadow_system_destroy(rig->systems[0]);
     shadow_system_destroy(rig->systems[1]);
     draw_arena_destroy(rig->arena);
+    texture_pool_destroy(rig->textures);
     gpu_timeline_destroy(rig->timeline);
     program_cache_destroy(rig->programs);
     gl_context_destroy(rig->context);
@@ -301,7 +304,7 @@ bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
     bool ok = scene_state_init(&rig->state, &rig->scene, &view, err);
     free(overrides);
     free(names);
-    rig->gpu = ok ? scene_gpu_create(&rig->scene, UINT64_MAX, err) : NULL;
+    rig->gpu = ok ? scene_gpu_create(&rig->scene, rig->textures, err) : NULL;
     if (!rig->gpu || !draw_arena_begin(rig->arena, &rig->state, err))
         return false;
     struct shadow_prepare_desc desc = {.scene_key = "panes",

@@ -50,6 +50,7 @@ struct shadow_rig {
     struct program_cache *programs;
     struct gpu_timeline *timeline;
     struct draw_arena *arena;
+    struct texture_pool *textures;
     struct shadow_system *shadows;    /* one of these two */
     struct shadow_system *systems[2]; /* 0: as shipped; 1: scans by shader on every device */
     struct scene_gpu *gpu;            /* of the scene last prepared */

@@ -131,7 +131,8 @@ static void fill_stats(struct frame_stats *stats)
                                                     .pending_bytes = 70,
                                                     .written_bytes = 50,
                                                     .coarse_count = 4,
-                                                    .level_bias = 2};
+                                                    .level_bias = 2,
+                                                    .upload_ms = 1.5};
     stats->byte_count = 2;
     strcpy(stats->bytes[0].structure, "shadow.deep");
     stats->bytes[0].bytes = UINT64_C(5) << 32;
@@ -451,6 +452,7 @@ static void fill_device(struct device_capabilities *device)
                                            .max_storage_block_bytes = UINT64_C(1) << 31,
                                            .gpu_budget_bytes = UINT64_C(4) << 30,
                                            .gpu_used_bytes = 12345,
+                                           .upload_bytes_per_ms = 7000000,
                                            .has_post_depth_coverage = true,
                                            .automatic = {.policy = "measured",
                                                          .note = "measured at this start in 9 ms",

@@ -254,7 +254,7 @@ static void reports_reach_the_stats_whole(void **state)
         *(uint64_t *)((char *)report + counted[i].report) = i + 1;
     report->counts.mean_list = 2.5;
     report->compression = (struct report_compression){1, 2, 3, 4, 5, 6, 7, 0.125};
-    report->textures = (struct report_textures){1, 2, 3, 4, 5, 6, 7};
+    report->textures = (struct report_textures){1, 2, 3, 4, 5, 6, 7, 8.5};
     report->byte_count = REPORT_BYTES_MAX;
     strcpy(report->bytes[REPORT_BYTES_MAX - 1].structure, "scene");
     report->bytes[REPORT_BYTES_MAX - 1].bytes = 99;
@@ -287,6 +287,7 @@ static void reports_reach_the_stats_whole(void **state)
     assert_true(t->budget_bytes == 1 && t->resident_bytes == 2 && t->wanted_bytes == 3);
     assert_true(t->pending_bytes == 4 && t->written_bytes == 5 && t->coarse_count == 6);
     assert_int_equal(t->level_bias, 7);
+    assert_true(t->upload_ms == 8.5);
     assert_int_equal(stats->bytes[REPORT_BYTES_MAX - 1].bytes, 99);
     assert_string_equal(stats->reused[REPORT_REUSED_MAX - 1], "shadow.deep");
     assert_int_equal(stats->warning_count, REPORT_WARNINGS_MAX);
@@ -520,7 +521,8 @@ static void device_info_reaches_the_capabilities(void **state)
                                  .has_true_timers = true,
                                  .is_robust = true,
                                  .budget_bytes = 3,
-                                 .used_bytes = 2};
+                                 .used_bytes = 2,
+                                 .upload_bytes_per_ms = 4};
     struct device_capabilities device;
     device_capabilities_from_info(&info, &device);
     assert_string_equal(device.vendor, "Mesa");
@@ -533,6 +535,7 @@ static void device_info_reaches_the_capabilities(void **state)
     assert_int_equal(device.max_storage_block_bytes, 1);
     assert_int_equal(device.gpu_budget_bytes, 3);
     assert_int_equal(device.gpu_used_bytes, 2);
+    assert_int_equal(device.upload_bytes_per_ms, 4);
     assert_true(device.has_true_timers && device.is_robust && !device.has_post_depth_coverage);
 }
 

@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: MIT */
+/* Levels on their way: all that is granted, for a frame at rest, or as much as the limits of one in
+ * motion allow, the coarsest textures first. */
+#include "renderer/scene/texture_store_internal.h"
+
+enum {
+    STEP_LEVELS = 2, /* a sixteenth of the bytes first, of all textures */
+    READ_AHEAD = 8,  /* textures whose pixels are read before it is their turn */
+};
+
+static uint64_t level_bytes(const struct stored_texture *t, uint32_t level)
+{
+    return 4ull * texture_level_side(t->width, level) * texture_level_side(t->height, level);
+}
+
+/* Finer than what is granted, so that it can be let go. */
+static bool is_too_fine(const struct stored_texture *t)
+{
+    return t->granted != TEXTURE_UNNEEDED && t->full.texture.name && t->full.top < t->granted;
+}
+
+/* ---- all ---- */
+
+static void read_ahead(struct texture_pool *pool, size_t from)
+{
+    for (int ahead = 0; from < pool->wish_count && ahead < READ_AHEAD; from++) {
+        struct stored_texture *t = pool->textures[from];
+        if (!texture_is_missing(t))
+            continue;
+        texture_reader_ask(pool->reader, texture_level_pixels(t, t->granted),
+                           level_bytes(t, t->granted));
+        ahead++;
+    }
+}
+
+bool texture_bring_all(struct texture_pool *pool, struct texture_spending *spending,
+                       struct error *err)
+{
+    uint64_t bytes = texture_bytes_to_be(pool);
+    texture_abandon(&pool->incoming);
+    if (!texture_drop_unneeded(pool, bytes, err))
+        return false;
+    for (size_t i = 0; i < pool->wish_count && bytes > pool->budget_bytes; i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (!is_too_fine(t))
+            continue;
+        bytes -= t->full.texture.size_bytes - texture_bytes_from(t, t->granted);
+        if (!texture_replace(t, t->granted, spending, err))
+            return false;
+    }
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        if (!texture_is_missing(pool->textures[i]))
+            continue;
+        read_ahead(pool, i + 1);
+        if (!texture_replace(pool->textures[i], pool->textures[i]->granted, spending, err))
+            return false;
+    }
+    return true;
+}
+
+/* ---- some ---- */
+
+static uint32_t present_top(struct stored_texture *t)
+{
+    const struct texture_levels_held *present = texture_present(t);
+    return present ? present->top : t->level_count;
+}
+
+/* The level that a coarse frame goes to next. */
+static uint8_t next_top(struct stored_texture *t)
+{
+    return (uint8_t)(present_top(t) > t->granted + STEP_LEVELS + 1u ? t->granted + STEP_LEVELS
+                                                                    : t->granted);
+}
+
+/* Whether its new levels are in memory; else they are asked for. */
+static bool are_read(struct texture_pool *pool, struct stored_texture *t, uint32_t top)
+{
+    bool all = true;
+    uint32_t end = t->needs_levels ? present_top(t) : top + 1;
+    for (uint32_t level = top; level < end; level++)
+        all &=
+            texture_reader_ask(pool->reader, texture_level_pixels(t, level), level_bytes(t, level));
+    return all;
+}
+
+/* Those that lack levels, the coarsest first, else in the order of the wish. */
+static size_t list_missing(struct texture_pool *pool)
+{
+    size_t starts[TEXTURE_LEVELS_MAX + 2] = {0}, count = 0;
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (texture_is_missing(t))
+            starts[TEXTURE_LEVELS_MAX - (present_top(t) - t->granted) + 1]++, count++;
+    }
+    for (int lacks = 1; lacks < TEXTURE_LEVELS_MAX + 2; lacks++)
+        starts[lacks] += starts[lacks - 1];
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (texture_is_missing(t))
+            pool->missing[starts[TEXTURE_LEVELS_MAX - (present_top(t) - t->granted)]++] = t;
+    }
+    return count;
+}
+
+/* Others go for it, as many as the limits allow. */
+static bool make_room(const struct stored_texture *t, uint32_t top,
+                      const struct texture_spending *spending, bool *has_room, struct error *err)
+{
+    struct texture_pool *pool = t->store->pool;
+    struct stored_texture *victim = NULL;
+    uint64_t more = texture_bytes_from(t, top) - t->full.texture.size_bytes;
+    while (pool->resident_bytes + more > pool->budget_bytes &&
+           !texture_spending_is_over(spending) && (victim = texture_find_victim(pool)) != NULL)
+        if (!texture_let_go(victim, err))
+            return false;
+    *has_room = pool->resident_bytes + more <= pool->budget_bytes;
+    return true;
+}
+
+static void advance_incoming(struct texture_pool *pool, struct texture_spending *spending)
+{
+    if (!pool->incoming.of)
+        return;
+    texture_advance(&pool->incoming, spending);
+    if (texture_is_complete(&pool->incoming))
+        texture_install(&pool->incoming);
+}
+
+static bool begin(struct texture_pool *pool, struct stored_texture *t, uint32_t top,
+                  struct texture_spending *spending, struct error *err)
+{
+    if (!texture_begin(t, top, &pool->incoming, err))
+        return false;
+    advance_incoming(pool, spending);
+    return true;
+}
+
+/* Coarser selves take the place of what is finer than granted, while the limits allow. */
+static bool shrink_some(struct texture_pool *pool, struct texture_spending *spending,
+                        struct error *err)
+{
+    uint64_t bytes = texture_bytes_to_be(pool);
+    for (size_t i = 0; i < pool->wish_count && bytes > pool->budget_bytes && !pool->incoming.of;
+         i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (!is_too_fine(t) || texture_spending_is_over(spending))
+            continue;
+        bytes -= t->full.texture.size_bytes - texture_bytes_from(t, t->granted);
+        if (!begin(pool, t, t->granted, spending, err))
+            return false;
+    }
+    return true;
+}
+
+/* One step for each that is listed and read, while the limits allow. */
+static bool bring_listed(struct texture_pool *pool, size_t count, struct texture_spending *spending,
+                         struct error *err)
+{
+    int unread = 0;
+    for (size_t i = 0; i < count && !pool->incoming.of && unread < READ_AHEAD &&
+                       !texture_spending_is_over(spending);
+         i++) {
+        struct stored_texture *t = pool->missing[i];
+        uint8_t top = next_top(t);
+        bool has_room = false;
+        if (!are_read(pool, t, top)) {
+            unread++;
+            continue;
+        }
+        if (!make_room(t, top, spending, &has_room, err) ||
+            (has_room && !begin(pool, t, top, spending, err)))
+            return false;
+    }
+    return true;
+}
+
+/* Something to draw with for each, where there is no room for floors. */
+static bool bring_first(struct texture_pool *pool, struct texture_spending *spending,
+                        struct error *err)
+{
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (texture_is_missing(t) && !texture_present(t) &&
+            !texture_replace(t, texture_first_level(t, t->granted), spending, err))
+            return false;
+    }
+    return true;
+}
+
+/* Still wanted so: finer than what is there, or coarser where that is too fine. */
+static bool is_of_use(const struct texture_incoming *in)
+{
+    struct stored_texture *t = in->of;
+    return t->granted != TEXTURE_UNNEEDED && in->top >= t->granted &&
+           (in->top < present_top(t) || (is_too_fine(t) && in->top == t->granted));
+}
+
+bool texture_bring_some(struct texture_pool *pool, struct texture_spending *spending,
+                        struct error *err)
+{
+    if (pool->incoming.of && !is_of_use(&pool->incoming))
+        texture_abandon(&pool->incoming);
+    if (!bring_first(pool, spending, err))
+        return false;
+    advance_incoming(pool, spending);
+    bool is_good = shrink_some(pool, spending, err);
+    for (uint64_t before = UINT64_MAX; is_good && before != spending->written_bytes;) {
+        before = spending->written_bytes;
+        is_good = bring_listed(pool, list_missing(pool), spending, err);
+    }
+    return is_good;
+}

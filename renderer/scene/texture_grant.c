@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: MIT */
+/* What of a frame's wish is granted within the budget, and what others have to let go for it. */
+#include "renderer/scene/texture_store_internal.h"
+
+uint64_t texture_grant_budget(const struct texture_pool *pool)
+{
+    return pool->budget_bytes - pool->budget_bytes / TEXTURE_FLOOR_SHARE;
+}
+
+static uint32_t biased(const struct stored_texture *t, uint32_t bias)
+{
+    uint32_t level = t->wanted + bias, last = texture_last_level(t);
+    return level < last ? level : last;
+}
+
+static uint64_t granted_bytes(const struct texture_pool *pool, uint32_t bias)
+{
+    uint64_t bytes = 0;
+    for (size_t i = 0; i < pool->wish_count; i++)
+        if (pool->textures[i]->wanted != TEXTURE_UNNEEDED)
+            bytes += texture_bytes_from(pool->textures[i], biased(pool->textures[i], bias));
+    return bytes;
+}
+
+/* Level by level, in the order of the wish, while there is room. */
+static void give_back(struct texture_pool *pool, uint32_t bias, uint64_t bytes)
+{
+    for (; bias > 0; bias--)
+        for (size_t i = 0; i < pool->wish_count; i++) {
+            struct stored_texture *t = pool->textures[i];
+            if (t->wanted == TEXTURE_UNNEEDED || t->granted < t->wanted + bias)
+                continue;
+            uint64_t more =
+                texture_bytes_from(t, t->granted - 1u) - texture_bytes_from(t, t->granted);
+            if (bytes + more > texture_grant_budget(pool))
+                continue;
+            bytes += more;
+            t->granted--;
+        }
+}
+
+bool texture_grant(struct texture_pool *pool, struct report_textures *report, struct error *err)
+{
+    uint32_t bias = 0;
+    uint64_t bytes = report->wanted_bytes = granted_bytes(pool, 0);
+    while (bytes > texture_grant_budget(pool)) {
+        uint64_t before = bytes;
+        bytes = granted_bytes(pool, ++bias);
+        if (bytes == before && bias > TEXTURE_LEVELS_MAX)
+            return error_set(err, ERROR_OVER_BUDGET,
+                             "the coarsest levels of the textures in view take %llu bytes, the "
+                             "budget of textures is %llu",
+                             (unsigned long long)bytes, (unsigned long long)pool->budget_bytes);
+    }
+    for (size_t i = 0; i < pool->count; i++) {
+        struct stored_texture *t = pool->textures[i];
+        t->granted = (uint8_t)(t->wanted == TEXTURE_UNNEEDED ? TEXTURE_UNNEEDED : biased(t, bias));
+    }
+    give_back(pool, bias, bytes);
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        const struct stored_texture *t = pool->textures[i];
+        uint32_t withheld = t->wanted == TEXTURE_UNNEEDED ? 0u : (uint32_t)t->granted - t->wanted;
+        report->level_bias = withheld > report->level_bias ? withheld : report->level_bias;
+    }
+    return true;
+}
+
+bool texture_is_missing(struct stored_texture *t)
+{
+    const struct texture_levels_held *present = texture_present(t);
+    return t->granted != TEXTURE_UNNEEDED && (!present || present->top > t->granted);
+}
+
+uint64_t texture_bytes_to_be(const struct texture_pool *pool)
+{
+    uint64_t bytes = pool->floor_bytes;
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (t->granted != TEXTURE_UNNEEDED)
+            bytes += texture_is_missing(t) ? texture_bytes_from(t, t->granted)
+                                           : t->full.texture.size_bytes;
+    }
+    return bytes;
+}
+
+static uint64_t last_use(const struct stored_texture *t)
+{
+    return t->last_use > t->store->last_use ? t->last_use : t->store->last_use;
+}
+
+struct stored_texture *texture_find_victim(const struct texture_pool *pool)
+{
+    struct stored_texture *found = NULL;
+    for (size_t i = 0; i < pool->count; i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (t->granted == TEXTURE_UNNEEDED && t->full.texture.name &&
+            (!found || last_use(t) < last_use(found)))
+            found = t;
+    }
+    return found;
+}
+
+bool texture_drop_unneeded(struct texture_pool *pool, uint64_t bytes, struct error *err)
+{
+    struct stored_texture *victim;
+    for (size_t i = 0; i < pool->count; i++)
+        if (pool->textures[i]->granted == TEXTURE_UNNEEDED)
+            bytes += pool->textures[i]->full.texture.size_bytes;
+    while (bytes > pool->budget_bytes && (victim = texture_find_victim(pool)) != NULL) {
+        uint64_t floors = pool->floor_bytes;
+        bytes -= victim->full.texture.size_bytes;
+        if (!texture_let_go(victim, err))
+            return false;
+        bytes += pool->floor_bytes - floors;
+    }
+    return true;
+}
