@@ -128,6 +128,16 @@ static void add_to_fragment(struct rt_fragment *fragment, const struct rt_sample
     fragment->sum.count++;
 }
 
+/* view_z: metres along the view direction. */
+static void find_footprint(const struct rt_batch *batch, const struct rt_hit *hit, double view_z,
+                           const double direction[3], struct rt_footprint *footprint)
+{
+    double way[2][3], scale = batch->desc.camera->is_orthographic ? 1 : view_z;
+    for (int i = 0; i < 6; i++)
+        way[i / 3][i % 3] = batch->desc.way[i / 3][i % 3] * scale;
+    rt_footprint_find(batch->desc.scene, hit, (const double(*)[3])way, direction, footprint);
+}
+
 /* Any single sample would shift shadows and textures by up to half a pixel; the middle of all of
  * them is the pixel's middle inside a surface. */
 static void place_in_the_middle(const struct rt_batch *batch, struct rt_fragment *fragment)
@@ -144,6 +154,9 @@ static void place_in_the_middle(const struct rt_batch *batch, struct rt_fragment
     vec3_normalize(fragment->view);
     rt_scene_normal(batch->desc.scene, &fragment->hit, fragment->normal);
     fragment->view_z = -vec3_dot(relative, batch->desc.camera->back);
+    if (batch->desc.scene->meshes[fragment->hit.mesh].has_textures)
+        find_footprint(batch, &fragment->hit, fragment->view_z, fragment->view,
+                       &fragment->footprint);
 }
 
 static void begin_media(struct rt_batch *batch, const struct rt_sample *sample, double sigma[3])
@@ -152,6 +165,14 @@ static void begin_media(struct rt_batch *batch, const struct rt_sample *sample, 
         rt_media_at(batch->desc.scene, sample->ray->origin, &batch->scratch, sigma);
     else
         memcpy(sigma, batch->desc.eye_sigma, sizeof batch->desc.eye_sigma);
+}
+
+static void filter_unseen(const struct rt_batch *batch, const struct rt_hit *hit,
+                          const double direction[3], double through[3])
+{
+    struct rt_footprint footprint;
+    find_footprint(batch, hit, hit->t, direction, &footprint); /* t is depth */
+    rt_filter_unseen(batch->desc.scene, hit, &footprint, direction, through);
 }
 
 bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
@@ -175,7 +196,7 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
         rt_media_cross(scene, hit, sigma);
         t = hit->t;
         if (hit->is_left_unseen)
-            rt_filter_unseen(scene, hit, sample->ray->direction, through);
+            filter_unseen(batch, hit, sample->ray->direction, through);
         bool is_opaque = hit->is_opaque;
         if (hit->is_hidden || (!is_opaque && scene->meshes[hit->mesh].item->class_ == STATE_MASKED))
             continue;

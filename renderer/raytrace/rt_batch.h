@@ -21,10 +21,11 @@ struct rt_texel { /* where another sample of the pixel meets the surface */
 struct rt_fragment { /* one surface in one pixel */
     struct rt_hit hit;
     struct rt_surface surface;
-    double point[3], view[3]; /* relative to rt_scene.origin; unit, to the viewer */
-    double normal[3];         /* rt_scene_normal */
-    double radiance[3];       /* out, nt, before coverage */
-    double filter[3];         /* of what lies behind */
+    double point[3], view[3];      /* relative to rt_scene.origin; unit, to the viewer */
+    double normal[3];              /* rt_scene_normal */
+    struct rt_footprint footprint; /* of the pixel, or its part; where the mesh has_textures */
+    double radiance[3];            /* out, nt, before coverage */
+    double filter[3];              /* of what lies behind */
     double view_z;
     int x, y;
     int part; /* of the pixel; rt_sample */
@@ -33,7 +34,8 @@ struct rt_fragment { /* one surface in one pixel */
         double u, v, point[3], direction[3];
         int count;
     } sum;
-    struct rt_texel texels[RT_TEXELS_MAX - 1]; /* the base colour is the mean over these and hit */
+    struct rt_texel texels[RT_TEXELS_MAX - 1]; /* the base colour is the mean over these and hit,
+                                              where a texture has no levels of detail */
     int texel_count;
 };
 
@@ -60,6 +62,8 @@ struct rt_batch_desc {
     const struct rt_lamps *lamps; /* required */
     double eye_sigma[3];          /* of a perspective camera */
     int samples;                  /* per pixel */
+    double way[2][3]; /* of rays to those of the next pixel, or part of one, to the right and
+                         down: in metres, perspective: at depth 1 */
 };
 
 struct rt_batch { /* zeroed before init; arrays grow and are kept */

@@ -152,7 +152,7 @@ static void ask_lights(struct rt_batch *batch, uint32_t index)
     for (int run = 0; run < 2; run++) {
         for (size_t i = 0; i < list.counts[run]; i++) {
             uint32_t light = list.items[run][i];
-            if (state_light_is_area(&lamps->state->lights[light])) {
+            if (lamps->lamps[light].is_area) {
                 batch->lights_reaching++;
                 ask_area(batch, index, light);
                 continue;
@@ -167,12 +167,14 @@ static void ask_lights(struct rt_batch *batch, uint32_t index)
     }
 }
 
-/* One sample of a texture that is finer than the pixel would flicker. */
+/* Of a sampler without levels of detail one sample of a texture that is finer than the pixel would
+ * flicker. */
 static void average_base(const struct rt_scene *scene, struct rt_fragment *fragment)
 {
     struct rt_surface *surface = &fragment->surface;
+    int32_t texture = surface->material->textures[SCENE_TEXTURE_BASE_COLOR].texture;
     double sum[4] = {surface->base[0], surface->base[1], surface->base[2], surface->alpha};
-    if (surface->material->textures[SCENE_TEXTURE_BASE_COLOR].texture < 0)
+    if (texture < 0 || rt_texture_has_levels(&scene->state->scene->textures[texture]))
         return;
     for (int i = 0; i < fragment->texel_count; i++) {
         const struct rt_hit hit = {.mesh = fragment->hit.mesh,
@@ -180,7 +182,7 @@ static void average_base(const struct rt_scene *scene, struct rt_fragment *fragm
                                    .u = (double)fragment->texels[i].u,
                                    .v = (double)fragment->texels[i].v};
         double base[4];
-        rt_surface_base(scene, &hit, base);
+        rt_surface_base(scene, &hit, &fragment->footprint, base);
         for (int k = 0; k < 4; k++)
             sum[k] += base[k];
     }
@@ -195,7 +197,7 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     struct rt_fragment *fragment = &batch->fragments[index];
     struct rt_surface *surface = &fragment->surface;
     const struct scene_state *state = batch->desc.scene->state;
-    rt_surface_evaluate(batch->desc.scene, &fragment->hit, surface);
+    rt_surface_evaluate(batch->desc.scene, &fragment->hit, &fragment->footprint, surface);
     average_base(batch->desc.scene, fragment);
     if (fragment->is_opaque)
         surface->alpha = 1, surface->transmission = 0;
@@ -215,10 +217,7 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
 
 void rt_batch_light(struct rt_batch *batch)
 {
-    enum { AHEAD = 4 };
     for (uint32_t i = 0; i < batch->fragment_count && !batch->is_cancelled; i++) {
-        if (i + AHEAD < batch->fragment_count)
-            rt_surface_prefetch(batch->desc.scene, &batch->fragments[i + AHEAD].hit);
         begin_fragment(batch, i);
     }
     flush_jobs(batch);

@@ -17,7 +17,10 @@ static void fill_lamp(const struct rt_scene *scene, const struct state_light *li
     double scale = 1 / rt_max(cos((double)light->inner_cone_rad) - outer, 1e-3);
     *lamp = (struct rt_lamp){.cone_scale = (float)scale,
                              .cone_offset = (float)(-outer * scale),
+                             .least_cosine = (float)outer,
                              .inverse_range = light->range > 0 ? 1 / light->range : 0,
+                             .type = light->type,
+                             .is_area = state_light_is_area(light),
                              .samples = rt_light_sample_count(light, quality)};
     for (int k = 0; k < 3; k++) {
         lamp->position[k] = (float)(light->position[k] - scene->origin[k]);
@@ -96,11 +99,22 @@ struct rt_lamp_list rt_lamps_near(const struct rt_lamps *lamps, int x, int y, do
                                  .counts = {clusters->prefix_count, head[1]}};
 }
 
+/* Whether the cone certainly leaves the point out: before any root or division. to_light: not of
+ * unit length. */
+static bool is_outside(const struct rt_lamp *lamp, const float to_light[3], float square)
+{
+    static const float clearly = 1 + 1e-5f; /* by more than rounding */
+    const float *d = lamp->direction, c = lamp->least_cosine;
+    float along = -(d[0] * to_light[0] + d[1] * to_light[1] + d[2] * to_light[2]);
+    float is = along * fabsf(along), least = c * fabsf(c) * square;
+    return is < (least > 0 ? least / clearly : least * clearly);
+}
+
 float rt_lamp_arrive(const struct rt_lamps *lamps, uint32_t light, const float point[3], float l[3],
                      float *distance_m)
 {
     const struct rt_lamp *lamp = &lamps->lamps[light];
-    enum scene_light_type type = lamps->state->lights[light].type;
+    enum scene_light_type type = lamp->type;
     if (type == SCENE_LIGHT_DIRECTIONAL) {
         for (int k = 0; k < 3; k++)
             l[k] = -lamp->direction[k];
@@ -110,6 +124,9 @@ float rt_lamp_arrive(const struct rt_lamps *lamps, uint32_t light, const float p
     for (int k = 0; k < 3; k++)
         l[k] = lamp->position[k] - point[k];
     float square = l[0] * l[0] + l[1] * l[1] + l[2] * l[2];
+    if (square * lamp->inverse_range * lamp->inverse_range >= 1 ||
+        (type == SCENE_LIGHT_SPOT && is_outside(lamp, l, square)))
+        return 0;
     float distance = sqrtf(square), gain = 1 / rt_max_f32(square, 1e-24f);
     float q = distance * lamp->inverse_range;
     gain *= rt_max_f32(1 - q * q * q * q, 0);

@@ -11,8 +11,11 @@
 struct rt_lamp {
     float position[3], direction[3]; /* relative to rt_scene.origin; unit, of travel */
     float cone_scale, cone_offset;   /* of a spot: its cosine to [0, 1] */
+    float least_cosine;              /* of a spot: nothing arrives beyond it, by its square */
     float inverse_range;             /* 0: unbounded */
     uint32_t samples;                /* 1, or points of an area light */
+    enum scene_light_type type;
+    bool is_area;
 };
 
 struct rt_lamps { /* zeroed before init */

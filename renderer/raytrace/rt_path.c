@@ -48,11 +48,12 @@ void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double
 }
 
 void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
-                      const double direction[3], double through[3])
+                      const struct rt_footprint *footprint, const double direction[3],
+                      double through[3])
 {
     struct rt_surface surface;
     double filter[3];
-    rt_surface_evaluate(scene, hit, &surface);
+    rt_surface_evaluate(scene, hit, footprint, &surface);
     double cosine = fabs(vec3_dot(surface.normal, direction)) / vec3_length(direction);
     rt_surface_light_filter(&surface, cosine, false, VIEW_BLEND_COVERAGE, filter);
     for (int k = 0; k < 3; k++)

@@ -24,9 +24,10 @@ void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double
                    double from, double to, double through[3]);
 
 /* Multiplies by the filter of a face that is_left_unseen; it reflects nothing (docs/shading.md,
- * section 2). */
+ * section 2). footprint: as of rt_surface_evaluate. */
 void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
-                      const double direction[3], double through[3]);
+                      const struct rt_footprint *footprint, const double direction[3],
+                      double through[3]);
 
 /* A ray's leaves_out from a surface: its own node where its material has no self shadow, else 0. */
 uint32_t rt_path_left_out(const struct rt_scene *scene, const struct rt_hit *on);

@@ -15,7 +15,7 @@ struct shared { /* by all threads, read only */
     struct rt_lamps lamps;
     double eye_sigma[3]; /* rt_media_at a perspective camera's eye */
     int columns, rows;
-    int samples;
+    int samples, parts_per_side;
     double positions[256][2]; /* of the samples in a pixel, y down */
     int parts[256];           /* of the pixel that the samples lie in */
 };
@@ -37,6 +37,7 @@ static void place_samples(struct shared *shared, int side)
     side = side ? side : 1;
     int parts = (side + 1) / 2; /* a side; four samples share a surface's shading, and its texels */
     shared->samples = side * side;
+    shared->parts_per_side = parts;
     for (int s = 0; s < shared->samples; s++) {
         int column = s % side, row = s / side;
         shared->parts[s] = row * parts / side * parts + column * parts / side;
@@ -119,6 +120,18 @@ static void trace_tiles(void *worker)
         atomic_store(&job->has_overflowed, true);
 }
 
+/* From the ray through one part of a pixel to those to the right and below. */
+static void find_way(const struct rt_job *job, int parts_per_side, double way[2][3])
+{
+    const struct camera *camera = job->desc->camera;
+    double right = 2 * camera->half_width / job->image->width_px / parts_per_side;
+    double down = 2 * camera->half_height / job->image->height_px / parts_per_side;
+    for (int k = 0; k < 3; k++) {
+        way[0][k] = camera->right[k] * right;
+        way[1][k] = -camera->up[k] * down;
+    }
+}
+
 static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
 {
     struct tracer *tracer = worker;
@@ -129,6 +142,7 @@ static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
                                  .camera = job->desc->camera,
                                  .lamps = &shared->lamps,
                                  .samples = shared->samples};
+    find_way(job, shared->parts_per_side, desc.way);
     memcpy(desc.eye_sigma, shared->eye_sigma, sizeof desc.eye_sigma);
     tracer->job = job;
     tracer->shared = shared;

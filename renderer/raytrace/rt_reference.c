@@ -39,7 +39,7 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double co
         rt_media_cross(job->scene, hit, sigma);
         t = hit->t;
         if (hit->is_left_unseen)
-            rt_filter_unseen(job->scene, hit, view, through);
+            rt_filter_unseen(job->scene, hit, NULL, view, through);
         if (hit->is_hidden)
             continue;
         enum state_class class_ = job->scene->meshes[hit->mesh].item->class_;
@@ -48,7 +48,7 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double co
             continue;
         struct rt_surface surface;
         double radiance[3], filter[3], point[3];
-        rt_surface_evaluate(job->scene, hit, &surface);
+        rt_surface_evaluate(job->scene, hit, NULL, &surface);
         for (int k = 0; k < 3; k++)
             point[k] = ray->origin[k] + ray->direction[k] * hit->t;
         if (is_opaque)

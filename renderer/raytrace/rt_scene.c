@@ -30,13 +30,16 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
                       const struct state_item *item)
 {
     const struct state_geometry geometry = state_geometry_of(scene->state, item);
-    uint32_t flags = scene->state->materials[item->material].base.flags;
+    const struct scene_material *m = &scene->state->materials[item->material].base;
     mesh->item = item;
     mesh->triangles = geometry.indices + geometry.primitive->first_index;
     mesh->class_ = item->class_;
     mesh->is_mirrored = item->is_mirrored;
     mesh->is_medium = item->is_medium;
-    mesh->is_double_sided = flags & SCENE_MATERIAL_DOUBLE_SIDED;
+    mesh->is_double_sided = m->flags & SCENE_MATERIAL_DOUBLE_SIDED;
+    mesh->has_textures = false;
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
+        mesh->has_textures |= m->textures[slot].texture >= 0;
 }
 
 static bool add_mesh(struct rt_scene *scene, const struct state_item *item, struct error *err)
@@ -129,6 +132,8 @@ static void bind_view(struct rt_scene *scene, const struct scene_state *state,
     scene->clip_planes = view->clip_planes;
     scene->clip_plane_count = view->clip_plane_count;
     scene->cuts = view->cuts;
+    if (scene->images)
+        rt_images_find(state->scene, scene->images);
 }
 
 bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
@@ -156,12 +161,6 @@ static bool count_memory(void *scene, ssize_t bytes, bool is_after)
     return true;
 }
 
-/* sRGB electro-optical transfer function, IEC 61966-2-1. */
-static double linear_from_srgb(double x)
-{
-    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
-}
-
 static void set_constants(struct rt_scene *scene, const struct scene_state *state)
 {
     double diagonal[3] = {0};
@@ -172,23 +171,21 @@ static void set_constants(struct rt_scene *scene, const struct scene_state *stat
     }
     scene->epsilon = 2e-5;
     scene->nudge_m = 1e-6 * 0.5 * vec3_length(diagonal); /* 16 ulp of the outermost vertex */
-    for (int i = 0; i < 256; i++) {
-        scene->linear_from_srgb[i] = linear_from_srgb(i / 255.0);
-        scene->linear_from_unorm[i] = i / 255.0;
-    }
+    rt_texel_tables_fill(&scene->tables);
 }
 
 bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, const struct view *view,
                    struct error *err)
 {
     *scene = (struct rt_scene){.key = geometry_key(state)};
+    scene->images = calloc(state->scene->image_count + 1, sizeof *scene->images);
     bind_view(scene, state, view);
     set_constants(scene, state);
     scene->meshes = calloc(state->item_count + 1, sizeof *scene->meshes);
     scene->device = rtcNewDevice("threads=1");
     scene->mask_count = state->scene->image_count;
     scene->masks = calloc(scene->mask_count + 1, sizeof *scene->masks);
-    if (!scene->meshes || !scene->masks || !scene->device) {
+    if (!scene->meshes || !scene->images || !scene->masks || !scene->device) {
         error_set(err, ERROR_NO_MEMORY, "ray tracing %zu drawables", state->item_count);
         goto fail;
     }
@@ -227,6 +224,7 @@ void rt_scene_finish(struct rt_scene *scene)
     for (size_t i = 0; scene->masks && i < scene->mask_count; i++)
         rt_mask_finish(&scene->masks[i]);
     free(scene->masks);
+    free(scene->images);
     *scene = (struct rt_scene){0};
 }
 

@@ -8,6 +8,7 @@
 #include <stdatomic.h>
 
 #include "renderer/raytrace/rt_mask.h"
+#include "renderer/raytrace/rt_texture.h"
 #include "renderer/scene/scene_state.h"
 
 struct rt_mesh { /* one state item, triangles only */
@@ -17,6 +18,7 @@ struct rt_mesh { /* one state item, triangles only */
     /* what each hit asks for, at hand */
     enum state_class class_;
     bool is_mirrored, is_medium, is_double_sided;
+    bool has_textures; /* of its material */
 };
 
 struct rt_scene {
@@ -31,11 +33,12 @@ struct rt_scene {
     bool has_packets; /* the processor has what rays in packets of 8 need */
     atomic_llong embree_bytes;
     uint64_t vertex_bytes;
-    double origin[3]; /* world; centre of the scene, so that f32 keeps its precision */
-    double epsilon;   /* relative tolerance of "strictly nearer", as the rasteriser's */
-    double nudge_m;   /* how far f32 may misplace a point of the scene */
-    double linear_from_srgb[256], linear_from_unorm[256]; /* of the texels' bytes */
-    const double (*clip_planes)[4];                       /* world; borrowed */
+    double origin[3];        /* world; centre of the scene, so that f32 keeps its precision */
+    double epsilon;          /* relative tolerance of "strictly nearer", as the rasteriser's */
+    double nudge_m;          /* how far f32 may misplace a point of the scene */
+    struct rt_image *images; /* of the state's scene */
+    struct rt_texel_tables tables;
+    const double (*clip_planes)[4]; /* world; borrowed */
     size_t clip_plane_count;
     const struct view_cut *cuts; /* per clip plane; NULL: the default; borrowed */
 };

@@ -5,162 +5,115 @@
 #include "renderer/raytrace/rt_math.h"
 #include "renderer/scene/matrix.h"
 
-enum { WRAP_CLAMP = 33071, WRAP_MIRROR = 33648, FILTER_NEAREST = 9728 }; /* numbers of glTF */
-
 static double clamp01(double x)
 {
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-static int64_t wrap_texel(int64_t i, int64_t size, uint32_t mode)
-{
-    if (i >= 0 && i < size)
-        return i;
-    if (mode == WRAP_CLAMP)
-        return i < 0 ? 0 : size - 1;
-    if (mode == WRAP_MIRROR) {
-        int64_t k = ((i % (2 * size)) + 2 * size) % (2 * size);
-        return k < size ? k : 2 * size - 1 - k;
-    }
-    return ((i % size) + size) % size;
-}
-
-/* A texture coordinate in texels, as the two texels around it and the second one's weight; nearest:
- * both are the one it lies in. */
-struct texel_pair {
-    size_t at[2];
-    double weight;
-};
-
-static struct texel_pair find_texels(double x, int64_t size, uint32_t wrap, bool is_nearest)
-{
-    double from = is_nearest ? x : x - 0.5;
-    int64_t low = (int64_t)from;
-    low -= from < (double)low; /* floor, without a call */
-    struct texel_pair pair = {.weight = is_nearest ? 0 : from - (double)low};
-    pair.at[0] = (size_t)wrap_texel(low, size, wrap);
-    pair.at[1] = is_nearest ? pair.at[0] : (size_t)wrap_texel(low + 1, size, wrap);
-    return pair;
-}
-
-struct texel_square {
-    const uint8_t *texels[4]; /* RGBA */
-    double weights[4];
-    int count;
-    uint32_t image;
-    size_t x, y;   /* of the first */
-    bool is_whole; /* the others are its neighbours to the right and below */
-};
-
-/* Bilinear at the finest level; supersampling does the rest of the filtering. */
-static void find_texel_square(const struct rt_scene *rt, const struct scene_texture *texture,
-                              const double uv[2], struct texel_square *square)
-{
-    const struct scene *scene = rt->state->scene;
-    const struct scene_image *image = &scene->images[texture->image];
-    const uint8_t *texels = scene_image_pixels(scene, image);
-    bool is_nearest = texture->mag_filter == FILTER_NEAREST;
-    struct texel_pair x =
-        find_texels(uv[0] * image->width_px, image->width_px, texture->wrap_s, is_nearest);
-    struct texel_pair y =
-        find_texels(uv[1] * image->height_px, image->height_px, texture->wrap_t, is_nearest);
-    square->count = is_nearest ? 1 : 4;
-    square->image = (uint32_t)texture->image;
-    square->x = x.at[0];
-    square->y = y.at[0];
-    square->is_whole = is_nearest || (x.at[1] == x.at[0] + 1 && y.at[1] == y.at[0] + 1);
-    for (int i = 0; i < square->count; i++) {
-        square->texels[i] = texels + 4 * (y.at[i >> 1] * image->width_px + x.at[i & 1]);
-        square->weights[i] = (i & 1 ? x.weight : 1 - x.weight) * (i & 2 ? y.weight : 1 - y.weight);
-    }
-}
-
-static void interpolate(const struct rt_scene *scene, const struct rt_hit *hit, const float *stream,
-                        int width, double *out)
-{
+/* A hit, and what lookups there share. */
+struct place {
+    const struct rt_scene *scene;
+    const struct rt_hit *hit;
+    const struct rt_footprint *footprint; /* NULL: finest levels */
+    const struct state_item *item;
+    const struct scene_material *material;
+    const struct scene_primitive *primitive;
+    const struct scene *streams; /* that the vertices count into */
     uint32_t vertices[3];
-    rt_scene_triangle(scene, hit->mesh, hit->triangle, vertices);
+    struct {
+        bool is_known;
+        double at[3][2]; /* at the hit, and how far it goes in a pixel to the right, and one down */
+    } texcoords[2];      /* by set, before a slot's transform */
+};
+
+static struct place find_place(const struct rt_scene *scene, const struct rt_hit *hit,
+                               const struct rt_footprint *footprint)
+{
+    const struct state_item *item = scene->meshes[hit->mesh].item;
+    struct place place;
+    place.scene = scene;
+    place.hit = hit;
+    place.footprint = footprint;
+    place.item = item;
+    place.material = &scene->state->materials[item->material].base;
+    place.primitive = state_geometry_of(scene->state, item).primitive;
+    place.streams = scene_of_primitive(scene->state->scene, place.primitive);
+    place.texcoords[0].is_known = place.texcoords[1].is_known = false;
+    for (size_t k = 0; k < 3; k++)
+        place.vertices[k] = place.primitive->first_vertex +
+                            scene->meshes[hit->mesh].triangles[3 * (size_t)hit->triangle + k];
+    return place;
+}
+
+static void interpolate(const struct place *place, const float *stream, int width, double *out)
+{
+    const struct rt_hit *hit = place->hit;
     const double weights[3] = {1 - hit->u - hit->v, hit->u, hit->v};
     for (int c = 0; c < width; c++) {
         out[c] = 0;
         for (int k = 0; k < 3; k++)
-            out[c] += weights[k] * (double)stream[(size_t)vertices[k] * (size_t)width + (size_t)c];
+            out[c] +=
+                weights[k] * (double)stream[(size_t)place->vertices[k] * (size_t)width + (size_t)c];
     }
 }
 
-static const struct scene_primitive *hit_primitive(const struct rt_scene *scene,
-                                                   const struct rt_hit *hit)
+static bool slot_is_sampled(const struct place *place, int slot)
 {
-    return state_geometry_of(scene->state, scene->meshes[hit->mesh].item).primitive;
-}
-
-/* Whose streams the vertices of the hit count into. */
-static const struct scene *hit_streams(const struct rt_scene *scene, const struct rt_hit *hit)
-{
-    return scene_of_primitive(scene->state->scene, hit_primitive(scene, hit));
-}
-
-static const struct scene_material *hit_material(const struct rt_scene *scene,
-                                                 const struct rt_hit *hit)
-{
-    return &scene->state->materials[scene->meshes[hit->mesh].item->material].base;
-}
-
-static bool slot_is_sampled(const struct rt_scene *scene, const struct rt_hit *hit, int slot)
-{
-    const struct scene *s = scene->state->scene;
-    const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[slot];
+    const struct scene_texture_ref *ref = &place->material->textures[slot];
     const uint32_t uv = SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1;
-    return ref->texture >= 0 && s->textures[ref->texture].image >= 0 &&
-           (hit_primitive(scene, hit)->flags & uv);
+    return ref->texture >= 0 && place->scene->state->scene->textures[ref->texture].image >= 0 &&
+           (place->primitive->flags & uv);
 }
 
-static bool find_slot(const struct rt_scene *scene, const struct rt_hit *hit, int slot,
-                      struct texel_square *square)
+static const double (*texcoords_of(struct place *place, uint32_t set))[2]
 {
-    if (!slot_is_sampled(scene, hit, slot))
+    double(*at)[2] = place->texcoords[set].at;
+    const float *stream = set ? place->streams->texcoords_1 : place->streams->texcoords_0;
+    const struct rt_footprint *footprint = place->footprint;
+    if (place->texcoords[set].is_known)
+        return (const double(*)[2])at;
+    place->texcoords[set].is_known = true;
+    memset(at, 0, sizeof place->texcoords[set].at);
+    for (size_t c = 0; stream && c < 2; c++) {
+        double first = (double)stream[2 * (size_t)place->vertices[0] + c];
+        double u = (double)stream[2 * (size_t)place->vertices[1] + c] - first;
+        double v = (double)stream[2 * (size_t)place->vertices[2] + c] - first;
+        at[0][c] = first + place->hit->u * u + place->hit->v * v;
+        at[1][c] = footprint ? footprint->right[0] * u + footprint->right[1] * v : 0;
+        at[2][c] = footprint ? footprint->down[0] * u + footprint->down[1] * v : 0;
+    }
+    return (const double(*)[2])at;
+}
+
+/* How a slot's texture is looked up. */
+static bool find_slot(struct place *place, int slot, struct rt_texture_lookup *lookup)
+{
+    if (!slot_is_sampled(place, slot))
         return false;
-    const struct scene *s = scene->state->scene;
-    const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[slot];
-    const struct scene *from = hit_streams(scene, hit);
-    const float *stream = ref->texcoord ? from->texcoords_1 : from->texcoords_0;
-    double raw[2] = {0}, uv[2];
-    if (stream)
-        interpolate(scene, hit, stream, 2, raw);
+    const struct scene_texture_ref *ref = &place->material->textures[slot];
+    const struct scene_texture *texture = &place->scene->state->scene->textures[ref->texture];
+    const double(*from)[2] = texcoords_of(place, ref->texcoord);
+    lookup->image = &place->scene->images[texture->image];
+    lookup->texture = texture;
+    lookup->is_srgb = scene_slot_is_srgb(slot);
+    lookup->is_finest = !place->footprint;
     for (int row = 0; row < 2; row++) {
         const float *m = ref->uv_transform + 3 * row;
-        uv[row] = (double)m[0] * raw[0] + (double)m[1] * raw[1] + (double)m[2];
+        lookup->at[row] = (double)m[0] * from[0][0] + (double)m[1] * from[0][1] + (double)m[2];
+        for (int step = 0; step < 2; step++)
+            lookup->per_pixel[step][row] =
+                (double)m[0] * from[1 + step][0] + (double)m[1] * from[1 + step][1];
     }
-    find_texel_square(scene, &s->textures[ref->texture], uv, square);
     return true;
 }
 
-static void sample_slot(const struct rt_scene *scene, const struct rt_hit *hit, int slot,
-                        double out[4])
+static void sample_slot(struct place *place, int slot, double out[4])
 {
-    struct texel_square square;
-    bool is_srgb = slot == SCENE_TEXTURE_BASE_COLOR || slot == SCENE_TEXTURE_EMISSIVE;
-    const double *linear = is_srgb ? scene->linear_from_srgb : scene->linear_from_unorm;
-    bool is_found = find_slot(scene, hit, slot, &square);
-    for (int k = 0; k < 4; k++)
-        out[k] = is_found ? 0 : 1;
-    for (int i = 0; is_found && i < square.count; i++) {
-        for (int k = 0; k < 3; k++)
-            out[k] += square.weights[i] * linear[square.texels[i][k]];
-        out[3] += square.weights[i] * scene->linear_from_unorm[square.texels[i][3]];
-    }
-}
-
-void rt_surface_prefetch(const struct rt_scene *scene, const struct rt_hit *hit)
-{
-    struct texel_square square;
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
-        if (!find_slot(scene, hit, slot, &square))
-            continue;
-        __builtin_prefetch(square.texels[0]);
-        if (square.count == 4)
-            __builtin_prefetch(square.texels[2]); /* the row below */
-    }
+    struct rt_texture_lookup lookup;
+    if (find_slot(place, slot, &lookup))
+        rt_texture_sample(&lookup, &place->scene->tables, out);
+    else
+        out[0] = out[1] = out[2] = out[3] = 1;
 }
 
 /* Alpha is a mean of the square's texels. One that their bounds, further out by far more than
@@ -168,17 +121,22 @@ void rt_surface_prefetch(const struct rt_scene *scene, const struct rt_hit *hit)
 bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
 {
     static const double slack = 1e-9;
-    const struct scene_material *m = hit_material(scene, hit);
+    struct place place = find_place(scene, hit, NULL);
+    const struct scene_material *m = place.material;
     double alpha = 1, cutoff = (double)m->alpha_cutoff, factor = (double)m->base_color[3];
-    struct texel_square square;
-    bool is_found = find_slot(scene, hit, SCENE_TEXTURE_BASE_COLOR, &square);
-    if (hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_COLORS) {
+    struct rt_texture_lookup lookup;
+    struct rt_texel_square square;
+    bool is_found = find_slot(&place, SCENE_TEXTURE_BASE_COLOR, &lookup);
+    if (is_found)
+        rt_texture_find_finest(&lookup, &square);
+    if (place.primitive->flags & SCENE_PRIMITIVE_HAS_COLORS) {
         double color[4];
-        interpolate(scene, hit, hit_streams(scene, hit)->colors, 4, color);
+        interpolate(&place, place.streams->colors, 4, color);
         factor *= color[3];
     }
-    if (is_found && square.is_whole && factor >= 0 && scene->masks[square.image].bounds) {
-        const uint8_t *b = rt_mask_bounds(&scene->masks[square.image], square.x, square.y);
+    const struct rt_mask *mask = is_found ? &scene->masks[lookup.texture->image] : NULL;
+    if (is_found && square.is_whole && factor >= 0 && mask->bounds) {
+        const uint8_t *b = rt_mask_bounds(mask, square.x, square.y);
         if (clamp01(b[0] / 255.0 * factor) >= cutoff + slack)
             return true;
         if (clamp01(b[1] / 255.0 * factor) < cutoff - slack)
@@ -191,25 +149,29 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
     return clamp01(alpha * factor) >= cutoff;
 }
 
-void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4])
+static void find_base(struct place *place, double base[4])
 {
-    const struct scene_material *m = hit_material(scene, hit);
     double color[4] = {1, 1, 1, 1};
-    sample_slot(scene, hit, SCENE_TEXTURE_BASE_COLOR, base);
-    if (hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_COLORS)
-        interpolate(scene, hit, hit_streams(scene, hit)->colors, 4, color);
+    sample_slot(place, SCENE_TEXTURE_BASE_COLOR, base);
+    if (place->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS)
+        interpolate(place, place->streams->colors, 4, color);
     for (int k = 0; k < 4; k++)
-        base[k] = clamp01(base[k] * (double)m->base_color[k] * color[k]);
+        base[k] = clamp01(base[k] * (double)place->material->base_color[k] * color[k]);
+}
+
+void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit,
+                     const struct rt_footprint *footprint, double base[4])
+{
+    struct place place = find_place(scene, hit, footprint);
+    find_base(&place, base);
 }
 
 /* Normals go by the cofactor matrix, which is the inverse transpose up to a positive scale and the
  * mirror's sign. */
-static void transform_normal(const struct rt_scene *scene, const struct rt_hit *hit,
-                             const double in[3], double out[3])
+static void transform_normal(const struct place *place, const double m[16], const double in[3],
+                             double out[3])
 {
-    const struct state_item *item = scene->meshes[hit->mesh].item;
-    const double *m = state_geometry_of(scene->state, item).world;
-    double sign = item->is_mirrored ? -1 : 1;
+    double sign = place->item->is_mirrored ? -1 : 1;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         out[i] = 0;
@@ -221,25 +183,22 @@ static void transform_normal(const struct rt_scene *scene, const struct rt_hit *
 }
 
 /* Direction in which one texture coordinate grows, from the triangle's own edges. */
-static bool triangle_tangents(const struct rt_scene *scene, const struct rt_hit *hit,
-                              double tangent[3], double bitangent[3])
+static bool triangle_tangents(const struct place *place, double tangent[3], double bitangent[3])
 {
-    const struct scene *s = hit_streams(scene, hit);
-    const struct scene_primitive *p = hit_primitive(scene, hit);
-    const struct scene_texture_ref *ref = &hit_material(scene, hit)->textures[SCENE_TEXTURE_NORMAL];
-    const float *stream = ref->texcoord ? s->texcoords_1 : s->texcoords_0;
-    uint32_t vertices[3];
+    const struct scene_texture_ref *ref = &place->material->textures[SCENE_TEXTURE_NORMAL];
+    const float *stream = ref->texcoord ? place->streams->texcoords_1 : place->streams->texcoords_0;
+    const uint32_t *vertices = place->vertices, first = place->primitive->first_vertex;
+    const double(*position)[3] =
+        (const double(*)[3])place->scene->meshes[place->hit->mesh].positions;
     double uv[3][2], e1[3], e2[3];
-    rt_scene_triangle(scene, hit->mesh, hit->triangle, vertices);
-    const double(*position)[3] = (const double(*)[3])scene->meshes[hit->mesh].positions;
     for (int k = 0; k < 3; k++)
         for (int row = 0; row < 2; row++) {
             const float *m = ref->uv_transform + 3 * row;
             uv[k][row] = (double)m[0] * (double)stream[2 * (size_t)vertices[k]] +
                          (double)m[1] * (double)stream[2 * (size_t)vertices[k] + 1];
         }
-    vec3_sub(position[vertices[1] - p->first_vertex], position[vertices[0] - p->first_vertex], e1);
-    vec3_sub(position[vertices[2] - p->first_vertex], position[vertices[0] - p->first_vertex], e2);
+    vec3_sub(position[vertices[1] - first], position[vertices[0] - first], e1);
+    vec3_sub(position[vertices[2] - first], position[vertices[0] - first], e2);
     double du1 = uv[1][0] - uv[0][0], dv1 = uv[1][1] - uv[0][1];
     double du2 = uv[2][0] - uv[0][0], dv2 = uv[2][1] - uv[0][1];
     double det = du1 * dv2 - du2 * dv1;
@@ -252,43 +211,41 @@ static bool triangle_tangents(const struct rt_scene *scene, const struct rt_hit 
     return true;
 }
 
-static bool tangent_frame(const struct rt_scene *scene, const struct rt_hit *hit, const double n[3],
-                          double t[3], double b[3])
+static bool tangent_frame(const struct place *place, const double n[3], double t[3], double b[3])
 {
-    if (!(hit_primitive(scene, hit)->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
-        return triangle_tangents(scene, hit, t, b) && vec3_normalize(t) && vec3_normalize(b);
-    const struct state_item *item = scene->meshes[hit->mesh].item;
+    if (!(place->primitive->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
+        return triangle_tangents(place, t, b) && vec3_normalize(t) && vec3_normalize(b);
     double local[4];
-    interpolate(scene, hit, hit_streams(scene, hit)->tangents, 4, local);
-    mat4_transform_direction(scene->state->world[item->node], local, t);
+    interpolate(place, place->streams->tangents, 4, local);
+    mat4_transform_direction(place->scene->state->world[place->item->node], local, t);
     double along = vec3_dot(t, n);
     for (int k = 0; k < 3; k++)
         t[k] -= n[k] * along;
     if (!vec3_normalize(t))
         return false;
     vec3_cross(n, t, b);
-    double sign = local[3] * (item->is_mirrored ? -1 : 1);
+    double sign = local[3] * (place->item->is_mirrored ? -1 : 1);
     for (int k = 0; k < 3; k++)
         b[k] *= sign;
     return true;
 }
 
-static void evaluate_normal(const struct rt_scene *scene, const struct rt_hit *hit,
-                            const struct scene_material *m, double normal[3])
+static void evaluate_normal(struct place *place, double normal[3])
 {
     double local[3];
-    const struct state_item *item = scene->meshes[hit->mesh].item;
-    interpolate(scene, hit, state_geometry_of(scene->state, item).normals, 3, local);
-    transform_normal(scene, hit, local, normal);
+    const struct scene_material *m = place->material;
+    const struct state_geometry geometry = state_geometry_of(place->scene->state, place->item);
+    interpolate(place, geometry.normals, 3, local);
+    transform_normal(place, geometry.world, local, normal);
     if (!vec3_normalize(normal))
-        rt_scene_normal(scene, hit, normal);
-    for (int k = 0; k < 3 && !hit->is_front; k++)
+        rt_scene_normal(place->scene, place->hit, normal);
+    for (int k = 0; k < 3 && !place->hit->is_front; k++)
         normal[k] = -normal[k];
     double t[3], b[3], texel[4];
-    if ((m->flags & SCENE_MATERIAL_UNLIT) || !slot_is_sampled(scene, hit, SCENE_TEXTURE_NORMAL) ||
-        !tangent_frame(scene, hit, normal, t, b))
+    if ((m->flags & SCENE_MATERIAL_UNLIT) || !slot_is_sampled(place, SCENE_TEXTURE_NORMAL) ||
+        !tangent_frame(place, normal, t, b))
         return;
-    sample_slot(scene, hit, SCENE_TEXTURE_NORMAL, texel);
+    sample_slot(place, SCENE_TEXTURE_NORMAL, texel);
     double x = (texel[0] * 2 - 1) * (double)m->normal_scale;
     double y = (texel[1] * 2 - 1) * (double)m->normal_scale, z = texel[2] * 2 - 1;
     double mapped[3];
@@ -298,40 +255,46 @@ static void evaluate_normal(const struct rt_scene *scene, const struct rt_hit *h
         memcpy(normal, mapped, sizeof mapped);
 }
 
-void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
-                                struct rt_surface *surface)
+static void evaluate_filter(struct place *place, struct rt_surface *surface)
 {
-    const struct scene_material *m = hit_material(scene, hit);
-    const struct state_item *item = scene->meshes[hit->mesh].item;
+    const struct scene_material *m = place->material;
     double base[4], texel[4];
     surface->material = m;
-    rt_surface_base(scene, hit, base);
+    find_base(place, base);
     memcpy(surface->base, base, sizeof surface->base);
     surface->alpha = m->alpha_mode == SCENE_BLEND ? base[3] : 1;
     surface->transmission = surface->thickness_m = 0;
     if (m->transmission <= 0)
         return;
-    sample_slot(scene, hit, SCENE_TEXTURE_TRANSMISSION, texel);
+    sample_slot(place, SCENE_TEXTURE_TRANSMISSION, texel);
     surface->transmission = (double)m->transmission * texel[0];
-    if (m->thickness <= 0 || item->is_medium)
+    if (m->thickness <= 0 || place->item->is_medium)
         return; /* the inside of a medium attenuates, not its surface: rt_path.h */
-    sample_slot(scene, hit, SCENE_TEXTURE_THICKNESS, texel);
-    surface->thickness_m = (double)m->thickness * texel[1] * (double)item->length_scale;
+    sample_slot(place, SCENE_TEXTURE_THICKNESS, texel);
+    surface->thickness_m = (double)m->thickness * texel[1] * (double)place->item->length_scale;
+}
+
+void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
+                                struct rt_surface *surface)
+{
+    struct place place = find_place(scene, hit, NULL);
+    evaluate_filter(&place, surface);
 }
 
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
-                         struct rt_surface *surface)
+                         const struct rt_footprint *footprint, struct rt_surface *surface)
 {
-    const struct scene_material *m = hit_material(scene, hit);
+    struct place place = find_place(scene, hit, footprint);
+    const struct scene_material *m = place.material;
     double texel[4];
-    rt_surface_evaluate_filter(scene, hit, surface);
-    evaluate_normal(scene, hit, m, surface->normal);
-    sample_slot(scene, hit, SCENE_TEXTURE_METALLIC_ROUGHNESS, texel);
+    evaluate_filter(&place, surface);
+    evaluate_normal(&place, surface->normal);
+    sample_slot(&place, SCENE_TEXTURE_METALLIC_ROUGHNESS, texel);
     surface->metallic = clamp01((double)m->metallic * texel[2]);
     surface->roughness = clamp01((double)m->roughness * texel[1]);
-    sample_slot(scene, hit, SCENE_TEXTURE_OCCLUSION, texel);
+    sample_slot(&place, SCENE_TEXTURE_OCCLUSION, texel);
     surface->occlusion = clamp01(1 + (double)m->occlusion_strength * (texel[0] - 1));
-    sample_slot(scene, hit, SCENE_TEXTURE_EMISSIVE, texel);
+    sample_slot(&place, SCENE_TEXTURE_EMISSIVE, texel);
     for (int k = 0; k < 3; k++)
         surface->emissive[k] = (double)m->emissive[k] * texel[k];
     double reflectance = ((double)m->ior - 1) / ((double)m->ior + 1);

@@ -4,7 +4,7 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_SURFACE_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_SURFACE_H
 
-#include "renderer/raytrace/rt_scene.h"
+#include "renderer/raytrace/rt_footprint.h"
 
 struct rt_surface {
     const struct scene_material *material;
@@ -15,21 +15,21 @@ struct rt_surface {
     double transmission, thickness_m, f0;
 };
 
-/* Base colour and alpha after texture and vertex colour, each in [0, 1]. */
-void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit, double base[4]);
+/* Base colour and alpha after texture and vertex colour, each in [0, 1]. footprint: chooses the
+ * textures' levels of detail, here and below; NULL: the finest. */
+void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit,
+                     const struct rt_footprint *footprint, double base[4]);
 
-/* Of a masked surface: whether its alpha reaches the cutoff. */
+/* Of a masked surface: whether its alpha reaches the cutoff, in the finest level. */
 bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit);
 
-/* Has the texels that rt_surface_evaluate reads brought into the cache. */
-void rt_surface_prefetch(const struct rt_scene *scene, const struct rt_hit *hit);
-
-/* Only what rt_surface_light_filter needs: material, base, alpha, transmission and thickness. */
+/* Only what rt_surface_light_filter needs: material, base, alpha, transmission and thickness; of
+ * the finest levels. */
 void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
                                 struct rt_surface *surface);
 
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
-                         struct rt_surface *surface);
+                         const struct rt_footprint *footprint, struct rt_surface *surface);
 
 /* Schlick's term for the surface's f0; a medium thinner than water reflects less at grazing angles
  * too, and ior 1 nothing at all. */

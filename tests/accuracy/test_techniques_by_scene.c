@@ -73,11 +73,11 @@ static const struct technique techniques[] = {
      false},
     {"deep-linked", SAME_SAMPLES, {LINKED, .samples = 1}, {0.025, 0.11}, {0.0075, 0.15}, false},
     {"raytraced-shadows", SAME_SAMPLES, {RAYS, .samples = 1}, {4e-4, 0.11}, {5e-5, 0.15}, false},
-    {"raytraced", SAME_SAMPLES, {TRACED, .samples = 1}, {0.001, 0.005}, {0.001, 0.001}, false},
+    {"raytraced", SAME_SAMPLES, {TRACED, .samples = 1}, {0.001, 0.11}, {0.001, 0.15}, false},
     {"deep", PICTURES, {DEEP, .samples = 4}, {0.12, 0.13}, {0}, false},
     {"deep, 1 sample", PICTURES, {DEEP, .samples = 1}, {0.12, 0.2}, {0}, false},
     {"raytraced-shadows", PICTURES, {RAYS, .samples = 4}, {0.12, 0.13}, {0}, false},
-    {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.12, 0.17}, {0}, false},
+    {"raytraced", PICTURES, {TRACED, .samples = 4}, {0.12, 0.13}, {0}, false},
     {"raytraced, 16 samples", PICTURES, {TRACED, .samples = 16}, {0.025, 0.08}, {0}, false},
 };
 

@@ -93,7 +93,7 @@ static bool is_solid(const struct rt_scene *scene, const struct rt_ray *ray,
     hit.u = vec3_dot(q, n) / vec3_dot(n, n);
     vec3_cross(e1, at, q);
     hit.v = vec3_dot(q, n) / vec3_dot(n, n);
-    rt_surface_base(scene, &hit, base);
+    rt_surface_base(scene, &hit, NULL, base);
     return base[3] >= (double)material->alpha_cutoff;
 }
 
@@ -295,7 +295,7 @@ static void check_masks(const struct rt_scene *scene, int *solid, int *holes)
             double base[4];
             hit.u = random_uniform(&seed, 0, 1);
             hit.v = random_uniform(&seed, 0, 1 - hit.u);
-            rt_surface_base(scene, &hit, base);
+            rt_surface_base(scene, &hit, NULL, base);
             assert_int_equal(rt_surface_is_solid(scene, &hit), base[3] >= cutoff);
             ++*(base[3] >= cutoff ? solid : holes);
         }

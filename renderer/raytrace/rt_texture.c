@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+/* Texture lookups of rays. */
+#include "renderer/raytrace/rt_texture.h"
+
+#include <math.h>
+
+#include "renderer/raytrace/rt_math.h"
+
+enum { /* numbers of glTF */
+       FILTER_NEAREST = 9728,
+       FILTER_LINEAR = 9729,
+       NEAREST_MIPMAP_NEAREST = 9984,
+       LINEAR_MIPMAP_NEAREST = 9985,
+       NEAREST_MIPMAP_LINEAR = 9986,
+       WRAP_CLAMP = 33071,
+       WRAP_MIRROR = 33648,
+};
+
+void rt_images_find(const struct scene *scene, struct rt_image *images)
+{
+    for (uint32_t i = 0; i < scene->image_count; i++) {
+        const struct scene_image *from = &scene->images[i];
+        const uint8_t *first = scene_image_pixels(scene, from);
+        images[i] =
+            (struct rt_image){.width_px = from->width_px,
+                              .height_px = from->height_px,
+                              .level_count = texture_level_count(from->width_px, from->height_px)};
+        for (int kind = 0; kind < 2; kind++) {
+            const uint8_t *level = first - from->offset_bytes + from->levels_offset_bytes[kind];
+            images[i].levels[kind][0] = first;
+            for (uint32_t k = 1; from->levels_offset_bytes[kind] && k < images[i].level_count;
+                 k++) {
+                images[i].levels[kind][k] = level;
+                level += 4ull * texture_level_side(from->width_px, k) *
+                         texture_level_side(from->height_px, k);
+            }
+        }
+    }
+}
+
+/* sRGB electro-optical transfer function, IEC 61966-2-1. */
+static double linear_from_srgb(double x)
+{
+    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+}
+
+void rt_texel_tables_fill(struct rt_texel_tables *tables)
+{
+    for (int i = 0; i < 256; i++) {
+        tables->linear_from_srgb[i] = linear_from_srgb(i / 255.0);
+        tables->linear_from_unorm[i] = i / 255.0;
+    }
+}
+
+static int64_t wrap_texel(int64_t i, int64_t size, uint32_t mode)
+{
+    if (i >= 0 && i < size)
+        return i;
+    if (mode == WRAP_CLAMP)
+        return i < 0 ? 0 : size - 1;
+    if (mode == WRAP_MIRROR) {
+        int64_t k = ((i % (2 * size)) + 2 * size) % (2 * size);
+        return k < size ? k : 2 * size - 1 - k;
+    }
+    if (!(size & (size - 1)))
+        return i & (size - 1); /* a power of two, as most are: no division */
+    return ((i % size) + size) % size;
+}
+
+/* A texture coordinate in texels, as the two texels around it and the second one's weight; nearest:
+ * both are the one it lies in. */
+struct texel_pair {
+    size_t at[2];
+    double weight;
+};
+
+static struct texel_pair find_texels(double x, int64_t size, uint32_t wrap, bool is_nearest)
+{
+    double from = is_nearest ? x : x - 0.5;
+    int64_t low = (int64_t)from;
+    low -= from < (double)low; /* floor, without a call */
+    struct texel_pair pair = {.weight = is_nearest ? 0 : from - (double)low};
+    pair.at[0] = (size_t)wrap_texel(low, size, wrap);
+    pair.at[1] = is_nearest ? pair.at[0] : (size_t)wrap_texel(low + 1, size, wrap);
+    return pair;
+}
+
+static void find_square(const struct rt_texture_lookup *lookup, uint32_t level, bool is_nearest,
+                        struct rt_texel_square *square)
+{
+    const struct rt_image *image = lookup->image;
+    const uint8_t *texels = image->levels[lookup->is_srgb][level];
+    uint32_t width = texture_level_side(image->width_px, level);
+    uint32_t height = texture_level_side(image->height_px, level);
+    struct texel_pair x =
+        find_texels(lookup->at[0] * width, width, lookup->texture->wrap_s, is_nearest);
+    struct texel_pair y =
+        find_texels(lookup->at[1] * height, height, lookup->texture->wrap_t, is_nearest);
+    square->count = is_nearest ? 1 : 4;
+    square->x = x.at[0];
+    square->y = y.at[0];
+    square->is_whole = is_nearest || (x.at[1] == x.at[0] + 1 && y.at[1] == y.at[0] + 1);
+    for (int i = 0; i < square->count; i++) {
+        square->texels[i] = texels + 4 * (y.at[i >> 1] * width + x.at[i & 1]);
+        square->weights[i] = (i & 1 ? x.weight : 1 - x.weight) * (i & 2 ? y.weight : 1 - y.weight);
+    }
+}
+
+void rt_texture_find_finest(const struct rt_texture_lookup *lookup, struct rt_texel_square *square)
+{
+    find_square(lookup, 0, lookup->texture->mag_filter == FILTER_NEAREST, square);
+}
+
+/* One level, or two neighbours and the second one's weight. */
+struct level_pair {
+    uint32_t level;
+    double weight;
+    bool is_nearest; /* of texels */
+};
+
+/* Eq. 8.4: the binary logarithm of the longer side of the pixel in texels of level 0;
+ * -infinity where it has none. */
+static double level_of_detail(const struct rt_texture_lookup *lookup)
+{
+    double longest = 0;
+    for (int step = 0; step < 2; step++) {
+        double u = lookup->per_pixel[step][0] * lookup->image->width_px;
+        double v = lookup->per_pixel[step][1] * lookup->image->height_px;
+        longest = rt_max(longest, u * u + v * v);
+    }
+    return 0.5 * (double)log2f((float)longest);
+}
+
+bool rt_texture_has_levels(const struct scene_texture *texture)
+{
+    return texture->min_filter >= NEAREST_MIPMAP_NEAREST;
+}
+
+/* 8.14.3 and 8.15: which filter, and which levels. */
+static struct level_pair choose_levels(const struct rt_texture_lookup *lookup)
+{
+    uint32_t mag = lookup->texture->mag_filter, min = lookup->texture->min_filter;
+    bool is_late =
+        mag == FILTER_LINEAR && (min == NEAREST_MIPMAP_NEAREST || min == NEAREST_MIPMAP_LINEAR);
+    double lambda = lookup->is_finest ? 0 : level_of_detail(lookup);
+    if (lambda <= (is_late ? 0.5 : 0))
+        return (struct level_pair){.is_nearest = mag == FILTER_NEAREST};
+    bool is_nearest =
+        min == FILTER_NEAREST || min == NEAREST_MIPMAP_NEAREST || min == NEAREST_MIPMAP_LINEAR;
+    uint32_t last = lookup->image->level_count - 1;
+    if (!rt_texture_has_levels(lookup->texture))
+        return (struct level_pair){.is_nearest = is_nearest};
+    if (lambda >= last)
+        return (struct level_pair){.level = last, .is_nearest = is_nearest};
+    if (min == NEAREST_MIPMAP_NEAREST || min == LINEAR_MIPMAP_NEAREST)
+        return (struct level_pair){.level = lambda <= 0.5 ? 0 : (uint32_t)ceil(lambda - 0.5),
+                                   .is_nearest = is_nearest};
+    uint32_t level = (uint32_t)lambda;
+    return (struct level_pair){level, lambda - level, is_nearest};
+}
+
+static void add_square(const struct rt_texel_square *square, const double *linear,
+                       const double *unorm, double weight, double out[4])
+{
+    for (int i = 0; i < square->count; i++) {
+        const uint8_t *texel = square->texels[i];
+        const double numbers[4] = {linear[texel[0]], linear[texel[1]], linear[texel[2]],
+                                   unorm[texel[3]]};
+        double w = weight * square->weights[i];
+        for (int k = 0; k < 4; k++)
+            out[k] += w * numbers[k];
+    }
+}
+
+void rt_texture_sample(const struct rt_texture_lookup *lookup, const struct rt_texel_tables *tables,
+                       double out[4])
+{
+    const double *linear = lookup->is_srgb ? tables->linear_from_srgb : tables->linear_from_unorm;
+    struct level_pair pair = choose_levels(lookup);
+    struct rt_texel_square square;
+    out[0] = out[1] = out[2] = out[3] = 0;
+    find_square(lookup, pair.level, pair.is_nearest, &square);
+    add_square(&square, linear, tables->linear_from_unorm, 1 - pair.weight, out);
+    if (pair.weight <= 0)
+        return;
+    find_square(lookup, pair.level + 1, pair.is_nearest, &square);
+    add_square(&square, linear, tables->linear_from_unorm, pair.weight, out);
+}

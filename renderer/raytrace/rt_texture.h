@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT */
+/* Images as rays sample them: levels of detail by a footprint, filters and wrap modes as OpenGL
+ * 4.5 core profile, 8.14, has them, in f64. Levels lie in the scene's blob
+ * (renderer/scene/texture_levels.h). Thread: any. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_TEXTURE_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_TEXTURE_H
+
+#include "renderer/scene/scene.h"
+#include "renderer/scene/texture_levels.h"
+
+struct rt_image {
+    const uint8_t *levels[2][TEXTURE_LEVELS_MAX]; /* RGBA8, borrowed; second: averaged as sRGB; NULL
+                                                     where no material samples the image so */
+    uint32_t width_px, height_px, level_count;
+};
+
+/* Where the images of a scene lie; out: image_count of them. */
+void rt_images_find(const struct scene *scene, struct rt_image *images);
+
+/* From bytes to numbers. */
+struct rt_texel_tables {
+    double linear_from_srgb[256], linear_from_unorm[256];
+};
+void rt_texel_tables_fill(struct rt_texel_tables *tables);
+
+/* The texels of one level around a place, and their weights. */
+struct rt_texel_square {
+    const uint8_t *texels[4]; /* RGBA */
+    double weights[4];
+    int count;     /* 1 or 4 */
+    size_t x, y;   /* of the first */
+    bool is_whole; /* the others are its neighbours to the right and below */
+};
+
+struct rt_texture_lookup {
+    const struct rt_image *image;        /* required */
+    const struct scene_texture *texture; /* required: filters and wraps */
+    bool is_srgb;                        /* RGB is; alpha is linear always */
+    double at[2];                        /* texture coordinates, 1 is the image's side */
+    bool is_finest;                      /* of level 0, by the filter of magnified textures */
+    double per_pixel[2][2]; /* else: how far `at` goes in a pixel to the right, and in one down */
+};
+
+/* At level 0, by the filter of magnified textures. */
+void rt_texture_find_finest(const struct rt_texture_lookup *lookup, struct rt_texel_square *square);
+
+/* Linear RGB and alpha. */
+void rt_texture_sample(const struct rt_texture_lookup *lookup, const struct rt_texel_tables *tables,
+                       double out[4]);
+
+/* Whether samplers of the texture choose among levels of detail. */
+bool rt_texture_has_levels(const struct scene_texture *texture);
+
+#endif
