@@ -121,6 +121,22 @@ static GLuint make_program(const struct program_cache *cache, const struct progr
     return program;
 }
 
+static uint32_t read_attributes(GLuint program)
+{
+    const GLenum property = GL_LOCATION;
+    uint32_t attributes = 0;
+    GLint count = 0;
+    glGetProgramInterfaceiv(program, GL_PROGRAM_INPUT, GL_ACTIVE_RESOURCES, &count);
+    for (GLint i = 0; i < count; i++) {
+        GLint location = -1; /* of what the shader did not declare itself */
+        glGetProgramResourceiv(program, GL_PROGRAM_INPUT, (GLuint)i, 1, &property, 1, NULL,
+                               &location);
+        if (location >= 0 && location < 32)
+            attributes |= 1u << location;
+    }
+    return attributes;
+}
+
 struct program_cache *program_cache_create(const char *dump_dir, struct error *err)
 {
     struct program_cache *cache = calloc(1, sizeof *cache);
@@ -185,6 +201,8 @@ static const struct gl_program *build_program(struct program_cache *cache,
     entry->program.name = make_program(cache, desc, err);
     if (!entry->program.name)
         goto fail;
+    if (desc->vertex)
+        entry->program.attributes = read_attributes(entry->program.name);
     cache->entries[cache->count++] = entry;
     cache->stats.misses++;
     cache->stats.compile_ms += wall_ms() - begin_ms;

@@ -26,6 +26,7 @@ struct program_desc {
 
 struct gl_program {
     uint32_t name;
+    uint32_t attributes; /* bits by location: those that the vertex shader reads */
 };
 
 /* The linked program, built on first use. `#include "file.glsl"` (once per program) takes files of

@@ -19,8 +19,9 @@ struct draw_state {
     const struct gl_program *program;
     GLenum mode;
     int64_t textures; /* class of the material's textures, or -1 where none is sampled */
-    bool culls_back, is_mirrored, is_cap;
-    uint32_t part; /* of a composed scene: whose vertices */
+    GLenum index_type;
+    bool culls_back, is_mirrored;
+    GLuint vertices; /* the array */
 };
 
 struct draw_batch { /* commands of one state, in order */
@@ -41,32 +42,50 @@ static void bind_textures(const struct draw_desc *desc, uint32_t material)
                                                      .pass = desc->texture_pass});
 }
 
-static bool describe_state(const struct draw_desc *desc, const struct state_item *item,
-                           struct draw_state *state, struct error *err)
+/* How the item is drawn, from which vertices and indices. */
+static bool describe_item(const struct draw_desc *desc, size_t index, struct draw_state *state,
+                          struct draw_command *command, struct error *err)
 {
     static const GLenum modes[] = {GL_POINTS, GL_LINES, GL_TRIANGLES};
+    const struct state_item *item = &desc->state->items[desc->items[index]];
     const struct scene_material *m = &desc->state->materials[item->material].base;
-    bool samples = false;
     const struct scene_primitive *p = state_geometry_of(desc->state, item).primitive;
+    const struct scene_geometry *from = &scene_gpu_of_part(desc->gpu, p->part)->geometry;
+    const struct scene *scene = desc->state->scene;
+    uint32_t first = scene->part_count ? scene->parts[p->part].first_primitive : 0;
+    bool samples = false;
     const struct gl_program *program = desc->program_for(desc->context, item, &samples, err);
+    if (!program)
+        return false;
+    struct vertex_range range = {.first_vertex = p->first_vertex, .first_index = p->first_index};
+    GLuint vertices = desc->arena->caps.array.name;
+    if (!item->cap) {
+        range = from->layout.ranges[item->primitive - first];
+        vertices = from->arrays[scene_geometry_array(from, program->attributes, p->flags)].name;
+    }
     *state = (struct draw_state){
         .program = program,
         .mode = modes[p->topology],
         .textures = samples ? (int64_t)desc->gpu->texture_classes[item->material] : -1,
+        .index_type = range.has_short_indices ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT,
         .culls_back =
             desc->cull_back_faces && !(m->flags & SCENE_MATERIAL_DOUBLE_SIDED) && !item->is_medium,
         .is_mirrored = item->is_mirrored,
-        .part = p->part,
-        .is_cap = item->cap > 0,
+        .vertices = vertices,
     };
-    return program != NULL;
+    *command = (struct draw_command){.index_count = p->index_count,
+                                     .instance_count = 1,
+                                     .first_index = range.first_index,
+                                     .base_vertex = (int32_t)range.first_vertex,
+                                     .base_instance = desc->records[index]};
+    return true;
 }
 
 static bool is_same_state(const struct draw_state *a, const struct draw_state *b)
 {
     return a->program == b->program && a->mode == b->mode && a->textures == b->textures &&
            a->culls_back == b->culls_back && a->is_mirrored == b->is_mirrored &&
-           a->is_cap == b->is_cap && a->part == b->part;
+           a->index_type == b->index_type && a->vertices == b->vertices;
 }
 
 static bool reserve_lists(struct draw_arena *arena, size_t count, struct error *err)
@@ -84,13 +103,12 @@ static bool reserve_lists(struct draw_arena *arena, size_t count, struct error *
     return true;
 }
 
-/* Whether the record follows those of the command, whose primitive it draws again. */
-static bool continues(const struct draw_command *command, const struct scene_primitive *p,
-                      uint32_t record)
+/* Whether the command draws the same primitive, for the records before this one's. */
+static bool continues(const struct draw_command *command, const struct draw_command *next)
 {
-    return command->first_index == p->first_index && command->index_count == p->index_count &&
-           command->base_vertex == (int32_t)p->first_vertex &&
-           command->base_instance + command->instance_count == record;
+    return command->first_index == next->first_index && command->index_count == next->index_count &&
+           command->base_vertex == next->base_vertex &&
+           command->base_instance + command->instance_count == next->base_instance;
 }
 
 /* Fills the arena's lists from the items. */
@@ -100,28 +118,22 @@ static bool list_commands(const struct draw_desc *desc, uint32_t *batch_count,
     struct draw_arena *arena = desc->arena;
     *batch_count = *command_count = 0;
     for (size_t i = 0; i < desc->item_count; i++) {
-        const struct state_item *item = &desc->state->items[desc->items[i]];
-        const struct scene_primitive *p = state_geometry_of(desc->state, item).primitive;
-        uint32_t record = desc->records[i];
+        struct draw_command command;
         struct draw_state state;
-        if (!describe_state(desc, item, &state, err))
+        if (!describe_item(desc, i, &state, &command, err))
             return false;
         struct draw_batch *batch = *batch_count ? &arena->batches[*batch_count - 1] : NULL;
         if (!batch || !is_same_state(&batch->state, &state)) {
             batch = &arena->batches[(*batch_count)++];
-            *batch = (struct draw_batch){
-                .state = state, .material = item->material, .first = *command_count};
+            *batch = (struct draw_batch){.state = state,
+                                         .material = desc->state->items[desc->items[i]].material,
+                                         .first = *command_count};
         }
-        if (batch->count && continues(&arena->command_list[*command_count - 1], p, record)) {
+        if (batch->count && continues(&arena->command_list[*command_count - 1], &command)) {
             arena->command_list[*command_count - 1].instance_count++;
             continue;
         }
-        arena->command_list[(*command_count)++] =
-            (struct draw_command){.index_count = p->index_count,
-                                  .instance_count = 1,
-                                  .first_index = p->first_index,
-                                  .base_vertex = (int32_t)p->first_vertex,
-                                  .base_instance = record};
+        arena->command_list[(*command_count)++] = command;
         batch->count++;
     }
     return true;
@@ -154,7 +166,7 @@ static void draw_batch(const struct draw_desc *desc, const struct draw_batch *ba
     glFrontFace(state->is_mirrored ? GL_CW : GL_CCW);
     const char *first = (const char *)NULL + (desc->arena->command_used + batch->first) *
                                                  sizeof *desc->arena->command_list;
-    glMultiDrawElementsIndirect(state->mode, GL_UNSIGNED_INT, first, (GLsizei)batch->count, 0);
+    glMultiDrawElementsIndirect(state->mode, state->index_type, first, (GLsizei)batch->count, 0);
 }
 
 static void count_items(const struct draw_desc *desc, uint32_t calls, struct draw_counts *counts)
@@ -174,17 +186,14 @@ static void let_records_go(GLuint vertices)
     glVertexArrayVertexBuffer(vertices, ATTRIBUTE_DRAW, 0, 0, sizeof(struct draw_record));
 }
 
-/* *vertices: the array that is bound, 0 for none. */
-static void bind_vertices(const struct draw_desc *desc, const struct draw_state *state,
-                          GLuint *vertices)
+/* *bound: the array that is bound, 0 for none. */
+static void bind_vertices(const struct draw_desc *desc, GLuint wanted, GLuint *bound)
 {
-    GLuint wanted = state->is_cap ? desc->arena->caps.array.name
-                                  : scene_gpu_of_part(desc->gpu, state->part)->vertex_array.name;
-    if (wanted == *vertices)
+    if (wanted == *bound)
         return;
-    if (*vertices)
-        let_records_go(*vertices);
-    *vertices = wanted;
+    if (*bound)
+        let_records_go(*bound);
+    *bound = wanted;
     glBindVertexArray(wanted);
     glVertexArrayVertexBuffer(wanted, ATTRIBUTE_DRAW, desc->arena->draws.name, 0,
                               sizeof(struct draw_record));
@@ -207,7 +216,7 @@ bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, stru
         if (arena->batches[i].state.program != bound)
             gl_program_use(arena->batches[i].state.program);
         bound = arena->batches[i].state.program;
-        bind_vertices(desc, &arena->batches[i].state, &vertices);
+        bind_vertices(desc, arena->batches[i].state.vertices, &vertices);
         draw_batch(desc, &arena->batches[i]);
     }
     glDisable(GL_CULL_FACE);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Upload of a scene: vertex streams, indices, textures and samplers. */
+/* A scene on the GPU: its geometry, textures and samplers. */
 #include "renderer/scene/scene_gpu_internal.h"
 
 #include <assert.h>
@@ -7,73 +7,6 @@
 #include <stdlib.h>
 
 #include "renderer/scene/texture_need.h"
-#include "shaders/shared/layout.h"
-
-#include "shaders/shared/bindings.h"
-#include "shaders/shared/records.h"
-
-static bool upload(struct gl_buffer *buffer, const char *label, const void *data, uint64_t bytes,
-                   struct scene_gpu *gpu, struct error *err)
-{
-    if (!data || !bytes)
-        return true;
-    gpu->size_bytes += bytes;
-    return gl_buffer_init(
-        buffer, &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .data = data}, err);
-}
-
-/* Their buffer is bound by each submission. */
-void scene_gpu_format_records(uint32_t vao)
-{
-    enum { WORDS = sizeof(struct draw_record) / 16 };
-    for (GLuint i = 0; i < WORDS; i++) {
-        GLuint attribute = ATTRIBUTE_DRAW + i;
-        glEnableVertexArrayAttrib(vao, attribute);
-        if (16 * i == offsetof(struct draw_record, material))
-            glVertexArrayAttribIFormat(vao, attribute, 4, GL_UNSIGNED_INT, 16 * i);
-        else
-            glVertexArrayAttribFormat(vao, attribute, 4, GL_FLOAT, GL_FALSE, 16 * i);
-        glVertexArrayAttribBinding(vao, attribute, ATTRIBUTE_DRAW);
-    }
-    glVertexArrayBindingDivisor(vao, ATTRIBUTE_DRAW, 1);
-}
-
-static bool upload_geometry(struct scene_gpu *gpu, struct error *err)
-{
-    const struct scene *s = gpu->scene;
-    uint64_t n = s->vertex_count;
-    const struct {
-        const char *label;
-        const float *data;
-        uint32_t floats;
-    } streams[] = {
-        {"scene.positions", s->positions, 3},     {"scene.normals", s->normals, 3},
-        {"scene.tangents", s->tangents, 4},       {"scene.texcoords_0", s->texcoords_0, 2},
-        {"scene.texcoords_1", s->texcoords_1, 2}, {"scene.colors", s->colors, 4},
-    };
-    static const float absent[][4] = {{0}, {0, 0, 1}, {0}, {0}, {0}, {1, 1, 1, 1}};
-    gl_vertex_array_init(&gpu->vertex_array, "scene");
-    GLuint vao = gpu->vertex_array.name;
-    for (GLuint i = 0; i < SCENE_GPU_STREAMS; i++) {
-        if (!upload(&gpu->streams[i], streams[i].label, streams[i].data,
-                    n * streams[i].floats * sizeof(float), gpu, err))
-            return false;
-        if (!gpu->streams[i].name) {
-            glVertexAttrib4fv(i, absent[i]);
-            continue;
-        }
-        glEnableVertexArrayAttrib(vao, i);
-        glVertexArrayAttribFormat(vao, i, (GLint)streams[i].floats, GL_FLOAT, GL_FALSE, 0);
-        glVertexArrayAttribBinding(vao, i, i);
-        glVertexArrayVertexBuffer(vao, i, gpu->streams[i].name, 0,
-                                  (GLsizei)(streams[i].floats * sizeof(float)));
-    }
-    if (!upload(&gpu->indices, "scene.indices", s->indices, (uint64_t)s->index_count * 4, gpu, err))
-        return false;
-    glVertexArrayElementBuffer(vao, gpu->indices.name);
-    scene_gpu_format_records(vao);
-    return true;
-}
 
 float scene_gpu_least_alpha(const struct scene_gpu *gpu, int32_t texture)
 {
@@ -165,7 +98,7 @@ struct scene_gpu *scene_gpu_create(const struct scene *scene, struct texture_poo
         return NULL;
     }
     gpu->scene = scene;
-    if (!upload_geometry(gpu, err) || !create_white(gpu, err) ||
+    if (!scene_geometry_init(&gpu->geometry, scene, err) || !create_white(gpu, err) ||
         !(gpu->textures = texture_store_create(textures, scene, err)) ||
         !(gpu->density = texture_density_create(scene, err)) || !create_samplers(gpu, err) ||
         !classify_textures(gpu, err)) {
@@ -221,10 +154,7 @@ void scene_gpu_destroy(struct scene_gpu *gpu)
         composed_destroy(gpu);
         return;
     }
-    for (int i = 0; i < SCENE_GPU_STREAMS; i++)
-        gl_buffer_finish(&gpu->streams[i]);
-    gl_buffer_finish(&gpu->indices);
-    gl_vertex_array_finish(&gpu->vertex_array);
+    scene_geometry_finish(&gpu->geometry);
     texture_store_destroy(gpu->textures);
     texture_density_destroy(gpu->density);
     for (uint32_t i = 0; gpu->samplers && i < gpu->scene->texture_count; i++)
@@ -254,7 +184,7 @@ uint64_t scene_gpu_size_bytes(const struct scene_gpu *gpu)
     for (uint32_t i = 0; i < scene_gpu_part_count(gpu); i++) {
         const struct scene_gpu *part = scene_gpu_of_part(gpu, i);
         if (scene_gpu_first_like(gpu, i) == i)
-            bytes += part->size_bytes +
+            bytes += part->geometry.size_bytes +
                      (part->textures ? texture_store_resident_bytes(part->textures) : 0);
     }
     return bytes;

@@ -1,24 +1,44 @@
 /* SPDX-License-Identifier: MIT */
-/* Shared by scene_gpu.c (upload), draw_arena.c (records) and draws.c (submission). Thread: GL. */
+/* Shared by scene_gpu.c (upload), scene_geometry.c (of vertices), draw_arena.c (records) and
+ * draws.c (submission). Thread: GL. */
 #ifndef VITRAIL_RENDERER_SCENE_SCENE_GPU_INTERNAL_H
 #define VITRAIL_RENDERER_SCENE_SCENE_GPU_INTERNAL_H
 
 #include "renderer/scene/scene_gpu.h"
+#include "renderer/scene/vertex_layout.h"
 
-enum { SCENE_GPU_STREAMS = 6 }; /* position, normal, tangent, texcoord 0, texcoord 1, color */
+/* Vertices and indices of a scene. Zeroed = none. */
+struct scene_geometry {
+    struct vertex_layout layout;
+    struct gl_buffer streams[VERTEX_STREAM_COUNT]; /* unnamed where no vertex has it */
+    struct gl_buffer indices;
+    /* By the set of optional streams that they read; the others give their neutral element. Unnamed
+     * where the set has a stream that the scene lacks. */
+    struct gl_vertex_array arrays[VERTEX_OPTIONALS + 1];
+    uint64_t size_bytes;
+};
+
+MUST_CHECK bool scene_geometry_init(struct scene_geometry *geometry, const struct scene *scene,
+                                    struct error *err);
+void scene_geometry_finish(struct scene_geometry *geometry);
+
+/* Which array a program that reads these attributes (bits by location) draws a primitive of these
+ * flags from: equal for as many primitives as can be. */
+static inline uint32_t scene_geometry_array(const struct scene_geometry *geometry,
+                                            uint32_t attributes, uint32_t flags)
+{
+    return geometry->layout.optionals & (flags | ~(attributes >> VERTEX_TANGENT));
+}
 
 struct scene_gpu {
     const struct scene *scene;
-    struct gl_buffer streams[SCENE_GPU_STREAMS]; /* unnamed where the scene has no such attribute */
-    struct gl_buffer indices;
-    struct gl_vertex_array vertex_array;
+    struct scene_geometry geometry;
     struct texture_store *textures;
     struct texture_density *density;
     const struct texture_passes *passes; /* of the frame; NULL: what is resident is sampled */
     struct gl_sampler *samplers;         /* per texture */
     struct gl_texture white;
     uint32_t *texture_classes; /* per material: equal where all textures are the same */
-    uint64_t size_bytes;
     /* Of a composed scene, by part: whose vertices are drawn. Samplers are borrowed from them,
      * and textures are theirs. NULL: none. */
     const struct scene_gpu **parts;
