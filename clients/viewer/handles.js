@@ -63,7 +63,7 @@ export function makeHandles(stage, model, { lights, section }, { isLighting, isC
   const target = () => {
     if (isLighting()) return lightTarget(model, lights.active);
     if (isCutting()) return section.target();
-    const selected = model.selection?.node ?? null;
+    const selected = model.selectedNode;
     return isMoving() && selected !== null ? nodeTarget(model, selected) : null;
   };
   return new Gizmo(stage, model, { target, dots });

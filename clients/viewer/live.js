@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Keeps one picture in step with one description of it, by the best line there is: a WebSocket, else
 // a multipart stream with patches beside it, else still images. Every line drops what is overtaken.
-import { isSame, mergePatch } from "./model.js";
+import { isSame, mergePatch } from "./members.js";
 import { VitrailError } from "./vitrail.js";
 
 const REST_MS = 180; // without a change for so long, the exact picture is due

@@ -1,46 +1,59 @@
 // SPDX-License-Identifier: MIT
 // Puts the viewer together: model, picture, panels, toolbar, and the line to the server.
-import { announce, append, button, byId, el, icon, replace } from "./dom.js";
+import { announce, button, byId, el, icon, replace } from "./dom.js";
+import { Address } from "./address.js";
 import { STANDARD_VIEWS } from "./camera.js";
+import { Comparison } from "./comparison.js";
+import { Connection } from "./connection.js";
 import { Dock } from "./docks.js";
 import { makeHandles } from "./handles.js";
 import { HeatView, SHOWN } from "./heat.js";
+import { listenToKeys } from "./keys.js";
 import { Live } from "./live.js";
-import { clearProblems, clearUnreached, notice, showProblem } from "./messages.js";
-import { linkFromState, stateFromLink } from "./links.js";
+import { notice, showProblem } from "./messages.js";
 import { Model } from "./model.js";
 import { Navigator } from "./navigate.js";
+import { Opening } from "./opening.js";
 import { Overlay } from "./overlay.js";
 import { LightsPanel } from "./panel_lights.js";
 import { PropertiesPanel } from "./panel_properties.js";
-import { RenderPanel, otherTechnique } from "./panel_render.js";
-import { Readout } from "./readout.js";
+import { RenderPanel } from "./panel_render.js";
 import { ScenesPanel } from "./panel_scenes.js";
 import { SectionPanel } from "./panel_section.js";
 import { TreePanel } from "./panel_tree.js";
-import { openAddPart } from "./add_part.js";
+import { Readout } from "./readout.js";
 import { openHelp, openSave, openTradeoff, shareLink } from "./save.js";
 import { Stage } from "./stage.js";
+import { nextTheme, restoreTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
+import { Toolbar } from "./toolbar.js";
 import { Vitrail } from "./vitrail.js";
 
 const STREAM = { budget_ms: 120, rest_ms: 200 };
 const BAD_EDITS = ["invalid_request", "not_found", "unsupported", "too_large"];
 const LINES = ["socket", "stream", "stills"];
 
-function storedTheme() {
-  try {
-    return localStorage.getItem("vitrail-theme") ?? "auto";
-  } catch {
-    return "auto"; // a browser that keeps nothing
-  }
-}
-
 class Viewer {
   client = new Vitrail();
   model = new Model();
   stage = new Stage();
-  comparing = ""; // the technique of the second picture
+  address = new Address(this.model);
+  opening = new Opening(this.client, this.model, this.address, {
+    aspect: () => this.stage.aspect, scenes: () => this.scenes.scenes,
+    close: () => {
+      this.live.stop();
+      this.connection.rest();
+      this.stage.clear();
+    },
+    added: () => {
+      this.isMoving = false;
+      this.toggleMoving();
+    },
+    gone: () => {
+      this.scenes.refresh();
+      this.docks.left.show("scenes");
+    } });
+  connection = new Connection({ retry: () => this.live.retry(), back: () => this.scenes.refresh() });
   isOutlined = true; // the selected node is outlined
   isMoving = false; // the selected node has handles
   isPending = false;
@@ -54,7 +67,15 @@ class Viewer {
     this.heat = new HeatView(this.client, this.stage, {
       refused: (problem) => this.#notShown(problem), ready: () => this.readout.refresh() });
     this.#makePanels();
-    this.#makeToolbar();
+    this.comparison = new Comparison(this.stage, this.model, {
+      line: (canvas) => this.#newLive(canvas, false), current: () => this.#shadowsNow(),
+      techniques: () => this.render.techniques("shadows").map(({ name }) => name),
+      changed: () => {
+        this.render.setComparing(this.comparison.technique);
+        this.#changed();
+      } });
+    this.toolbar = new Toolbar(this);
+    this.#updateTools();
     this.navigator = new Navigator(this.model, this.stage, {
       pick: (share) => this.pick(share), aim: (share) => this.pick(share, true) });
     this.readout = new Readout(this.stage, {
@@ -69,7 +90,7 @@ class Viewer {
     const live = new Live(this.client, this.firstLine);
     live.addEventListener("frame", ({ detail }) => this.#frame(detail, canvas, isFirst));
     live.addEventListener("problem", ({ detail }) => this.#refused(detail, isFirst));
-    if (isFirst) live.addEventListener("state", ({ detail }) => this.#linkState(detail));
+    if (isFirst) live.addEventListener("state", ({ detail }) => this.connection.show(detail));
     return live;
   }
 
@@ -78,8 +99,8 @@ class Viewer {
     const right = new Dock("right");
     this.docks = { left, right };
     this.scenes = new ScenesPanel(left.add("scenes", "Scenes", "scenes"), this.client, this.model,
-      { open: (id) => this.open(id), limits: () => this.capabilities?.limits ?? {} });
-    this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model, () => this.addPart());
+      { open: (id) => this.opening.open(id), limits: () => this.capabilities?.limits ?? {} });
+    this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model, () => this.opening.addPart());
     const fitNode = (index) => this.fit(this.model.boundsOf(index));
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
       this.model, { fitNode, isMoving: () => this.isMoving, toggleMoving: () => this.toggleMoving() });
@@ -87,7 +108,7 @@ class Viewer {
     this.section = new SectionPanel(right.add("section", "Section", "section"), this.model,
       () => this.#mark());
     this.render = new RenderPanel(right.add("render", "Render", "render"), this.model, {
-      compare: (name) => this.compare(name), rescale: (scale) => this.rescale(scale),
+      compare: (name) => this.comparison.show(name), rescale: (scale) => this.rescale(scale),
       scale: () => this.stage.scale, isOutlined: () => this.isOutlined,
       outline: (isOn) => {
         this.isOutlined = isOn;
@@ -102,128 +123,34 @@ class Viewer {
     right.show("properties");
   }
 
-  #makeToolbar() {
-    const views = el("select", { "aria-label": "Standard views", title: "Standard views",
-      onchange: () => {
-        this.standBy(views.value);
-        views.value = "";
-      } });
-    this.views = views;
-    this.shows = el("select", { "aria-label": "What the picture shows", title: "Picture or map (M)",
-      onchange: () => this.show(this.shows.value) }, Object.entries(SHOWN).map(([name, { text }]) =>
-      el("option", { value: name }, text)));
-    const tool = (name, label, iconName, action) => {
-      this.tools[name] = button({ label, icon: iconName, class: "tool", onclick: action });
-      return this.tools[name];
-    };
-    this.tools = {};
-    append(byId("toolbar"), [
-      el("span", { class: "tool-group" },
-        tool("undo", "Undo", "undo", () => this.step("undo")),
-        tool("redo", "Redo", "redo", () => this.step("redo"))),
-      el("span", { class: "tool-group" },
-        tool("fit", "Fit (F)", "fit", () => this.fit()),
-        el("span", { class: "tool-select" }, icon("cube"), views),
-        tool("ortho", "Orthographic (O)", "ortho", () => this.toggleOrtho())),
-      el("span", { class: "tool-group" }, el("span", { class: "tool-select tool-shows" }, icon("map"), this.shows)),
-      el("span", { class: "tool-group" },
-        tool("compare", "Compare two techniques (C)", "compare", () => this.toggleCompare()),
-        tool("stats", "Statistics (I)", "stats", () => this.toggleStats())),
-      el("span", { class: "tool-group" },
-        tool("save", "Save the picture", "save", () => this.save()),
-        tool("share", "Copy a link to this view", "share", () => this.share()),
-        tool("theme", "Light, dark, or as the system", "theme", () => this.nextTheme()),
-        tool("help", "Keys and gestures (?)", "help", () => openHelp(this.capabilities))),
-    ]);
-    this.#updateTools();
-  }
-
   #listen() {
     this.model.addEventListener("scene", () => this.#sceneChanged());
     for (const type of ["edit", "camera", "time"])
       this.model.addEventListener(type, () => this.#changed());
     this.model.addEventListener("select", () => this.#changed());
     this.stage.addEventListener("resize", () => this.#changed());
-    addEventListener("hashchange", () => this.openLink());
-    addEventListener("keydown", (event) => this.#globalKey(event));
+    addEventListener("hashchange", () => this.opening.openLink());
     addEventListener("pagehide", () => {
       this.live.stop();
       this.heat.stop();
-      this.second?.stop();
+      this.comparison.stop();
     });
     addEventListener("pageshow", (event) => event.persisted && this.#changed());
-    this.stage.surface.addEventListener("keydown", (event) => this.#key(event));
+    listenToKeys(this.stage.surface, this);
     byId("help").addEventListener("close", () => this.stage.surface.focus());
   }
 
   // ---- scenes ----
 
   async start() {
-    this.setTheme(storedTheme());
+    restoreTheme();
     this.#sceneChanged();
     this.client.capabilities().then((capabilities) => {
       this.capabilities = capabilities;
       this.render.setCapabilities(capabilities);
     }).catch((problem) => showProblem(problem, "The server does not answer"));
     await this.scenes.refresh();
-    if (!(await this.openLink()) && this.scenes.scenes.length) await this.open(this.scenes.scenes[0].id);
-  }
-
-  /** The scene and view that the address names; false when it names none. */
-  async openLink() {
-    const link = stateFromLink(location.hash);
-    if (!link || location.hash === this.ownHash) return false;
-    await this.open(link.scene, link.state);
-    return true;
-  }
-
-  /** A scene, with the state of a link if there is one; without an id, none. */
-  async open(id, state, isLeft = false) {
-    if (!isLeft) clearProblems();
-    if (!id) {
-      this.live.stop();
-      this.isLost = false;
-      byId("lost").hidden = true;
-      this.stage.clear();
-      this.model.open(null);
-      history.replaceState(null, "", location.pathname + location.search);
-      return;
-    }
-    if (!state && this.gone?.id === id) ({ state } = this.gone);
-    try {
-      const [{ summary, outline }, parts] = await Promise.all([this.#described(id), this.#partsOf(state)]);
-      this.model.aspect = this.stage.aspect;
-      this.model.open(summary, outline, state, parts);
-    } catch (problem) {
-      showProblem(problem, "The scene cannot be opened");
-    }
-  }
-
-  async #described(id) {
-    const [summary, outline] = await Promise.all([this.client.scene(id), this.client.outline(id)]);
-    return { summary, outline };
-  }
-
-  /** The scenes of the parts that a link names, by id. */
-  async #partsOf(state) {
-    const ids = new Set(Object.values(state?.view?.parts ?? {}).map(({ scene }) => scene));
-    return new Map(await Promise.all([...ids].map(async (id) => [id, await this.#described(id)])));
-  }
-
-  addPart() {
-    const selected = this.model.selection?.node ?? null;
-    openAddPart(this.scenes.scenes, selected === null ? "" : this.model.nodeName(selected),
-      async ({ id, name, isBelow }) => {
-        try {
-          const { summary, outline } = await this.#described(id);
-          const added = this.model.addPart(name, summary, outline, isBelow ? selected : null);
-          this.isMoving = false;
-          this.toggleMoving();
-          notice(`${added} is added`);
-        } catch (problem) {
-          showProblem(problem, "The part was not added");
-        }
-      });
+    if (!(await this.opening.openLink()) && this.scenes.scenes.length) await this.opening.open(this.scenes.scenes[0].id);
   }
 
   #sceneChanged() {
@@ -238,13 +165,8 @@ class Viewer {
         el("p", {}, "Drop a .glb here, or a .gltf with its files. It stays on the server, which draws it."),
         button({ text: "Choose files", icon: "upload", class: "primary",
           onclick: () => this.scenes.input.click() }));
-    const cameras = scene?.outline.cameras ?? [];
-    replace(this.views, el("option", { value: "" }, "View"),
-      Object.keys(STANDARD_VIEWS).map((view) =>
-        el("option", { value: view }, view[0].toUpperCase() + view.slice(1))),
-      cameras.map(({ name: camera }, index) =>
-        el("option", { value: `camera-${index}` }, camera || `Camera ${index + 1}`)));
-    if (this.comparing) this.compare("");
+    this.toolbar.setCameras(scene?.outline.cameras ?? []);
+    if (this.comparison.technique) this.comparison.show("");
     this.show(scene && this.model.shown in SHOWN ? this.model.shown : "color");
     this.#changed();
   }
@@ -253,7 +175,7 @@ class Viewer {
 
   /** The outline of the selected node, as a member of the view. */
   get #highlight() {
-    const node = this.model.selection?.node ?? null;
+    const node = this.model.selectedNode;
     return this.isOutlined && node !== null ? { nodes: [this.model.keyOf(node)] } : undefined;
   }
 
@@ -280,11 +202,10 @@ class Viewer {
         this.readout.clear();
       }
       this.heat.update(wanted);
-      this.second?.show({ ...wanted, quality: { ...wanted.quality, shadows: this.comparing } });
+      this.comparison.update(wanted);
       this.#mark();
     });
-    clearTimeout(this.linkTimer);
-    this.linkTimer = setTimeout(() => this.#keepLink(), 400);
+    this.address.keepSoon();
   }
 
   #frame(frame, canvas, isFirst) {
@@ -314,42 +235,12 @@ class Viewer {
   #refused(problem, isFirst) {
     byId("busy").hidden = true;
     if (problem.code === "not_found" && problem.pointer === "/scene" && this.model.scene) {
-      this.#sceneGone();
+      this.opening.sceneGone();
       return;
     }
-    showProblem(problem, isFirst ? "The server refuses this view" : `No picture with ${this.comparing}`);
-    if (!isFirst) this.compare("");
+    showProblem(problem, isFirst ? "The server refuses this view" : `No picture with ${this.comparison.technique}`);
+    if (!isFirst) this.comparison.show("");
     else if (BAD_EDITS.includes(problem.code)) this.model.refuse();
-  }
-
-  #linkState({ state, label, isLost }) {
-    const link = byId("status-link");
-    link.dataset.state = state;
-    link.textContent = label;
-    if (isLost && !this.isLost) {
-      this.isLost = true;
-      replace(byId("lost"), el("p", {}, "The server cannot be reached. This is the last picture."),
-        button({ text: "Try now", onclick: () => this.live.retry() }));
-    }
-    if (state === "on" && this.isLost) {
-      this.isLost = false;
-      clearUnreached();
-      this.scenes.refresh();
-      announce("The server is back");
-    }
-    byId("lost").hidden = !this.isLost;
-    if (this.isLost) byId("busy").hidden = true;
-  }
-
-  /** Somebody forgot the scene that shows. What was made of it is kept, should it come back. */
-  #sceneGone() {
-    const { id, name } = this.model.scene;
-    this.gone = { id, state: this.model.toState() };
-    showProblem(new Error("It was removed from the server. Bring its files again to go on where you were."),
-      `${name ?? "The scene"} is gone`);
-    this.open(null, undefined, true);
-    this.scenes.refresh();
-    this.docks.left.show("scenes");
   }
 
   #mark() {
@@ -390,14 +281,14 @@ class Viewer {
       if (hit) this.docks.right.show("properties");
       announce(hit ? `Selected ${hit.node.name}` : "Nothing there");
     } catch (problem) {
-      if (!this.isLost) showProblem(problem, "Nothing could be picked");
+      if (!this.connection.isLost) showProblem(problem, "Nothing could be picked");
     }
   }
 
   fit(bounds) {
     if (!this.model.scene) return;
-    const selected = this.model.selection?.node;
-    const own = selected !== null && selected !== undefined ? this.model.boundsOf(selected) : null;
+    const selected = this.model.selectedNode;
+    const own = selected !== null ? this.model.boundsOf(selected) : null;
     this.model.camera.fit(bounds ?? own ?? this.model.bounds, this.stage.aspect);
     this.model.cameraMoved();
   }
@@ -416,12 +307,18 @@ class Viewer {
 
   /** Handles at the selected node, or none. */
   toggleMoving() {
-    const selected = this.model.selection?.node ?? null;
+    const selected = this.model.selectedNode;
     this.isMoving = !this.isMoving && selected !== null && this.model.boundsOf(selected) !== null;
     if (this.isMoving) this.docks.right.show("properties");
     this.properties.refresh();
     this.#mark();
     announce(this.isMoving ? "Handles are shown" : "Handles are hidden");
+  }
+
+  /** Hides the selected node, or shows it. */
+  toggleHidden() {
+    const node = this.model.selectedNode;
+    if (node !== null) this.model.setVisible(node, !this.model.isVisible(node));
   }
 
   toggleOrtho() {
@@ -439,38 +336,28 @@ class Viewer {
     return ["raytraced", "deep", "map"].find((name) => used.includes(name)) ?? asked;
   }
 
-  async toggleCompare() {
-    const names = this.render.techniques("shadows").map(({ name }) => name);
-    const current = this.comparing ? "" : await this.#shadowsNow();
-    this.compare(this.comparing ? "" : otherTechnique(current, names));
-    this.render.setComparing(this.comparing);
-  }
-
-  /** Shows another shadow technique beside the one in use; "" ends it. */
-  compare(technique) {
-    this.comparing = this.model.scene ? technique : "";
-    this.second?.stop();
-    this.second = this.comparing ? this.#newLive(this.stage.second, false) : null;
-    this.stage.compare(this.comparing && [this.model.view.quality.shadows ?? "auto", this.comparing]);
-    if (!this.comparing && this.render.comparing) this.render.setComparing("");
-    this.#changed();
-  }
-
   /** Another output over the picture, by its name in SHOWN. */
   show(name) {
     this.model.shown = name;
-    this.shows.value = name;
+    this.toolbar.shows.value = name;
     this.heat.show(name, this.model.scene && this.wanted);
     this.readout.clear();
     this.#updateTools();
     if (this.model.scene && name !== "color") announce(`Showing ${SHOWN[name].text}`);
-    clearTimeout(this.linkTimer);
-    this.linkTimer = setTimeout(() => this.#keepLink(), 400);
+    this.address.keepSoon();
   }
 
   nextMap() {
     const order = ["color", "layers", "lights"];
     this.show(order[(order.indexOf(this.heat.shown) + 1) % order.length]);
+  }
+
+  nextTheme() {
+    notice(`Colours: ${nextTheme()}`);
+  }
+
+  help() {
+    openHelp(this.capabilities);
   }
 
   toggleStats() {
@@ -491,71 +378,14 @@ class Viewer {
 
   share() {
     if (!this.model.scene) return;
-    this.#keepLink();
+    this.address.keep();
     shareLink(location.href);
   }
 
-  /** The address always names what shows, so that reloading and bookmarks keep it. */
-  #keepLink() {
-    if (!this.model.scene) return;
-    this.ownHash = linkFromState(this.model.scene.id, this.model.toState());
-    history.replaceState(null, "", location.pathname + location.search + this.ownHash);
-  }
-
-  nextTheme() {
-    const order = ["auto", "light", "dark"];
-    const theme = order[(order.indexOf(document.documentElement.dataset.theme) + 1) % order.length];
-    this.setTheme(theme);
-    notice(`Colours: ${theme === "auto" ? "as the system" : theme}`);
-  }
-
-  setTheme(theme) {
-    document.documentElement.dataset.theme = theme;
-    try {
-      localStorage.setItem("vitrail-theme", theme);
-    } catch {
-      // a browser that keeps nothing: the choice lasts as long as the page
-    }
-  }
-
   #updateTools() {
-    const hasScene = Boolean(this.model.scene);
-    for (const name of ["fit", "ortho", "compare", "save", "share"]) this.tools[name].disabled = !hasScene;
-    this.views.disabled = this.shows.disabled = !hasScene;
-    this.tools.undo.disabled = !this.model.canUndo;
-    this.tools.redo.disabled = !this.model.canRedo;
-    const pressed = { ortho: this.model.camera.isOrthographic, compare: Boolean(this.comparing),
-      stats: this.overlay.isShown };
-    for (const [name, isOn] of Object.entries(pressed))
-      this.tools[name].setAttribute("aria-pressed", String(isOn));
-  }
-
-  // ---- keys ----
-
-  #globalKey(event) {
-    if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
-    if (event.target.matches?.("input:not([type=range], [type=checkbox], [type=color])")) return;
-    event.preventDefault();
-    this.step(event.shiftKey ? "redo" : "undo");
-  }
-
-  #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const selected = this.model.selection?.node;
-    const actions = {
-      f: () => this.fit(), o: () => this.toggleOrtho(), c: () => this.toggleCompare(),
-      i: () => this.toggleStats(), g: () => this.toggleMoving(), m: () => this.nextMap(),
-      " ": () => this.timeline.toggle(), ",": () => this.timeline.step(-1),
-      ".": () => this.timeline.step(1), "?": () => openHelp(this.capabilities),
-      1: () => this.standBy("front"), 2: () => this.standBy("right"), 3: () => this.standBy("top"),
-      4: () => this.standBy("iso"), Escape: () => this.model.select(null),
-      h: () => selected !== null && selected !== undefined
-        && this.model.setVisible(selected, !this.model.isVisible(selected)),
-    };
-    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!action || (!this.model.scene && event.key !== "?")) return;
-    event.preventDefault();
-    action();
+    this.toolbar.update({ hasScene: Boolean(this.model.scene), canUndo: this.model.canUndo,
+      canRedo: this.model.canRedo, pressed: { ortho: this.model.camera.isOrthographic,
+        compare: Boolean(this.comparison.technique), stats: this.overlay.isShown } });
   }
 }
 

@@ -2,9 +2,12 @@
 // What is looked at and how: the scene, the edits of a view as the service words them, selection,
 // undo, and all of it as text for a link. Nothing here touches the page or the network.
 import { assemble, placedLight, worldOf } from "./assembly.js";
+import { boundsBelow, boundsOfAll } from "./bounds.js";
 import { OrbitCamera } from "./camera.js";
+import { History } from "./history.js";
 import { lightMembers, newLight } from "./lights.js";
-import { IDENTITY, add, inverse, middleOf, movedBounds, multiply } from "./transforms.js";
+import { copy, isEqual, isObject, isSame } from "./members.js";
+import { IDENTITY, add, inverse, middleOf, multiply } from "./transforms.js";
 
 /** The members of a view that this page edits, at the values a new one has. */
 export const DEFAULTS = Object.freeze({
@@ -22,27 +25,6 @@ export const DEFAULTS = Object.freeze({
   edges: null,
 });
 
-const UNDO_MAX = 100;
-const copy = (value) => JSON.parse(JSON.stringify(value));
-export const isEqual = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b);
-/** Whether two objects have equal members. */
-export const isSame = (a, b) => Object.keys(a).length === Object.keys(b).length
-  && Object.keys(a).every((name) => isEqual(a[name], b[name]));
-const isObject = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
-
-/** The JSON merge patch (RFC 7396) that makes `to` of `from`; undefined when there is none. */
-export function mergePatch(from, to) {
-  if (from === to) return undefined;
-  if (!isObject(from) || !isObject(to)) return isEqual(from, to) ? undefined : to;
-  const patch = {};
-  for (const name of Object.keys(from)) if (!(name in to)) patch[name] = null;
-  for (const [name, value] of Object.entries(to)) {
-    const change = name in from ? mergePatch(from[name], value) : value;
-    if (change !== undefined) patch[name] = change;
-  }
-  return Object.keys(patch).length ? patch : undefined;
-}
-
 /**
  * Events: "scene" (another one, or none), "edit" (members of the view), "camera", "select", "time",
  * "parts" (the outline has other nodes; "edit" follows).
@@ -59,10 +41,7 @@ export class Model extends EventTarget {
   #lights = null; // as they stand now, once asked for
   aspect = 1.6; // of the picture, for what fits into it
   shown = "color"; // output that the picture shows
-  #undo = [];
-  #redo = [];
-  #lastEdit = { label: "", time: 0 };
-  #isHeld = false; // something is being dragged
+  #history = new History();
 
   #tell(type, detail) {
     const event = new Event(type);
@@ -82,8 +61,7 @@ export class Model extends EventTarget {
     this.view = copy(DEFAULTS);
     this.shown = typeof state?.show === "string" ? state.show : "color";
     this.selection = null;
-    this.#undo = [];
-    this.#redo = [];
+    this.#history.clear();
     if (isObject(state?.view)) Object.assign(this.view, state.view);
     this.#assemble();
     if (summary) {
@@ -146,24 +124,12 @@ export class Model extends EventTarget {
 
   /** Of the whole scene: least x y z, greatest x y z; not to be changed. */
   get bounds() {
-    return this.#keptBox("all", () => this.#allBounds());
+    return this.#keptBox("all", () => boundsOfAll(this));
   }
 
   #keptBox(name, find) {
     if (!this.#boxes.has(name)) this.#boxes.set(name, find());
     return this.#boxes.get(name);
-  }
-
-  #allBounds() {
-    const bounds = this.scene?.bounds;
-    const boxes = bounds ? [[...bounds.min, ...bounds.max]] : [];
-    this.scene?.outline.nodes.forEach(({ isPart }, index) => {
-      const box = isPart && this.boundsOf(index);
-      if (box) boxes.push(box);
-    });
-    if (!boxes.length) return [-1, -1, -1, 1, 1, 1];
-    return [0, 1, 2, 3, 4, 5].map((at) =>
-      boxes.reduce((most, box) => (at < 3 ? Math.min : Math.max)(most, box[at]), boxes[0][at]));
   }
 
   get center() {
@@ -172,31 +138,11 @@ export class Model extends EventTarget {
 
   /** Of a node and all below it, not to be changed; null without geometry. */
   boundsOf(index) {
-    return this.#keptBox(index, () => this.#boundsBelow(index));
-  }
-
-  #boundsBelow(index) {
-    const { nodes } = this.scene.outline;
-    const isBelow = new Uint8Array(nodes.length); // parents come before their children
-    const hasMoved = Object.values(this.view.overrides.nodes).some(({ matrix }) => matrix);
-    const ways = []; // of each node: where it is now from where it is at rest; undefined: the same
-    let found = null;
-    nodes.forEach((node, at) => {
-      isBelow[at] = at === index || (node.parent !== null && isBelow[node.parent]);
-      ways[at] = node.isPart || (hasMoved && this.isMoved(at)) ? this.#fromRest(at) : ways[node.parent];
-      if (!node.bounds || !isBelow[at]) return;
-      const box = ways[at] ? movedBounds(ways[at], node.bounds) : node.bounds;
-      found ??= [...box];
-      for (let axis = 0; axis < 3; axis++) {
-        found[axis] = Math.min(found[axis], box[axis]);
-        found[axis + 3] = Math.max(found[axis + 3], box[axis + 3]);
-      }
-    });
-    return found;
+    return this.#keptBox(index, () => boundsBelow(this, index));
   }
 
   /** World as it is now from world as in the file, for what a node holds. */
-  #fromRest(index) {
+  fromRest(index) {
     return multiply(this.worldOf(index), inverse(this.worldOf(index, true)));
   }
 
@@ -221,39 +167,27 @@ export class Model extends EventTarget {
     if (isSame(before, after)) return;
     this.view = after;
     this.#forget();
-    const now = Date.now();
-    const isNext = label === this.#lastEdit.label && (this.#isHeld || now - this.#lastEdit.time <= 1000);
-    if (!isNext) {
-      this.#undo.push({ label, view: before });
-      if (this.#undo.length > UNDO_MAX) this.#undo.shift();
-    }
-    this.#lastEdit = { label, time: now };
-    this.#redo = [];
+    this.#history.record(label, before);
     this.#followParts();
     this.#tell("edit", label);
   }
 
-  /** While something is dragged, all edits under one label are one step of undo; before and after,
-   * others begin. */
+  /** While something is dragged, all edits under one label are one step of undo. */
   hold(isHeld) {
-    this.#isHeld = isHeld;
-    this.#lastEdit = { label: "", time: 0 };
+    this.#history.hold(isHeld);
   }
 
   get canUndo() {
-    return this.#undo.length > 0;
+    return this.#history.canUndo;
   }
 
   get canRedo() {
-    return this.#redo.length > 0;
+    return this.#history.canRedo;
   }
 
-  #step(from, to) {
-    const step = from.pop();
+  #restore(step) {
     if (!step) return null;
-    to.push({ label: step.label, view: this.view });
     this.view = { ...step.view, animation: this.view.animation }; // time is no edit
-    this.#lastEdit = { label: "", time: 0 };
     this.#forget();
     this.#followParts();
     this.#tell("edit", step.label);
@@ -262,17 +196,17 @@ export class Model extends EventTarget {
 
   /** Takes the last edit back; its label, or null. */
   undo() {
-    return this.#step(this.#undo, this.#redo);
+    return this.#restore(this.#history.undo(this.view));
   }
 
   redo() {
-    return this.#step(this.#redo, this.#undo);
+    return this.#restore(this.#history.redo(this.view));
   }
 
   /** The server refused the last edit: as undo, with nothing to redo. */
   refuse() {
     const label = this.undo();
-    this.#redo = [];
+    this.#history.forgetRedo();
     return label;
   }
 
@@ -408,7 +342,7 @@ export class Model extends EventTarget {
     const { nodes } = this.scene.outline;
     let at = nodes[light.node] ? light.node : null;
     while (at !== null && !nodes[at].isPart && !this.isMoved(at)) at = nodes[at].parent;
-    return at === null ? light : placedLight(light, this.#fromRest(light.node));
+    return at === null ? light : placedLight(light, this.fromRest(light.node));
   }
 
   get #sceneLights() {
@@ -455,6 +389,11 @@ export class Model extends EventTarget {
   }
 
   // ---- selection ----
+
+  /** The node that is selected, or null. */
+  get selectedNode() {
+    return this.selection?.node ?? null;
+  }
 
   select(selection) {
     this.selection = selection;

@@ -164,15 +164,10 @@ export class RenderPanel {
         }) }));
   }
 
-  /** No comparison any more, by whatever hand. */
+  /** Compared with another technique, or none (""), by whatever hand. */
   setComparing(name) {
+    if (name === this.comparing) return;
     this.comparing = name;
     this.fill();
   }
-}
-
-/** Used by the toolbar: the technique that is most telling beside the one in use. */
-export function otherTechnique(current, names) {
-  const preferred = ["raytraced", "deep", "map", "none"];
-  return preferred.find((name) => names.includes(name) && name !== current) ?? names[0] ?? "";
 }

@@ -78,7 +78,7 @@ export class TreePanel {
 
   /** Opens the way to the selected node and scrolls to it. */
   #reveal() {
-    const index = this.model.selection?.node ?? null;
+    const index = this.model.selectedNode;
     if (index === null || index >= this.#nodes.length) {
       this.#draw();
       return;
@@ -131,7 +131,7 @@ export class TreePanel {
     const [place, siblings] = this.#query ? [at + 1, this.#shown.length] : this.#places[index];
     const row = el("li", { class: "node", role: "treeitem", "aria-level": level, "aria-label": name,
       "aria-posinset": place, "aria-setsize": siblings,
-      "aria-selected": String(this.model.selection?.node === index),
+      "aria-selected": String(this.model.selectedNode === index),
       tabIndex: index === this.#active ? 0 : -1,
       "aria-expanded": hasChildren ? String(this.#open.has(index)) : undefined,
       "data-index": index, "data-key": `node-${index}`,

@@ -300,12 +300,46 @@ class Reaching(PageTest):
             self.panel(panel)
             self.assertEqual([], self.browser.run(LABELS), panel)
 
-    def test_text_stands_out_in_light_and_in_dark(self):
+    def test_text_and_fields_stand_out_in_light_and_in_dark(self):
         for scheme in ("light", "dark"):
             self.browser.scheme(scheme, motion="reduce")
             self.load()
-            faint = self.browser.run(CONTRAST)
-            self.assertEqual([], faint, scheme)
+            self.press("Statistics (I)")
+            self.enter("What the picture shows", "layers")
+            self.press("Compare two techniques (C)")
+            self.browser.wait("return document.querySelector('#overlay table')", "the passes")
+            for panel in ("scenes", "tree", "properties", "lights", "section", "render"):
+                self.panel(panel)
+                if panel == "section":
+                    self.press("Cut X")
+                self.assertEqual([], self.browser.run(CONTRAST), f"{panel}, {scheme}")
+            for dialog in ("Save the picture", "Keys and gestures (?)"):
+                self.press(dialog)
+                self.assertEqual([], self.browser.run(CONTRAST), f"{dialog}, {scheme}")
+                self.browser.keys("Escape")
+
+    def test_tab_reaches_one_tool_and_arrow_keys_the_others(self):
+        self.load()
+        self.browser.keys("Tab", "Tab")
+        self.assertEqual("Fit (F)", self.focus("ariaLabel"))  # there is nothing to undo
+        self.browser.keys("Left")
+        self.assertEqual("Keys and gestures (?)", self.focus("ariaLabel"))
+        self.browser.keys("Home", "Right")
+        self.assertEqual("Standard views", self.focus("ariaLabel"))
+        self.browser.keys("Right")  # and no other view is taken
+        self.assertEqual("Orthographic (O)", self.focus("ariaLabel"))
+        self.browser.keys("Tab")
+        self.assertEqual("tab-scenes", self.focus("id"))
+        self.browser.keys("Shift")
+        self.assertEqual(1, self.browser.run("""return [...document
+          .querySelectorAll('#toolbar :is(button, select)')].filter((e) => e.tabIndex === 0)
+          .length"""))
+
+    def test_the_help_begins_at_its_top(self):
+        self.load()
+        self.press("Keys and gestures (?)")
+        self.assertEqual("help-title", self.focus("id"))
+        self.assertEqual(0, self.browser.run("return document.getElementById('help').scrollTop"))
 
 
 class Phone(PageTest):
@@ -364,25 +398,35 @@ if (document.querySelectorAll('h1').length !== 1) faults.push('not one h1');
 return faults;
 """
 
-# Contrast of texts with the ground behind them: WCAG 2.2, 1.4.3, at least 4.5.
+# Contrast of texts with the ground behind them, at least 4.5, and of fields with theirs, at least
+# 3: WCAG 2.2, 1.4.3 and 1.4.11. Behind what is half transparent may be anything from black to
+# white.
 CONTRAST = """
 const parse = (text) => (text.match(/[\\d.]+/g) ?? []).map(Number);
 const light = ([r, g, b]) => [r, g, b].map((v) => (v /= 255) <= 0.04045 ? v / 12.92
   : ((v + 0.055) / 1.055) ** 2.4).reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
-const ground = (e) => {
-  for (; e; e = e.parentElement) {
-    const color = parse(getComputedStyle(e).backgroundColor);
-    if (color.length === 3 || color[3] === 1) return color;
-  }
-  return [255, 255, 255];
+const grounds = (e) => {
+  if (!e || e.id === 'stage') return [[0, 0, 0], [255, 255, 255]];
+  const [r, g, b, a = 1] = parse(getComputedStyle(e).backgroundColor);
+  return a === 1 ? [[r, g, b]] : grounds(e.parentElement).map((behind) =>
+    [r, g, b].map((v, i) => a * v + (1 - a) * behind[i]));
 };
+const ratio = (color, e) => Math.min(...grounds(e).map((ground) => {
+  const [a, b] = [light(color), light(ground)].sort((x, y) => y - x);
+  return (a + 0.05) / (b + 0.05);
+}));
 const faint = [];
-for (const e of document.querySelectorAll('.tab, .panel:not([hidden]) *, .status *, .bar *')) {
+for (const e of document.querySelectorAll('.tab, .panel:not([hidden]) *, .status *, .bar *,'
+    + '.overlay *, .legend *, .side, .welcome *, dialog[open] *')) {
+  if (!e.offsetParent && !e.closest('dialog') || e.closest(':disabled, option, .hidden-text'))
+    continue;
+  const style = getComputedStyle(e);
   const own = [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
-  if (!own || !e.offsetParent || e.closest(':disabled, option, .hidden-text')) continue;
-  const [a, b] = [light(parse(getComputedStyle(e).color)), light(ground(e))].sort((x, y) => y - x);
-  const ratio = (a + 0.05) / (b + 0.05);
-  if (ratio < 4.5) faint.push(`${ratio.toFixed(2)} ${e.className || e.tagName}: ${e.textContent}`);
+  const text = own ? ratio(parse(style.color), e) : 21;
+  if (text < 4.5) faint.push(`${text.toFixed(2)} ${e.className || e.tagName}: ${e.textContent}`);
+  if (!e.matches('input:not([type=range], [type=checkbox], [type=file]), .panel select')) continue;
+  const edge = ratio(parse(style.borderTopColor), e.parentElement);
+  if (edge < 3) faint.push(`${edge.toFixed(2)} edge of ${e.getAttribute('aria-label') ?? e.id}`);
 }
 return faint;
 """
