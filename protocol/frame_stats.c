@@ -305,6 +305,7 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put(&writer, "compression", write_compression(stats));
     json_put(&writer, "textures", write_textures(stats));
     json_put(&writer, "bytes", write_bytes(stats));
+    json_put_integer(&writer, "resident_bytes", stats->resident_bytes);
     json_put(&writer, "reused",
              write_texts(stats->reused[0], sizeof stats->reused[0], stats->reused_count));
     json_put(&writer, "error", write_error(stats));
@@ -473,11 +474,13 @@ static bool read_head(const struct json_node *root, struct frame_stats *stats)
     struct json_node id = json_member(root, "id"), scene = json_member(root, "scene");
     struct json_node view = json_member(root, "view"), device = json_member(root, "device");
     struct json_node revision = json_member(root, "revision");
+    struct json_node resident = json_member(root, "resident_bytes");
     struct json_node width = json_member(root, "width"), height = json_member(root, "height");
     return json_read_text(&id, stats->id, sizeof stats->id) &&
            json_read_text(&scene, stats->scene, sizeof stats->scene) &&
            json_read_text(&view, stats->view, sizeof stats->view) &&
            json_read_uint64(&revision, &stats->revision) &&
+           json_read_uint64(&resident, &stats->resident_bytes) &&
            json_read_text(&device, stats->device, sizeof stats->device) &&
            json_read_int(&width, 0, LIMIT_IMAGE_SIDE_PX, &stats->width) &&
            json_read_int(&height, 0, LIMIT_IMAGE_SIDE_PX, &stats->height);

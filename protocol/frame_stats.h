@@ -115,6 +115,7 @@ struct frame_stats {
     } textures;
     struct frame_stats_bytes bytes[FRAME_STATS_BYTES_MAX];
     int byte_count;
+    uint64_t resident_bytes; /* of all structures that the renderer holds, after the frame */
     char reused[FRAME_STATS_REUSED_MAX][FRAME_STATS_NAME_BYTES];
     int reused_count;
     bool has_error; /* false: null, nothing is known about the error */

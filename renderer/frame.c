@@ -58,14 +58,13 @@ static bool create_outputs(const struct view *view, struct frame *frame, struct 
     return true;
 }
 
-static void fill_report(const struct renderer *renderer, const struct resident_scene *scene,
+static void fill_report(const struct plan *plan, const struct resident_scene *scene,
                         const struct scene_state *state, struct frame_report *report)
 {
     report->counts.lights = state->light_count;
-    report_add_bytes(report, "scene", scene_gpu_size_bytes(scene->gpu));
-    report_add_bytes(report, "targets", targets_size_bytes(&renderer->targets));
-    report_add_bytes(report, "pixel_lists", pixel_lists_size_bytes(&renderer->pixels));
-    report_add_bytes(report, "shadows", shadow_system_size_bytes(renderer->shadows));
+    if (plan->requirements[PLAN_NEED_COLOR].is_met ||
+        plan->requirements[PLAN_NEED_AUXILIARY].is_met)
+        report_add_bytes(report, "scene", scene_gpu_size_bytes(scene->gpu));
     if (state->has_default_lights)
         report_warn(report,
                     "neither the scene nor the request has a light: default lighting is used");
@@ -221,7 +220,7 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     };
     bool ok = create_outputs(&opened.view, frame, err) && frame_run(&run, err);
     if (ok)
-        fill_report(renderer, opened.scene, opened.state, &frame->report);
+        fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
     report_choice(&opened.plan->plan.choice, &frame->report);
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
@@ -232,6 +231,7 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     /* textures that it brought; not within a frame, whose state and plan would go too */
     if (!renderer->other || !renderer->other->is_paused)
         renderer_evict_beside(renderer, opened.scene);
+    frame->report.resident_bytes = renderer_used_bytes(renderer);
     if (!ok)
         frame_finish(frame);
     return ok;

@@ -36,6 +36,15 @@ bool frame_is_raytraced(const struct view *view, const struct scene_state *state
     return because[0];
 }
 
+/* Lights towards which shadow rays go. */
+static size_t count_casting(const struct view *view, const struct scene_state *state)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < state->light_count; i++)
+        count += state->lights[i].casts_shadow;
+    return view->quality.shadows == VIEW_SHADOWS_NONE ? 0 : count;
+}
+
 static int grid_side(int samples)
 {
     return samples == 0 ? 2 : (int)lround(sqrt(samples));
@@ -52,6 +61,7 @@ static void report_trace(const struct raytrace_stats *stats, const struct view *
         report_add_pass(report, "raytrace.build", because, form, stats->build_ms, REPORT_SHADOW);
     report_add_pass(report, "raytrace.trace", because, form, stats->trace_ms, REPORT_SHADE);
     report_add_bytes(report, "raytrace", stats->scene_bytes);
+    report->counts.shadowed_lights = count_casting(view, state);
     report->counts.lookups += stats->shadow_rays;
     report->counts.shadow_rays += stats->shadow_rays;
     report->error_is_exact = count_areas(state) == 0;

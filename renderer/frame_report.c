@@ -37,19 +37,32 @@ void report_add_pass(struct frame_report *report, const char *pass, const char *
     line->ms = ms;
 }
 
+/* The structure's entry, made where it is absent; NULL when there is no room. */
+static struct report_bytes *bytes_of(struct frame_report *report, const char *structure)
+{
+    for (int i = 0; i < report->byte_count; i++)
+        if (!strcmp(report->bytes[i].structure, structure))
+            return &report->bytes[i];
+    if (report->byte_count == REPORT_BYTES_MAX)
+        return NULL;
+    struct report_bytes *entry = &report->bytes[report->byte_count++];
+    *entry = (struct report_bytes){.bytes = 0};
+    snprintf(entry->structure, sizeof entry->structure, "%s", structure);
+    return entry;
+}
+
 void report_add_bytes(struct frame_report *report, const char *structure, uint64_t bytes)
 {
-    for (int i = 0; i < report->byte_count; i++) {
-        if (!strcmp(report->bytes[i].structure, structure)) {
-            report->bytes[i].bytes += bytes;
-            return;
-        }
-    }
-    if (report->byte_count == REPORT_BYTES_MAX)
-        return;
-    struct report_bytes *entry = &report->bytes[report->byte_count++];
-    snprintf(entry->structure, sizeof entry->structure, "%s", structure);
-    entry->bytes = bytes;
+    struct report_bytes *entry = bytes_of(report, structure);
+    if (entry)
+        entry->bytes += bytes;
+}
+
+void report_raise_bytes(struct frame_report *report, const char *structure, uint64_t bytes)
+{
+    struct report_bytes *entry = bytes ? bytes_of(report, structure) : NULL;
+    if (entry && entry->bytes < bytes)
+        entry->bytes = bytes;
 }
 
 void report_add_reused(struct frame_report *report, const char *what)

@@ -94,8 +94,10 @@ struct frame_report {
         double max_error; /* of a transmittance at any depth, against the mean of the samples */
     } compression;
     struct report_textures textures;
-    struct report_bytes bytes[REPORT_BYTES_MAX];
+    struct report_bytes bytes[REPORT_BYTES_MAX]; /* what the frame's picture is made from, whatever
+                                                    else is resident */
     int byte_count;
+    uint64_t resident_bytes; /* of all that counts against the budget, after the frame */
     char reused[REPORT_REUSED_MAX][REPORT_NAME_BYTES]; /* "scene", "shadow.deep", ... */
     int reused_count;
     char warnings[REPORT_WARNINGS_MAX][REPORT_TEXT_BYTES];
@@ -112,6 +114,9 @@ struct frame_report {
 void report_add_pass(struct frame_report *report, const char *pass, const char *because,
                      const char *technique, double ms, enum report_stage stage);
 void report_add_bytes(struct frame_report *report, const char *structure, uint64_t bytes);
+/* Of memory that windows or batches of lights use one after the other: the most of any counts. 0
+ * makes no entry. */
+void report_raise_bytes(struct frame_report *report, const char *structure, uint64_t bytes);
 void report_add_reused(struct frame_report *report, const char *what);
 void report_warn(struct frame_report *report, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

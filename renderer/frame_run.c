@@ -302,6 +302,8 @@ static bool run_window(const struct frame_run *run, const struct camera_window *
     if (!walk_window(&window, err))
         return false;
     *must_split = window.must_split;
+    if (!*must_split)
+        report_raise_bytes(&run->frame->report, "targets", targets_size_bytes(&renderer->targets));
     return *must_split || gl_context_check(renderer->context, "rendering", err);
 }
 

@@ -58,7 +58,7 @@ static void report_rays(const struct frame_run *run, const struct traced_shadows
     report_add_pass(report, "shadow.trace", because, technique, traced->stats.trace_ms,
                     REPORT_SHADOW);
     report_add_bytes(report, "raytrace", traced->stats.scene_bytes);
-    report_add_bytes(report, "shadow.traced", traced_shadows_size_bytes(traced));
+    report_add_bytes(report, "shadow.traced", traced->window_bytes);
     report->counts.shadowed_lights = plan->traced_lights;
     report->counts.shadow_rays += traced->stats.shadow_rays;
 }

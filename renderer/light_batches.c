@@ -106,6 +106,8 @@ static void add_report(const struct frame_report *part, bool is_first_window,
     report->counts.mean_list = lists > 0 ? (double)report->counts.events / lists : 0;
     if (part->counts.longest_list > report->counts.longest_list)
         report->counts.longest_list = part->counts.longest_list;
+    for (int i = 0; i < part->byte_count; i++)
+        report_raise_bytes(report, part->bytes[i].structure, part->bytes[i].bytes);
     for (int i = 0; i < part->reused_count; i++)
         report_add_reused(report, part->reused[i]);
     for (int i = 0; i < part->warning_count; i++)

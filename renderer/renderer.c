@@ -176,6 +176,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
 static uint64_t own_bytes(const struct renderer *renderer)
 {
     return pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
+           light_lists_size_bytes(renderer->lists) +
            traced_shadows_size_bytes(&renderer->shadow_rays) + renderer->feature_edges.size_bytes;
 }
 

@@ -106,6 +106,7 @@ static void copy_lists(const struct frame_report *report, struct frame_stats *st
     for (int i = 0; i < report->warning_count; i++)
         utf8_copy(stats->warnings[i], sizeof stats->warnings[i], report->warnings[i]);
     stats->byte_count = report->byte_count;
+    stats->resident_bytes = report->resident_bytes;
     stats->reused_count = report->reused_count;
     stats->warning_count = report->warning_count;
 }

@@ -2,6 +2,7 @@
 /* /v1/views/{id}/socket: a view over WebSocket. What a session does is on the thread of the
  * sockets. */
 #include <arpa/inet.h>
+#include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -86,24 +87,31 @@ static json_t *shown_seq(const struct view_socket *session, uint64_t revision)
     return json_null();
 }
 
+/* To the microsecond, as in the frame's stats. */
+static json_t *rounded_ms(double ms)
+{
+    return json_real(round(1000 * ms) / 1000);
+}
+
 /* 4 bytes with the length of the header, the header, the image. */
 static void send_frame(struct view_socket *session, const struct live_frame *frame)
 {
     const struct view_image *image = frame->image;
     json_t *header = json_pack(
-        "{s:s,s:I,s:o,s:b,s:f,s:i,s:i,s:s,s:s,s:I,s:{s:f,s:f,s:f}}", "type", "frame", "revision",
+        "{s:s,s:I,s:o,s:b,s:f,s:i,s:i,s:s,s:s,s:I,s:{s:o,s:o,s:o}}", "type", "frame", "revision",
         (json_int_t)frame->revision, "seq", shown_seq(session, frame->revision), "exact",
         frame->is_exact, "scale", frame->scale, "width", image->width_px, "height",
         image->height_px, "format", image_format_media_type(image->format), "frame", image->frame,
-        "bytes", (json_int_t)image->size_bytes, "timings_ms", "queue", image->queue_ms, "render",
-        image->cost_ms, "total", image->total_ms);
-    size_t length = header ? json_dumpb(header, NULL, 0, JSON_COMPACT) : 0;
+        "bytes", (json_int_t)image->size_bytes, "timings_ms", "queue", rounded_ms(image->queue_ms),
+        "render", rounded_ms(image->cost_ms), "total", rounded_ms(image->total_ms));
+    const size_t flags = JSON_COMPACT | JSON_REAL_PRECISION(15);
+    size_t length = header ? json_dumpb(header, NULL, 0, flags) : 0;
     size_t size_bytes = 4 + length + image->size_bytes;
     char *message = length ? malloc(size_bytes) : NULL;
     if (message) {
         uint32_t length_be = htonl((uint32_t)length);
         memcpy(message, &length_be, 4);
-        json_dumpb(header, message + 4, length, JSON_COMPACT);
+        json_dumpb(header, message + 4, length, flags);
         memcpy(message + 4 + length, image->bytes, image->size_bytes);
         websocket_send_binary(atomic_load(&session->socket), message, size_bytes);
         session->credit--;

@@ -66,13 +66,17 @@ static bool upload(struct gl_buffer *buffer, struct gl_texture *view, const char
     return gl_texture_init_buffer(view, label, format, buffer, err);
 }
 
+static uint64_t clusters_count(const struct clusters *clusters)
+{
+    return (uint64_t)clusters->columns * (uint64_t)clusters->rows * (uint64_t)clusters->slices;
+}
+
 static bool upload_clusters(struct light_lists *lists, struct error *err)
 {
     const struct clusters *clusters = &lists->clusters;
-    uint64_t cluster_count =
-        (uint64_t)clusters->columns * (uint64_t)clusters->rows * (uint64_t)clusters->slices;
     return upload(&lists->cluster_heads, &lists->cluster_heads_view, "lights.clusters.heads",
-                  GL_RG32UI, clusters->heads, cluster_count * 2 * sizeof *clusters->heads, err) &&
+                  GL_RG32UI, clusters->heads,
+                  clusters_count(clusters) * 2 * sizeof *clusters->heads, err) &&
            upload(&lists->cluster_items, &lists->cluster_items_view, "lights.clusters.items",
                   GL_R32UI, clusters->items, clusters->item_count * sizeof *clusters->items, err);
 }
@@ -173,14 +177,14 @@ static struct content_key key_of(const struct light_lists_desc *desc)
 
 static void report_lists(const struct light_lists *lists, struct frame_report *report)
 {
-    const struct linked_lists *linked = &lists->linked;
-    uint64_t bytes = lists->cluster_heads.size_bytes + lists->cluster_items.size_bytes;
+    const struct clusters *clusters = &lists->clusters;
+    uint64_t bytes = clusters_count(clusters) * 2 * sizeof *clusters->heads +
+                     clusters->item_count * sizeof *clusters->items;
     if (lists->is_linked)
-        bytes = linked->heads.size_bytes + linked->elements.size_bytes +
-                linked->records.size_bytes + linked->front.size_bytes;
+        bytes = linked_lists_used_bytes(&lists->linked);
     report->counts.light_list_entries +=
-        lists->is_linked ? linked->element_count : lists->clusters.item_count;
-    report_add_bytes(report, "light_lists", bytes);
+        lists->is_linked ? lists->linked.element_count : clusters->item_count;
+    report_raise_bytes(report, "light_lists", bytes);
 }
 
 static bool build(struct light_lists *lists, const struct light_lists_desc *desc,
@@ -210,6 +214,14 @@ bool light_lists_prepare(struct light_lists *lists, const struct light_lists_des
     report->counts.light_lists_built++;
     report_lists(lists, report);
     return true;
+}
+
+uint64_t light_lists_size_bytes(const struct light_lists *lists)
+{
+    const struct linked_lists *linked = &lists->linked;
+    return lists->cluster_heads.size_bytes + lists->cluster_items.size_bytes +
+           linked->heads.size_bytes + linked->elements.size_bytes + linked->records.size_bytes +
+           linked->mesh.size_bytes + linked->front.size_bytes;
 }
 
 void light_lists_forget(struct light_lists *lists)

@@ -35,6 +35,7 @@ struct light_lists_desc {
  * directional lights come first in every list (a global prefix). */
 MUST_CHECK bool light_lists_prepare(struct light_lists *lists, const struct light_lists_desc *desc,
                                     struct frame_report *report, struct error *err);
+uint64_t light_lists_size_bytes(const struct light_lists *lists); /* on the device */
 /* The next call of light_lists_prepare builds. */
 void light_lists_forget(struct light_lists *lists);
 /* The #define items that select the technique's shaders/light_list.glsl, for program_desc.defines.

@@ -387,6 +387,14 @@ bool linked_lists_build(struct linked_lists *lists, const struct linked_desc *de
                        &lists->elements, err);
 }
 
+uint64_t linked_lists_used_bytes(const struct linked_lists *lists)
+{
+    uint64_t tiles = (uint64_t)lists->grid.columns * (uint64_t)lists->grid.rows;
+    return (LINKED_HEADER_WORDS + tiles) * sizeof(uint32_t) +
+           (uint64_t)lists->element_count * LINKED_ELEMENT_BYTES +
+           lists->draw_count * RECORD_FLOATS * sizeof(float);
+}
+
 void linked_lists_finish(struct linked_lists *lists)
 {
     tile_grid_finish(&lists->grid);

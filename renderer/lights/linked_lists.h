@@ -63,6 +63,8 @@ MUST_CHECK bool linked_lists_build(struct linked_lists *lists, const struct link
                                    struct program_cache *programs, struct error *err);
 /* The programs of a build, which none needs where no light is bounded. Thread: any. */
 void linked_lists_list_programs(bool is_faithful, const char *pass, struct program_list *list);
+/* What the last build's lists take; its buffers may be larger. */
+uint64_t linked_lists_used_bytes(const struct linked_lists *lists);
 void linked_lists_finish(struct linked_lists *lists);
 
 #endif

@@ -17,6 +17,7 @@ bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_d
                           const bool *is_shadowed, struct error *err)
 {
     traced_shadows_end(traced);
+    traced->window_bytes = 0;
     traced->rays = raytrace_shadows_create(desc, is_shadowed, &traced->stats, err);
     return traced->rays != NULL;
 }
@@ -253,6 +254,15 @@ static bool reserve_filters(struct traced_shadows *traced, uint64_t count, struc
     return traced->filter_capacity || error_set(err, ERROR_NO_MEMORY, "%zu shadow rays", capacity);
 }
 
+static void note_bytes(struct traced_shadows *traced, uint64_t filters)
+{
+    const struct raytrace_shadow_points *window = &traced->window;
+    uint64_t pixels = (uint64_t)window->width * (uint64_t)window->height;
+    uint64_t bytes = window->count * (sizeof(struct shadow_point) + 8) + pixels * 4 + filters * 8;
+    if (bytes > traced->window_bytes)
+        traced->window_bytes = bytes;
+}
+
 bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
                           uint32_t first, uint32_t count, struct error *err)
 {
@@ -274,6 +284,7 @@ bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *
         return false;
     gl_buffer_write(&traced->table, 0, points * 8, slice.table);
     gl_buffer_write(&traced->filters, 0, slice.filter_count * 8, slice.filters);
+    note_bytes(traced, slice.filter_count);
     return true;
 }
 

@@ -26,6 +26,7 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
     struct raytrace_shadow_points window;
     void *arrays[5]; /* of the window: points, heads, list ends, table, filters */
     size_t filter_capacity;
+    uint64_t window_bytes; /* on the device, of the window of this frame that took most */
 };
 
 /* Once per frame. desc, is_shadowed: as raytrace_shadows_create takes them. */

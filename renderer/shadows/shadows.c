@@ -504,23 +504,25 @@ static bool is_built_now(const struct shadow_system *shadows, const struct shado
     return false;
 }
 
-static uint64_t pool_bytes(const struct shadow_store *store, enum shadow_pool_kind kind)
+static uint64_t event_bytes(const struct shadow_map *map)
 {
-    uint64_t bytes = 0;
-    for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
-        bytes += store->pools[kind].streams[i].size_bytes;
-    return bytes;
+    return SHADOW_EVENT_BYTES + (map->flags & SHADOW_FLAG_RAW ? sizeof(uint32_t) : 0) +
+           (map->flags & SHADOW_FLAG_MEDIA ? SHADOW_MEDIUM_BYTES : 0);
 }
 
-static void report_bytes(const struct shadow_store *store, struct frame_report *report)
+/* Of the maps that this frame looks up, however much more the pools hold. */
+static void report_bytes(const struct shadow_system *shadows, struct frame_report *report)
 {
     static const char *const names[] = {"shadow.depth", "shadow.heads", "shadow.deep.events",
                                         "shadow.linked.nodes"};
-    if (store->target.size_bytes)
-        report_add_bytes(report, "shadow.target", store->target.size_bytes);
-    for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
-        if (pool_bytes(store, (enum shadow_pool_kind)kind))
-            report_add_bytes(report, names[kind], pool_bytes(store, (enum shadow_pool_kind)kind));
+    for (size_t i = 0; i < shadows->map_count; i++) {
+        const struct shadow_map *map = shadows->maps[i];
+        const uint64_t bytes[] = {4 * map->depths.count, 4 * map->heads.count,
+                                  event_bytes(map) * map->events.count, 16 * map->nodes.count};
+        for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
+            if (map->last_frame == shadows->frame && bytes[kind])
+                report_add_bytes(report, names[kind], bytes[kind]);
+    }
 }
 
 static void count_casters(const struct shadow_system *shadows, const struct scene_state *state,
@@ -587,7 +589,7 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
                     "their material; 'deep' follows the light inside");
     report->counts.shadow_maps_built += shadows->build_count;
     report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
-    report_bytes(&shadows->store, report);
+    report_bytes(shadows, report);
 }
 
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits)

@@ -94,6 +94,7 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                             const struct geometry_items *items, struct error *err)
 {
     uint64_t bytes = (uint64_t)frame->window.width * (uint64_t)frame->window.height * 4;
+    lists->list_bytes = bytes;
     if (!reserve(&lists->counts, "lists.counts", bytes, err))
         return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
@@ -116,6 +117,7 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
     static const char *const labels[] = {"lists.surface_0", "lists.surface_1", "lists.surface_2"};
     uint64_t n = lists->entry_count;
     uint64_t halves = lists->longest > SORT_RUN ? 2 : 1;
+    lists->list_bytes += n * (16 * halves + 32 + 3 * 16);
     if (!reserve(&lists->keys, "lists.keys", n * 16 * halves, err) ||
         !reserve(&lists->colors, "lists.colors", n * 32, err))
         return false;
@@ -177,7 +179,7 @@ static bool sort_lists(struct pixel_lists *lists, const struct window_frame *fra
 
 void pixel_lists_clear(struct pixel_lists *lists)
 {
-    lists->entry_count = lists->longest = lists->keys_offset = 0;
+    lists->entry_count = lists->longest = lists->keys_offset = lists->list_bytes = 0;
     lists->has_media = lists->may_surround = false;
 }
 
@@ -186,6 +188,7 @@ void pixel_lists_report(const struct pixel_lists *lists, struct frame_report *re
     report->counts.transparent_fragments += lists->entry_count;
     if (report->counts.longest_pixel_list < lists->longest)
         report->counts.longest_pixel_list = lists->longest;
+    report_raise_bytes(report, "pixel_lists", lists->list_bytes);
 }
 
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,

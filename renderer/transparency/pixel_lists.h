@@ -19,6 +19,7 @@ struct pixel_lists {
     struct gl_buffer surfaces[3];
     struct gl_buffer colors; /* filled by shading: two vec4 per entry */
     uint64_t entry_count, longest;
+    uint64_t list_bytes;          /* that the lists take; the buffers may be larger */
     uint64_t keys_offset;         /* of the sorted half, in entries */
     bool has_media, may_surround; /* of the items listed: struct geometry_items */
 };
@@ -37,7 +38,7 @@ void pixel_lists_list_programs(const struct window_frame *frame, const struct ge
                                struct program_list *list);
 /* Empty lists, as of a window without anything transparent. */
 void pixel_lists_clear(struct pixel_lists *lists);
-/* Adds the lists to the counts. */
+/* Adds the lists to the counts and their memory to the bytes. */
 void pixel_lists_report(const struct pixel_lists *lists, struct frame_report *report);
 /* For the programs that read the lists: bindings and u_keys_offset. */
 void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *program);

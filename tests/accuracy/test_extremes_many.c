@@ -151,8 +151,8 @@ static void shadowed_lights_add_up_and_tell_their_memory(void **state)
         shoot(*state, &scene.rig, &view, &frame);
         uint64_t bytes = 0;
         for (int i = 0; i < frame.report.byte_count; i++)
-            if (strcmp(frame.report.bytes[i].structure, "shadows") == 0)
-                bytes = frame.report.bytes[i].bytes;
+            if (strncmp(frame.report.bytes[i].structure, "shadow.", 7) == 0)
+                bytes += frame.report.bytes[i].bytes;
         image_mean(&frame.outputs[VIEW_OUTPUT_COLOR], whole, mean);
         double worst = 0;
         for (int k = 0; k < 3; k++)

@@ -138,6 +138,7 @@ static void fill_stats(struct frame_stats *stats)
     stats->bytes[0].bytes = UINT64_C(5) << 32;
     strcpy(stats->bytes[1].structure, "scene");
     stats->bytes[1].bytes = 17;
+    stats->resident_bytes = UINT64_C(6) << 32;
     stats->reused_count = 1;
     strcpy(stats->reused[0], "scene");
     stats->has_error = true;
@@ -165,6 +166,7 @@ static void stats_read_back_as_they_were(void **state)
     assert_true(read.compression.max_error == 0.02);
     assert_memory_equal(&read.textures, &stats.textures, sizeof read.textures);
     assert_int_equal(read.bytes[0].bytes, UINT64_C(5) << 32);
+    assert_int_equal(read.resident_bytes, UINT64_C(6) << 32);
     assert_int_equal(read.plan_count, FRAME_STATS_PASSES_MAX);
     assert_string_equal(read.plan[63].pass, "shadow.63");
     assert_true(read.timings_ms[FRAME_TIMING_TOTAL] == 10.5);
@@ -179,9 +181,10 @@ static void stats_read_back_as_they_were(void **state)
 static void stats_have_the_documented_members(void **state)
 {
     (void)state;
-    static const char *const members[] = {"scene",  "view",  "revision",   "device", "width",
-                                          "height", "plan",  "timings_ms", "counts", "bytes",
-                                          "reused", "error", "warnings",   "id"};
+    static const char *const members[] = {"scene",    "view",   "revision",      "device",
+                                          "width",    "height", "plan",          "timings_ms",
+                                          "counts",   "bytes",  "reused",        "error",
+                                          "warnings", "id",     "resident_bytes"};
     struct frame_stats stats = {0};
     json_t *json = frame_stats_to_json(&stats);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++)

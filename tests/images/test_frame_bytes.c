@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT */
+/* What a frame says of memory is about that frame: the same on a fresh renderer and on one that has
+ * served other scenes, sizes and techniques. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/support/image_checks.h"
+
+struct stage {
+    struct renderer *renderer;
+    struct rig_scene demo;
+};
+
+static void stage_begin(struct stage *stage)
+{
+    struct error err = {0};
+    stage->renderer = renderer_create(&(struct renderer_desc){.is_strict = true}, &err);
+    if (!stage->renderer && err.code == ERROR_NO_DEVICE)
+        exit(77);
+    if (!stage->renderer)
+        fail_msg("%s", err.message);
+    rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
+}
+
+static void stage_end(struct stage *stage)
+{
+    rig_scene_finish(&stage->demo, stage->renderer);
+    renderer_destroy(stage->renderer);
+}
+
+static struct view view_of(enum view_shadows shadows, int side)
+{
+    return (struct view){.width_px = side,
+                         .height_px = side,
+                         .quality = {.shadows = shadows, .shadow_resolution = 2 * side}};
+}
+
+static struct frame_report report_of(struct stage *stage, const struct view *view)
+{
+    struct frame frame;
+    shoot(stage->renderer, &stage->demo, view, &frame);
+    struct frame_report report = frame.report;
+    frame_finish(&frame);
+    return report;
+}
+
+static uint64_t bytes_of(const struct frame_report *report, const char *prefix)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < report->byte_count; i++)
+        if (!strncmp(report->bytes[i].structure, prefix, strlen(prefix)))
+            bytes += report->bytes[i].bytes;
+    return bytes;
+}
+
+static void expect_same(const struct frame_report *fresh, const struct frame_report *used)
+{
+    assert_int_equal(fresh->byte_count, used->byte_count);
+    for (int i = 0; i < fresh->byte_count; i++) {
+        const char *name = fresh->bytes[i].structure;
+        if (bytes_of(used, name) != fresh->bytes[i].bytes)
+            fail_msg("%s: %llu bytes on a fresh renderer, %llu on a used one", name,
+                     (unsigned long long)fresh->bytes[i].bytes,
+                     (unsigned long long)bytes_of(used, name));
+    }
+}
+
+static void a_setting_has_the_same_bytes_whatever_was_before(void **state)
+{
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
+                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
+                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    enum { COUNT = sizeof techniques / sizeof *techniques };
+    struct frame_report first[COUNT]; /* one renderer at a time: each has a GL context */
+    struct stage stage;
+    (void)state;
+    for (int i = 0; i < COUNT; i++) {
+        struct view view = view_of(techniques[i], 32);
+        stage_begin(&stage);
+        first[i] = report_of(&stage, &view);
+        assert_true(first[i].resident_bytes >= bytes_of(&first[i], ""));
+        struct frame_report kept = report_of(&stage, &view); /* its structures stand */
+        expect_same(&first[i], &kept);
+        stage_end(&stage);
+    }
+    stage_begin(&stage);
+    for (int i = COUNT - 1; i >= 0; i--) {
+        struct view view = view_of(techniques[i], 64);
+        bool may_be_linked = techniques[i] != VIEW_SHADOWS_RAYTRACED_SHADOWS;
+        view.quality.light_lists =
+            may_be_linked && i % 2 ? VIEW_LIGHT_LISTS_LINKED : VIEW_LIGHT_LISTS_CLUSTERED;
+        report_of(&stage, &view);
+    }
+    for (int i = 0; i < COUNT; i++) {
+        struct view view = view_of(techniques[i], 32);
+        struct frame_report later = report_of(&stage, &view);
+        expect_same(&first[i], &later);
+        assert_true(later.resident_bytes > first[i].resident_bytes);
+    }
+    stage_end(&stage);
+}
+
+static void every_structure_is_counted_once(void **state)
+{
+    (void)state;
+    struct stage stage;
+    stage_begin(&stage);
+    struct view view = view_of(VIEW_SHADOWS_MAP, 32);
+    struct frame_report map = report_of(&stage, &view);
+    struct plan plan;
+    struct error err = {0};
+    assert_true(renderer_explain(stage.renderer, stage.demo.key, &view, &plan, &err));
+    assert_int_equal(bytes_of(&map, "shadow"), plan.shadow_texels * 4);
+    view.quality.shadows = VIEW_SHADOWS_NONE;
+    struct frame_report none = report_of(&stage, &view);
+    assert_int_equal(bytes_of(&none, "shadow"), 0);
+    assert_int_equal(none.counts.shadowed_lights, 0);
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    struct frame_report traced = report_of(&stage, &view);
+    assert_int_equal(traced.byte_count, 1);
+    assert_string_equal(traced.bytes[0].structure, "raytrace");
+    assert_int_equal(traced.counts.shadowed_lights, map.counts.shadowed_lights);
+    assert_true(traced.counts.shadowed_lights > 0);
+    stage_end(&stage);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_setting_has_the_same_bytes_whatever_was_before),
+        cmocka_unit_test(every_structure_is_counted_once),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
