@@ -103,6 +103,19 @@ struct opened_view {
     bool is_state_kept;
 };
 
+static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
+                                           const struct opened_view *opened)
+{
+    return (struct frame_plan_desc){
+        .view = &opened->view,
+        .state = opened->state,
+        .camera = &opened->camera,
+        .limits = gl_context_limits(renderer->context),
+        .automatic = &renderer->automatic,
+        .shadow_budget_bytes = shadow_system_budget_bytes(renderer->shadows),
+    };
+}
+
 /* err names what is wrong. */
 static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
                       struct opened_view *opened, struct error *err)
@@ -120,16 +133,24 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
                                    &opened->is_state_kept, err);
     if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
         return false;
-    const struct frame_plan_desc desc = {
+    const struct frame_plan_desc desc = plan_desc_of(renderer, opened);
+    opened->plan = plan_cache_get(&renderer->plans, view_plan_key(key, &opened->view), &desc, err);
+    return opened->plan;
+}
+
+static struct frame_programs_desc programs_of(const struct renderer *renderer,
+                                              const struct opened_view *opened,
+                                              const struct frame_plan *plan)
+{
+    return (struct frame_programs_desc){
+        .plan = plan,
         .view = &opened->view,
         .state = opened->state,
         .camera = &opened->camera,
         .limits = gl_context_limits(renderer->context),
-        .automatic = &renderer->automatic,
-        .shadow_budget_bytes = shadow_system_budget_bytes(renderer->shadows),
+        .gpu = opened->scene->gpu,
+        .scans_on_host = shadow_system_scans_on_host(renderer->shadows),
     };
-    opened->plan = plan_cache_get(&renderer->plans, view_plan_key(key, &opened->view), &desc, err);
-    return opened->plan;
 }
 
 bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -154,15 +175,7 @@ bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
                renderer_list_programs(renderer, scene_key, view, list, err);
     if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
-    const struct frame_programs_desc desc = {
-        .plan = opened.plan,
-        .view = &opened.view,
-        .state = opened.state,
-        .camera = &opened.camera,
-        .limits = gl_context_limits(renderer->context),
-        .gpu = opened.scene->gpu,
-        .scans_on_host = shadow_system_scans_on_host(renderer->shadows),
-    };
+    const struct frame_programs_desc desc = programs_of(renderer, &opened, opened.plan);
     if (!frame_programs_list(&desc, list, err))
         return false;
     for (size_t i = 0; i < list->count; i++) {
@@ -170,6 +183,46 @@ bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
         list->items[i].place = program_cache_find(renderer->programs, &program);
     }
     return true;
+}
+
+static bool list_all(struct renderer *renderer, const struct opened_view *opened,
+                     struct program_list *list, struct error *err)
+{
+    struct frame_plan plan;
+    struct frame_plan_desc desc = plan_desc_of(renderer, opened);
+    desc.sees_all = true;
+    if (!frame_plan_init(&plan, &desc, err))
+        return false;
+    const struct frame_programs_desc programs = programs_of(renderer, opened, &plan);
+    bool is_good = frame_programs_list_all(&programs, list, err);
+    frame_plan_finish(&plan);
+    return is_good;
+}
+
+bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      const struct renderer_warm_up_desc *desc, bool *is_complete,
+                      struct error *err)
+{
+    struct opened_view opened;
+    struct program_list list = {0};
+    struct view rasterised = *view;
+    if (rasterised.quality.shadows == VIEW_SHADOWS_AUTO) /* where rays are not taken */
+        rasterised.quality.shadows = VIEW_SHADOWS_DEEP;
+    assert(!renderer->is_paused);
+    bool is_good = open_view(renderer, scene_key, &rasterised, &opened, err) &&
+                   list_all(renderer, &opened, &list, err);
+    bool has_built = false;
+    *is_complete = true;
+    for (size_t i = 0; is_good && *is_complete && i < list.count; i++) {
+        const struct program_desc program = program_list_desc(&list.items[i]);
+        if (program_cache_find(renderer->programs, &program) == PROGRAM_IN_MEMORY)
+            continue;
+        *is_complete = !has_built || !desc->shall_stop(desc->context);
+        is_good = !*is_complete || program_cache_get(renderer->programs, &program, err);
+        has_built = true;
+    }
+    program_list_finish(&list);
+    return is_good;
 }
 
 static void report_choice(const struct auto_choice *choice, struct frame_report *report)

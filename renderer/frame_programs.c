@@ -11,59 +11,117 @@ static bool needs(const struct frame_programs_desc *desc, enum plan_need need)
     return desc->plan->plan.requirements[need].is_met;
 }
 
-/* With layers, whether any of their fragments is seen decides between two programs. */
-static void list_shading(const struct frame_programs_desc *desc, const struct window_frame *frame,
-                         const char *shadows, struct program_list *list)
+/* What a listing goes by. */
+struct listing {
+    const struct frame_programs_desc *desc;
+    struct targets targets; /* nothing is drawn to them */
+    struct window_frame frame;
+    struct shadow_programs_desc shadows;
+    struct program_list *list;
+};
+
+static void listing_init(struct listing *listing, const struct frame_programs_desc *desc,
+                         struct program_list *list)
 {
-    const struct geometry_items *items = &desc->plan->items;
+    *listing = (struct listing){
+        .desc = desc,
+        .targets = {.samples = desc->plan->plan.target_samples},
+        .frame = {.view = desc->view,
+                  .state = desc->state,
+                  .camera = desc->camera,
+                  .limits = desc->limits,
+                  .needs = &desc->plan->shaders},
+        .shadows = {.needs = &desc->plan->shadows,
+                    .gpu = desc->gpu,
+                    .state = desc->state,
+                    .quality = &desc->view->quality,
+                    .resolution = shadow_resolution(&desc->view->quality, desc->limits),
+                    .scans_on_host = desc->scans_on_host},
+        .list = list,
+    };
+    listing->frame.targets = &listing->targets;
+}
+
+/* With layers, whether any of their fragments is seen decides between two programs. */
+static void list_shading(const struct listing *listing, const char *shadows, bool may_surround,
+                         bool is_in_parts)
+{
+    const struct frame_programs_desc *desc = listing->desc;
     bool has_layers = needs(desc, PLAN_NEED_LAYERS);
-    bool is_in_parts = desc->plan->plan.least_batches > 1;
     struct shade_facts facts = {
         .lists = light_lists_technique_defines(desc->view->quality.light_lists),
         .is_traced = needs(desc, PLAN_NEED_TRACED_SHADOWS),
-        .has_media = items->medium_count > 0,
-        .may_surround = items->may_surround,
+        .has_media = desc->plan->items.medium_count > 0,
+        .may_surround = may_surround,
     };
     facts.shadows = facts.is_traced ? SHADE_TRACED_SHADOWS : shadows;
     for (int has_entries = 0; has_entries <= has_layers; has_entries++) {
         facts.has_entries = has_entries;
         if (needs(desc, PLAN_NEED_COLOR))
-            shade_list_programs(frame, &facts, is_in_parts, has_layers, list);
+            shade_list_programs(&listing->frame, &facts, is_in_parts, has_layers, listing->list);
         if (needs(desc, PLAN_NEED_AUXILIARY))
-            aov_list_programs(frame, &facts, has_layers, list);
+            aov_list_programs(&listing->frame, &facts, has_layers, listing->list);
     }
+}
+
+static void list_surfaces(const struct listing *listing, const struct geometry_items *items)
+{
+    const struct frame_programs_desc *desc = listing->desc;
+    const struct view_quality *quality = &desc->view->quality;
+    bool has_layers = needs(desc, PLAN_NEED_LAYERS);
+    if (needs(desc, PLAN_NEED_SURFACES))
+        geometry_list_opaque(&listing->frame, items, listing->list);
+    if (has_layers)
+        pixel_lists_list_programs(&listing->frame, items, listing->list);
+    if (needs(desc, PLAN_NEED_LIGHTS))
+        light_lists_list_programs(quality->light_lists, quality->faithful, listing->list);
+    if (needs(desc, PLAN_NEED_TRACED_SHADOWS))
+        traced_shadows_list_programs(&listing->frame, has_layers, listing->list);
 }
 
 bool frame_programs_list(const struct frame_programs_desc *desc, struct program_list *list,
                          struct error *err)
 {
-    const struct frame_plan *plan = desc->plan;
-    const struct view_quality *quality = &desc->view->quality;
-    struct targets targets = {.samples = plan->plan.target_samples}; /* nothing is drawn to them */
-    const struct window_frame frame = {.view = desc->view,
-                                       .state = desc->state,
-                                       .camera = desc->camera,
-                                       .limits = desc->limits,
-                                       .needs = &plan->shaders,
-                                       .targets = &targets};
-    const struct shadow_programs_desc shadows = {
-        .needs = &plan->shadows,
-        .gpu = desc->gpu,
-        .state = desc->state,
-        .quality = quality,
-        .resolution = shadow_resolution(quality, desc->limits),
-        .scans_on_host = desc->scans_on_host,
-    };
+    struct listing listing;
     char defines[SHADOW_DEFINES_BYTES];
-    shadow_list_programs(&shadows, defines, list);
-    if (needs(desc, PLAN_NEED_SURFACES))
-        geometry_list_opaque(&frame, &plan->items, list);
-    if (needs(desc, PLAN_NEED_LAYERS))
-        pixel_lists_list_programs(&frame, &plan->items, list);
-    if (needs(desc, PLAN_NEED_LIGHTS))
-        light_lists_list_programs(quality->light_lists, quality->faithful, list);
-    if (needs(desc, PLAN_NEED_TRACED_SHADOWS))
-        traced_shadows_list_programs(&frame, needs(desc, PLAN_NEED_LAYERS), list);
-    list_shading(desc, &frame, defines, list);
+    listing_init(&listing, desc, list);
+    shadow_list_programs(&listing.shadows, defines, list);
+    list_surfaces(&listing, &desc->plan->items);
+    list_shading(&listing, defines, desc->plan->items.may_surround,
+                 desc->plan->plan.least_batches > 1);
+    return program_list_check(list, err);
+}
+
+/* For the features of the lights that are always seen and a choice, by its bits, of the others. */
+static void list_choice(const struct listing *listing, const struct shadow_feature_sets *sets,
+                        size_t choice)
+{
+    const struct frame_plan *plan = listing->desc->plan;
+    struct shadow_features features = sets->always;
+    char defines[SHADOW_DEFINES_BYTES];
+    for (size_t i = 0; i < sets->optional_count; i++)
+        for (int k = 0; k < SHADOW_FEATURES; k++)
+            features.has[k] |= choice >> i & 1 && sets->optional[i].has[k];
+    shadow_features_write(&features, defines);
+    for (int surrounds = 0; surrounds <= (plan->items.medium_count > 0); surrounds++)
+        for (int in_parts = 0; in_parts <= (plan->plan.least_batches > 1); in_parts++)
+            list_shading(listing, defines, surrounds, in_parts);
+}
+
+bool frame_programs_list_all(const struct frame_programs_desc *desc, struct program_list *list,
+                             struct error *err)
+{
+    struct listing listing;
+    char defines[SHADOW_DEFINES_BYTES];
+    struct geometry_items items = desc->plan->items;
+    items.may_surround = items.medium_count > 0;
+    listing_init(&listing, desc, list);
+    shadow_list_programs(&listing.shadows, defines, list);
+    list_surfaces(&listing, &items);
+    const struct shadow_feature_sets sets = shadow_list_features(&listing.shadows);
+    for (size_t choice = 0; choice < (size_t)1 << sets.optional_count; choice++)
+        list_choice(&listing, &sets, choice);
+    if (sets.has_more) /* and all of one frame */
+        list_shading(&listing, defines, desc->plan->items.may_surround, false);
     return program_list_check(list, err);
 }

@@ -23,4 +23,10 @@ struct frame_programs_desc { /* all required but the flag */
 MUST_CHECK bool frame_programs_list(const struct frame_programs_desc *desc,
                                     struct program_list *list, struct error *err);
 
+/* Every program that frames of such a view may need, from wherever they look: the plan is one that
+ * sees_all. Of scenes whose lights differ in more than SHADOW_FEATURE_SETS_MAX ways some are
+ * missing. Thread: GL. */
+MUST_CHECK bool frame_programs_list_all(const struct frame_programs_desc *desc,
+                                        struct program_list *list, struct error *err);
+
 #endif

@@ -119,6 +119,19 @@ MUST_CHECK bool renderer_pick(struct renderer *renderer, const char *scene_key,
 MUST_CHECK bool renderer_explain(struct renderer *renderer, const char *scene_key,
                                  const struct view *view, struct plan *plan, struct error *err);
 
+/* Compiles the programs that frames of such a view may need, wherever their camera is and whatever
+ * their size; those of maps and lists where `shadows` is auto. Not while a frame is paused. Clip
+ * planes, outputs, samples and the form of the camera are those of the view. *is_complete: false
+ * where it stopped before the last; a call compiles at least one, so repeated ones come to an end.
+ */
+struct renderer_warm_up_desc {
+    bool (*shall_stop)(void *context); /* required; asked between programs */
+    void *context;
+};
+MUST_CHECK bool renderer_warm_up(struct renderer *renderer, const char *scene_key,
+                                 const struct view *view, const struct renderer_warm_up_desc *desc,
+                                 bool *is_complete, struct error *err);
+
 /* The shader programs that such a frame needs or may need (renderer/frame_programs.h), and which of
  * them stand already; nothing is compiled or drawn. list: empty, finished by the caller. */
 MUST_CHECK bool renderer_list_programs(struct renderer *renderer, const char *scene_key,

@@ -182,6 +182,14 @@ unsigned inbox_urgent_arrivals(const struct inbox *inbox)
     return atomic_load(&inbox->urgent_arrivals);
 }
 
+bool inbox_has_letters(struct inbox *inbox)
+{
+    pthread_mutex_lock(&inbox->mutex);
+    bool has_any = inbox->first != NULL;
+    pthread_mutex_unlock(&inbox->mutex);
+    return has_any;
+}
+
 void inbox_set_current(struct inbox *inbox, uint64_t id)
 {
     bool is_cancelled = false;

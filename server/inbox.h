@@ -27,6 +27,9 @@ MUST_CHECK bool inbox_take_urgent(struct inbox *inbox,
 int inbox_urgent_count(const struct inbox *inbox);
 unsigned inbox_urgent_arrivals(const struct inbox *inbox);
 
+/* Whether anything waits. Thread: any. */
+bool inbox_has_letters(struct inbox *inbox);
+
 /* From now on inbox_is_cancelled speaks of this task, also where it was cancelled before. 0: of
  * none. Thread: GL. */
 void inbox_set_current(struct inbox *inbox, uint64_t id);

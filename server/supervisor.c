@@ -25,6 +25,11 @@ static void wake(struct supervisor *supervisor)
 static void end_task(struct supervisor *supervisor, struct render_task *task)
 {
     bool is_good = task->outcome.problem.code == ERROR_NONE;
+    if (warm_up_continue(task)) {
+        task->ticket = ++supervisor->next_ticket;
+        warm_ups_add(&supervisor->warm_ups, task);
+        return;
+    }
     supervisor->totals.warm_ups += is_good && warm_up_is_step(task->question);
     if (task->question)
         supervisor->totals.answered += is_good;
@@ -151,7 +156,7 @@ bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, 
                             LIMIT_QUEUE_DEPTH);
     supervisor->asked_ms = now_ms();
     if (is_good && !task->question)
-        warm_ups_drop(&supervisor->warm_ups, task->scene); /* the render does that */
+        warm_ups_note_drawn(&supervisor->warm_ups, task->scene);
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_good)
         wake(supervisor);

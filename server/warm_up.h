@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Warming up scenes that were just stored, and those last used before a start: while the worker
  * idles, it draws each once, small, with the settings of a request that names nothing but the
- * scene. Its programs are compiled and its shadows built by the time someone asks. Not locked: its
- * owner locks. */
+ * scene, and compiles what pictures at rest and in motion need from anywhere else. Its programs are
+ * compiled and its shadows built by the time someone asks. Not locked: its owner locks. */
 #ifndef VITRAIL_SERVER_WARM_UP_H
 #define VITRAIL_SERVER_WARM_UP_H
 
@@ -30,12 +30,25 @@ struct render_task *warm_up_task(struct scene_store *store, uint64_t ticket, con
 void warm_ups_add(struct warm_ups *warm_ups, struct render_task *task);
 /* NULL when there is none. */
 struct render_task *warm_ups_take(struct warm_ups *warm_ups);
-/* The scene is drawn by someone's request, or is gone; NULL: all. */
+/* The scene is gone; NULL: all. */
 void warm_ups_drop(struct warm_ups *warm_ups, const char *scene);
+/* The scene is drawn by someone's request: only the programs of other pictures are left to do. */
+void warm_ups_note_drawn(struct warm_ups *warm_ups, const char *scene);
 
-/* In the worker: whether that is asked, and the answer, {"programs_built": N}. Thread: GL. */
+/* In the front: whether the answer to one says that it stopped for what came in between; then the
+ * task goes on with its programs when it is sent again. */
+bool warm_up_continue(struct render_task *task);
+
+/* In the worker: whether that is asked, and the answer, {"is_complete": bool}: false where it
+ * stopped because shall_stop said so. Thread: GL. */
 bool warm_up_is_step(const json_t *question);
-json_t *warm_up_step(struct renderer *renderer, const struct render_request *request,
-                     struct error *err);
+struct warm_up_step_desc { /* all required */
+    struct renderer *renderer;
+    const struct render_request *request;
+    const json_t *question; /* {"warm_up": "all" | "programs"}; the latter draws nothing */
+    bool (*shall_stop)(void *context);
+    void *context;
+};
+json_t *warm_up_step(const struct warm_up_step_desc *desc, struct error *err);
 
 #endif

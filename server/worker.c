@@ -233,6 +233,12 @@ static bool serve_render(struct worker *worker, struct ipc_message *message)
     return !is_lost;
 }
 
+static bool has_letters(void *context)
+{
+    struct worker *worker = context;
+    return inbox_has_letters(worker->inbox);
+}
+
 /* The answer to a question, or NULL. */
 static json_t *answer(struct worker *worker, const struct ipc_message *message,
                       const struct render_request *request, int *fd, struct error *err)
@@ -246,7 +252,12 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                              fd, err);
     if (warm_up_is_step(question)) {
         encoder_warm_up(worker->encoder);
-        return warm_up_step(worker->renderer, request, err);
+        return warm_up_step(&(struct warm_up_step_desc){.renderer = worker->renderer,
+                                                        .request = request,
+                                                        .question = question,
+                                                        .shall_stop = has_letters,
+                                                        .context = worker},
+                            err);
     }
     if (pick_is_step(question))
         return pick_step(&(struct pick_step_desc){.renderer = worker->renderer,

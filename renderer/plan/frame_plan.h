@@ -29,6 +29,8 @@ struct frame_plan_desc {
     const struct auto_settings *automatic; /* what `auto` goes by, the same for all plans of a
                                               cache; NULL = zeroed */
     uint64_t shadow_budget_bytes;          /* of all shadow structures */
+    bool sees_all; /* every drawable and light counts as seen, as some other camera may see them:
+                      for what may be asked of a scene, not for frames */
 };
 
 /* A plan for a frame that finds nothing kept from before. What one with kept structures leaves out

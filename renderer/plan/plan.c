@@ -122,7 +122,8 @@ static bool require_geometry(struct frame_plan *made, const struct frame_plan_de
     const struct geometry_items *items = &made->items;
     struct window_frame frame = {.state = desc->state, .camera = desc->camera};
     bool is_drawn = needs(plan, PLAN_NEED_COLOR) || needs(plan, PLAN_NEED_AUXILIARY);
-    if (is_drawn && !geometry_cull(&frame, &made->items, err))
+    if (is_drawn &&
+        !(desc->sees_all ? geometry_take_all : geometry_cull)(&frame, &made->items, err))
         return false;
     plan->opaque_items = items->opaque_count;
     plan->transparent_items = items->transparent_count + items->medium_count;
@@ -187,17 +188,18 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     int resolution = shadow_resolution(&desc->view->quality, desc->limits);
     if (!is_listed)
         light_reach_finish(&made->reach); /* `auto` may have asked */
-    if (is_listed && !made->reach.is_in_view &&
+    if (is_listed && !made->reach.is_in_view && !desc->sees_all &&
         !light_reach_collect(&made->reach, desc->state->lights, lights, desc->camera, err))
         return false;
-    if (is_lit && !shadow_needs_init(&made->shadows,
-                                     &(struct shadow_needs_desc){
-                                         .state = desc->state,
-                                         .quality = &desc->view->quality,
-                                         .is_in_view = made->reach.is_in_view,
-                                         .resolution = resolution,
-                                     },
-                                     err))
+    if (is_lit &&
+        !shadow_needs_init(&made->shadows,
+                           &(struct shadow_needs_desc){
+                               .state = desc->state,
+                               .quality = &desc->view->quality,
+                               .is_in_view = desc->sees_all ? NULL : made->reach.is_in_view,
+                               .resolution = resolution,
+                           },
+                           err))
         return false;
     for (size_t i = 0; i < made->shadows.light_count; i++)
         if (!made->shadows.lights[i].is_unseen)

@@ -62,8 +62,8 @@ static void list_items(const struct window_frame *frame, const struct sort_key *
     }
 }
 
-bool geometry_cull(const struct window_frame *frame, struct geometry_items *items,
-                   struct error *err)
+static bool sort_items(const struct window_frame *frame, bool takes_all,
+                       struct geometry_items *items, struct error *err)
 {
     const struct scene_state *state = frame->state;
     struct frustum frustum;
@@ -76,7 +76,7 @@ bool geometry_cull(const struct window_frame *frame, struct geometry_items *item
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
         double v[3];
-        if (!frustum_meets(&frustum, item))
+        if (!takes_all && !frustum_meets(&frustum, item))
             continue;
         vec3_sub(item->center, frame->camera->eye, v);
         keys[count++] = (struct sort_key){vec3_length(v) - item->radius_m, (uint32_t)i,
@@ -92,6 +92,18 @@ bool geometry_cull(const struct window_frame *frame, struct geometry_items *item
     }
     free(keys);
     return items->drawn || error_set(err, ERROR_NO_MEMORY, "%zu drawables", count);
+}
+
+bool geometry_cull(const struct window_frame *frame, struct geometry_items *items,
+                   struct error *err)
+{
+    return sort_items(frame, false, items, err);
+}
+
+bool geometry_take_all(const struct window_frame *frame, struct geometry_items *items,
+                       struct error *err)
+{
+    return sort_items(frame, true, items, err);
 }
 
 void geometry_items_finish(struct geometry_items *items)

@@ -24,6 +24,9 @@ struct geometry_items {
  * where frame->window is zeroed. */
 MUST_CHECK bool geometry_cull(const struct window_frame *frame, struct geometry_items *items,
                               struct error *err);
+/* The same of all items, in view or not. */
+MUST_CHECK bool geometry_take_all(const struct window_frame *frame, struct geometry_items *items,
+                                  struct error *err);
 void geometry_items_finish(struct geometry_items *items);
 
 /* Clears the G-buffer and draws opaque and masked items. */

@@ -4,6 +4,7 @@
 
 #include <assert.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep_job.h"
@@ -121,4 +122,42 @@ void shadow_list_programs(const struct shadow_programs_desc *desc,
         list_light(desc, need, &map, list);
     }
     shadow_features_write(&features, defines);
+}
+
+/* A light with an end may be out of reach of what a camera sees. */
+static bool is_always_seen(const struct state_light *light)
+{
+    return light->type == SCENE_LIGHT_DIRECTIONAL || light->range <= 0;
+}
+
+static void add_optional(struct shadow_feature_sets *sets, const struct shadow_map *map)
+{
+    struct shadow_features features = {{false}};
+    shadow_features_add(&features, map);
+    for (size_t i = 0; i < sets->optional_count; i++)
+        if (!memcmp(&sets->optional[i], &features, sizeof features))
+            return;
+    if (sets->optional_count < SHADOW_FEATURE_SETS_MAX) {
+        sets->optional[sets->optional_count++] = features;
+        return;
+    }
+    sets->has_more = true;
+    shadow_features_add(&sets->always, map);
+}
+
+struct shadow_feature_sets shadow_list_features(const struct shadow_programs_desc *desc)
+{
+    struct shadow_feature_sets sets = {0};
+    for (size_t i = 0; i < desc->needs->light_count; i++) {
+        const struct shadow_need *need = &desc->needs->lights[i];
+        struct shadow_map map = {.resolution = desc->resolution};
+        if (!need->has_structure)
+            continue;
+        shadow_map_describe(&map, need, desc->state, desc->quality, 0);
+        if (is_always_seen(&desc->state->lights[i]))
+            shadow_features_add(&sets.always, &map);
+        else
+            add_optional(&sets, &map);
+    }
+    return sets;
 }

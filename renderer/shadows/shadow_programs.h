@@ -36,4 +36,14 @@ struct shadow_programs_desc { /* all required but scans_on_host */
 void shadow_list_programs(const struct shadow_programs_desc *desc,
                           char defines[SHADOW_DEFINES_BYTES], struct program_list *list);
 
+/* What the structures of frames may need, whichever of the lights they see: the features of the
+ * lights that every frame sees, and those that only some add. */
+enum { SHADOW_FEATURE_SETS_MAX = 4 };
+struct shadow_feature_sets {
+    struct shadow_features always, optional[SHADOW_FEATURE_SETS_MAX]; /* different ones */
+    size_t optional_count;
+    bool has_more; /* than there is room for: `always` has them */
+};
+struct shadow_feature_sets shadow_list_features(const struct shadow_programs_desc *desc);
+
 #endif

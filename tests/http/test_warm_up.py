@@ -31,9 +31,9 @@ class WarmUp(unittest.TestCase):
     def post(self, content):
         return self.daemon.request("POST", "/v1/scenes", content, GLB).json()["id"]
 
-    def counts(self, scene):
+    def counts(self, scene, **members):
         reply = self.daemon.request("POST", "/v1/renders", {"scene": scene, "width": 320,
-                                                            "height": 240})
+                                                            "height": 240, **members})
         self.assertEqual(200, reply.status, reply.body[:300])
         link = reply.header("Link")
         return self.daemon.request("GET", link[1:link.index(">")]).json()["counts"]
@@ -63,12 +63,41 @@ class WarmUp(unittest.TestCase):
         self.assertEqual(built, self.metric("vitrail_shader_programs_built_total"))
         self.assertGreater(self.metric("vitrail_shader_programs_reused_total"), 0)
 
-    def test_a_render_at_once_comes_first_and_warms_up_itself(self):
+    def test_no_picture_of_a_warm_scene_compiles_at_rest_or_in_motion(self):
+        scene = self.post(demo_scene())
+        self.wait_for_warm_ups(1)
+        built = self.metric("vitrail_shader_programs_built_total")
+        for samples, size in ((4, 96), (1, 64), (1, 48)):
+            for eye in ([0, 1.5, 6], [3, 4, -5], [0.5, 0.4, 0.5]):
+                for target in ([0, 0.5, 0], [9, 9, 9]):
+                    counts = self.counts(scene, width=size, height=48,
+                                         camera={"eye": eye, "target": target},
+                                         quality={"samples": samples, "shadow_taps": samples,
+                                                  "shadow_resolution": 64})
+                    self.assertEqual(0, counts["programs_built"], (samples, eye, target))
+        self.assertEqual(built, self.metric("vitrail_shader_programs_built_total"))
+
+    def test_a_render_at_once_comes_first_and_leaves_the_programs_of_others(self):
         scene = self.post(support.triangle())
-        self.counts(scene)
-        time.sleep(1)
         self.assertEqual(0, self.metric("vitrail_warm_ups_total"))
-        self.assertEqual(0, self.counts(scene)["programs_built"])
+        counts = self.counts(scene)
+        self.assertGreater(counts["programs_built"], 0)
+        rendered = self.daemon.stats()["renders"]["rendered"]
+        self.wait_for_warm_ups(1)
+        self.assertEqual(rendered, self.daemon.stats()["renders"]["rendered"])
+        quick = {"samples": 1, "shadow_taps": 1}
+        self.assertEqual(0, self.counts(scene, quality=quick)["programs_built"])
+        self.assertEqual(1, self.counts(scene)["gbuffers_drawn"])
+
+    def test_a_render_that_comes_in_between_does_not_end_it(self):
+        scene = self.post(demo_scene())
+        support.wait_until(
+            lambda: self.metric("vitrail_shader_programs_built_total") > 0
+            or self.metric("vitrail_warm_ups_total") > 0, "the warm-up", 60)
+        other = self.post(support.triangle())
+        self.counts(other, width=16, height=16)
+        self.wait_for_warm_ups(2)
+        self.assertEqual(0, self.counts(scene, quality={"samples": 1})["programs_built"])
 
     def test_a_scene_that_is_gone_is_not_warmed_up(self):
         scene = self.post(support.triangle())
@@ -134,8 +163,8 @@ class WarmStart(unittest.TestCase):
         ids = self.post_and_use(2)
         with self.start() as daemon:
             support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
-            self.counts(daemon, ids[1])
-            self.assertEqual(0, self.warmed(daemon))  # the render did it
+            self.assertGreater(self.counts(daemon, ids[1])["programs_built"], 0)
+            self.assertEqual(1, self.warmed(daemon))  # what the render left
 
     def test_a_scene_that_was_deleted_is_not_there_to_warm_up(self):
         ids = self.post_and_use(2)

@@ -212,6 +212,119 @@ static void media_and_bare_floors_build_what_is_listed(void **state)
     close_case(&c);
 }
 
+/* ---- warm scenes ---- */
+
+static bool never(void *context)
+{
+    (void)context;
+    return false;
+}
+
+static bool at_once(void *context)
+{
+    ++*(int *)context;
+    return true;
+}
+
+static uint64_t programs_built(const struct program_case *c)
+{
+    struct renderer_info info;
+    renderer_get_info(c->renderer, &info);
+    return info.programs_built;
+}
+
+static void warm_up(const struct program_case *c, int samples)
+{
+    static const struct renderer_warm_up_desc desc = {.shall_stop = never};
+    struct error err = {0};
+    bool is_complete = false;
+    struct view view = small_view();
+    view.quality = (struct view_quality){.samples = samples};
+    if (!renderer_warm_up(c->renderer, c->rig.key, &view, &desc, &is_complete, &err))
+        fail_msg("%s", err.message);
+    assert_true(is_complete);
+}
+
+/* Numbers in [0, 1), the same on every run. */
+static double next_number(uint32_t *seed)
+{
+    *seed = *seed * 1664525u + 1013904223u; /* Knuth, "The Art of Computer Programming" 2, 3.3.4 */
+    return (double)(*seed >> 8) / (1 << 24);
+}
+
+/* From anywhere around and inside of what is `reach_m` wide, in pictures of any size. */
+static void fly_through(const struct program_case *c, double reach_m, bool expects_both)
+{
+    uint32_t seed = 20;
+    uint64_t least_built = UINT64_MAX, unseen = 0, bare = 0;
+    uint64_t before = programs_built(c);
+    for (int i = 0; i < 16; i++) {
+        struct frame frame;
+        struct view view = {.width_px = 16 + 8 * (i % 5),
+                            .height_px = 16 + 8 * (i % 3),
+                            .camera = {.kind = VIEW_CAMERA_LOOK_AT},
+                            .quality = {.samples = i % 2 ? 1 : 0,
+                                        .shadow_taps = i % 2,
+                                        .shadow_resolution = 32 << i % 3}};
+        for (int k = 0; k < 3; k++) {
+            view.camera.eye[k] = reach_m * (next_number(&seed) - 0.5);
+            view.camera.target[k] = reach_m * (next_number(&seed) - 0.5);
+        }
+        shoot(c->renderer, &c->rig, &view, &frame);
+        if (frame.report.counts.programs_built)
+            fail_msg("picture %d built %d programs", i, (int)frame.report.counts.programs_built);
+        unseen += frame.report.counts.unseen_lights > 0;
+        bare += frame.report.counts.transparent_fragments == 0;
+        if (frame.report.counts.programs_reused < least_built)
+            least_built = frame.report.counts.programs_reused;
+        frame_finish(&frame);
+    }
+    assert_int_equal(programs_built(c), before);
+    assert_true(least_built > 0);
+    if (expects_both) { /* the cameras make the differences that decide about programs */
+        assert_true(unseen > 0 && unseen < 16);
+        assert_true(bare > 0 && bare < 16);
+    }
+}
+
+static void no_picture_of_a_warm_scene_compiles(void **state)
+{
+    (void)state;
+    struct program_case c;
+    open_demo(&c);
+    uint64_t cold = programs_built(&c);
+    warm_up(&c, 0);
+    assert_true(programs_built(&c) > cold + 10);
+    warm_up(&c, 1);
+    fly_through(&c, 12, true);
+    close_case(&c);
+    open_medium(&c);
+    warm_up(&c, 0);
+    warm_up(&c, 1);
+    fly_through(&c, 2, false);
+    close_case(&c);
+}
+
+static void warming_up_gives_way_and_goes_on(void **state)
+{
+    (void)state;
+    int asked = 0, calls = 0;
+    bool is_complete = false;
+    const struct renderer_warm_up_desc desc = {.shall_stop = at_once, .context = &asked};
+    struct program_case c;
+    struct view view = small_view();
+    open_panes(&c, 1);
+    for (; !is_complete; calls++) {
+        uint64_t before = programs_built(&c);
+        struct error err = {0};
+        assert_true(renderer_warm_up(c.renderer, c.rig.key, &view, &desc, &is_complete, &err));
+        assert_int_equal(programs_built(&c) - before, 1); /* each call one */
+    }
+    assert_int_equal(asked, calls - 1);
+    assert_true(calls > 5);
+    close_case(&c);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -219,6 +332,8 @@ int main(void)
         cmocka_unit_test(lists_outputs_and_cameras_build_what_is_listed),
         cmocka_unit_test(cuts_and_compression_build_what_is_listed),
         cmocka_unit_test(media_and_bare_floors_build_what_is_listed),
+        cmocka_unit_test(no_picture_of_a_warm_scene_compiles),
+        cmocka_unit_test(warming_up_gives_way_and_goes_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -327,6 +327,19 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
     return true;
 }
 
+bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      const struct renderer_warm_up_desc *desc, bool *is_complete,
+                      struct error *err)
+{
+    (void)renderer;
+    (void)scene_key;
+    (void)view;
+    (void)desc;
+    (void)err;
+    *is_complete = true;
+    return true;
+}
+
 bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
                             const struct view *view, struct program_list *list, struct error *err)
 {
