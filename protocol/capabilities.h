@@ -38,6 +38,7 @@ struct device_capabilities {
     uint64_t gpu_budget_bytes, gpu_used_bytes;
     uint64_t upload_bytes_per_ms; /* levels of textures, measured */
     bool has_true_timers, has_post_depth_coverage, is_robust;
+    bool has_program_binaries; /* compiled programs are kept from one start to the next */
     struct device_auto automatic;
 };
 

@@ -79,6 +79,7 @@ static const struct count_member count_members[] = {
     COUNT(plans_reused),
     COUNT(programs_built),
     COUNT(programs_reused),
+    COUNT(programs_loaded),
 };
 enum { COUNT_MEMBERS = sizeof count_members / sizeof *count_members };
 

@@ -102,7 +102,7 @@ struct frame_stats {
         uint64_t states_reused, gbuffers_drawn, gbuffers_reused;
         uint64_t light_lists_built, light_lists_reused;
         uint64_t pixel_lists_built, pixel_lists_reused;
-        uint64_t plans_made, plans_reused, programs_built, programs_reused;
+        uint64_t plans_made, plans_reused, programs_built, programs_reused, programs_loaded;
     } counts;
     struct frame_stats_compression { /* of deep lists that are approximated; maps 0 = none is */
         uint64_t maps, events, nodes, exact_bytes, node_bytes, windows, prefilter;

@@ -38,6 +38,7 @@ static const struct {
 } places[PLAN_DOCUMENT_PLACE_COUNT] = {
     [PLAN_DOCUMENT_ABSENT] = {"absent", "to compile"},
     [PLAN_DOCUMENT_IN_MEMORY] = {"memory", "in memory"},
+    [PLAN_DOCUMENT_ON_DISK] = {"disk", "on disk"},
 };
 
 /* Passes may share one. */
@@ -170,6 +171,7 @@ static json_t *counts_to_json(const struct plan_document *document)
     json_put_integer(&writer, "light_batches", document->counts.light_batches);
     json_put_integer(&writer, "programs", programs.all);
     json_put_integer(&writer, "programs_in_memory", programs.at[PLAN_DOCUMENT_IN_MEMORY]);
+    json_put_integer(&writer, "programs_on_disk", programs.at[PLAN_DOCUMENT_ON_DISK]);
     return json_writer_take(&writer);
 }
 

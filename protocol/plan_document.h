@@ -36,6 +36,7 @@ struct plan_document_pass {
 enum plan_document_place {                       /* of a program */
                            PLAN_DOCUMENT_ABSENT, /* it would have to be compiled */
                            PLAN_DOCUMENT_IN_MEMORY,
+                           PLAN_DOCUMENT_ON_DISK, /* as an earlier start compiled it */
                            PLAN_DOCUMENT_PLACE_COUNT
 };
 

@@ -242,6 +242,7 @@ static void count_caches(const struct renderer *renderer, const struct program_c
     program_cache_get_stats(renderer->programs, &after);
     report->counts.programs_built = after.misses - before->misses - renderer->aside.misses;
     report->counts.programs_reused = after.hits - before->hits - renderer->aside.hits;
+    report->counts.programs_loaded = after.loaded - before->loaded - renderer->aside.loaded;
     report->counts.plans_made = renderer->plans.misses - plans_made;
     report->counts.plans_reused = 1 - report->counts.plans_made;
 }

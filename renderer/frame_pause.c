@@ -20,6 +20,7 @@ static void count_programs(struct renderer *renderer, const struct program_cache
     program_cache_get_stats(renderer->programs, &after);
     renderer->aside.hits += after.hits - before->hits;
     renderer->aside.misses += after.misses - before->misses;
+    renderer->aside.loaded += after.loaded - before->loaded;
 }
 
 static bool serve(void *context)

@@ -85,6 +85,7 @@ struct frame_report {
         uint64_t plans_made, plans_reused; /* one of them is 1: the plan was made, or kept */
         uint64_t programs_built;  /* shader programs composed and compiled for this frame */
         uint64_t programs_reused; /* uses of programs that earlier work had made */
+        uint64_t programs_loaded; /* taken from what an earlier start had compiled */
     } counts;
     struct report_compression { /* of deep shadow maps that are approximated; all 0: none is */
         uint64_t maps, events, nodes; /* events of their exact lists; nodes in their place */

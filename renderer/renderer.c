@@ -11,6 +11,7 @@
 #include "renderer/scene_parts.h"
 
 static const uint64_t default_budget_bytes = 4ull << 30;
+static const uint64_t default_program_bytes = 256ull << 20;
 
 /* What frames hold, of this renderer alone. */
 static bool create_own(struct renderer *renderer, struct error *err)
@@ -48,6 +49,29 @@ static struct texture_pool *create_textures(const struct renderer_desc *desc,
         err);
 }
 
+/* Without a folder that can be used, programs are compiled at every start. */
+static void keep_programs(struct renderer *renderer, const struct renderer_desc *desc)
+{
+    const struct gl_limits *limits = gl_context_limits(renderer->context);
+    struct error problem = {0};
+    char driver[512];
+    if (!desc->program_folder || limits->program_formats <= 0)
+        return;
+    snprintf(driver, sizeof driver, "%s|%s|%s|%s|%d", limits->vendor, limits->renderer,
+             limits->version, limits->platform, limits->is_robust);
+    renderer->program_store = program_store_open(
+        &(struct program_store_desc){.folder = desc->program_folder,
+                                     .driver = driver,
+                                     .budget_bytes = desc->program_budget_bytes
+                                                         ? desc->program_budget_bytes
+                                                         : default_program_bytes},
+        &problem);
+    if (renderer->program_store)
+        program_cache_set_store(renderer->programs, renderer->program_store, NULL);
+    else
+        fprintf(stderr, "<4>%s\n", problem.message);
+}
+
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
 {
     struct renderer *renderer = calloc(1, sizeof *renderer);
@@ -65,6 +89,8 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     if (!renderer->context)
         goto fail;
     renderer->programs = program_cache_create(desc->shader_dump_dir, err);
+    if (renderer->programs)
+        keep_programs(renderer, desc);
     if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
         goto fail;
     renderer->own_scenes.textures = create_textures(desc, renderer->budget_bytes, err);
@@ -132,6 +158,7 @@ void renderer_destroy(struct renderer *renderer)
     shadow_system_destroy(renderer->shadows);
     gpu_timeline_destroy(renderer->timeline);
     program_cache_destroy(renderer->programs);
+    program_store_close(renderer->program_store);
     gl_context_destroy(renderer->context);
     free(renderer);
 }
@@ -167,6 +194,14 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
     program_cache_get_stats(renderer->programs, &programs);
     info->programs_built = programs.misses;
     info->programs_reused = programs.hits;
+    info->programs_loaded = programs.loaded;
+    info->program_formats = limits->program_formats;
+    if (renderer->program_store) {
+        struct program_store_totals kept;
+        program_store_get_totals(renderer->program_store, &kept);
+        info->programs_kept = kept.files;
+        info->programs_kept_bytes = kept.bytes;
+    }
     snprintf(info->vendor, sizeof info->vendor, "%s", limits->vendor);
     snprintf(info->renderer, sizeof info->renderer, "%s", limits->renderer);
     snprintf(info->version, sizeof info->version, "%s", limits->version);

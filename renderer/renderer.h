@@ -27,6 +27,9 @@ struct renderer_desc {
     double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
     const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
                                       there */
+    const char *program_folder;    /* optional, borrowed during create: where compiled programs are
+                                      kept from one start to the next, if the driver gives them */
+    uint64_t program_budget_bytes; /* of that folder; 0 means 256 MiB */
     bool redraws_surfaces;         /* for measuring: no G-buffer, per-pixel list or light list of an
                                       earlier frame is used again */
     uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means
@@ -43,11 +46,14 @@ struct renderer_info {
     uint64_t max_storage_block_bytes;
     bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;
-    bool is_robust;                           /* context reports resets */
-    bool is_software;                         /* the rasteriser runs on our own processors */
-    uint64_t programs_built, programs_reused; /* since the start: compiled, and found compiled */
-    uint64_t upload_bytes_per_ms;             /* levels of textures, as measured lately */
-    uint64_t budget_bytes, used_bytes;        /* used is current at the time of the call */
+    bool is_robust;                              /* context reports resets */
+    bool is_software;                            /* the rasteriser runs on our own processors */
+    uint64_t programs_built, programs_reused;    /* since the start: compiled, and found compiled */
+    uint64_t programs_loaded;                    /* taken from the program folder */
+    uint64_t programs_kept, programs_kept_bytes; /* in that folder */
+    int program_formats;               /* in which the driver gives programs; 0: it does not */
+    uint64_t upload_bytes_per_ms;      /* levels of textures, as measured lately */
+    uint64_t budget_bytes, used_bytes; /* used is current at the time of the call */
 };
 
 /* Creates the context and runs the self-test (fragment side effects, compute, timers).

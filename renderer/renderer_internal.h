@@ -35,6 +35,7 @@ struct renderer {
     bool is_beside;         /* it is the other of one that was created before it */
     struct gl_context *context;
     struct program_cache *programs;
+    struct program_store *program_store; /* NULL: none */
     struct gpu_timeline *timeline;
     struct draw_arena *arena;
     struct frame_textures *textures; /* of the frame that runs, or NULL */

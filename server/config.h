@@ -33,14 +33,15 @@ struct config {
     char state_dir[CONFIG_PATH_BYTES];
     uint64_t cache_bytes; /* of scenes mapped by the worker */
     uint64_t gpu_budget_bytes;
-    uint64_t texture_budget_bytes;        /* 0 = half of the GPU's */
-    uint64_t texture_upload_bytes;        /* of one frame in motion */
-    int texture_upload_ms;                /* likewise */
-    uint64_t max_upload_bytes;            /* of one upload, all files */
-    uint64_t decode_memory_bytes;         /* of one decoder */
-    int device;                           /* 0 = choose; N = the N-th EGL device */
-    bool no_warm_up;                      /* stored scenes are not drawn before someone asks */
-    int warm_at_start;                    /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
+    uint64_t texture_budget_bytes; /* 0 = half of the GPU's */
+    uint64_t texture_upload_bytes; /* of one frame in motion */
+    int texture_upload_ms;         /* likewise */
+    uint64_t max_upload_bytes;     /* of one upload, all files */
+    uint64_t decode_memory_bytes;  /* of one decoder */
+    int device;                    /* 0 = choose; N = the N-th EGL device */
+    bool no_warm_up;               /* stored scenes are not drawn before someone asks */
+    int warm_at_start;             /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
+    uint64_t program_bytes; /* of compiled programs in the state directory; 0: none are kept */
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     enum config_auto automatic;
     int render_timeout_s, decode_timeout_s, drain_timeout_s;

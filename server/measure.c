@@ -225,7 +225,12 @@ static json_t *measure_error(const struct measure_desc *desc, int *image_fd, str
     json_t *result = NULL;
     renderer_drop_structures(desc->renderer, desc->request->scene);
     bool is_good = render(desc, 0, 0, &frame, err);
-    if (is_good && frame.report.counts.programs_built > 0) { /* its time is that of a compiler */
+    if (is_good &&
+        frame.report.counts.programs_built + frame.report.counts.programs_loaded > 0) { /* its time
+                                                                                           is that
+                                                                                           of a
+                                                                                           compiler
+                                                                                         */
         frame_finish(&frame);
         renderer_drop_structures(desc->renderer, desc->request->scene);
         is_good = render(desc, 0, 0, &frame, err);

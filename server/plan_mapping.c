@@ -57,8 +57,9 @@ void plan_document_from_plan(const struct render_request *request, const struct 
 static bool fill_program(const struct listed_program *from, int pass,
                          struct plan_document_program *to, struct error *err)
 {
-    static const enum plan_document_place places[] = {
-        [PROGRAM_ABSENT] = PLAN_DOCUMENT_ABSENT, [PROGRAM_IN_MEMORY] = PLAN_DOCUMENT_IN_MEMORY};
+    static const enum plan_document_place places[] = {[PROGRAM_ABSENT] = PLAN_DOCUMENT_ABSENT,
+                                                      [PROGRAM_IN_MEMORY] = PLAN_DOCUMENT_IN_MEMORY,
+                                                      [PROGRAM_ON_DISK] = PLAN_DOCUMENT_ON_DISK};
     const struct program_desc desc = program_list_desc(from);
     struct program_source source;
     int count = 0;

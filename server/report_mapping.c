@@ -66,6 +66,7 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.plans_reused = report->counts.plans_reused;
     stats->counts.programs_built = report->counts.programs_built;
     stats->counts.programs_reused = report->counts.programs_reused;
+    stats->counts.programs_loaded = report->counts.programs_loaded;
 }
 
 static void copy_compression(const struct frame_report *report, struct frame_stats *stats)
@@ -283,6 +284,7 @@ void device_capabilities_from_info(const struct renderer_info *info,
         .upload_bytes_per_ms = info->upload_bytes_per_ms,
         .has_true_timers = info->has_true_timers,
         .has_post_depth_coverage = info->has_post_depth_coverage,
+        .has_program_binaries = info->program_formats > 0,
         .is_robust = info->is_robust,
     };
     utf8_copy(device->vendor, sizeof device->vendor, info->vendor);

@@ -91,6 +91,15 @@ static json_t *cache_json(const struct supervisor_totals *totals)
                      integer(totals->cache_misses), "evictions", integer(totals->cache_evictions));
 }
 
+/* Where the worker that runs found its shader programs. */
+static json_t *programs_json(const struct supervisor_totals *totals)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:o}", "memory", integer(totals->programs_reused), "disk",
+                     integer(totals->programs_loaded), "compiled", integer(totals->programs_built),
+                     "kept", integer(totals->programs_kept), "kept_bytes",
+                     integer(totals->programs_kept_bytes));
+}
+
 static json_t *decodes_json(const struct decode_totals *totals)
 {
     return json_pack("{s:o,s:o,s:o,s:o}", "decoded", integer(totals->decoded), "refused",
@@ -129,17 +138,18 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
     struct scene_store_totals scenes = scene_store_get_totals(service->store);
     struct http_server_totals http = http_server_get_totals(service->http);
     struct metrics_totals metrics = metrics_get_totals(service->metrics);
-    reply_json(exchange, 200,
-               json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,s:o}",
-                         "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
-                         uptime_s(service), "http", "requests", integer(metrics.requests),
-                         "in_flight", integer(http.requests_in_flight), "connections",
-                         integer(http.connections), "upload_bytes", integer(metrics.upload_bytes),
-                         "scenes", "stored", integer(scenes.scenes), "decoded_bytes",
-                         integer(scenes.decoded_bytes), "renders", renders_json(&renders), "worker",
-                         worker_json(service, &renders), "cache", cache_json(&renders), "decodes",
-                         decodes_json(&decodes), "views", views_json(service), "frames_kept",
-                         integer(frames_count(service->frames))));
+    reply_json(
+        exchange, 200,
+        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,s:o,s:o}",
+                  "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
+                  uptime_s(service), "http", "requests", integer(metrics.requests), "in_flight",
+                  integer(http.requests_in_flight), "connections", integer(http.connections),
+                  "upload_bytes", integer(metrics.upload_bytes), "scenes", "stored",
+                  integer(scenes.scenes), "decoded_bytes", integer(scenes.decoded_bytes), "renders",
+                  renders_json(&renders), "worker", worker_json(service, &renders), "cache",
+                  cache_json(&renders), "programs", programs_json(&renders), "decodes",
+                  decodes_json(&decodes), "views", views_json(service), "frames_kept",
+                  integer(frames_count(service->frames))));
 }
 
 /* ---- metrics ---- */
@@ -207,6 +217,12 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)r.programs_built},
         {"vitrail_shader_programs_reused_total", "Uses of those it had.", true, NULL,
          (double)r.programs_reused},
+        {"vitrail_shader_programs_loaded_total", "Taken from the state directory.", true, NULL,
+         (double)r.programs_loaded},
+        {"vitrail_shader_programs_kept", "Compiled programs in the state directory.", false, NULL,
+         (double)r.programs_kept},
+        {"vitrail_shader_programs_kept_bytes", "Their size.", false, NULL,
+         (double)r.programs_kept_bytes},
         {"vitrail_warm_ups_total", "Scenes drawn once before anyone asked.", true, NULL,
          (double)r.warm_ups},
         {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.scenes},

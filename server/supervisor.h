@@ -65,8 +65,10 @@ struct supervisor_totals {
     uint64_t worker_starts, worker_crashes, worker_timeouts;
     uint64_t waiting, in_flight, quarantined;
     double oldest_wait_s;
-    uint64_t warm_ups;                        /* done */
-    uint64_t programs_built, programs_reused; /* of shaders, by the worker that runs */
+    uint64_t warm_ups;                           /* done */
+    uint64_t programs_built, programs_reused;    /* of shaders, by the worker that runs */
+    uint64_t programs_loaded;                    /* likewise: from the state directory */
+    uint64_t programs_kept, programs_kept_bytes; /* there */
     uint64_t gpu_used_bytes, cache_bytes, cache_scenes, cache_hits, cache_misses, cache_evictions;
     int worker_pid; /* 0 = none */
 };

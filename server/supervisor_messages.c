@@ -81,6 +81,9 @@ static void totals_message(struct supervisor *supervisor, const json_t *json)
     struct supervisor_totals *totals = &supervisor->totals;
     totals->programs_built = number(json, "programs_built");
     totals->programs_reused = number(json, "programs_reused");
+    totals->programs_loaded = number(json, "programs_loaded");
+    totals->programs_kept = number(json, "programs_kept");
+    totals->programs_kept_bytes = number(json, "programs_kept_bytes");
     totals->gpu_used_bytes = number(json, "gpu_used_bytes");
     totals->cache_bytes = number(json, "cache_bytes");
     totals->cache_scenes = number(json, "cache_scenes");

@@ -100,9 +100,12 @@ static void send_totals(struct worker *worker)
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->scenes);
     renderer_get_info(worker->renderer, &worker->info);
     send_message(worker,
-                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals",
+                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals",
                            "programs_built", (json_int_t)worker->info.programs_built,
                            "programs_reused", (json_int_t)worker->info.programs_reused,
+                           "programs_loaded", (json_int_t)worker->info.programs_loaded,
+                           "programs_kept", (json_int_t)worker->info.programs_kept,
+                           "programs_kept_bytes", (json_int_t)worker->info.programs_kept_bytes,
                            "gpu_used_bytes", (json_int_t)worker->info.used_bytes, "cache_bytes",
                            (json_int_t)totals.bytes, "cache_scenes", (json_int_t)totals.scenes,
                            "cache_hits", (json_int_t)totals.hits, "cache_misses",
@@ -324,10 +327,14 @@ static void set_auto(struct worker *worker, const json_t *settings)
 static bool start(struct worker *worker, const json_t *settings, struct error *err)
 {
     const char *dump_dir = json_string_value(json_object_get(settings, "dump_shaders"));
+    const char *programs = json_string_value(json_object_get(settings, "program_folder"));
     worker->renderer = renderer_create(
         &(struct renderer_desc){
             .device = (int)json_integer_value(json_object_get(settings, "device")),
             .shader_dump_dir = dump_dir && *dump_dir ? dump_dir : NULL,
+            .program_folder = programs && *programs ? programs : NULL,
+            .program_budget_bytes =
+                (uint64_t)json_integer_value(json_object_get(settings, "program_budget_bytes")),
             .gpu_budget_bytes =
                 (uint64_t)json_integer_value(json_object_get(settings, "gpu_budget_bytes")),
             .texture_budget_bytes =

@@ -9,14 +9,19 @@
  *
  * in:
  *   configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes,
- * texture_upload_ms, cache_bytes, dump_shaders, auto, speed_file}: first, once render    {id,
- * scene, urgent, format, reuse, coarse, parts, forget}, descriptors: the request as JSON (memfd),
- * the scene's blob, those of `parts` in their order ask       {id, scene, urgent, parts, question,
- * forget}, descriptors: the same and perhaps a reference: one step of a trade-off
- * (server/measure.h), a plan (server/explain.h), a pick cancel    {id}: a render that is not wanted
- * any more; it ends with an error, or is done forget    {forget}: ids of scenes that were deleted,
- * here and in render out: hello     {device: {...}, depth}: ready; at most `depth` urgent renders
- * and `depth` others may be on their way at once failed    {error}: no device; the worker ends
+ *             texture_upload_ms, cache_bytes, dump_shaders, program_folder,
+ *             program_budget_bytes, auto, speed_file}: first, once
+ *   render    {id, scene, urgent, format, reuse, coarse, parts, forget}, descriptors: the request
+ *             as JSON (memfd), the scene's blob, those of `parts` in their order
+ *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a
+ *             reference: one step of a trade-off (server/measure.h), a plan (server/explain.h), a
+ *             pick
+ *   cancel    {id}: a render that is not wanted any more; it ends with an error, or is done
+ *   forget    {forget}: ids of scenes that were deleted, here and in render
+ * out:
+ *   hello     {device: {...}, depth}: ready; at most `depth` urgent renders and `depth` others may
+ *             be on their way at once
+ *   failed    {error}: no device; the worker ends
  *   begin     {id}: the GL thread works on it
  *   paused    {id}: urgent ones, on scenes that the worker has, go before the rest of it
  *   resumed   {id}: it goes on

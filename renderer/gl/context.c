@@ -154,6 +154,7 @@ static void read_limits(struct gl_limits *limits)
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limits->max_storage_block_bytes);
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
     limits->max_texture_buffer_texels = texels;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &limits->program_formats);
     glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits->max_compute_groups);
     limits->has_post_depth_coverage = epoxy_has_gl_extension("GL_ARB_post_depth_coverage");
     limits->is_software = strstr(limits->renderer, "llvmpipe") ||

@@ -23,6 +23,7 @@ struct gl_limits {
     int max_texture_size, max_texture_layers, max_samples, max_integer_samples;
     int64_t max_storage_block_bytes, max_texture_buffer_texels;
     int max_compute_groups;
+    int program_formats; /* in which the driver gives linked programs; 0: it does not */
     bool has_post_depth_coverage;
     bool is_robust;
     bool is_software;     /* rasterised by the CPU: glDispatchCompute runs on our cores */

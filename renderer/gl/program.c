@@ -20,6 +20,8 @@ struct program_cache {
     struct cached_program **entries; /* pointers, so that programs keep their address */
     size_t count, capacity;
     char *dump_dir;
+    struct program_store *store; /* borrowed; NULL: programs are compiled once a start */
+    struct program_binary_door door;
     struct program_cache_stats stats;
 };
 
@@ -85,12 +87,14 @@ static bool attach_stages(const struct program_source *source, const struct prog
 }
 
 static GLuint link_program(const struct program_source *source, const struct program_desc *desc,
-                           struct error *err)
+                           bool is_kept, struct error *err)
 {
     GLuint program = glCreateProgram();
     if (!attach_stages(source, desc, program, err))
         goto fail;
     GLint linked = 0;
+    if (is_kept)
+        glProgramParameteri(program, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
     glLinkProgram(program);
     glGetProgramiv(program, GL_LINK_STATUS, &linked);
     if (!linked) {
@@ -106,15 +110,101 @@ fail:
     return 0;
 }
 
-static GLuint make_program(const struct program_cache *cache, const struct program_desc *desc,
+/* ---- binaries ---- */
+
+static bool has_format(uint32_t format)
+{
+    GLint formats[64] = {0}, count = 0;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &count);
+    if (count <= 0 || count > 64)
+        return false;
+    glGetIntegerv(GL_PROGRAM_BINARY_FORMATS, formats);
+    for (int i = 0; i < count; i++)
+        if ((uint32_t)formats[i] == format)
+            return true;
+    return false;
+}
+
+static bool get_binary(void *context, uint32_t program, struct program_binary *binary)
+{
+    (void)context;
+    GLint size = 0;
+    GLsizei written = 0;
+    GLenum format = 0;
+    glGetProgramiv(program, GL_PROGRAM_BINARY_LENGTH, &size);
+    if (size <= 0 || size > PROGRAM_BINARY_BYTES_MAX || !(binary->bytes = malloc((size_t)size)))
+        return false;
+    glGetProgramBinary(program, size, &written, &format, binary->bytes);
+    binary->format = format;
+    binary->size_bytes = written > 0 ? (size_t)written : 0;
+    return binary->size_bytes > 0;
+}
+
+/* A format that the driver does not name is an error of GL; bytes that it does not like are not. */
+static bool load_binary(void *context, uint32_t program, const struct program_binary *binary)
+{
+    (void)context;
+    GLint linked = 0;
+    if (!has_format(binary->format))
+        return false;
+    glProgramBinary(program, binary->format, binary->bytes, (GLsizei)binary->size_bytes);
+    glGetProgramiv(program, GL_LINK_STATUS, &linked);
+    return linked;
+}
+
+void program_cache_set_store(struct program_cache *cache, struct program_store *store,
+                             const struct program_binary_door *door)
+{
+    cache->store = store;
+    cache->door =
+        door ? *door : (struct program_binary_door){.get = get_binary, .load = load_binary};
+}
+
+/* 0: it must be compiled. */
+static GLuint load_program(const struct program_cache *cache, const struct program_source *source)
+{
+    struct program_binary binary;
+    if (!cache->store || !program_store_read(cache->store, source->key, &binary))
+        return 0;
+    GLuint program = glCreateProgram();
+    bool is_good = cache->door.load(cache->door.context, program, &binary);
+    program_binary_finish(&binary);
+    if (is_good) {
+        program_store_confirm(cache->store, source->key);
+        return program;
+    }
+    program_store_drop(cache->store, source->key);
+    glDeleteProgram(program);
+    return 0;
+}
+
+static void keep_program(const struct program_cache *cache, const struct program_source *source,
+                         GLuint program)
+{
+    struct program_binary binary = {0};
+    if (cache->store && cache->door.get(cache->door.context, program, &binary))
+        program_store_write(cache->store, source->key, &binary);
+    program_binary_finish(&binary);
+}
+
+static GLuint make_program(struct program_cache *cache, const struct program_desc *desc,
                            struct error *err)
 {
+    double begin_ms = wall_ms();
     struct program_source source;
     if (!program_source_init(&source, desc, err))
         return 0;
     if (cache->dump_dir)
         dump_source(cache, &source);
-    GLuint program = link_program(&source, desc, err);
+    GLuint program = load_program(cache, &source);
+    if (program) {
+        cache->stats.loaded++;
+        cache->stats.load_ms += wall_ms() - begin_ms;
+    } else if ((program = link_program(&source, desc, cache->store != NULL, err))) {
+        keep_program(cache, &source, program);
+        cache->stats.misses++;
+        cache->stats.compile_ms += wall_ms() - begin_ms;
+    }
     program_source_finish(&source);
     if (program)
         glObjectLabel(GL_PROGRAM, program, -1, desc->label);
@@ -136,6 +226,8 @@ static uint32_t read_attributes(GLuint program)
     }
     return attributes;
 }
+
+/* ---- the cache ---- */
 
 struct program_cache *program_cache_create(const char *dump_dir, struct error *err)
 {
@@ -191,7 +283,6 @@ static const struct gl_program *build_program(struct program_cache *cache,
                                               const struct program_desc *desc, char *key,
                                               struct error *err)
 {
-    double begin_ms = wall_ms();
     struct cached_program *entry = calloc(1, sizeof *entry);
     if (!entry || !reserve_entry(cache)) {
         error_set(err, ERROR_NO_MEMORY, "program '%s'", desc->label);
@@ -204,8 +295,6 @@ static const struct gl_program *build_program(struct program_cache *cache,
     if (desc->vertex)
         entry->program.attributes = read_attributes(entry->program.name);
     cache->entries[cache->count++] = entry;
-    cache->stats.misses++;
-    cache->stats.compile_ms += wall_ms() - begin_ms;
     return &entry->program;
 
 fail:
@@ -247,9 +336,17 @@ enum program_place program_cache_find(const struct program_cache *cache,
                                       const struct program_desc *desc)
 {
     char *key = make_key(desc);
+    struct error ignored = {0};
+    struct program_source source;
     bool is_there = key && find_entry(cache, key);
     free(key);
-    return is_there ? PROGRAM_IN_MEMORY : PROGRAM_ABSENT;
+    if (is_there)
+        return PROGRAM_IN_MEMORY;
+    if (!cache->store || !program_source_init(&source, desc, &ignored))
+        return PROGRAM_ABSENT;
+    bool is_kept = program_store_has(cache->store, source.key);
+    program_source_finish(&source);
+    return is_kept ? PROGRAM_ON_DISK : PROGRAM_ABSENT;
 }
 
 void program_cache_get_stats(const struct program_cache *cache, struct program_cache_stats *stats)

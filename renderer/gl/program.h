@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "renderer/gl/program_store.h"
 
 struct program_cache;
 
@@ -34,14 +35,29 @@ struct gl_program {
 const struct gl_program *program_cache_get(struct program_cache *cache,
                                            const struct program_desc *desc, struct error *err);
 
-/* Whether a program stands already; nothing is compiled. */
-enum program_place { PROGRAM_ABSENT, PROGRAM_IN_MEMORY };
+/* Whether a program stands already; nothing is compiled or loaded. */
+enum program_place { PROGRAM_ABSENT, PROGRAM_IN_MEMORY, PROGRAM_ON_DISK };
 enum program_place program_cache_find(const struct program_cache *cache,
                                       const struct program_desc *desc);
 
+/* How linked programs leave and enter the device: GL's, but for tests. */
+struct program_binary_door {
+    void *context;
+    /* Bytes of the linked program into *binary, which is empty; false: the driver gives none. */
+    bool (*get)(void *context, uint32_t program, struct program_binary *binary);
+    /* False: the driver does not take them; the program is then as good as new. */
+    bool (*load)(void *context, uint32_t program, const struct program_binary *binary);
+};
+
+/* From now on programs that are not in memory are taken from the store where it has them, and put
+ * there once they are compiled. Borrowed; door NULL: GL's, which is of use where the context has
+ * program_formats. */
+void program_cache_set_store(struct program_cache *cache, struct program_store *store,
+                             const struct program_binary_door *door);
+
 struct program_cache_stats {
-    uint64_t hits, misses;
-    double compile_ms;
+    uint64_t hits, misses, loaded; /* found in memory, compiled, taken from the store */
+    double compile_ms, load_ms;
 };
 void program_cache_get_stats(const struct program_cache *cache, struct program_cache_stats *stats);
 

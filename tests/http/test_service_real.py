@@ -325,6 +325,49 @@ class Real(support.unittest.TestCase):
             kept = ["cache", "lock", "scenes", "tmp", "tradeoffs"]
             self.assertEqual(kept, sorted(os.listdir(state)))
 
+    def test_compiled_programs_outlive_the_daemon_and_damage(self):
+        with support.tempfile.TemporaryDirectory() as state:
+            folder = os.path.join(state, "cache", "programs")
+
+            def start(*flags):
+                with support.Daemon("--auto", "raster", *flags, program=REAL,
+                                    state_dir=state) as daemon:
+                    daemon.wait_ready()
+                    device = daemon.request("GET", "/v1/capabilities").json()["device"]
+                    if not device["program_binaries"]:
+                        self.skipTest("the driver gives no compiled programs")
+                    body = {"scene": daemon.push(lit_floor()), "width": 64, "height": 64,
+                            "camera": self.CAMERA, "quality": {"shadows": "deep"}}
+                    plan = daemon.request("POST", "/v1/renders?explain=json", body).json()["counts"]
+                    reply = daemon.request("POST", "/v1/renders", body)
+                    self.assertEqual(200, reply.status)
+                    link = reply.header("Link")
+                    counts = daemon.request("GET", link[1 : link.index(">")]).json()["counts"]
+                    return reply.body, counts, plan, daemon.stats()["programs"]
+
+            image, counts, plan, programs = start()
+            self.assertGreater(counts["programs_built"], 5)
+            self.assertEqual((0, 0), (counts["programs_loaded"], plan["programs_on_disk"]))
+            self.assertEqual(programs["kept"], len(os.listdir(folder)))
+            sizes = [os.stat(os.path.join(folder, name)).st_size for name in os.listdir(folder)]
+            self.assertEqual(programs["kept_bytes"], sum(sizes))
+            built = programs["compiled"]
+            again, counts, plan, programs = start()
+            self.assertEqual(image, again)
+            self.assertEqual(0, counts["programs_built"])
+            self.assertGreater(counts["programs_loaded"], 5)
+            self.assertGreaterEqual(plan["programs_on_disk"], counts["programs_loaded"])
+            self.assertEqual((0, built), (programs["compiled"], programs["disk"]))
+            for name in os.listdir(folder):
+                path = os.path.join(folder, name)
+                with open(path, "r+b") as stream:
+                    stream.truncate(os.stat(path).st_size // 2)
+            again, counts, _, programs = start()
+            self.assertEqual(image, again)
+            self.assertEqual((built, 0), (programs["compiled"], programs["disk"]))
+            again, _, _, programs = start("--program-bytes", "0")
+            self.assertEqual((image, 0, 0), (again, programs["disk"], programs["kept"]))
+
 
 if __name__ == "__main__":
     support.run_tests()

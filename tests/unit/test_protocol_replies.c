@@ -457,6 +457,7 @@ static void fill_device(struct device_capabilities *device)
                                            .gpu_used_bytes = 12345,
                                            .upload_bytes_per_ms = 7000000,
                                            .has_post_depth_coverage = true,
+                                           .has_program_binaries = true,
                                            .automatic = {.policy = "measured",
                                                          .note = "measured at this start in 9 ms",
                                                          .is_measured = true,

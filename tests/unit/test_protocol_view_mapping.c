@@ -225,6 +225,7 @@ static const struct {
     COUNT(plans_reused),
     COUNT(programs_built),
     COUNT(programs_reused),
+    COUNT(programs_loaded),
 };
 enum { COUNTED = sizeof counted / sizeof *counted };
 
@@ -520,6 +521,7 @@ static void device_info_reaches_the_capabilities(void **state)
                                  .max_storage_block_bytes = 1,
                                  .has_true_timers = true,
                                  .is_robust = true,
+                                 .program_formats = 1,
                                  .budget_bytes = 3,
                                  .used_bytes = 2,
                                  .upload_bytes_per_ms = 4};
@@ -537,6 +539,7 @@ static void device_info_reaches_the_capabilities(void **state)
     assert_int_equal(device.gpu_used_bytes, 2);
     assert_int_equal(device.upload_bytes_per_ms, 4);
     assert_true(device.has_true_timers && device.is_robust && !device.has_post_depth_coverage);
+    assert_true(device.has_program_binaries);
 }
 
 int main(void)
