@@ -286,9 +286,7 @@ static bool read_format(const struct json_node *root, struct render_request *req
         return json_refuse(&quality, ERROR_INVALID_REQUEST, "but %s is lossless",
                            request_format_name(index));
     bool has_several = request->outputs & (request->outputs - 1);
-    if (has_several && index == REQUEST_FORMAT_ANY)
-        request->format = REQUEST_FORMAT_EXR;
-    else if (has_several && index != REQUEST_FORMAT_EXR)
+    if (has_several && index != REQUEST_FORMAT_ANY && index != REQUEST_FORMAT_EXR)
         return json_refuse(&format, ERROR_INVALID_REQUEST,
                            "which holds one output; several need \"exr\"");
     return true;

@@ -8,6 +8,7 @@
 #include "server/live.h"
 #include "server/negotiate.h"
 #include "server/routes_views.h"
+#include "server/task_scenes.h"
 
 /* A GET on its way: the exchange owns it. */
 struct image_get {
@@ -143,7 +144,8 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
     enum image_format format;
     struct image_get *get = image_get_create(service, exchange, id, &problem);
     if (!get || !read_shot(exchange, &shot, &format, &problem) ||
-        !views_shoot(service->views, id, &shot, &get->picture, &problem)) {
+        !views_shoot(service->views, id, &shot, &get->picture, &problem) ||
+        !task_has_scenes(service->store, get->picture.scene, &get->picture.parts, &problem)) {
         http_reply_error(exchange, &problem);
         return;
     }

@@ -28,3 +28,15 @@ bool task_open_scenes(struct render_task *task, struct scene_store *store,
     }
     return true;
 }
+
+bool task_has_scenes(struct scene_store *store, const char *scene, const struct part_scenes *parts,
+                     struct error *err)
+{
+    static const char gone[] = "there is no scene '%.64s'";
+    if (!scene_store_has(store, scene))
+        return error_set_at(err, ERROR_NOT_FOUND, "/scene", gone, scene);
+    for (int i = 0; parts && i < parts->count; i++)
+        if (!scene_store_has(store, parts->ids[i]))
+            return error_set_at(err, ERROR_NOT_FOUND, "/parts", gone, parts->ids[i]);
+    return true;
+}

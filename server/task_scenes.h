@@ -11,4 +11,8 @@
 MUST_CHECK bool task_open_scenes(struct render_task *task, struct scene_store *store,
                                  const struct part_scenes *parts, struct error *err);
 
+/* Whether they are there, with the same problems: for what is answered without a task. */
+MUST_CHECK bool task_has_scenes(struct scene_store *store, const char *scene,
+                                const struct part_scenes *parts, struct error *err);
+
 #endif

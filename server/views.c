@@ -277,6 +277,15 @@ json_t *views_list(struct views *views)
     return NULL;
 }
 
+/* The document that patches change: as "view", and beside the summary's members, as RFC 7396 has
+ * a patch and its target alike. */
+static bool add_members(json_t *json, const struct view_document *document)
+{
+    json_t *members = view_document_to_json(document);
+    return json_object_set_new(json, "view", members) == 0 &&
+           json_object_update_missing(json, members) == 0;
+}
+
 json_t *views_get(struct views *views, const char *id, bool is_whole, struct error *err)
 {
     json_t *json = NULL;
@@ -284,8 +293,7 @@ json_t *views_get(struct views *views, const char *id, bool is_whole, struct err
     struct view *view = views_find(views, id, err);
     if (view)
         json = summary_or_error(view, err);
-    if (json && is_whole &&
-        json_object_set_new(json, "view", view_document_to_json(view->document)) != 0) {
+    if (json && is_whole && !add_members(json, view->document)) {
         error_set(err, ERROR_NO_MEMORY, "view");
         json_decref(json);
         json = NULL;

@@ -50,6 +50,7 @@ class Scenes(ClientTest):
             with open(path, "wb") as file:
                 file.write(content)
             self.assertEqual(scene["id"], self.client.post_scene(path)["id"])
+            self.assertEqual(scene["id"], vitrail.scene_id(path))
         self.assertEqual(scene["id"], self.client.post_scene({"part.glb": content})["id"])
         self.assertIn(scene["id"], [one["id"] for one in self.client.scenes()])
         self.assertEqual(["python"], self.client.scene(scene["id"])["node_names"])

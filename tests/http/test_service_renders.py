@@ -132,6 +132,8 @@ class Renders(support.ServiceTest):
         self.assertEqual("image/x-exr", reply.header("Content-Type"))
         for channel in (b"R\0", b"A\0", b"Z\0", b"node.id\0"):
             self.assertIn(channel, reply.body[:2000])
+        reply = self.daemon.render(self.scene, {"Accept": "image/png"}, outputs=["color", "depth"])
+        self.assertEqual((406, "not_acceptable"), (reply.status, reply.code))
         reply = self.daemon.render(self.scene, outputs=["color", "depth"], format="png")
         self.assertEqual((400, "/format"), (reply.status, reply.json()["pointer"]))
 

@@ -61,6 +61,14 @@ class Making(ViewTest):
         self.assertEqual(self.get(first + "/image").header("ETag"),
                          self.get(second + "/image").header("ETag"))
 
+    def test_what_patches_change_is_at_the_top_of_the_view(self):
+        view = self.make(exposure_ev=1)
+        self.patch(view, {"exposure_ev": 2, "camera": {"fit": "top"}})
+        whole = self.get(view).json()
+        self.assertEqual((2, "top"), (whole["exposure_ev"], whole["camera"]["fit"]))
+        for name, value in whole["view"].items():
+            self.assertEqual(value, whole[name])
+
     def test_bad_members_are_refused_by_name(self):
         for member, value, status, pointer in (
             ("scene", "0" * 64, 404, "/scene"),
@@ -295,8 +303,13 @@ class Images(ViewTest):
     def test_the_image_of_a_deleted_scene_is_not_found(self):
         scene = self.daemon.push(triangle("Gone"))
         view = self.make(scene=scene)
+        self.assertEqual(200, self.get(view + "/image").status)
         self.daemon.request("DELETE", f"/v1/scenes/{scene}")
-        self.assertEqual(404, self.get(view + "/image").status)
+        reply = self.get(view + "/image")  # though it is kept, for when the scene comes again
+        self.assertEqual((404, "/scene"), (reply.status, reply.json()["pointer"]))
+        self.assertEqual(404, self.get(view + "/pick?x=1&y=1").status)
+        self.assertEqual(scene, self.daemon.push(triangle("Gone")))
+        self.assertEqual(200, self.get(view + "/image").status)
 
     def test_a_render_that_fails_is_a_problem_and_the_view_stays(self):
         view = self.make(scene=self.daemon.push(triangle("fake:error")))

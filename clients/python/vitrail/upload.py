@@ -13,8 +13,12 @@ Files = Mapping[str, bytes]
 Path = Union[str, "os.PathLike[str]"]
 
 
-def scene_id(content: Union[bytes, Files]) -> str:
-    """The id that the server will give: the SHA-256 of one file, or of the manifest of several."""
+def scene_id(content: Union[Path, bytes, Files]) -> str:
+    """The id that the server will give: the SHA-256 of one file, or of the manifest of several.
+
+    content as that of Client.post_scene: a path, the bytes of a .glb, or files by name."""
+    if isinstance(content, (str, os.PathLike)):
+        return scene_id(files_of(content))
     if isinstance(content, (bytes, bytearray, memoryview)):
         return hashlib.sha256(content).hexdigest()
     if len(content) == 1:
