@@ -146,6 +146,7 @@ void renderer_remove_scene(struct renderer *renderer, const char *key)
     for (const char *user; (user = scene_cache_user(renderer->scenes, name));)
         renderer_remove_scene(renderer, user);
     renderer_forget_kept(renderer, name);
+    shadow_system_trim(renderer->shadows);
     scene_cache_remove(renderer->scenes, name);
 }
 

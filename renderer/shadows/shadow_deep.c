@@ -112,13 +112,23 @@ static bool count_events(const struct deep_job *job, struct error *err)
     return ok;
 }
 
+static uint64_t total_events(const struct deep_statistics *statistics)
+{
+    return statistics->total | (uint64_t)statistics->total_high << 32;
+}
+
 static bool take_events(const struct deep_job *job, struct error *err)
 {
     struct shadow_store *store = job->builder->store;
+    uint64_t all = 0;
+    for (size_t i = 0; i < job->count; i++)
+        all += deep_job_has(job, i) ? total_events(&job->statistics[i]) : 0;
+    if (!shadow_store_reserve(store, SHADOW_POOL_EVENTS, all, err))
+        return false;
     for (size_t i = 0; i < job->count; i++) {
         const struct deep_statistics *s = &job->statistics[i];
         struct shadow_map *map = job->builds[i].map;
-        uint64_t total = s->total | (uint64_t)s->total_high << 32;
+        uint64_t total = total_events(s);
         if (!deep_job_has(job, i))
             continue;
         if (s->longest > DEEP_LONGEST)

@@ -43,6 +43,11 @@ static bool is_pending(const struct shadow_build *build)
     return build->map->kind == SHADOW_LINKED && !build->is_done;
 }
 
+static uint64_t first_guess(const struct shadow_builder *builder, const struct shadow_map *map)
+{
+    return builder->first_elements ? builder->first_elements : 4 * shadow_map_texels(map);
+}
+
 static bool take_memory(const struct linked_job *job, struct error *err)
 {
     struct shadow_builder *builder = job->builder;
@@ -51,7 +56,7 @@ static bool take_memory(const struct linked_job *job, struct error *err)
         if (!is_pending(&job->builds[i]))
             continue;
         uint64_t texels = shadow_map_texels(map);
-        uint64_t elements = builder->first_elements ? builder->first_elements : 4 * texels;
+        uint64_t elements = first_guess(builder, map);
         if (!shadow_store_take(builder->store, SHADOW_POOL_HEADS, texels, &map->heads, err) ||
             !shadow_store_take(builder->store, SHADOW_POOL_NODES, elements, &map->nodes, err))
             return false;
@@ -147,6 +152,10 @@ static bool walk_lists(const struct linked_job *job, struct walk_statistics *wal
 {
     struct shadow_builder *builder = job->builder;
     const struct gl_program *walk[2] = {NULL, NULL};
+    struct gl_buffer_desc statistics = {.label = "shadow.linked.statistics",
+                                        .size_bytes = job->count * sizeof *walks};
+    if (!gl_buffer_reserve(&builder->statistics, &statistics, false, err))
+        return false;
     for (size_t i = 0; i < job->count; i++) {
         bool is_faithful = job->builds[i].map->is_faithful;
         const struct program_desc desc = walk_program(is_faithful);
@@ -201,6 +210,34 @@ static bool note_lists(const struct linked_job *job, struct error *err)
     return ok;
 }
 
+/* Builds whose guessed room is taken at once: the rest of it is given back before the next ones
+ * take theirs. At least one. */
+static size_t group_size(const struct shadow_builder *builder, const struct shadow_build *builds,
+                         size_t count)
+{
+    const uint64_t most = 4u << 20; /* elements: 64 MiB */
+    uint64_t elements = 0;
+    size_t size = 0;
+    for (; size < count; size++) {
+        elements += is_pending(&builds[size]) ? first_guess(builder, builds[size].map) : 0;
+        if (size && elements > most)
+            break;
+    }
+    return size;
+}
+
+static bool build_group(const struct linked_job *job, struct error *err)
+{
+    bool is_done = false;
+    bool ok = take_memory(job, err);
+    for (int attempt = 0; ok && !is_done && attempt < ATTEMPTS; attempt++)
+        ok = fill_lists(job, err) && fit_memory(job, &is_done, err);
+    if (ok && !is_done)
+        ok = error_set(err, ERROR_INTERNAL, "linked shadow lists outgrew their pool %d times",
+                       ATTEMPTS);
+    return ok;
+}
+
 bool shadow_linked_build(struct shadow_builder *builder, struct shadow_build *builds, size_t count,
                          const struct shadow_scene *scene, const char *because, struct error *err)
 {
@@ -214,12 +251,14 @@ bool shadow_linked_build(struct shadow_builder *builder, struct shadow_build *bu
     job.statistics = calloc(count, sizeof *job.statistics);
     if (!job.statistics)
         return error_set(err, ERROR_NO_MEMORY, "statistics of %zu lights", count);
-    bool ok = take_memory(&job, err);
-    for (int attempt = 0; ok && !is_done && attempt < ATTEMPTS; attempt++)
-        ok = fill_lists(&job, err) && fit_memory(&job, &is_done, err);
-    if (ok && !is_done)
-        ok = error_set(err, ERROR_INTERNAL, "linked shadow lists outgrew their pool %d times",
-                       ATTEMPTS);
+    bool ok = true;
+    for (size_t first = 0; ok && first < count; first += job.count) {
+        job.builds = &builds[first];
+        job.count = group_size(builder, job.builds, count - first);
+        ok = build_group(&job, err);
+    }
+    job.builds = builds;
+    job.count = count;
     ok = ok && note_lists(&job, err);
     free(job.statistics);
     return ok;

@@ -99,6 +99,21 @@ uint64_t shadow_ranges_capacity_for(const struct shadow_ranges *ranges, uint64_t
     return ranges->capacity - tail + count;
 }
 
+bool shadow_ranges_is_empty(const struct shadow_ranges *ranges)
+{
+    return ranges->capacity == 0 ||
+           (ranges->free_count == 1 && ranges->free[0].count == ranges->capacity);
+}
+
+void shadow_ranges_trim(struct shadow_ranges *ranges)
+{
+    struct shadow_range *last = ranges->free_count ? &ranges->free[ranges->free_count - 1] : NULL;
+    if (!last || last->first + last->count != ranges->capacity)
+        return;
+    ranges->capacity = last->first;
+    ranges->free_count--;
+}
+
 bool shadow_ranges_grow(struct shadow_ranges *ranges, uint64_t capacity, struct error *err)
 {
     assert(capacity >= ranges->capacity);

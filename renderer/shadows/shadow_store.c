@@ -115,6 +115,8 @@ static uint64_t choose_capacity(const struct shadow_store *store, enum shadow_po
 {
     uint64_t capacity = store->pools[kind].ranges.capacity;
     uint64_t ample = capacity + capacity / 2, most = most_elements(store);
+    if (shadow_ranges_is_empty(&store->pools[kind].ranges))
+        return need; /* nothing is to be copied */
     if (ample > most)
         ample = most;
     if (ample <= need)
@@ -141,7 +143,9 @@ static bool resize_stream(struct shadow_pool *pool, const struct stream_kind *ki
     }
     if (old->name) {
         glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-        glCopyNamedBufferSubData(old->name, fresh.name, 0, 0, (GLsizeiptr)old->size_bytes);
+        glCopyNamedBufferSubData(
+            old->name, fresh.name, 0, 0,
+            (GLsizeiptr)(old->size_bytes < fresh.size_bytes ? old->size_bytes : fresh.size_bytes));
     }
     gl_texture_finish(&pool->views[stream]);
     gl_buffer_finish(old);
@@ -150,15 +154,61 @@ static bool resize_stream(struct shadow_pool *pool, const struct stream_kind *ki
     return true;
 }
 
-static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t capacity,
-                      struct error *err)
+static bool resize_pool(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t capacity,
+                        struct error *err)
 {
     struct shadow_pool *pool = &store->pools[kind];
     for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
         if (has_stream(store, kind, i) && !resize_stream(pool, &stream_kinds[kind][i], i, capacity,
                                                          store->limits->is_software, err))
             return false;
-    return shadow_ranges_grow(&pool->ranges, capacity, err);
+    return true;
+}
+
+/* The old memory of an empty pool goes before the new comes: never are both there. */
+static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t capacity,
+                      struct error *err)
+{
+    struct shadow_pool *pool = &store->pools[kind];
+    if (shadow_ranges_is_empty(&pool->ranges))
+        finish_pool(pool);
+    return resize_pool(store, kind, capacity, err) &&
+           shadow_ranges_grow(&pool->ranges, capacity, err);
+}
+
+bool shadow_store_reserve(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t count,
+                          struct error *err)
+{
+    uint64_t capacity = store->pools[kind].ranges.capacity;
+    if (!shadow_ranges_is_empty(&store->pools[kind].ranges) || count <= capacity ||
+        count > most_elements(store) ||
+        !fits(store, pool_bytes(store, kind, count) - pool_bytes(store, kind, capacity)))
+        return true;
+    return grow_pool(store, kind, count, err);
+}
+
+bool shadow_store_trim(struct shadow_store *store, struct error *err)
+{
+    bool has_any = false;
+    for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++) {
+        struct shadow_pool *pool = &store->pools[kind];
+        struct shadow_ranges *ranges = &pool->ranges;
+        uint64_t before = ranges->capacity;
+        if (shadow_ranges_is_empty(ranges)) {
+            finish_pool(pool);
+            continue;
+        }
+        has_any = true;
+        if (shadow_ranges_capacity_for(ranges, before) > before + before / 2)
+            continue; /* more than half is in front of the last that is taken */
+        shadow_ranges_trim(ranges);
+        if (ranges->capacity < before &&
+            !resize_pool(store, (enum shadow_pool_kind)kind, ranges->capacity, err))
+            return false;
+    }
+    if (!has_any)
+        shadow_store_clear(store);
+    return true;
 }
 
 bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t count,

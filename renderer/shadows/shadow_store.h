@@ -53,6 +53,13 @@ uint64_t shadow_store_size_bytes(const struct shadow_store *store);
  * the device reads from one pool. */
 MUST_CHECK bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind,
                                   uint64_t count, struct shadow_range *range, struct error *err);
+/* Makes an empty pool large enough for so many elements at once, where the budget allows it, so
+ * that taking them one after the other copies nothing. */
+MUST_CHECK bool shadow_store_reserve(struct shadow_store *store, enum shadow_pool_kind kind,
+                                     uint64_t count, struct error *err);
+/* Gives back to the device what pools hold for nobody: all of an empty one, and the end of one that
+ * is half empty there. */
+MUST_CHECK bool shadow_store_trim(struct shadow_store *store, struct error *err);
 /* Whether depths and list heads of so many texels can be resident at once at all: asked before
  * anything is built. ERROR_OVER_BUDGET as above. */
 MUST_CHECK bool shadow_store_check_frame(const struct shadow_store *store, uint64_t depths,

@@ -332,6 +332,21 @@ static struct build_batch next_batch(const struct shadow_system *shadows, size_t
     return batch;
 }
 
+/* What all builds take for certain comes in one piece. */
+static bool reserve_pools(struct shadow_system *shadows, struct error *err)
+{
+    uint64_t depths = 0, heads = 0;
+    for (size_t i = 0; i < shadows->build_count; i++) {
+        const struct shadow_map *map = shadows->builds[i].map;
+        if (map->flags & SHADOW_FLAG_NODES)
+            continue;
+        depths += shadow_map_texels(map);
+        heads += map->kind == SHADOW_MAP ? 0 : shadow_map_texels(map) + 1;
+    }
+    return shadow_store_reserve(&shadows->store, SHADOW_POOL_DEPTHS, depths, err) &&
+           shadow_store_reserve(&shadows->store, SHADOW_POOL_HEADS, heads, err);
+}
+
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
@@ -346,7 +361,7 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
         explain(shadows, desc->state, false, opaque);
         explain(shadows, desc->state, true, transparent);
     }
-    bool ok = true;
+    bool ok = reserve_pools(shadows, err);
     for (size_t first = 0; ok && first < shadows->build_count;) {
         struct build_batch batch = next_batch(shadows, first);
         ok = shadow_depth_build(builder, batch.builds, batch.count, &scene, opaque, err) &&
@@ -736,6 +751,15 @@ void shadow_system_forget(struct shadow_system *shadows, const char *scene_key)
             drop_map(shadows, i);
     finish_builds(shadows);
     shadows->light_count = 0; /* the frame's maps may be among them */
+}
+
+void shadow_system_trim(struct shadow_system *shadows)
+{
+    struct error ignored = {0};
+    if (!shadow_store_trim(&shadows->store, &ignored))
+        drop_all(shadows); /* no memory for a smaller pool: the structures are made anew */
+    finish_builds(shadows);
+    shadows->light_count = 0; /* the frame's maps may have been among them */
 }
 
 uint64_t shadow_system_size_bytes(const struct shadow_system *shadows)

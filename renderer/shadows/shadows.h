@@ -60,6 +60,8 @@ const char *shadow_system_defines(const struct shadow_system *shadows);
 void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program);
 /* Forgets all structures of a scene (it was detached or changed). */
 void shadow_system_forget(struct shadow_system *shadows, const char *scene_key);
+/* Gives memory that no structure takes back to the device; between frames. */
+void shadow_system_trim(struct shadow_system *shadows);
 uint64_t shadow_system_size_bytes(const struct shadow_system *shadows);
 
 #endif

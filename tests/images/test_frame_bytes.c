@@ -128,11 +128,61 @@ static void every_structure_is_counted_once(void **state)
     stage_end(&stage);
 }
 
+static void a_scene_that_goes_takes_its_memory_along(void **state)
+{
+    (void)state;
+    struct stage stage;
+    struct renderer_info before, during, after;
+    stage_begin(&stage);
+    struct view view = view_of(VIEW_SHADOWS_NONE, 32);
+    report_of(&stage, &view);
+    renderer_get_info(stage.renderer, &before);
+    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    view.quality.shadow_resolution = 128;
+    report_of(&stage, &view);
+    view.quality.shadows = VIEW_SHADOWS_DEEP;
+    struct frame_report deep = report_of(&stage, &view);
+    renderer_get_info(stage.renderer, &during);
+    assert_true(during.used_bytes > before.used_bytes + bytes_of(&deep, "shadow"));
+    rig_scene_finish(&stage.demo, stage.renderer);
+    renderer_get_info(stage.renderer, &after);
+    assert_true(after.used_bytes < before.used_bytes);
+    rig_demo_open(&stage.demo, stage.renderer, "demo", 64);
+    struct frame_report again = report_of(&stage, &view);
+    expect_same(&deep, &again);
+    stage_end(&stage);
+}
+
+/* Lists of 12 lights, each with room for four elements a texel to begin with, one after the other.
+ */
+static void linked_lists_hold_little_more_than_they_need(void **state)
+{
+    (void)state;
+    struct stage stage;
+    struct renderer_info before, after;
+    stage_begin(&stage);
+    struct view view = view_of(VIEW_SHADOWS_NONE, 32);
+    report_of(&stage, &view);
+    renderer_get_info(stage.renderer, &before);
+    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    view.quality.shadow_resolution = 512;
+    struct frame_report linked = report_of(&stage, &view);
+    renderer_get_info(stage.renderer, &after);
+    assert_int_equal(linked.counts.light_batches, 1);
+    uint64_t held = after.used_bytes - before.used_bytes, needed = bytes_of(&linked, "shadow");
+    print_message("%llu of %llu bytes needed\n", (unsigned long long)needed,
+                  (unsigned long long)held);
+    assert_true(held < 2 * needed + (128u << 20));
+    stage_end(&stage);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_setting_has_the_same_bytes_whatever_was_before),
         cmocka_unit_test(every_structure_is_counted_once),
+        cmocka_unit_test(a_scene_that_goes_takes_its_memory_along),
+        cmocka_unit_test(linked_lists_hold_little_more_than_they_need),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
