@@ -32,6 +32,14 @@ void flights_remove(struct flights *flights, int index)
             (size_t)(flights->count - index) * sizeof flights->list[0]);
 }
 
+bool flights_is_any_encoding(const struct flights *flights)
+{
+    for (int i = 0; i < flights->count; i++)
+        if (flights->list[i].state == FLIGHT_ENCODING)
+            return true;
+    return false;
+}
+
 int flights_find(const struct flights *flights, uint64_t ticket)
 {
     for (int i = 0; i < flights->count; i++)

@@ -34,6 +34,7 @@ bool flights_have_room(const struct flights *flights, enum render_priority prior
 void flights_add(struct flights *flights, struct render_task *task, int64_t now_ms);
 void flights_remove(struct flights *flights, int index);
 int flights_find(const struct flights *flights, uint64_t ticket); /* -1: none */
+bool flights_is_any_encoding(const struct flights *flights);
 
 /* What the worker says of a flight; false for a word that is none of these: begin, paused, resumed,
  * rendered. */

@@ -65,7 +65,8 @@ struct supervisor_totals {
     uint64_t worker_starts, worker_crashes, worker_timeouts;
     uint64_t waiting, in_flight, quarantined;
     double oldest_wait_s;
-    uint64_t warm_ups;                           /* done */
+    uint64_t warm_ups;   /* done */
+    uint64_t overlapped; /* renders that began while an earlier one was being encoded */
     uint64_t programs_built, programs_reused;    /* of shaders, by the worker that runs */
     uint64_t programs_loaded;                    /* likewise: from the state directory */
     uint64_t programs_kept, programs_kept_bytes; /* there */

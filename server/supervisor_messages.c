@@ -52,8 +52,11 @@ static void flight_message(struct supervisor *supervisor, const char *op,
         return;
     struct flight *flight = &supervisor->flights.list[index];
     struct render_task *task = flight->task;
-    if (strcmp(op, "begin") == 0)
+    if (strcmp(op, "begin") == 0) {
         task->outcome.queue_ms = 1e-3 * (double)(now_us() - task->queued_us);
+        supervisor->totals.overlapped +=
+            !task->question && flights_is_any_encoding(&supervisor->flights);
+    }
     if (flights_note(flight, op, now_ms()))
         return;
     if (strcmp(op, "done") == 0) {

@@ -65,6 +65,17 @@ class Renders(support.ServiceTest):
         # The double paints x / (width + height) into red: linear 47 / 72 is 210 in sRGB.
         self.assertAlmostEqual(210, rows[0][47 * 4], delta=1)
 
+    def test_images_are_encoded_while_the_next_are_rendered(self):
+        before = self.daemon.stats()["renders"]["overlapped"]
+        for _ in range(3):  # one after the other
+            self.assertEqual(200, self.daemon.render(self.scene, width=900, height=900).status)
+        self.assertEqual(before, self.daemon.stats()["renders"]["overlapped"])
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            replies = [pool.submit(self.daemon.render, self.scene, width=1500 + i, height=1500)
+                       for i in range(6)]
+            self.assertEqual({200}, {reply.result().status for reply in replies})
+        self.assertGreater(self.daemon.stats()["renders"]["overlapped"], before)
+
     def test_format_wins_over_accept(self):
         for name, media_type in (
             ("png", "image/png"),
