@@ -13,10 +13,11 @@
 #include "protocol/utf8.h"
 
 static const char *const timing_names[FRAME_TIMING_COUNT] = {
-    [FRAME_TIMING_QUEUE] = "queue",   [FRAME_TIMING_PAUSED] = "paused",
-    [FRAME_TIMING_SHADOW] = "shadow", [FRAME_TIMING_LIGHT_LIST] = "light-list",
-    [FRAME_TIMING_SHADE] = "shade",   [FRAME_TIMING_READBACK] = "readback",
-    [FRAME_TIMING_ENCODE] = "encode", [FRAME_TIMING_TOTAL] = "total",
+    [FRAME_TIMING_QUEUE] = "queue",     [FRAME_TIMING_PAUSED] = "paused",
+    [FRAME_TIMING_PREPARE] = "prepare", [FRAME_TIMING_OTHER] = "other",
+    [FRAME_TIMING_SHADOW] = "shadow",   [FRAME_TIMING_LIGHT_LIST] = "light-list",
+    [FRAME_TIMING_SHADE] = "shade",     [FRAME_TIMING_READBACK] = "readback",
+    [FRAME_TIMING_ENCODE] = "encode",   [FRAME_TIMING_TOTAL] = "total",
 };
 
 const char *frame_timing_name(int timing)
@@ -117,6 +118,17 @@ void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
     int length = vsnprintf(text, FRAME_STATS_TEXT_BYTES, format, args);
     va_end(args);
     utf8_sanitize(text, length >= FRAME_STATS_TEXT_BYTES);
+}
+
+void frame_stats_close(struct frame_stats *stats, double queue_ms, double total_ms)
+{
+    double *ms = stats->timings_ms;
+    double made = ms[FRAME_TIMING_TOTAL] + ms[FRAME_TIMING_PAUSED] + ms[FRAME_TIMING_ENCODE];
+    double rest = fmax(total_ms - made, 0);
+    /* the word that the frame began may have come late */
+    ms[FRAME_TIMING_QUEUE] = fmin(queue_ms, rest);
+    ms[FRAME_TIMING_OTHER] = rest - ms[FRAME_TIMING_QUEUE];
+    ms[FRAME_TIMING_TOTAL] = total_ms;
 }
 
 void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *promise)

@@ -21,17 +21,19 @@ enum {
     FRAME_STATS_DEVICE_BYTES = 128,
 };
 
-/* Tokens of Server-Timing and keys of timings_ms: queue, paused, shadow, light-list, shade,
- * readback, encode, total. */
+/* Tokens of Server-Timing and keys of timings_ms: queue, paused, prepare, shadow, light-list,
+ * shade, readback, encode, other, total. */
 enum frame_timing {
     FRAME_TIMING_QUEUE,
-    FRAME_TIMING_PAUSED, /* urgent frames went before the rest of this one */
+    FRAME_TIMING_PAUSED,  /* urgent frames went before the rest of this one */
+    FRAME_TIMING_PREPARE, /* the frame outside of its passes: scene, plan, memory, programs */
     FRAME_TIMING_SHADOW,
     FRAME_TIMING_LIGHT_LIST,
     FRAME_TIMING_SHADE,
     FRAME_TIMING_READBACK,
     FRAME_TIMING_ENCODE,
-    FRAME_TIMING_TOTAL,
+    FRAME_TIMING_OTHER, /* between the processes: the request's way to the worker and back */
+    FRAME_TIMING_TOTAL, /* of a frame in the renderer, without pauses, until frame_stats_close */
     FRAME_TIMING_COUNT
 };
 
@@ -126,6 +128,10 @@ struct frame_stats {
     char warnings[FRAME_STATS_WARNINGS_MAX][FRAME_STATS_TEXT_BYTES];
     int warning_count;
 };
+
+/* From the renderer's times to those of a reply: `total_ms` from the request to the reply, of which
+ * it waited `queue_ms` at most. Then all stages together are the total. */
+void frame_stats_close(struct frame_stats *stats, double queue_ms, double total_ms);
 
 /* Adds a warning; the last slot says that more were dropped. */
 void frame_stats_warn(struct frame_stats *stats, const char *format, ...)

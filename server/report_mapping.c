@@ -139,6 +139,20 @@ static void copy_chosen(const struct render_request *request, const struct frame
     utf8_copy(chosen->because, sizeof chosen->because, report->chosen.because);
 }
 
+static void copy_times(const struct frame_report *report, double ms[FRAME_TIMING_COUNT])
+{
+    double passes = 0;
+    for (int i = 0; i < REPORT_STAGE_COUNT; i++)
+        passes += report->stage_ms[i];
+    ms[FRAME_TIMING_PREPARE] = fmax(report->total_ms - passes, 0);
+    ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];
+    ms[FRAME_TIMING_LIGHT_LIST] = report->stage_ms[REPORT_LIGHT_LIST];
+    ms[FRAME_TIMING_SHADE] = report->stage_ms[REPORT_SHADE];
+    ms[FRAME_TIMING_READBACK] = report->stage_ms[REPORT_READBACK];
+    ms[FRAME_TIMING_PAUSED] = report->paused_ms;
+    ms[FRAME_TIMING_TOTAL] = report->total_ms;
+}
+
 void frame_stats_from_report(const struct render_request *request,
                              const struct frame_report *report, const char *device,
                              struct frame_stats *stats)
@@ -152,12 +166,7 @@ void frame_stats_from_report(const struct render_request *request,
     copy_textures(report, stats);
     copy_lists(report, stats);
     copy_chosen(request, report, &stats->chosen);
-    stats->timings_ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];
-    stats->timings_ms[FRAME_TIMING_LIGHT_LIST] = report->stage_ms[REPORT_LIGHT_LIST];
-    stats->timings_ms[FRAME_TIMING_SHADE] = report->stage_ms[REPORT_SHADE];
-    stats->timings_ms[FRAME_TIMING_READBACK] = report->stage_ms[REPORT_READBACK];
-    stats->timings_ms[FRAME_TIMING_PAUSED] = report->paused_ms;
-    stats->timings_ms[FRAME_TIMING_TOTAL] = report->total_ms;
+    copy_times(report, stats->timings_ms);
     if (report->error_is_exact) {
         stats->has_error = true;
         stats->error_source = FRAME_ERROR_EXACT;

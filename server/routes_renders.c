@@ -119,8 +119,7 @@ static void reply_image(struct render_post *post, struct render_outcome *outcome
         return;
     }
     memcpy(stats->id, id, sizeof id);
-    stats->timings_ms[FRAME_TIMING_QUEUE] = outcome->queue_ms;
-    stats->timings_ms[FRAME_TIMING_TOTAL] = 1e3 * http_exchange_seconds(post->exchange);
+    frame_stats_close(stats, outcome->queue_ms, 1e3 * http_exchange_seconds(post->exchange));
     frame_stats_server_timing(stats, timing, sizeof timing);
     frames_add(service->frames, id, frame_stats_to_json_text(stats));
     metrics_count_frame(service->metrics, stats);

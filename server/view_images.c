@@ -115,9 +115,10 @@ static struct view_image *make_image(const struct making *making, struct render_
     memcpy(stats->id, image->frame, sizeof image->frame);
     memcpy(stats->view, making->view, sizeof making->view);
     stats->revision = making->revision;
-    image->queue_ms = stats->timings_ms[FRAME_TIMING_QUEUE] = outcome->queue_ms;
     image->cost_ms = stats->timings_ms[FRAME_TIMING_TOTAL] + stats->timings_ms[FRAME_TIMING_ENCODE];
-    image->total_ms = stats->timings_ms[FRAME_TIMING_TOTAL] = now_ms() - making->asked_ms;
+    frame_stats_close(stats, outcome->queue_ms, now_ms() - making->asked_ms);
+    image->queue_ms = stats->timings_ms[FRAME_TIMING_QUEUE];
+    image->total_ms = stats->timings_ms[FRAME_TIMING_TOTAL];
     image->width_px = stats->width;
     image->height_px = stats->height;
     frame_stats_server_timing(stats, image->timing, sizeof image->timing);

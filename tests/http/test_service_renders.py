@@ -160,9 +160,12 @@ class Renders(support.ServiceTest):
         self.assertEqual("fake.paint", report["plan"][0]["pass"])
         timing = dict(part.split(";dur=") for part in reply.header("Server-Timing").split(", "))
         self.assertEqual(
-            {"queue", "paused", "shadow", "light-list", "shade", "readback", "encode", "total"},
+            {"queue", "paused", "prepare", "shadow", "light-list", "shade", "readback", "encode"}
+            | {"other", "total"},
             set(timing),
         )
+        stages = sum(float(ms) for stage, ms in timing.items() if stage != "total")
+        self.assertAlmostEqual(float(timing["total"]), stages, delta=0.01)  # each is rounded
         self.assertGreater(float(timing["total"]), float(timing["encode"]))
         self.assertEqual(404, self.daemon.request("GET", "/v1/frames/0123456789abcdef").status)
 

@@ -169,7 +169,7 @@ static void stats_read_back_as_they_were(void **state)
     assert_int_equal(read.resident_bytes, UINT64_C(6) << 32);
     assert_int_equal(read.plan_count, FRAME_STATS_PASSES_MAX);
     assert_string_equal(read.plan[63].pass, "shadow.63");
-    assert_true(read.timings_ms[FRAME_TIMING_TOTAL] == 10.5);
+    assert_true(read.timings_ms[FRAME_TIMING_TOTAL] == 13.5);
     assert_true(read.counts.mean_list == 3.25);
     assert_true(read.has_error && read.error_value == 0.0625);
     assert_int_equal(read.error_source, FRAME_ERROR_MEASURED);
@@ -270,6 +270,27 @@ static void dropped_warnings_are_told(void **state)
     assert_non_null(strstr(stats.warnings[FRAME_STATS_WARNINGS_MAX - 1], "dropped"));
 }
 
+static void stages_of_a_reply_are_its_total(void **state)
+{
+    (void)state;
+    static const double queued_ms[] = {0, 3, 5, 9}; /* the last cannot be: it waited 5 at most */
+    for (size_t q = 0; q < sizeof queued_ms / sizeof *queued_ms; q++) {
+        struct frame_stats stats = {0};
+        double sum = 0;
+        stats.timings_ms[FRAME_TIMING_PREPARE] = 2;
+        stats.timings_ms[FRAME_TIMING_SHADE] = 8;
+        stats.timings_ms[FRAME_TIMING_TOTAL] = 10;
+        stats.timings_ms[FRAME_TIMING_PAUSED] = 4;
+        stats.timings_ms[FRAME_TIMING_ENCODE] = 1;
+        frame_stats_close(&stats, queued_ms[q], 20);
+        assert_true(stats.timings_ms[FRAME_TIMING_QUEUE] == fmin(queued_ms[q], 5));
+        assert_true(stats.timings_ms[FRAME_TIMING_TOTAL] == 20);
+        for (int i = 0; i < FRAME_TIMING_TOTAL; i++)
+            sum += stats.timings_ms[i];
+        assert_true(sum == 20);
+    }
+}
+
 static void server_timing_lists_every_stage(void **state)
 {
     (void)state;
@@ -281,9 +302,10 @@ static void server_timing_lists_every_stage(void **state)
     char text[FRAME_SERVER_TIMING_BYTES];
     int length = frame_stats_server_timing(&stats, text, sizeof text);
     assert_int_equal(length, strlen(text));
-    assert_string_equal(text, "queue;dur=0.100, paused;dur=0.000, shadow;dur=0.000, "
-                              "light-list;dur=0.000, shade;dur=0.000, readback;dur=0.000, "
-                              "encode;dur=0.000, total;dur=12.346");
+    assert_string_equal(text,
+                        "queue;dur=0.100, paused;dur=0.000, prepare;dur=0.000, shadow;dur=0.000, "
+                        "light-list;dur=0.000, shade;dur=0.000, readback;dur=0.000, "
+                        "encode;dur=0.000, other;dur=0.000, total;dur=12.346");
 }
 
 static void server_timing_always_fits_and_always_ends(void **state)
@@ -602,6 +624,7 @@ int main(void)
         cmocka_unit_test(broken_stats_are_refused_with_a_pointer),
         cmocka_unit_test(longer_lists_than_ours_are_refused),
         cmocka_unit_test(dropped_warnings_are_told),
+        cmocka_unit_test(stages_of_a_reply_are_its_total),
         cmocka_unit_test(server_timing_lists_every_stage),
         cmocka_unit_test(server_timing_always_fits_and_always_ends),
         cmocka_unit_test(summaries_read_back_as_they_were),
