@@ -43,11 +43,14 @@ static void listing_init(struct listing *listing, const struct frame_programs_de
 }
 
 /* With layers, whether any of their fragments is seen decides between two programs. */
-static void list_shading(const struct listing *listing, const char *shadows, bool may_surround,
-                         bool is_in_parts)
+static void list_lookups(const struct listing *listing, const struct shadow_features *features,
+                         bool may_surround, bool is_in_parts)
 {
+    char shadows[SHADOW_DEFINES_BYTES];
+    shadow_features_write(features, shadows);
     const struct frame_programs_desc *desc = listing->desc;
     bool has_layers = needs(desc, PLAN_NEED_LAYERS);
+    bool is_conditional = has_layers || features->has[SHADOW_FEATURE_SEARCHED];
     struct shade_facts facts = {
         .lists = light_lists_technique_defines(desc->view->quality.light_lists),
         .is_traced = needs(desc, PLAN_NEED_TRACED_SHADOWS),
@@ -58,9 +61,20 @@ static void list_shading(const struct listing *listing, const char *shadows, boo
     for (int has_entries = 0; has_entries <= has_layers; has_entries++) {
         facts.has_entries = has_entries;
         if (needs(desc, PLAN_NEED_COLOR))
-            shade_list_programs(&listing->frame, &facts, is_in_parts, has_layers, listing->list);
+            shade_list_programs(&listing->frame, &facts, is_in_parts, is_conditional,
+                                listing->list);
         if (needs(desc, PLAN_NEED_AUXILIARY))
             aov_list_programs(&listing->frame, &facts, has_layers, listing->list);
+    }
+}
+
+/* Where lists are searched, their lengths decide between two more. */
+static void list_shading(const struct listing *listing, struct shadow_features features,
+                         bool may_surround, bool is_in_parts)
+{
+    for (int is_long = 0; is_long <= features.has[SHADOW_FEATURE_SEARCHED]; is_long++) {
+        features.has[SHADOW_FEATURE_LONG] = is_long;
+        list_lookups(listing, &features, may_surround, is_in_parts);
     }
 }
 
@@ -83,11 +97,10 @@ bool frame_programs_list(const struct frame_programs_desc *desc, struct program_
                          struct error *err)
 {
     struct listing listing;
-    char defines[SHADOW_DEFINES_BYTES];
     listing_init(&listing, desc, list);
-    shadow_list_programs(&listing.shadows, defines, list);
+    const struct shadow_features features = shadow_list_programs(&listing.shadows, list);
     list_surfaces(&listing, &desc->plan->items);
-    list_shading(&listing, defines, desc->plan->items.may_surround,
+    list_shading(&listing, features, desc->plan->items.may_surround,
                  desc->plan->plan.least_batches > 1);
     return program_list_check(list, err);
 }
@@ -98,30 +111,27 @@ static void list_choice(const struct listing *listing, const struct shadow_featu
 {
     const struct frame_plan *plan = listing->desc->plan;
     struct shadow_features features = sets->always;
-    char defines[SHADOW_DEFINES_BYTES];
     for (size_t i = 0; i < sets->optional_count; i++)
         for (int k = 0; k < SHADOW_FEATURES; k++)
             features.has[k] |= choice >> i & 1 && sets->optional[i].has[k];
-    shadow_features_write(&features, defines);
     for (int surrounds = 0; surrounds <= (plan->items.medium_count > 0); surrounds++)
         for (int in_parts = 0; in_parts <= (plan->plan.least_batches > 1); in_parts++)
-            list_shading(listing, defines, surrounds, in_parts);
+            list_shading(listing, features, surrounds, in_parts);
 }
 
 bool frame_programs_list_all(const struct frame_programs_desc *desc, struct program_list *list,
                              struct error *err)
 {
     struct listing listing;
-    char defines[SHADOW_DEFINES_BYTES];
     struct geometry_items items = desc->plan->items;
     items.may_surround = items.medium_count > 0;
     listing_init(&listing, desc, list);
-    shadow_list_programs(&listing.shadows, defines, list);
+    const struct shadow_features features = shadow_list_programs(&listing.shadows, list);
     list_surfaces(&listing, &items);
     const struct shadow_feature_sets sets = shadow_list_features(&listing.shadows);
     for (size_t choice = 0; choice < (size_t)1 << sets.optional_count; choice++)
         list_choice(&listing, &sets, choice);
     if (sets.has_more) /* and all of one frame */
-        list_shading(&listing, defines, desc->plan->items.may_surround, false);
+        list_shading(&listing, features, desc->plan->items.may_surround, false);
     return program_list_check(list, err);
 }

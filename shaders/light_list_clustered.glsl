@@ -32,12 +32,19 @@ void light_list_slice(inout light_cursor c, uint first, uint count)
     c.end = c.end - c.at > count ? c.at + count : c.end;
 }
 
+// The light of the n-th entry from here on, which is there.
+uint light_list_item(light_cursor c, uint n)
+{
+    uint at = c.at + n;
+    return texelFetch(u_light_items, int(at < u_light_prefix ? at : at + c.skip)).x;
+}
+
 bool light_list_next(inout light_cursor c, out uint light)
 {
     light = 0u;
     if (c.at >= c.end)
         return false;
-    light = texelFetch(u_light_items, int(c.at < u_light_prefix ? c.at : c.at + c.skip)).x;
+    light = light_list_item(c, 0u);
     c.at++;
     return true;
 }

@@ -9,7 +9,6 @@
 #include "shared/records.h"
 #include "material.glsl"
 #include "surface.glsl"
-#include "branch.glsl"
 #include "brdf.glsl"
 #ifdef HAS_LIGHTS
 layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
@@ -92,22 +91,37 @@ vec2 light_crease = vec2(1.0, 0.0); // of the point at hand, as is the object
 uint light_object = NO_OBJECT;
 #endif
 
+#if LIGHT_LIST == LIGHT_LIST_CLUSTERED && !defined HAS_TRACED_SHADOWS && \
+    !defined HAS_AREA_SAMPLES
+// Lights are chosen by the dozen before any is looked at closely, see lighting_evaluate.
+#define HAS_LIGHT_CHOICE
+
+// Whether the light can send anything on: false where it does not arrive, or behind the surface.
+bool light_may_be_sent(light_record r, brdf_input b, vec3 position)
+{
+    vec3 l;
+    vec3 arriving = light_arriving(r, position, l);
+    bool is_seen = b.transmission > 0.0 || dot(b.normal, l) > 0.0;
+    return is_seen && max(arriving.r, max(arriving.g, arriving.b)) > 0.0;
+}
+#endif
+
 // What the surface sends on of a light through its shadow.
 vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
 {
     vec3 l, sent = vec3(0.0);
     vec3 arriving = light_arriving(r, position, l);
-    BRANCH (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
+    if (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
         vec3 reflected = brdf_evaluate(b, l);
 #ifdef HAS_SHADOWS
-        BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+        if (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
             arriving *=
                 shadow_transmittance(r.shadow, position, geo_normal, light_crease, light_object);
             light_lookups++;
         }
 #endif
 #ifdef HAS_TRACED_SHADOWS
-        BRANCH (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+        if (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
             arriving *= traced_transmittance();
             light_lookups++;
         }
@@ -204,6 +218,28 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
 #ifdef HAS_LIGHT_SLICE
     light_list_slice(cursor, u_light_slice.x, u_light_slice.y);
 #endif
+#ifdef HAS_LIGHT_CHOICE
+    // Of up to 32 lights those that matter are found first; then each lane takes its own, one after
+    // the other. A group of lanes thus takes as long as the lane with most of them, not as long as
+    // all lights that matter to any.
+    do {
+        light_cursor choice = cursor;
+        uint chosen = 0u, bit = 1u;
+        do {
+            uint index;
+            if (light_list_next(cursor, index))
+                chosen |= light_may_be_sent(lights[index], b, position) ? bit : 0u;
+            bit <<= 1;
+        } while (bit != 0u && light_list_count(cursor) > 0u);
+        do {
+            if (chosen != 0u) {
+                uint index = light_list_item(choice, uint(findLSB(chosen)));
+                radiance += light_sent(lights[index], b, position, s.geo_normal);
+                chosen &= chosen - 1u;
+            }
+        } while (chosen != 0u);
+    } while (light_list_count(cursor) > 0u);
+#else
     uint index;
     while (light_list_next(cursor, index)) {
 #ifdef LIGHT_LIST_HAS_GAPS
@@ -220,6 +256,7 @@ vec3 lighting_evaluate(surface s, float transmission, vec3 position, vec3 view, 
         radiance += light_sent(r, b, position, s.geo_normal);
 #endif
     }
+#endif
 #if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
     if (light_lookups > 0u)
         atomicAdd(statistics[STATISTICS_LOOKUPS + (pixel.x & 63u)], light_lookups * uint(u_taps));

@@ -2,7 +2,6 @@
 // Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
 // Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of
 // lighting.glsl and media.glsl.
-#include "branch.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
 #ifdef HAS_TRANSPARENT
@@ -59,7 +58,7 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
 {
     float depth = texelFetch(u_depth_map, pixel, 0).x;
     color[0] = u_background;
-    BRANCH (depth > 0.0)
+    if (depth > 0.0)
         color[0] = shade_sample(pixel, 0, depth, u_sample_positions[0]);
 }
 #else
@@ -72,7 +71,7 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
     while (remaining != 0u) {
         sample_group g = group_next(pixel, remaining);
         vec4 shaded = u_background;
-        BRANCH (g.depth > 0.0)
+        if (g.depth > 0.0)
             shaded = shade_sample(pixel, g.first, g.middle.z, g.middle.xy);
         for (int j = 0; j < SAMPLES; j++)
             if ((g.members & 1u << j) != 0u)

@@ -3,11 +3,16 @@
 // holds them.
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_shadow_heads;
 
+struct shadow_run {
+    int begin, end; // events or nodes in the pools; linked: begin is the first element
+};
+
 #ifdef SHADOW_HAS_DEEP
 #include "shadow_key.glsl"
 layout(binding = UNIT_SHADOW_EVENTS) uniform samplerBuffer u_shadow_events; // depth, transmittance
 layout(binding = UNIT_SHADOW_KEYS) uniform usamplerBuffer u_shadow_keys;    // SHADOW_KEYS_AT
 
+#ifdef SHADOW_HAS_LONG
 const uint KEY_GUARDS = 0x80008000u; // of the two keys in a word
 
 // Which of a texel's keys are not above the query's: bit i for word i's first key, bit 16 + i for
@@ -39,16 +44,14 @@ int shadow_count_keys(int begin, int end, uint key)
     return 2 * max(4 * low - word, 0) + bitCount(reached & own * 0x10001u);
 }
 
-// The last event of a list before the depth, or -1; events are sorted by depth. The keys tell which
-// one it is, up to events with the key of the depth itself, so that a search touches one or two
+// The last event of a list before the depth, or -1; events are sorted by depth. Keys tell which one
+// it is, up to events with the key of the depth itself, so that a search touches one or two
 // cache lines of keys and one of events, and a list of at most 17 events needs no dependent reads
 // but these.
-int shadow_last_event(uint head, uint event_base, float depth, float keys_per_m, out vec4 last)
+int shadow_last_event(shadow_run run, float depth, float keys_per_m, out vec4 last)
 {
-    int begin = int(event_base + texelFetch(u_shadow_heads, int(head)).r);
-    int end = int(event_base + texelFetch(u_shadow_heads, int(head) + 1).r);
-    int count = 1 + shadow_count_keys(begin, end, shadow_key(depth, keys_per_m));
-    int low = begin - 1, high = min(begin + count, end) - 1; // what it is between, both included
+    int count = 1 + shadow_count_keys(run.begin, run.end, shadow_key(depth, keys_per_m));
+    int low = run.begin - 1, high = min(run.begin + count, run.end) - 1; // between, both included
     last = vec4(0.0, vec3(1.0));
     for (int back = 0; low < high;) { // nearly always once; leaps back among many of one key
         int probe = max(high - back, low + 1);
@@ -59,14 +62,33 @@ int shadow_last_event(uint head, uint event_base, float depth, float keys_per_m,
         high = is_before ? high : probe - 1;
         back = is_before ? (high - low) >> 1 : 2 * back + 1;
     }
-    return low >= begin ? low : -1;
+    return low >= run.begin ? low : -1;
 }
+#else
+// The same by halves: of few events, one or two reads find it, and the keys would be more.
+int shadow_last_event(shadow_run run, float depth, float keys_per_m, out vec4 last)
+{
+    int low = run.begin - 1, high = run.end - 1; // what it is between, both included
+    last = vec4(0.0, vec3(1.0));
+    do {
+        if (low < high) { // what leaves the loop is assigned in here: shadow_query.glsl
+            int probe = (low + high + 1) >> 1;
+            vec4 event = texelFetch(u_shadow_events, probe);
+            bool is_before = event.x < depth;
+            last = is_before ? event : last;
+            low = is_before ? probe : low;
+            high = is_before ? high : probe - 1;
+        }
+    } while (low < high);
+    return low >= run.begin ? low : -1;
+}
+#endif
 
 // With each event the product of all up to and including it.
-vec3 shadow_deep(uint head, uint event_base, float depth, float keys_per_m)
+vec3 shadow_deep(shadow_run run, float depth, float keys_per_m)
 {
     vec4 last;
-    shadow_last_event(head, event_base, depth, keys_per_m, last);
+    shadow_last_event(run, depth, keys_per_m, last);
     return last.yzw;
 }
 #endif
@@ -76,11 +98,10 @@ layout(binding = UNIT_SHADOW_MEDIA) uniform usamplerBuffer u_shadow_media; // si
 
 // As above; the last stretch takes light, too, up to the receiver itself at `reach`.
 // sigma: where the light stands.
-vec3 shadow_deep_media(uint head, uint event_base, float depth, float reach, vec3 sigma,
-                       float keys_per_m)
+vec3 shadow_deep_media(shadow_run run, float depth, float reach, vec3 sigma, float keys_per_m)
 {
     vec4 last;
-    int at = shadow_last_event(head, event_base, depth, keys_per_m, last);
+    int at = shadow_last_event(run, depth, keys_per_m, last);
     if (at >= 0)
         sigma = uintBitsToFloat(texelFetch(u_shadow_media, at).xyz);
     return last.yzw * exp(-max(sigma, vec3(0.0)) * max(reach - last.x, 0.0));
@@ -91,16 +112,14 @@ vec3 shadow_deep_media(uint head, uint event_base, float depth, float reach, vec
 layout(binding = UNIT_SHADOW_ID) uniform usamplerBuffer u_shadow_id;
 
 // With each event its own transmittance alone; those of `object` are left out.
-vec3 shadow_deep_without(uint head, uint event_base, float depth, uint object)
+vec3 shadow_deep_without(shadow_run run, float depth, uint object)
 {
-    uint at = event_base + texelFetch(u_shadow_heads, int(head)).r;
-    uint end = event_base + texelFetch(u_shadow_heads, int(head) + 1).r;
     vec3 t = vec3(1.0);
-    for (; at < end; at++) {
-        vec4 event = texelFetch(u_shadow_events, int(at));
+    for (int at = run.begin; at < run.end; at++) {
+        vec4 event = texelFetch(u_shadow_events, at);
         if (event.x >= depth)
             break;
-        if ((texelFetch(u_shadow_id, int(at)).r & 0x7fffffffu) != object)
+        if ((texelFetch(u_shadow_id, at).r & 0x7fffffffu) != object)
             t *= event.yzw;
     }
     return t;
@@ -110,15 +129,12 @@ vec3 shadow_deep_without(uint head, uint event_base, float depth, uint object)
 #if defined(SHADOW_HAS_IDS) && defined(SHADOW_HAS_MEDIA)
 // Both: `object` neither filters nor contains. With each event its own sigma, negative where it
 // leaves.
-vec3 shadow_deep_media_without(uint head, uint event_base, float depth, float reach, vec3 sigma,
-                               uint object)
+vec3 shadow_deep_media_without(shadow_run run, float depth, float reach, vec3 sigma, uint object)
 {
-    int at = int(event_base + texelFetch(u_shadow_heads, int(head)).r);
-    int end = int(event_base + texelFetch(u_shadow_heads, int(head) + 1).r);
     dvec3 inside = dvec3(sigma), size = inside, tau = dvec3(0.0);
     vec3 t = vec3(1.0);
     float z = 0.0;
-    for (; at < end; at++) {
+    for (int at = run.begin; at < run.end; at++) {
         vec4 event = texelFetch(u_shadow_events, at);
         if (event.x >= depth)
             break;
@@ -145,10 +161,10 @@ vec3 shadow_deep_media_without(uint head, uint event_base, float depth, float re
 #include "shadow_element.glsl"
 layout(binding = UNIT_SHADOW_NODES) uniform usamplerBuffer u_shadow_nodes;
 
-vec3 shadow_linked(uint head, uint node_base, float depth, uint object)
+vec3 shadow_linked(shadow_run run, uint node_base, float depth, uint object)
 {
     vec3 t = vec3(1.0);
-    uint next = texelFetch(u_shadow_heads, int(head)).r;
+    uint next = uint(run.begin);
     while (next < ELEMENT_LOCKED) {
         uvec4 node = texelFetch(u_shadow_nodes, int(node_base + next));
         float before = depth - uintBitsToFloat(node.x);
@@ -162,33 +178,55 @@ vec3 shadow_linked(uint head, uint node_base, float depth, uint object)
 }
 #endif
 
+// What the texel of a head has, and whether anything of it may filter light.
+bool shadow_run_read(uint kind, uint flags, uint head, uint event_base, out shadow_run run)
+{
+    run = shadow_run(0, 0);
+    if (kind == SHADOW_MAP)
+        return false;
+    uint first = texelFetch(u_shadow_heads, int(head)).r;
+#ifdef SHADOW_HAS_LINKED
+    if (kind == SHADOW_LINKED) {
+        run.begin = int(first);
+        return first < ELEMENT_LOCKED;
+    }
+#endif
+    run.begin = int(event_base + first);
+    run.end = int(event_base + texelFetch(u_shadow_heads, int(head) + 1).r);
+#ifdef SHADOW_HAS_MEDIA
+    if ((flags & SHADOW_FLAG_MEDIA) != 0u) // the light itself may stand in one
+        return true;
+#endif
+    return run.end > run.begin;
+}
+
 // depth: what is nearer shadows; reach: of the receiver itself; sigma: extinction at the light
-vec3 shadow_list(uint kind, uint flags, uint head, uint event_base, float depth, float reach,
+vec3 shadow_list(uint kind, uint flags, shadow_run run, uint event_base, float depth, float reach,
                  vec3 sigma, float keys_per_m, uint object)
 {
 #ifdef SHADOW_HAS_LINKED
     if (kind == SHADOW_LINKED)
-        return shadow_linked(head, event_base, depth, object);
+        return shadow_linked(run, event_base, depth, object);
 #endif
 #if defined(SHADOW_HAS_IDS) && defined(SHADOW_HAS_MEDIA)
     if (kind == SHADOW_DEEP && flags == (SHADOW_FLAG_RAW | SHADOW_FLAG_MEDIA))
-        return shadow_deep_media_without(head, event_base, depth, reach, sigma, object);
+        return shadow_deep_media_without(run, depth, reach, sigma, object);
 #endif
 #ifdef SHADOW_HAS_IDS
     if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_RAW) != 0u)
-        return shadow_deep_without(head, event_base, depth, object);
+        return shadow_deep_without(run, depth, object);
 #endif
 #ifdef SHADOW_HAS_MEDIA
     if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_MEDIA) != 0u)
-        return shadow_deep_media(head, event_base, depth, reach, sigma, keys_per_m);
+        return shadow_deep_media(run, depth, reach, sigma, keys_per_m);
 #endif
 #ifdef SHADOW_HAS_NODES
     if (kind == SHADOW_DEEP && (flags & SHADOW_FLAG_NODES) != 0u)
-        return shadow_nodes(head, event_base, depth, reach);
+        return shadow_nodes(run, depth, reach);
 #endif
 #ifdef SHADOW_HAS_DEEP
     if (kind == SHADOW_DEEP)
-        return shadow_deep(head, event_base, depth, keys_per_m);
+        return shadow_deep(run, depth, keys_per_m);
 #endif
     return vec3(1.0);
 }

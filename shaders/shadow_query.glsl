@@ -3,7 +3,8 @@
 // where they are, the programs compile what the frame has:
 //   SHADOW_HAS_MAPS    there is any structure (absent: everything is lit)
 //   SHADOW_HAS_ORTHOGRAPHIC, SHADOW_HAS_PERSPECTIVE, SHADOW_HAS_CUBES (perspective, too)   shapes
-//   SHADOW_HAS_DEEP    contiguous lists; SHADOW_HAS_IDS: some keep raw transmittances and objects
+//   SHADOW_HAS_DEEP    contiguous lists; SHADOW_HAS_LONG: some are so long that keys find the event
+//   SHADOW_HAS_IDS     some deep lists keep raw transmittances and objects
 //   SHADOW_HAS_MEDIA   some deep lists know which extinction acts behind each event
 //   SHADOW_HAS_NODES   some deep lists are compressed (SHADOW_HAS_DEEP, too)
 //   SHADOW_HAS_LINKED  linked lists (Lindbeck 2015, 3.2); SHADOW_FAITHFUL: their elements as
@@ -14,8 +15,8 @@
 //   crease  [0, 1]: how much of the tolerance below applies to opaque casters (x) and lists (y)
 //   object  node whose own events are left out (no self shadow), else NO_OBJECT
 // A fragment shader that calls it must have left its helper lanes behind: `if (gl_HelperInvocation)
-// return;`. Loop iterations per call: taps * (4 log2(longest list) + 6); with IDS or LINKED taps *
-// (longest list + 6).
+// return;`. Loop iterations per call: taps * (4 log2(longest list) + 10); with IDS or LINKED taps *
+// (longest list + 10).
 //
 // No bias. Each tap intersects the ray through its texel's centre with the receiver's plane (Dou et
 // al. 2014, "Adaptive depth bias for shadow maps", in its exact planar form) and compares there,
@@ -115,11 +116,23 @@ float shadow_opaque(shadow_view view, uint texel)
     return texelFetch(u_shadow_depth, int(view.depth_base + texel)).r;
 }
 
-// One texel, given the receiver's depth as lists have it: with tolerance, and without.
-vec3 shadow_texel(shadow_view view, uint texel, float depth, float reach, uint object)
+// What a texel says before its list is looked at.
+struct shadow_tap {
+    float depth, reach; // the receiver's depth as lists have it: with tolerance, and without
+    shadow_run run;
+    bool is_dark;       // behind an opaque caster
+    bool has_list;      // that may filter the light
+};
+
+shadow_tap shadow_tap_read(shadow_view view, uint texel, float depth, float reach, bool is_dark)
 {
-    return shadow_list(view.kind, view.flags, view.head_base + texel, view.event_base, depth,
-                       reach, view.sigma, view.projection.w, object);
+    shadow_tap tap;
+    tap.depth = depth;
+    tap.reach = reach;
+    tap.is_dark = is_dark;
+    tap.has_list = shadow_run_read(view.kind, view.flags, view.head_base + texel, view.event_base,
+                                   tap.run) && !is_dark;
+    return tap;
 }
 
 #ifdef SHADOW_HAS_CUBES
@@ -161,7 +174,7 @@ void shadow_cross_seam(float size, inout uint face, inout ivec2 at)
 #endif
 
 #ifdef SHADOW_HAS_PERSPECTIVE
-vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec2 at, uint object)
+shadow_tap shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec2 at)
 {
     float size = float(view.resolution);
     vec3 p = r.p, n = r.n;
@@ -185,15 +198,14 @@ vec3 shadow_tap_perspective(shadow_view view, shadow_receiver r, uint face, ivec
     vec2 crease_m = r.crease * (shadow_crease(steepness * ray_length) * texel_m);
     float z_opaque = crease_m.x > 0.0 ? min(z, p.z) - crease_m.x : z;
     uint index = shadow_texel_index(view, face, at);
-    if (z_opaque * shadow_opaque(view, index) > view.projection.z) // its depth is near / z
-        return vec3(0.0);
+    bool is_dark = z_opaque * shadow_opaque(view, index) > view.projection.z; // of near / z
     z -= crease_m.y;
-    return shadow_texel(view, index, z * ray_length, reach_m, object);
+    return shadow_tap_read(view, index, z * ray_length, reach_m, is_dark);
 }
 #endif
 
 #ifdef SHADOW_HAS_ORTHOGRAPHIC
-vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint object)
+shadow_tap shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at)
 {
     float range = view.projection.z;
     at = clamp(at, ivec2(0), ivec2(view.resolution - 1u));
@@ -212,10 +224,9 @@ vec3 shadow_tap_orthographic(shadow_view view, shadow_receiver r, ivec2 at, uint
     float z_opaque = crease_m.x > 0.0 ? min(z, r.p.z) - crease_m.x : z;
     uint texel = shadow_texel_index(view, 0u, at);
     float nearest = shadow_opaque(view, texel); // 1 at the near side, 0 where nothing is
-    if (nearest > 0.0 && z_opaque > (1.0 - nearest) * range)
-        return vec3(0.0);
+    bool is_dark = nearest > 0.0 && z_opaque > (1.0 - nearest) * range;
     z -= crease_m.y;
-    return shadow_texel(view, texel, z, reach_m, object);
+    return shadow_tap_read(view, texel, z, reach_m, is_dark);
 }
 #endif
 
@@ -243,16 +254,16 @@ bool shadow_locate(shadow_view view, vec3 p, out vec2 ndc, out uint face)
     return p.z > 0.0;
 }
 
-vec3 shadow_tap(shadow_view view, shadow_receiver r, uint face, ivec2 at, uint object)
+shadow_tap shadow_tap_at(shadow_view view, shadow_receiver r, uint face, ivec2 at)
 {
 #ifndef SHADOW_HAS_PERSPECTIVE
-    return shadow_tap_orthographic(view, r, at, object);
+    return shadow_tap_orthographic(view, r, at);
 #else
 #ifdef SHADOW_HAS_ORTHOGRAPHIC
     if (view.shape == SHADOW_ORTHOGRAPHIC)
-        return shadow_tap_orthographic(view, r, at, object);
+        return shadow_tap_orthographic(view, r, at);
 #endif
-    return shadow_tap_perspective(view, r, face, at, object);
+    return shadow_tap_perspective(view, r, face, at);
 #endif
 }
 
@@ -273,19 +284,32 @@ vec3 shadow_transmittance(uint shadow, vec3 p, vec3 n, vec2 crease, uint object)
     vec2 c = clamp((ndc * 0.5 + 0.5) * float(view.resolution), vec2(0.0), vec2(view.resolution));
     vec2 first = floor(c - 0.5 * float(side - 1));
     vec3 sum = vec3(0.0);
-    float weights = 0.0;
-    // llvmpipe runs a loop's body once more, with all lanes off, unless the test ends it; safe with
-    // a test that is equal in all lanes.
+    float weights = 0.0, weight = 0.0;
+    // Taps in the dark or without a list are dealt with on the way to the next one that has a list:
+    // a group of lanes searches as often as the lane with most lists, mostly not once per tap. On
+    // llvmpipe only a loop's end is a jump: one tested first runs its body once more with all lanes
+    // off, and what leaves one tested last must be assigned under a condition of the lane.
     int x = 0, y = 0;
     do {
-        vec2 at = first + vec2(x, y);
-        vec2 w = max(0.5 * float(side) - abs(at + 0.5 - c), vec2(1e-7));
-        float weight = side == 1 ? 1.0 : w.x * w.y;
-        sum += weight * shadow_tap(view, r, face, ivec2(at), object);
-        weights += weight;
-        x++;
-        y += x == side ? 1 : 0;
-        x = x == side ? 0 : x;
+        shadow_tap tap;
+        bool has_list = false;
+        do {
+            if (y < side) {
+                vec2 at = first + vec2(x, y);
+                vec2 w = max(0.5 * float(side) - abs(at + 0.5 - c), vec2(1e-7));
+                weight = side == 1 ? 1.0 : w.x * w.y;
+                tap = shadow_tap_at(view, r, face, ivec2(at));
+                weights += weight;
+                sum += tap.is_dark || tap.has_list ? 0.0 : weight;
+                has_list = tap.has_list;
+                x++;
+                y += x == side ? 1 : 0;
+                x = x == side ? 0 : x;
+            }
+        } while (!has_list && y < side);
+        if (has_list)
+            sum += weight * shadow_list(view.kind, view.flags, tap.run, view.event_base, tap.depth,
+                                        tap.reach, view.sigma, view.projection.w, object);
     } while (y < side);
     return sum * (1.0 / weights);
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Steps of the loops of shaders/lighting.glsl, shadow_query.glsl, shadow_lists.glsl and
  * shade_pixels.comp.glsl. A loop takes one more than its rounds, for the test that ends it, and one
- * where no lane enters it. Measured, with n lights at one point, by the n from which on light is
- * missing (llvmpipe 22.3): 3.02 a light without shadow, 12.1 with four surfaces; with a shadow 12.8
+ * where no lane enters it. Measured before lights were chosen by the 32, which takes fewer (two of
+ * a light and one of 32), with n lights at one point, by the n from which on light is missing
+ * (llvmpipe 22.3): 3.02 a light without shadow, 12.1 with four surfaces; with a shadow 12.8
  * and 3.3 to 4.8 a tap, behind all events of a list of 3 to 300; walked, 14 and 4.2 a tap and one
  * for each event. tests/gpu/test_loop_steps.c holds the bounds below against the device. */
 #include "renderer/shading/loop_steps.h"

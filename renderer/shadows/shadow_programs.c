@@ -13,6 +13,16 @@
 
 #include "shaders/shared/records.h"
 
+/* Up to this many events of a list, halving it takes no more reads than its keys: four at most.
+ * With keys it is three texels of them, and the event. */
+enum { SHORT_LIST = 15 };
+
+/* Whether its lists are searched for an event. */
+static bool is_searched(const struct shadow_map *map)
+{
+    return map->kind == SHADOW_DEEP && !(map->flags & (SHADOW_FLAG_NODES | SHADOW_FLAG_RAW));
+}
+
 void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
                          const struct scene_state *state, const struct view_quality *quality,
                          double allowed_error)
@@ -42,6 +52,8 @@ void shadow_features_add(struct shadow_features *features, const struct shadow_m
         map->is_faithful,
         (map->flags & SHADOW_FLAG_MEDIA) != 0,
         (map->flags & SHADOW_FLAG_NODES) != 0,
+        [SHADOW_FEATURE_SEARCHED] = is_searched(map),
+        [SHADOW_FEATURE_LONG] = is_searched(map) && map->longest_list > SHORT_LIST,
     };
     for (int i = 0; i < SHADOW_FEATURES; i++)
         features->has[i] |= has[i];
@@ -53,7 +65,7 @@ void shadow_features_write(const struct shadow_features *features, char text[SHA
         "SHADOW_HAS_MAPS",    " SHADOW_HAS_ORTHOGRAPHIC", " SHADOW_HAS_PERSPECTIVE",
         " SHADOW_HAS_CUBES",  " SHADOW_HAS_DEEP",         " SHADOW_HAS_IDS",
         " SHADOW_HAS_LINKED", " SHADOW_FAITHFUL",         " SHADOW_HAS_MEDIA",
-        " SHADOW_HAS_NODES"};
+        " SHADOW_HAS_NODES",  "" /* searched */,          " SHADOW_HAS_LONG"};
     size_t length = 0;
     text[0] = 0;
     for (int i = 0; i < SHADOW_FEATURES; i++)
@@ -107,8 +119,8 @@ static void list_light(const struct shadow_programs_desc *desc, const struct sha
     shadow_linked_list_programs(map->is_faithful, list);
 }
 
-void shadow_list_programs(const struct shadow_programs_desc *desc,
-                          char defines[SHADOW_DEFINES_BYTES], struct program_list *list)
+struct shadow_features shadow_list_programs(const struct shadow_programs_desc *desc,
+                                            struct program_list *list)
 {
     struct shadow_features features = {{false}};
     for (size_t i = 0; i < desc->needs->light_count; i++) {
@@ -121,7 +133,7 @@ void shadow_list_programs(const struct shadow_programs_desc *desc,
         shadow_media_at(desc->state, &need->casters, &map);
         list_light(desc, need, &map, list);
     }
-    shadow_features_write(&features, defines);
+    return features;
 }
 
 /* A light with an end may be out of reach of what a camera sees. */

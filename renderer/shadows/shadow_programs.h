@@ -15,10 +15,12 @@ void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
 
 /* #define items of programs that look up shadows: only what the structures of a frame need, so that
  * an absent shape or kind leaves no code. Zeroed: none. */
-enum { SHADOW_FEATURES = 10, SHADOW_DEFINES_BYTES = 256 };
+enum { SHADOW_FEATURES = 12, SHADOW_DEFINES_BYTES = 256 };
 struct shadow_features {
     bool has[SHADOW_FEATURES];
 };
+/* Of these two the second follows from the first once lists are built: it may be either before. */
+enum { SHADOW_FEATURE_SEARCHED = SHADOW_FEATURES - 2, SHADOW_FEATURE_LONG };
 void shadow_features_add(struct shadow_features *features, const struct shadow_map *map);
 void shadow_features_write(const struct shadow_features *features, char text[SHADOW_DEFINES_BYTES]);
 
@@ -30,11 +32,11 @@ struct shadow_programs_desc { /* all required but scans_on_host */
     int resolution;
     bool scans_on_host; /* as struct shadow_builder */
 };
-/* The programs that build all structures of the needs, and the #define items of those that look
- * them up. Exact lists that turn out to exceed their budget, and are compressed instead, take
- * others. Thread: GL. */
-void shadow_list_programs(const struct shadow_programs_desc *desc,
-                          char defines[SHADOW_DEFINES_BYTES], struct program_list *list);
+/* The programs that build all structures of the needs. Returns the features of those that look them
+ * up. Exact lists that turn out to exceed their budget, and are compressed instead, take others.
+ * Thread: GL. */
+struct shadow_features shadow_list_programs(const struct shadow_programs_desc *desc,
+                                            struct program_list *list);
 
 /* What the structures of frames may need, whichever of the lights they see: the features of the
  * lights that every frame sees, and those that only some add. */

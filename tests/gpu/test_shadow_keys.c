@@ -48,10 +48,10 @@ static void cell_place(int cell, double distance, double out[3])
     out[2] = row * CELL * distance;
 }
 
-static void make_cells(struct pane_scene *panes)
+static void make_cells(struct pane_scene *panes, int count)
 {
     uint64_t seed = 5;
-    for (int cell = 0; cell < CELLS; cell++) {
+    for (int cell = 0; cell < count; cell++) {
         for (int i = 0; i < cell; i++) {
             struct cell_pane *p = &cells[cell][(i * 127 + cell) % cell];
             int pair = i / 2;
@@ -117,19 +117,33 @@ static int compare_cell(int cell, uint64_t *seed)
     return compared;
 }
 
-static void lists_of_every_length_answer_between_their_events(void **state)
+/* Cells with fewer panes than `count`: whether keys are asked depends on the longest list. */
+static void check_lists(int count, bool has_keys)
 {
-    (void)state;
     struct pane_scene panes = {0};
     uint64_t seed = 9;
     int compared = 0;
-    make_cells(&panes);
+    make_cells(&panes, count);
     prepare(&panes);
-    assert_int_equal(rig.report.counts.longest_list, LONGEST);
-    for (int cell = 0; cell < CELLS; cell++)
+    assert_int_equal(rig.report.counts.longest_list, count - 1);
+    assert_int_equal(strstr(shadow_system_defines(rig.shadows), "HAS_LONG") != NULL, has_keys);
+    for (int cell = 0; cell < count; cell++)
         compared += compare_cell(cell, &seed);
-    assert_true(compared > CELLS * 20);
+    assert_true(compared > count * 20);
     pane_scene_finish(&panes);
+}
+
+static void lists_of_every_length_answer_between_their_events(void **state)
+{
+    (void)state;
+    check_lists(CELLS, true);
+}
+
+static void short_lists_answer_without_keys(void **state)
+{
+    (void)state;
+    check_lists(16, false);
+    check_lists(17, true);
 }
 
 static uint32_t *read_pool(enum shadow_pool_kind kind, int stream, uint64_t offset, uint64_t bytes)
@@ -152,7 +166,7 @@ static void two_keys_to_a_word_stand_beside_all_events_but_the_first(void **stat
 {
     (void)state;
     struct pane_scene panes = {0};
-    make_cells(&panes);
+    make_cells(&panes, CELLS);
     prepare(&panes);
     const struct shadow_map *map = shadow_system_map(rig.shadows, 0);
     assert_non_null(map);
@@ -184,6 +198,7 @@ int main(void)
         return 77;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_of_every_length_answer_between_their_events),
+        cmocka_unit_test(short_lists_answer_without_keys),
         cmocka_unit_test(two_keys_to_a_word_stand_beside_all_events_but_the_first),
     };
     int failures = cmocka_run_group_tests(tests, NULL, NULL);
