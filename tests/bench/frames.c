@@ -19,10 +19,9 @@ static void save(const struct bench *bench, const struct image *color,
 }
 
 static bool measure(struct renderer *renderer, const struct rig_scene *scene,
-                    const struct view *view, bool rebuilds_shadows, struct frame_times *times,
-                    struct frame *frame, struct error *err)
+                    const struct view *view, struct frame_times *times, struct frame *frame,
+                    struct error *err)
 {
-    meter_begin(rebuilds_shadows);
     bool ok = renderer_render(renderer, scene->key, view, frame, err);
     meter_end(times);
     if (ok)
@@ -35,7 +34,8 @@ bool frame_measure(struct renderer *renderer, const struct rig_scene *scene,
                    struct frame_report *report, struct error *err)
 {
     struct frame frame;
-    bool ok = measure(renderer, scene, view, rebuilds_shadows, times, &frame, err);
+    meter_begin(rebuilds_shadows);
+    bool ok = measure(renderer, scene, view, times, &frame, err);
     if (ok && report)
         *report = frame.report;
     frame_finish(&frame);
@@ -57,8 +57,11 @@ static bool run_one(struct bench *bench, const struct rig_scene *scene,
         view.nodes = &moved;
         view.node_override_count = 1;
     }
-    if (!measure(bench_renderer(bench), scene, &view, variant->rebuilds_shadows, &times, &frame,
-                 err))
+    struct renderer *renderer = bench_renderer(bench);
+    meter_begin(variant->rebuilds_shadows);
+    if (variant->asks_lookups)
+        meter_ask_lookups();
+    if (!measure(renderer, scene, &view, &times, &frame, err))
         return error_wrap(err, "%s", variant->name);
     if (!rounds->is_warming)
         measurement_add(&variant->measurement, &times);

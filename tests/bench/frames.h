@@ -12,6 +12,7 @@ struct frame_variant {
     const char *name;
     struct view view;
     bool rebuilds_shadows;                  /* each frame, as if every light had moved */
+    bool asks_lookups;                      /* measures them by themselves, too: PART_LOOKUPS */
     bool moves_camera;                      /* a little each frame; the view's camera is LOOK_AT */
     const struct view_node_override *moved; /* slides along +X, a little each frame; NULL = none */
     struct measurement measurement;         /* out */

@@ -24,6 +24,8 @@ static const struct suite suites[] = {
     {"forecast", "the models behind auto against what frames take, on shared scenes",
      suite_forecast},
     {"linear", "frame time against the number of lights", suite_linear},
+    {"standing", "25 and 250 shadows that stand under a moving camera, and their lookups alone",
+     suite_standing},
     {"targets", "what lights and shadows may cost, each with its bound", suite_targets},
     {"scaling", "growth with layers, quads, map side, lights and objects; not one of `all`",
      suite_scaling},

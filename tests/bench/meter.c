@@ -10,6 +10,7 @@
 #include "renderer/gl/scope.h"
 #include "renderer/lights/light_lists.h"
 #include "renderer/shadows/shadows.h"
+#include "tests/bench/lookups.h"
 
 /* The frame being measured. A wrapped function has no room for an argument, so this is the one
  * place of the program with state of its own; it belongs to the GL thread. */
@@ -18,7 +19,8 @@ static _Thread_local struct {
     double wall_ms, cpu_ms;           /* at the frame's begin */
     double pass_wall_ms, pass_cpu_ms; /* at the pass's begin */
     char pass[REPORT_NAME_BYTES];
-    bool rebuilds_shadows;
+    double aside_wall_ms, aside_cpu_ms; /* within the frame, but not of it */
+    bool rebuilds_shadows, asks_lookups;
 } meter;
 
 static double now_ms(clockid_t clock)
@@ -65,6 +67,11 @@ void meter_begin(bool rebuilds_shadows)
     meter.cpu_ms = cpu_now_ms();
 }
 
+void meter_ask_lookups(void)
+{
+    meter.asks_lookups = true;
+}
+
 static bool is_stage(const char *name)
 {
     return name[0] == '=';
@@ -73,8 +80,8 @@ static bool is_stage(const char *name)
 void meter_end(struct frame_times *times)
 {
     *times = meter.times;
-    times->cpu_ms = cpu_now_ms() - meter.cpu_ms;
-    times->wall_ms = wall_now_ms() - meter.wall_ms;
+    times->cpu_ms = cpu_now_ms() - meter.cpu_ms - meter.aside_cpu_ms;
+    times->wall_ms = wall_now_ms() - meter.wall_ms - meter.aside_wall_ms;
 }
 
 void frame_times_take_report(struct frame_times *times, const struct frame_report *report)
@@ -112,6 +119,8 @@ bool __wrap_shadow_system_prepare(struct shadow_system *shadows,
                                   struct frame_report *report, struct error *err);
 bool __wrap_light_lists_prepare(struct light_lists *lists, const struct light_lists_desc *desc,
                                 struct frame_report *report, struct error *err);
+bool __real_shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
+bool __wrap_shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
 
 void __wrap_gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc *desc)
 {
@@ -149,6 +158,27 @@ bool __wrap_light_lists_prepare(struct light_lists *lists, const struct light_li
     return ok;
 }
 
+bool __wrap_shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err)
+{
+    if (!__real_shade_window(shade, desc, err))
+        return false;
+    if (!meter.asks_lookups)
+        return true;
+    struct lookup_times lookups;
+    struct frame_times frame = meter.times; /* its passes, without those of what follows */
+    double wall_ms = wall_now_ms(), cpu_ms = cpu_now_ms();
+    bool ok = lookups_measure(shade, desc, &lookups, err);
+    meter.times = frame;
+    meter.aside_wall_ms += wall_now_ms() - wall_ms;
+    meter.aside_cpu_ms += cpu_now_ms() - cpu_ms;
+    if (ok) {
+        add_part(&meter.times, PART_LOOKUPS, lookups.asked_wall_ms - lookups.silent_wall_ms,
+                 lookups.asked_cpu_ms - lookups.silent_cpu_ms);
+        meter.times.lookups += lookups.lookups;
+    }
+    return ok;
+}
+
 /* -- many frames -- */
 
 static struct part_series *find_series(struct measurement *measurement, const char *name)
@@ -167,6 +197,7 @@ void measurement_add(struct measurement *measurement, const struct frame_times *
 {
     samples_add(&measurement->wall_ms, times->wall_ms);
     samples_add(&measurement->cpu_ms, times->cpu_ms);
+    measurement->lookups = times->lookups;
     for (int i = 0; i < times->part_count; i++) {
         struct part_series *series = find_series(measurement, times->parts[i].name);
         if (!series)

@@ -39,4 +39,8 @@ void bench_scene_cones(const struct bench_scene *scene, struct view_light *light
 /* `count` shadowed spots around scene->spot, each through the curtains. */
 void bench_scene_spots(const struct bench_scene *scene, struct view_light *lights, int count);
 
+/* A case of suites `standing` and `targets`: at most 250 spots whose shadows stand. */
+MUST_CHECK bool standing_run(struct bench *bench, const struct bench_scene *scene, int count,
+                             struct error *err);
+
 #endif
