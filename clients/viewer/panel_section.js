@@ -7,7 +7,7 @@ import { add, dot, frameOf, turnAbout, turned, unit } from "./transforms.js";
 
 const PLANES_MAX = 8; // as the service takes them
 const AXES = ["X", "Y", "Z"];
-const FRAME = 0.35; // of the size of the scene: half a side of the frame in the picture
+const FRAME = 0.35; // of the size of the scene, or of the picture: half a side of the frame
 
 /** [a, b, c, d] of an entry of the view, which is that or an object with it. */
 const planeOf = (entry) => (Array.isArray(entry) ? entry : entry.plane);
@@ -98,10 +98,11 @@ export class SectionPanel {
     return [shadows.row, cap.row, color.row];
   }
 
-  /** The point of a plane that is nearest to the middle of the scene. */
+  /** The point of a plane that is nearest to what is looked at, so that its handle is in sight. */
   #pointOf(plane) {
-    const off = (dot(plane, this.model.center) + plane[3]) / Math.hypot(...plane.slice(0, 3));
-    return add(this.model.center, unit(plane.slice(0, 3)), -off);
+    const { target } = this.model.camera;
+    const off = (dot(plane, target) + plane[3]) / Math.hypot(...plane.slice(0, 3));
+    return add(target, unit(plane.slice(0, 3)), -off);
   }
 
   /** What the handle in the picture holds: a Target of Gizmo, or null. */
@@ -112,7 +113,8 @@ export class SectionPanel {
     const normal = unit(plane.slice(0, 3));
     const position = this.#pointOf(plane);
     const through = (way, point) => this.#set(index, planeThrough(way, point));
-    const half = FRAME * this.model.camera.sceneSize;
+    const { sceneSize, height } = this.model.camera;
+    const half = FRAME * Math.min(sceneSize, height);
     const [u, v] = frameOf(normal);
     return { position, along: normal, direction: normal,
       outlines: () => [[[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].map(([a, b]) =>
@@ -138,7 +140,7 @@ export class SectionPanel {
     return [field.row, this.#normalField(index)];
   }
 
-  /** Tilts the plane about its point in the middle of the scene, as the handles do. */
+  /** Tilts the plane about its point in the middle of the picture, as the handles do. */
   #normalField(index) {
     const read = () => planeOf(this.#entries[index]).slice(0, 3);
     const field = vectorField({ label: "Normal", value: read(), onchange: (values) => {

@@ -198,7 +198,20 @@ class Aiming(PageTest):
         self.assertEqual(3, self.browser.run("""return [...document
           .querySelectorAll('.gizmo-ring:not([hidden])')].length"""))  # one of them rolls it
 
-    def test_a_ring_and_a_number_tilt_a_cut_about_the_middle_of_the_scene(self):
+    def test_the_handle_of_a_cut_stays_in_sight(self):
+        self.load()
+        self.panel("section")
+        self.changed_by(lambda: self.press("Cut X"))
+        self.front()
+        stem = """const [line] = document.getElementsByClassName('gizmo-stem');
+          const { clientHeight } = document.getElementById('surface');
+          return Number(line.getAttribute('y1')) / clientHeight;"""
+        self.assertAlmostEqual(0.5, self.browser.run(stem), delta=0.02)
+        self.focus_picture()
+        self.changed_by(lambda: self.browser.keys(*["Up"] * 8, hold="Shift"))  # 0.4 of the height
+        self.assertAlmostEqual(0.5, self.browser.run(stem), delta=0.02)
+
+    def test_a_ring_and_a_number_tilt_a_cut_about_the_middle_of_the_picture(self):
         self.load()
         self.panel("section")
         self.changed_by(lambda: self.press("Cut X"))
