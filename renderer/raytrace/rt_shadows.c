@@ -27,6 +27,7 @@ struct raytrace_shadows {
     uint32_t *filters; /* of each light at a point: one, or those of an area light's points; 0: it
                           is not shadowed */
     uint32_t filters_max;
+    double farthest_m; /* from the eye: no surface is farther */
 };
 
 struct shared { /* by the threads of one slice */
@@ -115,6 +116,27 @@ static uint32_t find_cluster(const struct raytrace_shadow_points *points,
                                    (int)(point->pixel / width), (float)view_depth(point));
 }
 
+static double farthest_from_eye(const struct raytrace_desc *desc)
+{
+    const struct scene_state *state = desc->state;
+    double offset[3];
+    if (!(state->bounds_min[0] <= state->bounds_max[0]))
+        return 0;
+    for (int k = 0; k < 3; k++)
+        offset[k] = fmax(fabs(state->bounds_min[k] - desc->camera->eye[k]),
+                         fabs(state->bounds_max[k] - desc->camera->eye[k]));
+    return vec3_length(offset);
+}
+
+/* Where a pane is seen edge on, the middle of a pixel that it covers in part may show the pane's
+ * plane far behind the scene, or behind its horizon. */
+static void keep_in_scene(const struct raytrace_shadows *shadows, double from_eye[3])
+{
+    double distance = vec3_length(from_eye);
+    for (int k = 0; k < 3 && !(distance <= shadows->farthest_m); k++)
+        from_eye[k] *= shadows->farthest_m / distance;
+}
+
 struct point_light { /* a point, and what all its rays share */
     struct rt_shadow_job job;
     float normal[3]; /* for shading */
@@ -139,11 +161,12 @@ static void begin_point(const struct raytrace_shadows *shadows,
     const struct camera *camera = shadows->desc.camera;
     const struct rt_scene *scene = shadows->scene;
     double pixel = 2 * camera->half_height / shadows->desc.view->height_px, square = 0;
-    p->footprint_m = camera->is_orthographic ? pixel : pixel * view_depth(point);
     double along[3], from_eye[3]; /* along: from the eye, not unit */
     unpack_normal(camera, point->geo_normal, p->job.normal);
     unpack_normal(camera, point->normal, p->normal);
     turn_to_world(camera, point->position_lift.v, from_eye);
+    keep_in_scene(shadows, from_eye);
+    p->footprint_m = camera->is_orthographic ? pixel : pixel * -vec3_dot(from_eye, camera->back);
     p->transmits = point->flags & SHADOW_POINT_TRANSMITS;
     p->job.leaves_out = point->flags >> SHADOW_POINT_LEAVES_OUT;
     p->seed = seed_of(points, point);
@@ -429,6 +452,7 @@ struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *des
     if (!rt_job_take_scene(desc, &shadows->own, &shadows->scene, &stats->is_scene_reused, err) ||
         !rt_lamps_init(&shadows->lamps, shadows->scene, &shadows->desc, err))
         goto fail;
+    shadows->farthest_m = 1.001 * farthest_from_eye(desc);
     shadows->filters_max = 1;
     for (size_t i = 0; i < lights; i++) {
         shadows->filters[i] = is_shadowed[i] ? shadows->lamps.lamps[i].samples : 0;

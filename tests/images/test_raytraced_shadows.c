@@ -518,6 +518,50 @@ static void the_scene_is_kept_between_frames_and_forms(void **state)
     closed_form_scene_finish(&scene);
 }
 
+/* Pixels that a wide pane covers in part, with their middles above its horizon: the pane's plane is
+ * nowhere there. */
+static void a_pane_to_its_horizon_has_its_points_in_the_scene(void **state)
+{
+    struct closed_form_scene scene;
+    struct rig_scene rig;
+    struct glb_builder *builder = closed_form_begin(&scene, "Horizon", 0);
+    struct shape shape = {0};
+    struct glb_material_desc material = {.name = "Pane",
+                                         .base_color = {1, 0.6, 0.2, 0.5},
+                                         .roughness = 1,
+                                         .alpha_mode = GLB_BLEND,
+                                         .is_double_sided = true};
+    shape_add_quad(&shape, (double[]){-1e4, 0, 1e4}, (double[]){2e4, 0, 0}, (double[]){0, 0, -2e4});
+    shape_add_quad(&shape, (double[]){-1, 0.5, -8}, (double[]){2, 0, 0}, (double[]){0, 0, -2});
+    int panes = glb_builder_add_material(builder, &material);
+    struct glb_node_desc node = {.name = "Panes",
+                                 .mesh = shape_give_mesh(&shape, builder, "Panes", panes)};
+    glb_builder_add_node(builder, &node);
+    closed_form_end(&scene, builder);
+    rig_scene_open(&rig, *state, "horizon", scene.glb, scene.size_bytes);
+    struct view view = make_view("", 4);
+    const struct view_light sun = {.type = SCENE_LIGHT_DIRECTIONAL,
+                                   .direction = {0.3, -1, -0.2},
+                                   .color = {1, 1, 1},
+                                   .intensity = 3};
+    view.lights = &sun;
+    view.light_count = 1;
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    for (int tilt = 0; tilt < 8; tilt++) { /* another share of the pixels each */
+        struct frame frame;
+        view.camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
+                                           .eye = {0, 1, 0},
+                                           .target = {0, 1 + 0.001 * tilt, -1},
+                                           .up = {0.02, 1, 0}};
+        shoot(*state, &rig, &view, &frame);
+        assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
+        assert_true(frame.report.counts.shadow_rays > 0);
+        frame_finish(&frame);
+    }
+    rig_scene_finish(&rig, *state);
+    closed_form_scene_finish(&scene);
+}
+
 static void linked_light_lists_are_refused(void **state)
 {
     struct closed_form_scene scene;
@@ -550,6 +594,7 @@ int main(void)
         cmocka_unit_test(more_points_than_a_window_holds_lose_nothing),
         cmocka_unit_test(rays_are_only_for_lights_with_casters),
         cmocka_unit_test(the_scene_is_kept_between_frames_and_forms),
+        cmocka_unit_test(a_pane_to_its_horizon_has_its_points_in_the_scene),
         cmocka_unit_test(linked_light_lists_are_refused),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
