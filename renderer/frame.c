@@ -230,7 +230,8 @@ static void report_choice(const struct auto_choice *choice, struct frame_report 
     if (!choice->is_open)
         return;
     report->chosen.is_traced = choice->takes_traced;
-    report->chosen.expected_ms = choice->takes_traced ? choice->traced_ms : choice->raster_ms;
+    report->chosen.has_traced_shadows = choice->takes_traced_shadows;
+    report->chosen.expected_ms = auto_choice_ms(choice);
     snprintf(report->chosen.because, sizeof report->chosen.because, "%s", choice->because);
 }
 

@@ -106,7 +106,8 @@ struct frame_report {
     struct {                             /* what `shadows: auto` became; because "": nothing */
         char because[REPORT_TEXT_BYTES]; /* was open */
         bool is_traced;
-        double expected_ms; /* 0: not known */
+        bool has_traced_shadows; /* rasterised, without maps */
+        double expected_ms;      /* 0: not known */
     } chosen;
     bool error_is_exact; /* every ray of the color output is the ground truth (ray-traced) */
 };

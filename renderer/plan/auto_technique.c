@@ -6,9 +6,6 @@
 
 #include "renderer/shadows/shadow_compress.h"
 
-/* Forecasts are within a factor of 1.5 of each other's error, so a gain below a tenth is none. */
-static const double GAIN_LEAST = 0.9;
-
 enum { RESOLUTION_DEFAULT = 1024, TAPS_DEFAULT = 4, TRACED_SAMPLES_DEFAULT = 4 };
 
 static bool has_areas(const struct scene_state *state)
@@ -50,12 +47,17 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
                           err))
         return false;
     choice->raster_ms = forecast_raster_ms(&workload, &setting, speed);
+    choice->traced_shadows_ms = forecast_traced_shadows_ms(&workload, &setting, speed);
     setting.samples = quality->samples ? quality->samples : TRACED_SAMPLES_DEFAULT;
     choice->traced_ms = forecast_traced_ms(&workload, &setting, speed);
-    choice->takes_traced = choice->traced_ms < GAIN_LEAST * choice->raster_ms;
+    enum forecast_technique technique =
+        forecast_choose(choice->raster_ms, choice->traced_ms, choice->traced_shadows_ms);
+    choice->takes_traced = technique == FORECAST_RAYS;
+    choice->takes_traced_shadows = technique == FORECAST_TRACED_SHADOWS;
     snprintf(choice->because, sizeof choice->because,
-             "auto: forecast %.4g ms ray traced, %.4g ms rasterised (%s, calibrated)",
-             choice->traced_ms, choice->raster_ms,
+             "auto: forecast %.4g ms ray traced, %.4g ms rasterised, %.4g ms with traced shadows "
+             "(%s, calibrated)",
+             choice->traced_ms, choice->raster_ms, choice->traced_shadows_ms,
              quality->expects_reuse ? "shadows kept" : "shadows built");
     return true;
 }
@@ -74,4 +76,11 @@ bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc, struc
         return true;
     choice->is_open = true;
     return forecast(choice, desc, err);
+}
+
+double auto_choice_ms(const struct auto_choice *choice)
+{
+    return choice->takes_traced           ? choice->traced_ms
+           : choice->takes_traced_shadows ? choice->traced_shadows_ms
+                                          : choice->raster_ms;
 }

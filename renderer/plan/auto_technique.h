@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* What `shadows: auto` becomes: the rasteriser's maps, or ray tracing where that is forecast to be
- * faster on this device. The choice depends on the scene, the view and the device's measured speed
- * alone: never on what happens to be cached or busy, so the same request has the same pixels.
- * Thread: any. */
+/* What `shadows: auto` becomes: the rasteriser's maps, or where that is forecast to be faster on
+ * this device, ray tracing, of the whole frame or of the shadows alone. The choice depends on the
+ * scene, the view and the device's measured speed alone: never on what happens to be cached or
+ * busy, so the same request has the same pixels. Thread: any. */
 #ifndef VITRAIL_RENDERER_PLAN_AUTO_TECHNIQUE_H
 #define VITRAIL_RENDERER_PLAN_AUTO_TECHNIQUE_H
 
@@ -12,7 +12,7 @@
 
 enum auto_policy {
     AUTO_RASTER,    /* ray tracing only where it alone can (area lights) */
-    AUTO_MEASURED,  /* the faster, by the device's speed; AUTO_RASTER while that is unknown */
+    AUTO_MEASURED,  /* the fastest, by the device's speed; AUTO_RASTER while that is unknown */
     AUTO_RAYTRACED, /* always, where the request leaves it open */
 };
 
@@ -21,10 +21,11 @@ struct auto_settings { /* zeroed = AUTO_RASTER */
     struct device_speed speed;
 };
 
-struct auto_choice { /* zeroed = nothing was chosen */
-    bool is_open;    /* the request left the choice to us, and there was one */
-    bool takes_traced;
-    double raster_ms, traced_ms; /* forecast; 0 where the policy needed none */
+struct auto_choice {           /* zeroed = nothing was chosen */
+    bool is_open;              /* the request left the choice to us, and there was one */
+    bool takes_traced;         /* the whole frame */
+    bool takes_traced_shadows; /* rasterised, as `raytraced-shadows` is */
+    double raster_ms, traced_ms, traced_shadows_ms; /* forecast; 0 where the policy needed none */
     char because[REPORT_TEXT_BYTES];
 };
 
@@ -42,5 +43,6 @@ struct auto_desc {
  * linked lists, and its lights are none that only rays can draw. */
 MUST_CHECK bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc,
                             struct error *err);
+double auto_choice_ms(const struct auto_choice *choice); /* what it is expected to take, or 0 */
 
 #endif

@@ -149,20 +149,15 @@ static struct choice_row estimate(const struct choice_frame *frame,
     };
 }
 
-/* The rasteriser's surfaces, and a ray to each light: what shadows add to a ray-traced frame. */
+/* The rasteriser's surfaces, and a ray to each light. */
 static struct choice_row estimate_traced_shadows(const struct choice_frame *frame, int samples)
 {
-    const struct choice_setting bare = {.shadows = VIEW_SHADOWS_NONE, .samples = samples};
-    const struct device_speed *speed = speed_of(frame);
     struct workload workload = guess_work(frame);
-    struct forecast_setting cost = {.samples = samples, .has_shadows = true, .is_warm = true};
-    double rays_ms = forecast_traced_ms(&workload, &cost, speed);
-    cost.has_shadows = false;
-    rays_ms -= forecast_traced_ms(&workload, &cost, speed);
-    double build_ms = frame->is_warm ? 0 : speed->build * forecast_build_ms(&workload);
+    const struct forecast_setting cost = {
+        .samples = samples, .has_shadows = true, .is_warm = frame->is_warm};
     return (struct choice_row){
         .setting = {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = samples},
-        .ms = estimate(frame, &bare).ms + rays_ms + build_ms,
+        .ms = forecast_traced_shadows_ms(&workload, &cost, speed_of(frame)),
         .error = RASTER_ERROR[samples > 1] * sqrt(SIDE_PX / sqrt(fmax(frame->pixels, 1))),
     };
 }
@@ -235,6 +230,8 @@ size_t choice_estimate(const struct choice_frame *frame, const struct choice_wis
         count = estimate_maps(frame, wish, rows);
     if (wish->shadows != VIEW_SHADOWS_RAYTRACED && wish->shadows != VIEW_SHADOWS_AUTO)
         return count;
+    if (wish->shadows == VIEW_SHADOWS_AUTO && wish->samples <= 4)
+        count += estimate_rays(frame, wish, rows + count);
     int traced = rungs(wish->samples, all_samples, 3, samples);
     for (int s = 0; s < traced; s++)
         rows[count++] = estimate(frame, &(struct choice_setting){.shadows = VIEW_SHADOWS_RAYTRACED,

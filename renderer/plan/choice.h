@@ -73,8 +73,9 @@ struct choice_frame {
  *   scenes are (docs/tradeoffs.md, "The models"), over the root of the image's side: edges are
  * wrong, and their share of the pixels is one over the side. Camera edges by samples; shadow edges
  * by the width of a texel, sqrt(taps) / shadow_resolution. Fills rows for what was said, else for
- * the techniques DEEP (the rasteriser's default) and RAYTRACED; with what was said of resolution,
- * taps and samples, else with those of the ladder. Returns their number, which is not 0. */
+ * the techniques DEEP (the rasteriser's default), RAYTRACED and RAYTRACED_SHADOWS; with what was
+ * said of resolution, taps and samples, else with those of the ladder. Returns their number, which
+ * is not 0. */
 enum { CHOICE_ESTIMATES_MAX = 64 };
 size_t choice_estimate(const struct choice_frame *frame, const struct choice_wish *wish,
                        struct choice_row rows[CHOICE_ESTIMATES_MAX]);

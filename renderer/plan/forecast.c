@@ -33,6 +33,11 @@ const struct device_costs forecast_costs = {
     .layer_light = 450,
     .traced_texture = 261,
     .traced_frame_ms = 2.1,
+    .point_pixel = 45,
+    .msaa_point_pixel = 122,
+    .point = 32,
+    .point_level = 24.5,
+    .layer_point_ray = 570,
     .built_triangle = 281,
 };
 
@@ -81,6 +86,18 @@ double forecast_trace_ms(const struct workload *w, const struct forecast_setting
                  surfaces * w->textures * c->traced_texture);
 }
 
+double forecast_point_rays_ms(const struct workload *w, const struct forecast_setting *setting)
+{
+    const struct device_costs *c = &forecast_costs;
+    double layers = w->pixels * w->layers, surfaces = layers + w->pixels * w->covered;
+    double more = setting->samples > 1 ? 1 : 0, levels = log2(2 + w->triangles);
+    if (!setting->has_shadows || !w->shadowed_lights)
+        return 0;
+    return MS *
+           (w->pixels * (c->point_pixel + more * c->msaa_point_pixel) + surfaces * c->point +
+            surfaces * w->lit * levels * c->point_level + layers * w->lit * c->layer_point_ray);
+}
+
 double forecast_build_ms(const struct workload *w)
 {
     return MS * w->triangles * forecast_costs.built_triangle;
@@ -98,4 +115,28 @@ double forecast_traced_ms(const struct workload *workload, const struct forecast
 {
     return speed->trace * forecast_trace_ms(workload, setting) +
            (setting->is_warm ? 0 : speed->build * forecast_build_ms(workload));
+}
+
+double forecast_traced_shadows_ms(const struct workload *workload,
+                                  const struct forecast_setting *setting,
+                                  const struct device_speed *speed)
+{
+    struct forecast_setting bare = *setting;
+    bare.has_shadows = false;
+    double build_ms = setting->is_warm || !workload->shadowed_lights
+                          ? 0
+                          : speed->build * forecast_build_ms(workload);
+    return speed->frame_ms + speed->shade * forecast_shade_ms(workload, &bare) +
+           speed->trace * forecast_point_rays_ms(workload, setting) + build_ms;
+}
+
+/* Forecasts are within a factor of 1.5 of each other's error, so a gain below a tenth is none. */
+static const double GAIN_LEAST = 0.9;
+
+enum forecast_technique forecast_choose(double maps_ms, double rays_ms, double traced_shadows_ms)
+{
+    double least_ms = fmin(rays_ms, traced_shadows_ms);
+    if (!(least_ms < GAIN_LEAST * maps_ms))
+        return FORECAST_MAPS;
+    return rays_ms <= traced_shadows_ms ? FORECAST_RAYS : FORECAST_TRACED_SHADOWS;
 }

@@ -38,6 +38,9 @@ struct device_costs {
     double layer_ray, layer_light; /* through a transparent surface; a light there besides */
     double traced_texture;
     double traced_frame_ms;
+    double point_pixel, msaa_point_pixel; /* traced shadows: of the image; a surface that asks; */
+    double point, point_level;            /* its rays, per doubling of the triangles; those of a */
+    double layer_point_ray;               /* transparent surface besides */
     double built_triangle;
 };
 extern const struct device_costs forecast_costs;
@@ -56,11 +59,24 @@ double forecast_raster_ms(const struct workload *workload, const struct forecast
 double forecast_traced_ms(const struct workload *workload, const struct forecast_setting *setting,
                           const struct device_speed *speed);
 
-/* The four kinds apart, on the machine of the fit, without frame_ms: what calibration divides by.
+/* The rasteriser's surfaces, without maps, and a ray to each light of each; `is_warm` is of the ray
+ * tracer's structure. */
+double forecast_traced_shadows_ms(const struct workload *workload,
+                                  const struct forecast_setting *setting,
+                                  const struct device_speed *speed);
+
+enum forecast_technique { FORECAST_MAPS, FORECAST_RAYS, FORECAST_TRACED_SHADOWS };
+
+/* Maps, unless another gains by more than forecasts are off; of others the fastest. */
+enum forecast_technique forecast_choose(double maps_ms, double rays_ms, double traced_shadows_ms);
+
+/* The kinds apart, on the machine of the fit, without frame_ms: what calibration divides by.
  */
 double forecast_shade_ms(const struct workload *workload, const struct forecast_setting *setting);
 double forecast_maps_ms(const struct workload *workload, const struct forecast_setting *setting);
 double forecast_trace_ms(const struct workload *workload, const struct forecast_setting *setting);
+double forecast_point_rays_ms(const struct workload *workload,
+                              const struct forecast_setting *setting);
 double forecast_build_ms(const struct workload *workload);
 
 #endif

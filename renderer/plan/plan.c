@@ -308,14 +308,23 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 
 bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc, struct error *err)
 {
+    struct view view = *desc->view;
+    struct frame_plan_desc chosen = *desc;
     *plan = (struct frame_plan){.shaders = shader_needs_of(desc->state)};
-    if (!require_outputs(plan, desc, err) || !require_geometry(plan, desc, err) ||
-        !require_lights(plan, desc, err) || !check_lists(&plan->plan, &desc->view->quality, err)) {
-        frame_plan_finish(plan);
-        return false;
-    }
-    plan_passes(&plan->plan, desc);
+    if (!require_outputs(plan, desc, err))
+        goto fail;
+    chosen.view = &view;
+    if (plan->plan.choice.takes_traced_shadows)
+        view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
+        !check_lists(&plan->plan, &view.quality, err))
+        goto fail;
+    plan_passes(&plan->plan, &chosen);
     return true;
+
+fail:
+    frame_plan_finish(plan);
+    return false;
 }
 
 void frame_plan_finish(struct frame_plan *plan)

@@ -92,11 +92,38 @@ TRACE = ["traced_frame_ms", "ray", "hit_level", "shadow_ray", "layer_ray", "laye
          "traced_texture"]
 
 
-def fit_costs(paths):
+def point_rays(case):
+    """What traced shadows add to a picture without any, which comes first."""
+    work, more = case["workload"], 1.0 if case["samples"] > 1 else 0.0
+    layers = work["pixels"] * work["layers"]
+    surfaces = work["pixels"] * work["covered"] + layers
+    speed = NS * case["speed"]["trace"]
+    return [case["bare"]["alone_ms"][1]] + [
+        speed * unit for unit in (work["pixels"], more * work["pixels"], surfaces,
+                                  surfaces * work["lit"] * math.log2(2 + work["triangles"]),
+                                  layers * work["lit"])]
+
+
+POINT_RAYS = ["without shadows", "point_pixel", "msaa_point_pixel", "point", "point_level",
+              "layer_point_ray"]
+
+
+def read_cases(paths):
+    """Those of every run, each with how fast the device was in it."""
     cases = []
     for path in paths:
         with open(path, encoding="utf-8") as file:
-            cases += [one for one in json.load(file)["results"] if one["suite"] == "forecast"]
+            results = json.load(file)["results"]
+        speed = next(one for one in results if one["suite"] == "speed")
+        cases += [{**one, "speed": speed} for one in results if one["suite"] == "forecast"]
+    return cases
+
+
+def fit_costs(paths):
+    cases = read_cases(paths)
+    shadowed = [one for one in cases if one["workload"]["shadowed_lights"]]
+    tell("traced shadows", POINT_RAYS, [point_rays(case) for case in shadowed],
+         [case["raytraced_shadows"]["alone_ms"][1] for case in shadowed])
     scaled = [(case, case["raster"]["cpu_ms"], case["raytraced"]["cpu_ms"]) for case in cases]
     built = [one for one in scaled if one[1][0] - one[1][1] > 1]
     treed = [one for one in scaled if one[0]["workload"]["triangles"] > 2000]

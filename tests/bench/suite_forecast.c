@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Suite `forecast`: how well the models behind `auto` tell time. Each scene as a request without
- * camera and lights sees it, rasterised and ray traced, cold and warm, with 1 and 4 samples; beside
- * it what was counted and what was forecast after measuring this device. tests/bench/fit_costs.py
- * fits the costs of renderer/plan/forecast.c to the JSON. */
+ * camera and lights sees it, rasterised, ray traced, and rasterised with traced shadows, cold and
+ * warm, with 1 and 4 samples; beside it what was counted and what was forecast after measuring this
+ * device. tests/bench/fit_models.py fits the costs of renderer/plan/forecast.c to the JSON. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,10 +35,25 @@ static const char *const assets[] = {
 };
 enum { ASSETS = sizeof assets / sizeof *assets, ROUNDS = 2 };
 
+enum technique { MAPS, RAYS, TRACED_SHADOWS, TECHNIQUES };
+
+static const struct {
+    const char *name; /* in the JSON */
+    enum view_shadows shadows;
+    double (*forecast)(const struct workload *workload, const struct forecast_setting *setting,
+                       const struct device_speed *speed);
+    bool is_on_processors; /* whatever the device */
+} techniques[TECHNIQUES] = {
+    [MAPS] = {"raster", VIEW_SHADOWS_DEEP, forecast_raster_ms, false},
+    [RAYS] = {"raytraced", VIEW_SHADOWS_RAYTRACED, forecast_traced_ms, true},
+    [TRACED_SHADOWS] = {"raytraced_shadows", VIEW_SHADOWS_RAYTRACED_SHADOWS,
+                        forecast_traced_shadows_ms, true},
+};
+
 struct tally { /* over all cases */
-    struct samples ratios;
+    struct samples ratios[TECHNIQUES];
     int cases, right;
-    double lost_ms, best_ms; /* by the choice, and of the faster technique */
+    double lost_ms, best_ms; /* by the choice, and of the fastest technique */
 };
 
 /* What one technique took, the least of its rounds, and was forecast to take. */
@@ -100,31 +115,53 @@ static json_t *describe_times(const struct timed *timed)
                      timed->forecast_ms[1]);
 }
 
-static void tell(struct bench *bench, const char *name, int samples, const struct workload *work,
-                 const struct timed techniques[2], struct tally *tally)
+/* As renderer/plan/auto_technique.c has it. */
+static enum technique choose(const struct timed timed[TECHNIQUES], int warm)
 {
-    const struct timed *raster = &techniques[0], *traced = &techniques[1];
-    for (int warm = 0; warm < 2; warm++) {
-        double best = fmin(raster->alone_ms[warm], traced->alone_ms[warm]);
-        bool takes_traced = traced->forecast_ms[warm] < 0.9 * raster->forecast_ms[warm];
-        double taken = takes_traced ? traced->alone_ms[warm] : raster->alone_ms[warm];
-        for (int i = 0; i < 2; i++)
-            samples_add(&tally->ratios,
-                        techniques[i].forecast_ms[warm] / techniques[i].alone_ms[warm]);
-        tally->cases++;
-        tally->right += taken <= best;
-        tally->lost_ms += taken - best;
-        tally->best_ms += best;
-        if (!bench->options.is_json)
-            printf("  %-28.28s %d %-4s %8.1f %8.1f   %8.1f %8.1f   %s%s\n", name, samples,
-                   warm ? "warm" : "cold", raster->forecast_ms[warm], raster->alone_ms[warm],
-                   traced->forecast_ms[warm], traced->alone_ms[warm],
-                   takes_traced ? "raytraced" : "maps", taken <= best ? "" : ", the slower");
+    double forecast_ms[TECHNIQUES];
+    for (int i = 0; i < TECHNIQUES; i++)
+        forecast_ms[i] = timed[i].forecast_ms[warm];
+    enum forecast_technique chosen =
+        forecast_choose(forecast_ms[MAPS], forecast_ms[RAYS], forecast_ms[TRACED_SHADOWS]);
+    return chosen == FORECAST_RAYS             ? RAYS
+           : chosen == FORECAST_TRACED_SHADOWS ? TRACED_SHADOWS
+                                               : MAPS;
+}
+
+static void add_to_tally(struct tally *tally, const struct timed timed[TECHNIQUES], int warm,
+                         enum technique chosen)
+{
+    double best = INFINITY;
+    for (int i = 0; i < TECHNIQUES; i++) {
+        best = fmin(best, timed[i].alone_ms[warm]);
+        samples_add(&tally->ratios[i], timed[i].forecast_ms[warm] / timed[i].alone_ms[warm]);
     }
-    json_array_append_new(
-        bench->results, json_pack("{s:s,s:s,s:i,s:o,s:o,s:o}", "suite", bench->suite, "scene", name,
-                                  "samples", samples, "workload", describe_work(work), "raster",
-                                  describe_times(raster), "raytraced", describe_times(traced)));
+    tally->cases++;
+    tally->right += timed[chosen].alone_ms[warm] <= best;
+    tally->lost_ms += timed[chosen].alone_ms[warm] - best;
+    tally->best_ms += best;
+}
+
+static void tell(struct bench *bench, const char *name, int samples, const struct workload *work,
+                 const struct timed timed[TECHNIQUES], const struct timed *bare,
+                 struct tally *tally)
+{
+    json_t *line =
+        json_pack("{s:s,s:s,s:i,s:o,s:o}", "suite", bench->suite, "scene", name, "samples", samples,
+                  "workload", describe_work(work), "bare", describe_times(bare));
+    for (int i = 0; i < TECHNIQUES; i++)
+        json_object_set_new(line, techniques[i].name, describe_times(&timed[i]));
+    json_array_append_new(bench->results, line);
+    for (int warm = 0; warm < 2; warm++) {
+        enum technique chosen = choose(timed, warm);
+        add_to_tally(tally, timed, warm, chosen);
+        if (bench->options.is_json)
+            continue;
+        printf("  %-22.22s %d %-4s", name, samples, warm ? "warm" : "cold");
+        for (int i = 0; i < TECHNIQUES; i++)
+            printf(" %8.1f %8.1f  ", timed[i].forecast_ms[warm], timed[i].alone_ms[warm]);
+        printf("%s\n", techniques[chosen].name);
+    }
 }
 
 static bool run_scene(struct bench *bench, const char *name, const struct rig_scene *rig,
@@ -133,18 +170,22 @@ static bool run_scene(struct bench *bench, const char *name, const struct rig_sc
     int size[2];
     bench_size(bench, 320, 180, size);
     for (int samples = 1; samples <= (bench->options.is_quick ? 1 : 4); samples += 3) {
-        struct timed techniques[2];
-        memset(techniques, 0, sizeof techniques);
+        struct timed timed[TECHNIQUES], bare;
+        memset(timed, 0, sizeof timed);
+        memset(&bare, 0, sizeof bare);
         struct workload workload;
         struct view view = {.width_px = size[0],
                             .height_px = size[1],
                             .outputs = 1u << VIEW_OUTPUT_COLOR,
-                            .quality = {.samples = samples}};
-        if (!count(rig, &view, &workload, err))
+                            .quality = {.shadows = VIEW_SHADOWS_NONE, .samples = samples}};
+        if (!count(rig, &view, &workload, err) || !time_technique(bench, rig, &view, &bare, err))
             return false;
-        for (int i = 0; i < 2; i++) {
-            view.quality.shadows = i ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_DEEP;
-            if (!time_technique(bench, rig, &view, &techniques[i], err))
+        for (int warm = 0; warm < 2; warm++)
+            bare.alone_ms[warm] =
+                calibrate_alone_ms(bare.wall_ms[warm], bare.cpu_ms[warm], bench->info.is_software);
+        for (int i = 0; i < TECHNIQUES; i++) {
+            view.quality.shadows = techniques[i].shadows;
+            if (!time_technique(bench, rig, &view, &timed[i], err))
                 return false;
             for (int warm = 0; warm < 2; warm++) {
                 const struct forecast_setting setting = {.samples = samples,
@@ -152,14 +193,13 @@ static bool run_scene(struct bench *bench, const char *name, const struct rig_sc
                                                          .shadow_taps = 4,
                                                          .has_shadows = true,
                                                          .is_warm = warm};
-                techniques[i].alone_ms[warm] =
-                    calibrate_alone_ms(techniques[i].wall_ms[warm], techniques[i].cpu_ms[warm],
-                                       i || bench->info.is_software);
-                techniques[i].forecast_ms[warm] =
-                    (i ? forecast_traced_ms : forecast_raster_ms)(&workload, &setting, speed);
+                timed[i].alone_ms[warm] =
+                    calibrate_alone_ms(timed[i].wall_ms[warm], timed[i].cpu_ms[warm],
+                                       techniques[i].is_on_processors || bench->info.is_software);
+                timed[i].forecast_ms[warm] = techniques[i].forecast(&workload, &setting, speed);
             }
         }
-        tell(bench, name, samples, &workload, techniques, tally);
+        tell(bench, name, samples, &workload, timed, &bare, tally);
     }
     return true;
 }
@@ -199,11 +239,23 @@ static bool run_all(struct bench *bench, const struct device_speed *speed, struc
     return true;
 }
 
-static void check(struct bench *bench, const char *name, double value)
+static void check(struct bench *bench, const char *subject, const char *name, double value)
 {
     bench_check(bench,
                 &(struct check){
-                    .scene = "all", .subject = "forecast", .name = name, .value = value, .p = NAN});
+                    .scene = "all", .subject = subject, .name = name, .value = value, .p = NAN});
+}
+
+/* How far from 1 the ratios are, either way. */
+static void check_ratios(struct bench *bench, const char *subject, const struct samples *ratios)
+{
+    struct samples off = {0};
+    for (size_t i = 0; i < ratios->count; i++)
+        samples_add(&off, exp(fabs(log(ratios->values[i]))));
+    check(bench, subject, "forecast / measured, median", samples_summary(ratios).median);
+    check(bench, subject, "off by a factor of, median", samples_summary(&off).median);
+    check(bench, subject, "off by a factor of, 95 %", samples_summary(&off).p95);
+    samples_finish(&off);
 }
 
 bool suite_forecast(struct bench *bench, struct error *err)
@@ -214,22 +266,22 @@ bool suite_forecast(struct bench *bench, struct error *err)
         return false;
     if (!bench->options.is_json)
         printf("  speed: shade %.2f maps %.2f trace %.2f build %.2f, frame %.2f ms\n"
-               "  scene, samples                    maps: forecast, ms   rays: forecast, ms   "
-               "taken\n",
+               "  scene, samples              maps: told, ms      rays: told, ms    "
+               "traced shadows, ms  taken\n",
                calibration.speed.shade, calibration.speed.maps, calibration.speed.trace,
                calibration.speed.build, calibration.speed.frame_ms);
+    json_array_append_new(bench->results,
+                          json_pack("{s:s,s:f,s:f}", "suite", "speed", "trace",
+                                    calibration.speed.trace, "shade", calibration.speed.shade));
     bool ok = run_all(bench, &calibration.speed, &tally, err);
-    if (ok && tally.cases) {
-        struct samples off = {0}; /* how far from 1, either way */
-        for (size_t i = 0; i < tally.ratios.count; i++)
-            samples_add(&off, exp(fabs(log(tally.ratios.values[i]))));
-        check(bench, "forecast / measured, median", samples_summary(&tally.ratios).median);
-        check(bench, "off by a factor of, median", samples_summary(&off).median);
-        check(bench, "off by a factor of, 95 %", samples_summary(&off).p95);
-        check(bench, "share of choices that took the faster", (double)tally.right / tally.cases);
-        check(bench, "time lost by the others, of all", tally.lost_ms / tally.best_ms);
-        samples_finish(&off);
+    for (int i = 0; i < TECHNIQUES; i++) {
+        if (ok && tally.cases)
+            check_ratios(bench, techniques[i].name, &tally.ratios[i]);
+        samples_finish(&tally.ratios[i]);
     }
-    samples_finish(&tally.ratios);
+    if (ok && tally.cases) {
+        check(bench, "choice", "share that took the fastest", (double)tally.right / tally.cases);
+        check(bench, "choice", "time lost by the others, of all", tally.lost_ms / tally.best_ms);
+    }
     return ok;
 }

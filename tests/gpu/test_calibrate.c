@@ -37,7 +37,11 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         {AUTO_MEASURED, {0.01, 0.01, 0.01, 1, 1}},
         {AUTO_MEASURED, {1, 1, 1, 0.01, 0.01}},
         {.policy = AUTO_RAYTRACED},
+        {AUTO_MEASURED, {0.01, 0.01, 1e3, 1, 1}}, /* rays for the shadows alone */
     };
+    static const enum view_shadows taken[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP,
+                                              VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_RAYTRACED,
+                                              VIEW_SHADOWS_RAYTRACED_SHADOWS};
     struct renderer *renderer = *state;
     struct closed_form_scene panes;
     struct rig_scene rig;
@@ -48,19 +52,23 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         struct frame frame, named;
         struct plan plan;
         struct error err = {0};
-        bool is_traced = i >= 2;
+        bool is_traced = taken[i] == VIEW_SHADOWS_RAYTRACED;
+        bool has_traced_shadows = taken[i] == VIEW_SHADOWS_RAYTRACED_SHADOWS;
         renderer_set_auto(renderer, &settings[i]);
         view.quality.shadows = VIEW_SHADOWS_AUTO;
         shoot(renderer, &rig, &view, &frame);
         assert_true(renderer_explain(renderer, rig.key, &view, &plan, &err));
         assert_int_equal(plan.requirements[PLAN_NEED_TRACED].is_met, is_traced);
+        assert_int_equal(plan.requirements[PLAN_NEED_TRACED_SHADOWS].is_met, has_traced_shadows);
         assert_int_equal(report_has_pass(&frame.report, "raytrace.trace", NULL), is_traced);
+        assert_int_equal(report_has_pass(&frame.report, "shadow.trace", NULL), has_traced_shadows);
         assert_int_equal(frame.report.chosen.because[0] != 0, i > 0);
         assert_int_equal(frame.report.chosen.is_traced, is_traced);
+        assert_int_equal(frame.report.chosen.has_traced_shadows, has_traced_shadows);
         if (i > 0)
             assert_string_equal(plan.requirements[PLAN_NEED_TRACED].because,
                                 frame.report.chosen.because);
-        view.quality.shadows = is_traced ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_DEEP;
+        view.quality.shadows = taken[i];
         shoot(renderer, &rig, &view, &named);
         assert_false(named.report.chosen.because[0]);
         assert_same_bits(&frame.outputs[VIEW_OUTPUT_COLOR], &named.outputs[VIEW_OUTPUT_COLOR]);

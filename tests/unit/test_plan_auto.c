@@ -172,13 +172,16 @@ static void forecasts_grow_with_the_work(void **unused)
         .samples = 4, .shadow_resolution = 1024, .shadow_taps = 4, .has_shadows = true};
     double raster = forecast_raster_ms(&base, &setting, &speed);
     double traced = forecast_traced_ms(&base, &setting, &speed);
+    double shadows = forecast_traced_shadows_ms(&base, &setting, &speed);
     for (size_t i = 0; i < sizeof grown / sizeof *grown; i++) {
         struct workload more = base;
         *(double *)((char *)&more + grown[i]) *= 2;
         assert_true(forecast_raster_ms(&more, &setting, &speed) > raster);
         assert_true(forecast_traced_ms(&more, &setting, &speed) > traced);
+        assert_true(forecast_traced_shadows_ms(&more, &setting, &speed) > shadows);
     }
     setting.is_warm = true;
+    assert_true(forecast_traced_shadows_ms(&base, &setting, &speed) < shadows); /* the tree */
     assert_true(forecast_raster_ms(&base, &setting, &speed) < raster);
     assert_true(forecast_traced_ms(&base, &setting, &speed) < traced);
     double warm = forecast_raster_ms(&base, &setting, &speed);
@@ -191,9 +194,34 @@ static void forecasts_grow_with_the_work(void **unused)
                 9 * forecast_shade_ms(&base, &setting));
 }
 
+/* Without lights that cast there is nothing to trace, and no tree is built. */
+static void traced_shadows_without_casters_cost_nothing(void **unused)
+{
+    (void)unused;
+    const struct device_speed speed = {1, 1, 1, 1, 1};
+    const struct workload bare = {
+        .pixels = 1e5, .covered = 0.5, .lit = 2, .triangles = 1e6, .triangles_in_view = 5e3};
+    struct forecast_setting setting = {.samples = 4, .has_shadows = true};
+    double shadows = forecast_traced_shadows_ms(&bare, &setting, &speed);
+    assert_true(shadows == forecast_raster_ms(&bare, &setting, &speed));
+    assert_true(forecast_point_rays_ms(&bare, &setting) == 0);
+}
+
+static void a_gain_within_the_error_of_forecasts_is_none(void **unused)
+{
+    (void)unused;
+    assert_int_equal(forecast_choose(100, 95, 99), FORECAST_MAPS);
+    assert_int_equal(forecast_choose(100, 80, 85), FORECAST_RAYS);
+    assert_int_equal(forecast_choose(100, 85, 80), FORECAST_TRACED_SHADOWS);
+    assert_int_equal(forecast_choose(100, 200, 50), FORECAST_TRACED_SHADOWS);
+    assert_int_equal(forecast_choose(0, 0, 0), FORECAST_MAPS);
+}
+
 /* The same device but for how fast it rasterises or traces. */
 static const struct auto_settings fast_raster = {AUTO_MEASURED, {0.01, 0.01, 0.01, 1, 1}};
 static const struct auto_settings fast_rays = {AUTO_MEASURED, {1, 1, 1, 0.01, 0.01}};
+/* Surfaces cost it nothing, maps and camera rays much. */
+static const struct auto_settings slow_maps = {AUTO_MEASURED, {0.01, 0.01, 100, 1, 1}};
 
 static void the_faster_is_taken_and_the_reason_told(void **unused)
 {
@@ -207,6 +235,12 @@ static void the_faster_is_taken_and_the_reason_told(void **unused)
     choice = choose(&rig, &fast_raster);
     assert_true(choice.is_open && !choice.takes_traced && choice.raster_ms < choice.traced_ms);
     double built = choice.raster_ms;
+    choice = choose(&rig, &slow_maps);
+    assert_true(choice.takes_traced_shadows && !choice.takes_traced);
+    assert_true(auto_choice_ms(&choice) == choice.traced_shadows_ms);
+    assert_true(choice.traced_shadows_ms < choice.traced_ms &&
+                choice.traced_shadows_ms < choice.raster_ms);
+    assert_non_null(strstr(choice.because, "with traced shadows"));
     rig.view.quality.expects_reuse = true;
     choice = choose(&rig, &fast_raster);
     assert_true(choice.raster_ms < built); /* shadow maps are there */
@@ -267,6 +301,8 @@ int main(void)
         cmocka_unit_test(counts_are_those_of_the_picture),
         cmocka_unit_test(events_are_the_share_of_the_map_that_casters_cover),
         cmocka_unit_test(forecasts_grow_with_the_work),
+        cmocka_unit_test(traced_shadows_without_casters_cost_nothing),
+        cmocka_unit_test(a_gain_within_the_error_of_forecasts_is_none),
         cmocka_unit_test(the_faster_is_taken_and_the_reason_told),
         cmocka_unit_test(policies_need_no_numbers),
         cmocka_unit_test(what_was_said_is_not_open),
