@@ -144,9 +144,22 @@ static bool collect_points(struct window_run *window, struct error *err)
     return frame_shadows_collect(window->run, &window->frame, &window->must_split, err);
 }
 
+static bool is_pause_due(const void *run)
+{
+    return frame_run_is_pause_due(run);
+}
+
+static bool serve_pause(const void *run, struct error *err)
+{
+    return frame_run_pause(run, true, err);
+}
+
 static bool shade(struct window_run *window, struct error *err)
 {
     struct shade_desc desc = shade_of(window);
+    const struct shade_pause pause = {
+        .context = window->run, .is_due = is_pause_due, .serve = serve_pause};
+    desc.pause = window->run->renderer->interlude ? &pause : NULL;
     return light_batches_shade(window->run, &desc, err);
 }
 
@@ -208,43 +221,61 @@ static bool walk_frame(const struct frame_run *run, struct error *err)
     return true;
 }
 
-/* What other frames replaced: the materials that are bound, levels of textures, the shadow
- * structures, and what Embree's scene refers to. */
-static bool put_back(const struct frame_run *run, struct error *err)
+/* What other frames replaced of the scene: the materials that are bound, levels of textures, and
+ * what Embree's scene refers to. */
+static bool put_back_scene(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    draw_arena_bind_materials(renderer->arena);
+    if (!frame_textures_resume(renderer->textures, run, err))
+        return false;
+    if (rays_of(run) && renderer->shadow_rays.rays)
+        raytrace_shadows_resume(renderer->shadow_rays.rays);
+    return true;
+}
+
+/* The shadow structures, and the lights. */
+static bool put_back_shadows(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
     const struct plan *plan = &run->frame_plan->plan;
     struct frame unseen = {0}; /* the report has all that from the first time */
     struct frame_run again = *run;
     bool has_structures = false;
-    draw_arena_bind_materials(renderer->arena);
-    if (!frame_textures_resume(renderer->textures, run, err))
-        return false;
-    if (rays_of(run))
-        raytrace_shadows_resume(renderer->shadow_rays.rays);
     if (!needs(run, PLAN_NEED_COLOR))
         return true;
     again.frame = &unseen;
     for (int i = 0; i < plan->pass_count; i++)
         has_structures |= plan->passes[i].step == PLAN_STEP_SHADOWS;
-    return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err) &&
-           (!has_structures || light_batches_prepare(&again, err)) && upload_lights(run, err);
+    bool ok = shadow_system_prepare_none(renderer->shadows, run->state->light_count, err) &&
+              (!has_structures || light_batches_prepare(&again, err)) && upload_lights(run, err);
+    run->frame->report.paused_ms += unseen.report.paused_ms;
+    return ok;
 }
 
-/* Lets other frames go first where they are due. */
-static bool pause_frame(const struct frame_run *run, struct error *err)
+bool frame_run_is_pause_due(const struct frame_run *run)
+{
+    const struct interlude *interlude = run->renderer->interlude;
+    return interlude && interlude->is_due(interlude->context);
+}
+
+bool frame_run_pause(const struct frame_run *run, bool has_shadows, struct error *err)
 {
     struct frame_pause pause = {.renderer = run->renderer, .report = &run->frame->report};
     const struct interlude interlude = frame_pause_interlude(&pause);
-    if (!interlude.is_due(interlude.context))
-        return true;
     bool was_pinned = run->scene->is_pinned; /* by a frame that waits for this one */
     run->scene->is_pinned = true;
     bool is_wanted = interlude.serve(interlude.context);
     run->scene->is_pinned = was_pinned;
     if (!is_wanted)
         return error_set(err, ERROR_OVERLOADED, "the frame is not wanted any more");
-    return put_back(run, err);
+    return put_back_scene(run, err) && (!has_shadows || put_back_shadows(run, err));
+}
+
+/* Lets other frames go first where they are due. */
+static bool pause_frame(const struct frame_run *run, struct error *err)
+{
+    return !frame_run_is_pause_due(run) || frame_run_pause(run, true, err);
 }
 
 static bool walk_window(struct window_run *window, struct error *err)

@@ -20,4 +20,11 @@ struct frame_run {
 /* Runs what the plan lists and nothing else. */
 MUST_CHECK bool frame_run(const struct frame_run *run, struct error *err);
 
+/* Whether other frames should go before the rest of this one, and letting them: afterwards all that
+ * they share with it is as it was, but for bindings and uniforms, and without has_shadows for
+ * shadow structures and the lights on the device. Fails with ERROR_OVERLOADED where
+ * the frame is not wanted any more. For the steps of a frame. */
+bool frame_run_is_pause_due(const struct frame_run *run);
+MUST_CHECK bool frame_run_pause(const struct frame_run *run, bool has_shadows, struct error *err);
+
 #endif

@@ -7,23 +7,39 @@
 #include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
 
+static bool is_pause_due(void *run)
+{
+    return frame_run_is_pause_due(run);
+}
+
+/* What failed is told as rays tell that they are not wanted. */
+static bool serve_pause(void *run)
+{
+    struct error unheard = {0};
+    return frame_run_pause(run, true, &unheard);
+}
+
 bool frame_shadows_begin(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
     const struct shadow_needs *needs = &run->frame_plan->shadows;
+    struct traced_shadows *traced = &renderer->shadow_rays;
+    traced->pause = (struct interlude){
+        .context = (void *)(uintptr_t)run, .is_due = is_pause_due, .serve = serve_pause};
     struct raytrace_desc desc = {.view = run->view,
                                  .state = run->state,
                                  .camera = run->camera,
                                  .cache = renderer->traced,
                                  .progress = frame_pause_ends_rays,
-                                 .context = renderer};
+                                 .context = renderer,
+                                 .interlude = renderer->interlude ? &traced->pause : NULL};
     bool *is_shadowed = calloc(needs->light_count + 1, sizeof *is_shadowed);
     if (!is_shadowed)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", needs->light_count);
     for (size_t i = 0; i < needs->light_count; i++)
         is_shadowed[i] = needs->lights[i].is_traced;
     frame_claim_traced(renderer, run->scene->key);
-    bool ok = traced_shadows_begin(&renderer->shadow_rays, &desc, is_shadowed, err);
+    bool ok = traced_shadows_begin(traced, &desc, is_shadowed, err);
     free(is_shadowed);
     return ok;
 }

@@ -17,9 +17,16 @@ static struct content_key key_of(const struct frame_run *run)
     return key;
 }
 
+static bool is_due(const void *run)
+{
+    return frame_run_is_pause_due(run);
+}
+
+/* In several calls where others go first in between. */
 static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out,
                             struct frame_report *report, struct error *err)
 {
+    struct shadow_progress progress = {.context = run, .is_due = is_due};
     struct shadow_prepare_desc desc = {
         .scene_key = resident_scene_shadow_key(run->scene),
         .gpu = run->scene->gpu,
@@ -28,10 +35,15 @@ static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out
         .quality = &run->view->quality,
         .needs = &run->frame_plan->shadows,
         .is_left_out = is_left_out,
+        .progress = run->renderer->interlude ? &progress : NULL,
     };
     memcpy(desc.eye, run->camera->eye, sizeof desc.eye);
     camera_axes(run->camera, desc.eye_axes);
-    return shadow_system_prepare(run->renderer->shadows, &desc, report, err);
+    do
+        if (!shadow_system_prepare(run->renderer->shadows, &desc, report, err))
+            return false;
+    while (progress.is_interrupted && frame_run_pause(run, false, err));
+    return !progress.is_interrupted;
 }
 
 bool light_batches_prepare(const struct frame_run *run, struct error *err)
@@ -130,6 +142,40 @@ static bool prepare_batch(struct batch *batch, const struct frame_run *run,
     }
 }
 
+static bool upload_lights(const struct batch *batch, const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    return shade_upload_lights(&renderer->shade,
+                               &(struct shade_lights_desc){.state = run->state,
+                                                           .needs = &run->frame_plan->shaders,
+                                                           .shadows = renderer->shadows,
+                                                           .camera = run->camera,
+                                                           .is_left_out = batch->is_left_out},
+                               err);
+}
+
+/* A pause within a batch, whose structures others may have driven out. */
+struct batch_pause {
+    const struct batch *batch;
+    const struct frame_run *run;
+    const struct shade_pause *outer;
+};
+
+static bool is_pause_due(const void *context)
+{
+    const struct batch_pause *pause = context;
+    return pause->outer->is_due(pause->outer->context);
+}
+
+static bool serve_pause(const void *context, struct error *err)
+{
+    const struct batch_pause *pause = context;
+    struct frame_report unseen = {0}; /* the report has all that from the first time */
+    return pause->outer->serve(pause->outer->context, err) &&
+           prepare_shadows(pause->run, pause->batch->is_left_out, &unseen, err) &&
+           upload_lights(pause->batch, pause->run, err);
+}
+
 static bool run_batches(struct batch *batch, const struct frame_run *run,
                         const struct shade_desc *desc, struct error *err)
 {
@@ -137,6 +183,9 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
     struct frame_report *report = &run->frame->report, part;
     bool is_first_window = report->counts.light_batches == 0;
     uint64_t count = 0;
+    const struct batch_pause in_batch = {.batch = batch, .run = run, .outer = desc->pause};
+    const struct shade_pause pause = {
+        .context = &in_batch, .is_due = is_pause_due, .serve = serve_pause};
     for (batch->first = 0; batch->first < batch->light_count; batch->first = batch->end) {
         struct shade_desc place = *desc;
         if (!prepare_batch(batch, run, &part, err))
@@ -144,15 +193,9 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
         add_report(&part, is_first_window, report);
         place.is_continued = batch->first > 0;
         place.continues = batch->end < batch->light_count;
+        place.pause = desc->pause ? &pause : NULL;
         count++;
-        if (!shade_upload_lights(&renderer->shade,
-                                 &(struct shade_lights_desc){.state = run->state,
-                                                             .needs = &run->frame_plan->shaders,
-                                                             .shadows = renderer->shadows,
-                                                             .camera = run->camera,
-                                                             .is_left_out = batch->is_left_out},
-                                 err) ||
-            !shade_window(&renderer->shade, &place, err))
+        if (!upload_lights(batch, run, err) || !shade_window(&renderer->shade, &place, err))
             return false;
     }
     if (is_first_window) {

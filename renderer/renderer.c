@@ -9,6 +9,7 @@
 #include "renderer/gl/selftest.h"
 #include "renderer/renderer_internal.h"
 #include "renderer/scene_parts.h"
+#include "renderer/shading/bands.h"
 
 static const uint64_t default_budget_bytes = 4ull << 30;
 static const uint64_t default_program_bytes = 256ull << 20;
@@ -82,6 +83,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->is_strict = desc->is_strict;
     renderer->redraws_surfaces = desc->redraws_surfaces;
     renderer->shade.loop_steps = desc->loop_steps ? desc->loop_steps : LOOP_STEPS_MAX;
+    renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->scenes = &renderer->own_scenes;
     renderer->context = gl_context_create(

@@ -34,6 +34,8 @@ struct renderer_desc {
                                       earlier frame is used again */
     uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means
                             LOOP_STEPS_MAX (renderer/shading/loop_steps.h) */
+    uint32_t first_band; /* tests: pixels or list entries of the first piece of a shading pass that
+                            others may interrupt; 0 means BAND_FIRST (renderer/shading/bands.h) */
     bool is_strict;      /* tests: a GL error or undefined-behaviour message aborts */
 };
 
@@ -107,11 +109,11 @@ MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key
                                 const struct view *view, struct frame *frame, struct error *err);
 
 /* From now on frames stop for what is due, and go on with the same bits (but those of deep-linked
- * with `faithful`, which has no bits of its own): at most where a tile of rays is done, a pass of a
- * window, a window. Meanwhile `serve` may render, explain and pick, on scenes that are attached
- * already, and nothing else; such frames are made in one piece. A frame that is not wanted any more
- * fails with ERROR_OVERLOADED, or with ERROR_TIMEOUT where its rays were ended. Borrowed; NULL:
- * none. */
+ * with `faithful`, which has no bits of its own): at most where a tile of rays is done, a band of
+ * a shading pass, a pass of a window, some shadow structures, a window. Meanwhile `serve` may
+ * render, explain and pick, on scenes that are attached already, and nothing else; such frames are
+ * made in one piece. A frame that is not wanted any more fails with ERROR_OVERLOADED, or with
+ * ERROR_TIMEOUT where its rays were ended. Borrowed; NULL: none. */
 void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude);
 
 /* What is at a point of the view's image, or in a rectangle of it (renderer/pick.h). Renders

@@ -8,13 +8,14 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_0) readonly buffer s0_buffer { uv
 layout(std430, binding = BIND_FRAGMENT_SURFACE_1) readonly buffer s1_buffer { uvec4 surfaces_1[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
 layout(std430, binding = BIND_FRAGMENT_COLORS) buffer color_buffer { vec4 colors[]; };
-uniform uint u_entries;
+uniform uint u_first_entry; // of the dispatch
+uniform uint u_entries;     // before its end
 uniform uint u_width_px;
 
 void main()
 {
     uint entry = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u +
-                 gl_LocalInvocationID.x;
+                 gl_LocalInvocationID.x + u_first_entry;
     if (entry >= u_entries)
         return;
     uvec4 extra = surfaces_2[entry];

@@ -14,6 +14,7 @@ layout(rgba32f, binding = 0) uniform image2D u_image;
 layout(rgba32f, binding = 1) uniform image2DArray u_parts; // light so far, a layer per sample
 #endif
 uniform uvec2 u_size_px;
+uniform uint u_first_row; // of the dispatch
 uniform vec4 u_background;             // associated alpha
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
 #ifdef HAS_TRANSPARENT
@@ -168,8 +169,9 @@ vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, u_size_px)))
+    uvec2 at = gl_GlobalInvocationID.xy + uvec2(0u, u_first_row);
+    ivec2 pixel = ivec2(at);
+    if (any(greaterThanEqual(at, u_size_px)))
         return;
 #ifdef HAS_TRACED_SHADOWS
     uint head = texelFetch(u_traced_heads, int(pixel.y * int(u_size_px.x) + pixel.x)).x;

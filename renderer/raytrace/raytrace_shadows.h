@@ -59,7 +59,8 @@ uint32_t raytrace_shadows_room(const struct raytrace_shadows *shadows,
                                const struct raytrace_shadow_points *points,
                                const struct clusters *clusters, size_t capacity);
 
-/* Traces the slice; adds to stats->trace_ms and shadow_rays. A cancelled one is ERROR_TIMEOUT. */
+/* Traces the slice, with desc's interludes between tiles; adds to stats->trace_ms and shadow_rays.
+ * A cancelled one is ERROR_TIMEOUT, one that is not wanted after an interlude ERROR_OVERLOADED. */
 MUST_CHECK bool raytrace_shadows_trace(struct raytrace_shadows *shadows,
                                        const struct raytrace_shadow_points *points,
                                        struct raytrace_shadow_slice *slice,

@@ -424,8 +424,10 @@ bool raytrace_shadows_trace(struct raytrace_shadows *shadows,
     if (!rt_job_run(&job, &form, err))
         return false;
     slice->filter_count = atomic_load(&filter_count);
-    stats->trace_ms += wall_ms() - begin_ms;
+    stats->trace_ms += wall_ms() - begin_ms - job.paused_ms;
     stats->shadow_rays += atomic_load(&job.shadow_rays);
+    if (job.is_unwanted)
+        return error_set(err, ERROR_OVERLOADED, "the frame is not wanted any more");
     if (atomic_load(&job.is_cancelled))
         return error_set(err, ERROR_TIMEOUT, "tracing shadows was cancelled");
     if (atomic_load(&job.has_overflowed))

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 
 #include "renderer/scene/matrix.h"
+#include "renderer/shading/bands.h"
+#include "renderer/wall_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -197,56 +199,131 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
     return program;
 }
 
-static bool shade_entries(struct shade *shade, const struct shade_desc *desc,
-                          const struct light_slice *slice, struct error *err)
+/* A pass over the window, in pieces of rows or of list entries. */
+struct shade_pass {
+    struct shade *shade;
+    const struct shade_desc *desc;
+    const struct light_slice *slice;
+    struct gpu_scope_desc scope;
+    bool for_pixels;
+    uint64_t units, granule; /* rows, in eights; or entries, in groups */
+    uint64_t unit_items;     /* pixels of a row */
+};
+
+static const struct gl_program *begin_entries(const struct shade_pass *pass, struct error *err)
 {
-    char because[REPORT_TEXT_BYTES];
-    snprintf(because, sizeof because, "%llu transparent surface samples are lit",
-             (unsigned long long)desc->pixels->entry_count);
     const struct gl_program *program =
-        prepare_program(shade, desc, slice, entries_file, false, err);
-    if (!program)
-        return false;
-    gpu_scope_begin(desc->frame->timeline, &(struct gpu_scope_desc){
-                                               .pass = "shade.transparent",
-                                               .because = because,
-                                               .technique = "lists",
-                                               .stage = REPORT_SHADE,
-                                           });
-    gl_program_set_u(program, "u_entries", (uint32_t)desc->pixels->entry_count);
-    gl_program_set_u(program, "u_width_px", (uint32_t)desc->frame->window.width);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
-    window_dispatch_items(desc->pixels->entry_count);
-    gpu_scope_end(desc->frame->timeline);
-    return true;
+        prepare_program(pass->shade, pass->desc, pass->slice, entries_file, false, err);
+    if (program)
+        gl_program_set_u(program, "u_width_px", (uint32_t)pass->desc->frame->window.width);
+    return program;
 }
 
-static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
-                         const struct light_slice *slice, struct error *err)
+static const struct gl_program *begin_pixels(const struct shade_pass *pass, struct error *err)
 {
-    const struct window_frame *frame = desc->frame;
-    const struct gl_program *program = prepare_program(shade, desc, slice, pixels_file, true, err);
+    const struct window_frame *frame = pass->desc->frame;
+    const struct gl_program *program =
+        prepare_program(pass->shade, pass->desc, pass->slice, pixels_file, true, err);
     if (!program)
-        return false;
+        return NULL;
     const float *b = frame->view->background;
     const float background[4] = {b[0] * b[3], b[1] * b[3], b[2] * b[3], b[3]};
-    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
-                                         .pass = "shade.opaque",
-                                         .because = "the color output was asked for",
-                                         .technique = frame->targets->samples > 1 ? "msaa4" : "",
-                                         .stage = REPORT_SHADE,
-                                     });
     gl_program_set_f4(program, "u_background", background);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
     if (frame->targets->parts.name)
         glBindImageTexture(1, frame->targets->parts.name, 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA32F);
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
+    return program;
+}
+
+static const struct gl_program *begin_pass(const struct shade_pass *pass, struct error *err)
+{
+    const struct gl_program *program =
+        pass->for_pixels ? begin_pixels(pass, err) : begin_entries(pass, err);
+    if (!program)
+        return NULL;
+    gpu_scope_begin(pass->desc->frame->timeline, &pass->scope);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
-    window_dispatch_pixels(frame);
-    gpu_scope_end(frame->timeline);
-    return true;
+    return program;
+}
+
+static void dispatch(const struct shade_pass *pass, const struct gl_program *program,
+                     const struct bands *bands)
+{
+    if (pass->for_pixels) {
+        gl_program_set_u(program, "u_first_row", (uint32_t)bands->first);
+        window_dispatch_rows(pass->desc->frame, (int)bands->count);
+    } else {
+        gl_program_set_u(program, "u_first_entry", (uint32_t)bands->first);
+        gl_program_set_u(program, "u_entries", (uint32_t)(bands->first + bands->count));
+        window_dispatch_items(bands->count);
+    }
+}
+
+/* Waits for each piece where others may go first: they would wait for it as well. */
+static bool run_pass(const struct shade_pass *pass, struct error *err)
+{
+    const struct shade_pause *pause = pass->desc->pause;
+    struct gpu_timeline *timeline = pass->desc->frame->timeline;
+    uint64_t first_count =
+        pause ? (pass->shade->first_band + pass->unit_items - 1) / pass->unit_items : 0;
+    struct bands bands = bands_begin(pass->units, first_count, pass->granule);
+    const struct gl_program *program = begin_pass(pass, err);
+    while (program && bands_next(&bands)) {
+        double begin_ms = wall_ms();
+        dispatch(pass, program, &bands);
+        if (!pause || bands_is_last(&bands))
+            break;
+        glFinish();
+        bands_took(&bands, wall_ms() - begin_ms);
+        if (!pause->is_due(pause->context))
+            continue;
+        gpu_scope_end(timeline);
+        program = pause->serve(pause->context, err) ? begin_pass(pass, err) : NULL;
+    }
+    if (program)
+        gpu_scope_end(timeline);
+    return program != NULL;
+}
+
+static bool shade_entries(struct shade *shade, const struct shade_desc *desc,
+                          const struct light_slice *slice, struct error *err)
+{
+    char because[REPORT_TEXT_BYTES];
+    snprintf(because, sizeof because, "%llu transparent surface samples are lit",
+             (unsigned long long)desc->pixels->entry_count);
+    const struct shade_pass pass = {.shade = shade,
+                                    .desc = desc,
+                                    .slice = slice,
+                                    .scope = {.pass = "shade.transparent",
+                                              .because = because,
+                                              .technique = "lists",
+                                              .stage = REPORT_SHADE},
+                                    .units = desc->pixels->entry_count,
+                                    .granule = 64,
+                                    .unit_items = 1};
+    return run_pass(&pass, err);
+}
+
+static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
+                         const struct light_slice *slice, struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    const struct shade_pass pass = {
+        .shade = shade,
+        .desc = desc,
+        .slice = slice,
+        .scope = {.pass = "shade.opaque",
+                  .because = "the color output was asked for",
+                  .technique = frame->targets->samples > 1 ? "msaa4" : "",
+                  .stage = REPORT_SHADE},
+        .for_pixels = true,
+        .units = (uint64_t)frame->window.height,
+        .granule = 8,
+        .unit_items = (uint64_t)frame->window.width};
+    return run_pass(&pass, err);
 }
 
 static void read_statistics(const struct shade *shade, struct frame_report *report)

@@ -17,6 +17,17 @@ struct shade {
     struct gl_buffer statistics; /* 128 u32, see shaders/lighting.glsl */
     struct light_areas areas;    /* where points are taken on them */
     uint64_t loop_steps;         /* of one invocation, at most */
+    uint64_t first_band;         /* pixels or entries of a pass's first piece, where others may go
+                                    first */
+};
+
+/* Other work between the pieces of a pass. */
+struct shade_pause {
+    const void *context;
+    bool (*is_due)(const void *context);
+    /* GL and the shadows are as before when it returns, but for bindings and uniforms. False with
+     * err ends the frame. */
+    bool (*serve)(const void *context, struct error *err);
 };
 
 struct shade_desc {
@@ -24,8 +35,9 @@ struct shade_desc {
     const struct light_lists *lists;     /* required, prepared for the window */
     const struct shadow_system *shadows; /* required, prepared for the frame */
     const struct pixel_lists *pixels;    /* required, built for the window */
-    struct traced_shadows *traced; /* optional: collected for the window, takes the place of all
-                                      structures; the lists must be clustered */
+    struct traced_shadows *traced;   /* optional: collected for the window, takes the place of all
+                                        structures; the lists must be clustered */
+    const struct shade_pause *pause; /* optional: passes come in pieces, with the same bits */
     bool is_continued; /* other lights have been shaded before these: adds to what is there */
     bool continues;    /* others follow: the image is made with the last of them */
 };

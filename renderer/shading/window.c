@@ -84,8 +84,12 @@ void window_dispatch_items(uint64_t count)
     glDispatchCompute((GLuint)(rows > 1 ? row : groups), (GLuint)rows, 1);
 }
 
+void window_dispatch_rows(const struct window_frame *frame, int rows)
+{
+    glDispatchCompute((GLuint)(frame->window.width + 7) / 8, (GLuint)(rows + 7) / 8, 1);
+}
+
 void window_dispatch_pixels(const struct window_frame *frame)
 {
-    glDispatchCompute((GLuint)(frame->window.width + 7) / 8, (GLuint)(frame->window.height + 7) / 8,
-                      1);
+    window_dispatch_rows(frame, frame->window.height);
 }

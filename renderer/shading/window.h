@@ -47,7 +47,9 @@ void window_bind_targets(const struct window_frame *frame, const struct gl_progr
 
 /* Runs one compute thread per item in groups of 64, over two dimensions where one is too short. */
 void window_dispatch_items(uint64_t count);
-/* Runs one compute thread per pixel in groups of 8 x 8. */
+/* Runs one compute thread per pixel in groups of 8 x 8: of the window, or of so many of its rows.
+ */
 void window_dispatch_pixels(const struct window_frame *frame);
+void window_dispatch_rows(const struct window_frame *frame, int rows);
 
 #endif

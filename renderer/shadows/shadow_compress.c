@@ -3,6 +3,7 @@
 #include "renderer/shadows/shadow_compress.h"
 
 #include <epoxy/gl.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -55,6 +56,18 @@ uint64_t shadow_compress_event_bytes(const struct shadow_map *map)
 uint32_t shadow_compress_fine_flags(const struct shadow_map *map)
 {
     return map->has_media ? SHADOW_FLAG_MEDIA : 0;
+}
+
+void shadow_compress_report(const struct shadow_map *map, struct report_compression *c)
+{
+    c->maps++;
+    c->events += map->exact_events;
+    c->nodes += map->event_count;
+    c->exact_bytes += map->exact_events * shadow_compress_event_bytes(map);
+    c->node_bytes += map->event_count * SHADOW_NODE_BYTES;
+    c->windows += map->built_windows;
+    c->prefilter = map->prefilter;
+    c->max_error = fmax(c->max_error, map->compression);
 }
 
 static int rays_per_side(const struct compress_job *job)

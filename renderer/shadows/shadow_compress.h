@@ -40,6 +40,9 @@ void shadow_compress_list_programs(const struct shadow_map *map, struct program_
 /* Bytes that an event of the exact lists takes. */
 uint64_t shadow_compress_event_bytes(const struct shadow_map *map);
 
+/* Adds a map with SHADOW_FLAG_NODES to what a frame reports. */
+void shadow_compress_report(const struct shadow_map *map, struct report_compression *compression);
+
 /* Builds all builds of kind SHADOW_DEEP with SHADOW_FLAG_NODES, whose opaque casters stand in
  * store->target. Takes their heads and nodes from the store. `because` names the requirement for
  * the report. */

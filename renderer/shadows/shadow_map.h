@@ -46,6 +46,7 @@ struct shadow_map {
     float keys_per_m; /* SHADOW_DEEP: shadow_key.glsl */
     uint64_t event_count, longest_list, occupied_texels;
     uint64_t last_frame; /* number of the last frame that used it */
+    uint64_t progress;   /* shadow_progress: number of the one that it was built for; 0: none */
 };
 
 /* Texels of all faces, or of the window. */

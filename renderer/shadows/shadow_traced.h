@@ -21,6 +21,7 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
     struct gl_texture head_view, table_view, filter_view;
 
     struct raytrace_shadows *rays; /* of the frame */
+    struct interlude pause;        /* the frame's, for its rays */
     struct raytrace_stats stats;
 
     struct raytrace_shadow_points window;

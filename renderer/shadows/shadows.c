@@ -12,12 +12,15 @@
 #include <string.h>
 
 #include "renderer/scene/matrix.h"
+#include "renderer/shading/bands.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
 #include "renderer/shadows/shadow_media.h"
 #include "renderer/shadows/shadow_probe.h"
 #include "renderer/shadows/shadow_programs.h"
+#include "renderer/shadows/shadow_reason.h"
+#include "renderer/wall_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -33,7 +36,8 @@ struct shadow_system {
     struct shadow_builder builder;
     struct shadow_map **maps; /* all that stand, of any scene */
     size_t map_count, map_capacity;
-    uint64_t frame; /* number of the frame being prepared */
+    uint64_t frame;      /* number of the frame being prepared */
+    uint64_t progresses; /* number of the last that began */
 
     /* of the current frame */
     struct shadow_map **light_maps; /* per light, NULL without a shadow */
@@ -41,6 +45,7 @@ struct shadow_system {
     size_t light_count, light_capacity;
     struct shadow_build *builds;
     size_t build_count, build_capacity;
+    size_t done_count; /* with a shadow_progress: of builds, those that stand */
     int resolution, taps;
     double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
     struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
@@ -243,6 +248,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     const struct shadow_casters *casters = &need->casters;
     struct shadow_map map = {.resolution = shadows->resolution,
                              .last_frame = shadows->frame,
+                             .progress = desc->progress ? desc->progress->number : 0,
                              .scene = shadow_key_of_scene(desc->scene_key)};
     if (!need->has_structure || (desc->is_left_out && desc->is_left_out[light]))
         return true;
@@ -268,51 +274,15 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     return true;
 }
 
-static const char *light_name(const struct scene_state *state, uint32_t light)
-{
-    static const char *const names[] = {"directional", "point", "spot"};
-    return names[state->lights[light].type];
-}
-
-enum { NAMED_LIGHTS = 4 }; /* of a reason; more would not fit its line */
-
-/* Why the lights with such casters are being built, in a sentence. */
-static void explain(const struct shadow_system *shadows, const struct scene_state *state,
-                    bool transparent, char out[REPORT_TEXT_BYTES])
-{
-    const char *adjective = transparent ? "transparent" : "opaque";
-    size_t lights = 0, casters = 0, used = 0;
-    uint32_t only = 0;
-    char list[REPORT_TEXT_BYTES] = "";
-    for (size_t i = 0; i < shadows->build_count; i++) {
-        const struct shadow_build *build = &shadows->builds[i];
-        size_t count = transparent ? build->casters.transparent_count : build->casters.opaque_count;
-        if (!count)
-            continue;
-        casters += count;
-        only = build->light;
-        if (lights++ < NAMED_LIGHTS)
-            used += (size_t)snprintf(list + used, sizeof list - used, "%s%u (%s)",
-                                     lights > 1 ? ", " : "", build->light,
-                                     light_name(state, build->light));
-    }
-    if (lights == 0)
-        snprintf(out, REPORT_TEXT_BYTES, "no new shadow has %s casters in reach", adjective);
-    else if (lights == 1)
-        snprintf(out, REPORT_TEXT_BYTES, "light %u (%s) has %zu %s caster%s in reach", only,
-                 light_name(state, only), casters, adjective, casters == 1 ? "" : "s");
-    else
-        snprintf(out, REPORT_TEXT_BYTES, "%zu lights have %s casters in reach: %.120s%s", lights,
-                 adjective, list, lights > NAMED_LIGHTS ? " and others" : "");
-}
-
 struct build_batch { /* builds whose faces share the target */
     struct shadow_build *builds;
     size_t count;
 };
 
-/* As many of the builds from first on as the target may hold at once; at least one. */
-static struct build_batch next_batch(const struct shadow_system *shadows, size_t first)
+/* As many of the builds from first on as the target may hold at once, and no more than wanted; at
+ * least one. */
+static struct build_batch next_batch(const struct shadow_system *shadows, size_t first,
+                                     uint64_t wanted)
 {
     uint64_t most_bytes = 256ull << 20;
     if (most_bytes > shadows->store.budget_bytes / 4)
@@ -322,7 +292,8 @@ static struct build_batch next_batch(const struct shadow_system *shadows, size_t
     if (most > (uint64_t)shadows->store.limits->max_texture_layers)
         most = (uint64_t)shadows->store.limits->max_texture_layers;
     struct build_batch batch = {&shadows->builds[first], 0};
-    for (uint64_t layers = 0; first + batch.count < shadows->build_count; batch.count++) {
+    for (uint64_t layers = 0; first + batch.count < shadows->build_count && batch.count < wanted;
+         batch.count++) {
         struct shadow_build *build = &batch.builds[batch.count];
         build->target_layer = (uint32_t)layers;
         layers += build->map->frame.face_count;
@@ -347,28 +318,58 @@ static bool reserve_pools(struct shadow_system *shadows, struct error *err)
            shadow_store_reserve(&shadows->store, SHADOW_POOL_HEADS, heads, err);
 }
 
+static bool build_batch(struct shadow_system *shadows, const struct build_batch *batch,
+                        const struct shadow_scene *scene, const char *opaque,
+                        const char *transparent, struct error *err)
+{
+    struct shadow_builder *builder = &shadows->builder;
+    struct shadow_build *builds = batch->builds;
+    return shadow_depth_build(builder, builds, batch->count, scene, opaque, err) &&
+           shadow_deep_build(builder, builds, batch->count, scene, transparent, err) &&
+           shadow_compress_build(builder, builds, batch->count, scene, transparent, err) &&
+           shadow_linked_build(builder, builds, batch->count, scene, transparent, err);
+}
+
+/* Lights that have a structure in this frame. */
+static size_t count_structures(const struct shadow_system *shadows)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < shadows->light_count; i++)
+        count += shadows->light_maps[i] != NULL;
+    return count;
+}
+
+/* Builds all, or the first of them: others go first then. Where they drove out what had been built,
+ * so that more is built than there are lights, they wait. */
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
     struct shadow_scene scene = {desc->gpu, desc->state, desc->arena,
                                  (uint32_t)desc->quality->blend_filter};
+    struct shadow_progress *progress = desc->progress;
     char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
-    struct shadow_builder *builder = &shadows->builder;
-    if (desc->is_left_out) { /* the same words for each batch, so that their lines are one */
-        snprintf(opaque, sizeof opaque, "lights cast shadows that do not fit the budget at once");
-        memcpy(transparent, opaque, sizeof transparent);
-    } else {
-        explain(shadows, desc->state, false, opaque);
-        explain(shadows, desc->state, true, transparent);
+    struct bands bands = bands_begin(shadows->build_count, progress ? 1 : 0, 1);
+    size_t first = 0;
+    bool ok = reserve_pools(shadows, err), is_over = false;
+    shadow_reasons(shadows->builds, shadows->build_count, desc, opaque, transparent);
+    while (ok && !is_over && bands_next(&bands)) {
+        double begin_ms = wall_ms();
+        for (size_t end = bands.first + bands.count; ok && first < end;) {
+            struct build_batch batch = next_batch(shadows, first, end - first);
+            ok = build_batch(shadows, &batch, &scene, opaque, transparent, err);
+            first += batch.count;
+        }
+        if (!ok || !progress || bands_is_last(&bands))
+            continue;
+        glFinish();
+        bands_took(&bands, wall_ms() - begin_ms);
+        is_over = progress->built + first <= count_structures(shadows) &&
+                  progress->is_due(progress->context);
     }
-    bool ok = reserve_pools(shadows, err);
-    for (size_t first = 0; ok && first < shadows->build_count;) {
-        struct build_batch batch = next_batch(shadows, first);
-        ok = shadow_depth_build(builder, batch.builds, batch.count, &scene, opaque, err) &&
-             shadow_deep_build(builder, batch.builds, batch.count, &scene, transparent, err) &&
-             shadow_compress_build(builder, batch.builds, batch.count, &scene, transparent, err) &&
-             shadow_linked_build(builder, batch.builds, batch.count, &scene, transparent, err);
-        first += batch.count;
+    if (ok && progress) {
+        progress->built += first;
+        progress->is_interrupted = is_over;
+        shadows->done_count = first;
     }
     shadow_store_trim_target(&shadows->store);
     return ok;
@@ -419,17 +420,24 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
     return check_size(shadows, err) && build_all(shadows, desc, err);
 }
 
-/* Maps whose construction failed halfway must not be found again. */
-static void drop_builds(struct shadow_system *shadows)
+/* Maps whose construction failed halfway, or did not begin, must not be found again. */
+static void drop_builds_from(struct shadow_system *shadows, size_t first)
 {
-    for (size_t b = 0; b < shadows->build_count; b++)
+    for (size_t b = first; b < shadows->build_count; b++) {
         for (size_t i = 0; i < shadows->map_count; i++)
             if (shadows->maps[i] == shadows->builds[b].map) {
                 drop_map(shadows, i);
                 break;
             }
-    finish_builds(shadows);
+        shadow_casters_finish(&shadows->builds[b].casters);
+    }
+    shadows->build_count = first;
     shadows->light_count = 0;
+}
+
+static void drop_builds(struct shadow_system *shadows)
+{
+    drop_builds_from(shadows, 0);
 }
 
 /* Rows of eye_from_world. */
@@ -511,8 +519,11 @@ static void set_defines(struct shadow_system *shadows)
     shadow_features_write(&features, shadows->defines);
 }
 
-static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map)
+static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map,
+                         const struct shadow_progress *progress)
 {
+    if (progress && map->progress == progress->number)
+        return true;
     for (size_t i = 0; i < shadows->build_count; i++)
         if (shadows->builds[i].map == map)
             return true;
@@ -555,14 +566,7 @@ static void report_nodes(const struct shadow_system *shadows, struct frame_repor
         const struct shadow_map *map = shadows->light_maps[i];
         if (!map || !(map->flags & SHADOW_FLAG_NODES))
             continue;
-        c->maps++;
-        c->events += map->exact_events;
-        c->nodes += map->event_count;
-        c->exact_bytes += map->exact_events * shadow_compress_event_bytes(map);
-        c->node_bytes += map->event_count * SHADOW_NODE_BYTES;
-        c->windows += map->built_windows;
-        c->prefilter = map->prefilter;
-        c->max_error = fmax(c->max_error, map->compression);
+        shadow_compress_report(map, c);
     }
     if (shadows->kept_exact)
         report_warn(report,
@@ -571,7 +575,8 @@ static void report_nodes(const struct shadow_system *shadows, struct frame_repor
                     shadows->kept_exact, shadows->kept_exact + (size_t)c->maps);
 }
 
-static void fill_report(const struct shadow_system *shadows, struct frame_report *report)
+static void fill_report(const struct shadow_system *shadows, const struct shadow_progress *progress,
+                        struct frame_report *report)
 {
     static const char *const names[] = {"shadow.map", "shadow.deep", "shadow.deep-linked"};
     bool is_reused[3] = {false, false, false};
@@ -585,7 +590,7 @@ static void fill_report(const struct shadow_system *shadows, struct frame_report
         occupied += map->occupied_texels;
         if (map->longest_list > report->counts.longest_list)
             report->counts.longest_list = map->longest_list;
-        if (is_built_now(shadows, map))
+        if (is_built_now(shadows, map, progress))
             continue;
         report->counts.shadow_maps_reused++;
         if (!is_reused[map->kind])
@@ -626,6 +631,8 @@ static bool prepare_within_budget(struct shadow_system *shadows,
         failure = (struct error){0};
         shadows->allowed_error = attempt == 2 ? quality->shadow_error_allowed : 0;
         if (prepare_maps(shadows, desc, &failure)) {
+            if (desc->progress && desc->progress->is_interrupted)
+                return true;
             if (attempt == 2)
                 report_warn(report,
                             "exact shadow lists exceed the budget of %llu bytes: compressed, no "
@@ -668,13 +675,24 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
         return false;
     if (!desc->needs)
         complete.needs = &own;
+    if (desc->progress && !desc->progress->number)
+        desc->progress->number = ++shadows->progresses;
+    if (desc->progress)
+        desc->progress->is_interrupted = false;
     bool ok = prepare_within_budget(shadows, &complete, report, err);
     shadow_needs_finish(&own);
+    if (ok && desc->progress && desc->progress->is_interrupted) {
+        drop_builds_from(shadows, shadows->done_count);
+        report->counts.shadow_maps_built += shadows->build_count;
+        count_casters(shadows, desc->state, report);
+        finish_builds(shadows);
+        return true;
+    }
     if (!ok || !upload_records(shadows, desc, err))
         return false;
     gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
     set_defines(shadows);
-    fill_report(shadows, report);
+    fill_report(shadows, desc->progress, report);
     count_casters(shadows, desc->state, report);
     return true;
 }

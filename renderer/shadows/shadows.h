@@ -26,6 +26,17 @@ struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc
                                            struct error *err);
 void shadow_system_destroy(struct shadow_system *shadows);
 
+/* Structures of one frame that are built in several calls, because others go first in between. */
+struct shadow_progress {
+    const void *context;
+    bool (*is_due)(const void *context); /* required: shall others go first? */
+    uint64_t number;                     /* 0: begins */
+    uint64_t built;                      /* so far */
+    bool is_interrupted;                 /* out: call again; nothing may be asked until then */
+    char opaque[REPORT_TEXT_BYTES];      /* why, in the words of the first call */
+    char transparent[REPORT_TEXT_BYTES];
+};
+
 struct shadow_prepare_desc {
     const char *scene_key; /* part of every cache key */
     const struct scene_gpu *gpu;
@@ -37,6 +48,7 @@ struct shadow_prepare_desc {
     const struct shadow_needs *needs; /* of the state and quality; NULL: found here, for all
                                          lights */
     const bool *is_left_out; /* per light: true gets no structure in this call; NULL: none is */
+    struct shadow_progress *progress; /* optional; else all are built at once */
 };
 
 /* Makes every shadow structure of state->lights valid: reuses, or rebuilds. A light without a

@@ -14,7 +14,7 @@
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
 
-enum { OTHERS = 4, PAUSES = 6 };
+enum { OTHERS = 4, PAUSES = 6, PAUSES_MAX = 16 };
 
 /* What is rendered in an interlude, and what it looks like without one. */
 struct other {
@@ -26,8 +26,8 @@ struct other {
 struct interruption {
     struct renderer *renderer;
     struct other others[OTHERS];
-    int pauses_left, served;
-    int wanted; /* after so many pauses the frame is unwanted; 0: never */
+    int pauses, pauses_left, served; /* pauses: at most in a frame; 0: PAUSES */
+    int wanted;                      /* after so many pauses the frame is unwanted; 0: never */
 };
 
 static bool is_due(void *context)
@@ -123,7 +123,8 @@ static bool render_with_pauses(struct fixture *fixture, const struct view *view,
     const struct interlude interlude = {
         .context = &fixture->interruption, .is_due = is_due, .serve = serve};
     fixture->interruption.served = 0;
-    fixture->interruption.pauses_left = PAUSES;
+    fixture->interruption.pauses_left =
+        fixture->interruption.pauses ? fixture->interruption.pauses : PAUSES;
     renderer_set_interlude(fixture->renderer, &interlude);
     bool ok = renderer_render(fixture->renderer, "demo", view, frame, err);
     renderer_set_interlude(fixture->renderer, NULL);
@@ -138,7 +139,8 @@ static void assert_pauses_change_nothing(struct fixture *fixture, const struct v
     shoot(fixture->renderer, &fixture->demo, view, &plain);
     if (!render_with_pauses(fixture, view, &paused, &err))
         fail_msg("%s", err.message);
-    assert_in_range(fixture->interruption.served, least_pauses, PAUSES);
+    assert_in_range(fixture->interruption.served, least_pauses,
+                    fixture->interruption.pauses ? fixture->interruption.pauses : PAUSES);
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
         if (plain.outputs[i].pixels)
             assert_same_bits(&plain.outputs[i], &paused.outputs[i]);
@@ -181,15 +183,21 @@ static void rasterised_frames_keep_their_bits(void **state)
     fixture_finish(&fixture);
 }
 
+static struct renderer *create_renderer(const struct renderer_desc *desc)
+{
+    struct error err = {0};
+    struct renderer *renderer = renderer_create(desc, &err);
+    if (!renderer)
+        fail_msg("%s", err.message);
+    return renderer;
+}
+
 static void batches_of_lights_keep_their_bits(void **state)
 {
     (void)state;
-    struct error err = {0};
     struct fixture fixture;
-    struct renderer *renderer = renderer_create(
-        &(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 24 << 20}, &err);
-    if (!renderer)
-        fail_msg("%s", err.message);
+    struct renderer *renderer =
+        create_renderer(&(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 24 << 20});
     fixture_init(&fixture, renderer);
     struct view view = demo_view(VIEW_SHADOWS_DEEP);
     view.quality.shadow_resolution = 256;
@@ -198,6 +206,74 @@ static void batches_of_lights_keep_their_bits(void **state)
     assert_in_range(frame.report.counts.light_batches, 2, 100);
     frame_finish(&frame);
     assert_pauses_change_nothing(&fixture, &view, 4);
+    fixture_finish(&fixture);
+}
+
+/* A picture of 15,360 pixels in pieces that begin with 512: five steps, and three pieces at least
+ * of the pixels and of the entries; in batches of lights, too. */
+static void shading_stops_between_bands(void **state)
+{
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP,
+                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    struct fixture fixture;
+    (void)state;
+    for (int budget_mib = 0; budget_mib <= 24; budget_mib += 24) {
+        fixture_init(&fixture, create_renderer(&(struct renderer_desc){
+                                   .is_strict = true,
+                                   .first_band = 512,
+                                   .gpu_budget_bytes = (uint64_t)budget_mib << 20}));
+        fixture.interruption.pauses = PAUSES_MAX;
+        for (int i = 0; i < (budget_mib ? 1 : 2); i++) {
+            struct view view = demo_view(techniques[i]);
+            view.quality.shadow_resolution = 256;
+            struct image warm = shoot_color(fixture.renderer, &fixture.demo, &view);
+            image_finish(&warm);
+            assert_pauses_change_nothing(&fixture, &view, 5 + 2 + 2);
+        }
+        fixture_finish(&fixture);
+    }
+}
+
+/* How often a pass has a line in the report: once for each reason. */
+static int count_lines(const struct frame_report *report, const char *pass)
+{
+    int count = 0;
+    for (int i = 0; i < report->pass_count; i++)
+        count += strcmp(report->passes[i].pass, pass) == 0;
+    return count;
+}
+
+/* Shadow structures that nobody has built yet: others go first between them, and the report is that
+ * of a frame that built them at once. */
+static void building_stops_between_lights(void **state)
+{
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_MAP, VIEW_SHADOWS_DEEP,
+                                                   VIEW_SHADOWS_DEEP_LINKED};
+    struct fixture fixture;
+    (void)state;
+    fixture_init(&fixture, render_rig_create());
+    fixture.interruption.pauses = 4;
+    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+        struct view view = demo_view(techniques[i]);
+        view.quality.shadow_resolution = 256;
+        struct frame plain, paused;
+        struct error err = {0};
+        shoot(fixture.renderer, &fixture.demo, &view, &plain);
+        uint64_t built = plain.report.counts.shadow_maps_built;
+        assert_true(built > 4);
+        renderer_drop_structures(fixture.renderer, fixture.demo.key);
+        if (!render_with_pauses(&fixture, &view, &paused, &err))
+            fail_msg("%s", err.message);
+        assert_int_equal(fixture.interruption.served, 4);
+        assert_same_bits(&plain.outputs[VIEW_OUTPUT_COLOR], &paused.outputs[VIEW_OUTPUT_COLOR]);
+        assert_int_equal(paused.report.counts.shadow_maps_built, built);
+        assert_int_equal(paused.report.counts.shadow_maps_reused, 0);
+        assert_int_equal(paused.report.counts.shadow_draws, plain.report.counts.shadow_draws);
+        assert_int_equal(paused.report.counts.events, plain.report.counts.events);
+        assert_int_equal(count_lines(&paused.report, "shadow.depth"), 1);
+        frame_finish(&plain);
+        frame_finish(&paused);
+    }
     fixture_finish(&fixture);
 }
 
@@ -284,6 +360,8 @@ int main(void)
         cmocka_unit_test(ray_traced_frames_keep_their_bits),
         cmocka_unit_test(rasterised_frames_keep_their_bits),
         cmocka_unit_test(batches_of_lights_keep_their_bits),
+        cmocka_unit_test(shading_stops_between_bands),
+        cmocka_unit_test(building_stops_between_lights),
         cmocka_unit_test(an_unwanted_frame_ends_and_the_next_is_whole),
         cmocka_unit_test(rays_of_an_unwanted_frame_end_within_a_tile),
     };
