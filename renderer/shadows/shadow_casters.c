@@ -411,15 +411,20 @@ void caster_list_programs(const struct caster_paint_desc *desc, const char *pass
                           bool is_conditional, struct program_list *list)
 {
     const struct shadow_casters *casters = &desc->build->casters;
-    uint32_t last = UINT32_MAX; /* no key */
+    uint32_t listed[64]; /* of many casters few have a key of their own */
+    size_t listed_count = 0;
     for (size_t i = 0; i < casters->count; i++) {
         char defines[DEFINES_BYTES];
         if (!is_drawn(desc, casters->items[i]))
             continue;
         uint32_t key = variant_key(desc, &desc->scene->state->items[casters->items[i]]);
-        if (key == last) /* neighbours mostly share one */
+        size_t at = 0;
+        while (at < listed_count && listed[at] != key)
+            at++;
+        if (at < listed_count)
             continue;
-        last = key;
+        if (listed_count < sizeof listed / sizeof *listed)
+            listed[listed_count++] = key;
         const struct program_desc program = variant_program(key, defines);
         program_list_add(list, pass, &program, is_conditional);
     }
