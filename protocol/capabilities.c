@@ -93,6 +93,7 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put_integer(&writer, "gpu_budget_bytes", device->gpu_budget_bytes);
     json_put_integer(&writer, "gpu_used_bytes", device->gpu_used_bytes);
     json_put_integer(&writer, "upload_bytes_per_ms", device->upload_bytes_per_ms);
+    json_put_bool(&writer, "texture_compression", device->compresses_textures);
     json_put_bool(&writer, "true_timers", device->has_true_timers);
     json_put_bool(&writer, "post_depth_coverage", device->has_post_depth_coverage);
     json_put_bool(&writer, "program_binaries", device->has_program_binaries);
@@ -140,10 +141,12 @@ bool device_capabilities_from_json(json_t *json, struct device_capabilities *dev
     struct json_node coverage = json_member(&root, "post_depth_coverage");
     struct json_node binaries = json_member(&root, "program_binaries");
     struct json_node robust = json_member(&root, "robust");
+    struct json_node compression = json_member(&root, "texture_compression");
     return read_texts(&root, device) && read_numbers(&root, device) &&
            json_read_bool(&timers, &device->has_true_timers) &&
            json_read_bool(&coverage, &device->has_post_depth_coverage) &&
            json_read_bool(&binaries, &device->has_program_binaries) &&
+           json_read_bool(&compression, &device->compresses_textures) &&
            json_read_bool(&robust, &device->is_robust) && read_auto(&root, &device->automatic);
 }
 

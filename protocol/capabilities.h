@@ -37,6 +37,7 @@ struct device_capabilities {
     uint64_t max_storage_block_bytes;
     uint64_t gpu_budget_bytes, gpu_used_bytes;
     uint64_t upload_bytes_per_ms; /* levels of textures, measured */
+    bool compresses_textures;     /* asked to, and able to, beyond their budget */
     bool has_true_timers, has_post_depth_coverage, is_robust;
     bool has_program_binaries; /* compiled programs are kept from one start to the next */
     struct device_auto automatic;

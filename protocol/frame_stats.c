@@ -99,9 +99,9 @@ enum { COMPRESSION_MEMBERS = sizeof compression_members / sizeof *compression_me
 #member, offsetof(struct frame_stats, textures.member) \
     }
 static const struct count_member texture_members[] = {
-    TEXTURES(budget_bytes),  TEXTURES(resident_bytes), TEXTURES(wanted_bytes),
-    TEXTURES(pending_bytes), TEXTURES(written_bytes),  TEXTURES(coarse_count),
-    TEXTURES(level_bias),
+    TEXTURES(budget_bytes),  TEXTURES(resident_bytes),   TEXTURES(wanted_bytes),
+    TEXTURES(pending_bytes), TEXTURES(written_bytes),    TEXTURES(coarse_count),
+    TEXTURES(level_bias),    TEXTURES(compressed_count), TEXTURES(compressed_bytes),
 };
 enum { TEXTURE_MEMBERS = sizeof texture_members / sizeof *texture_members };
 
@@ -226,6 +226,7 @@ static json_t *write_textures(const struct frame_stats *stats)
         return json_null();
     struct json_writer writer = json_writer_begin();
     put_members(&writer, stats, texture_members, TEXTURE_MEMBERS);
+    json_put_number(&writer, "compressed_rmse", stats->textures.compressed_rmse);
     json_put_number(&writer, "upload_ms", rounded(stats->textures.upload_ms));
     return json_writer_take(&writer);
 }
@@ -235,8 +236,10 @@ static bool read_textures(const struct json_node *node, struct frame_stats *stat
     if (!node->value)
         return true;
     struct json_node upload = json_member(node, "upload_ms");
+    struct json_node rmse = json_member(node, "compressed_rmse");
     return json_expect_object(node, NULL) &&
            read_members(node, stats, texture_members, TEXTURE_MEMBERS) &&
+           json_read_number(&rmse, 0, 1, &stats->textures.compressed_rmse) &&
            json_read_number(&upload, 0, INFINITY, &stats->textures.upload_ms);
 }
 

@@ -112,8 +112,8 @@ struct frame_stats {
     } compression;
     struct frame_stats_textures { /* budget_bytes 0 = null: none were sampled on the GPU */
         uint64_t budget_bytes, resident_bytes, wanted_bytes, pending_bytes, written_bytes;
-        uint64_t coarse_count, level_bias;
-        double upload_ms;
+        uint64_t coarse_count, level_bias, compressed_count, compressed_bytes;
+        double compressed_rmse, upload_ms;
     } textures;
     struct frame_stats_bytes bytes[FRAME_STATS_BYTES_MAX];
     int byte_count;

@@ -36,7 +36,8 @@ struct report_bytes {
     uint64_t bytes;
 };
 
-/* All in bytes but level_bias, in levels, coarse_count, in textures, and upload_ms. All 0: the
+/* All in bytes but level_bias, in levels, coarse_count and
+ * compressed_count, in textures, compressed_rmse and upload_ms. All 0: the
  * scene has none, or the frame is ray traced and reads them from the scene's file. */
 struct report_textures {
     uint64_t budget_bytes, resident_bytes; /* of all scenes */
@@ -45,6 +46,8 @@ struct report_textures {
     uint64_t written_bytes; /* for this frame */
     uint64_t coarse_count;  /* textures drawn without some level that was asked for */
     uint32_t level_bias;    /* levels withheld for want of budget: the most of any texture */
+    uint64_t compressed_count, compressed_bytes; /* textures drawn so, colours only */
+    double compressed_rmse; /* of theirs, in their finest level, of 1, as coded */
     double upload_ms;       /* wall clock spent on what was written, the device's work included */
 };
 

@@ -145,6 +145,13 @@ static void warn(const struct report_textures *report, struct frame_report *fram
                     "finest are withheld (level bias %u, texture-budget-bytes)",
                     (double)report->wanted_bytes / (1 << 20),
                     (double)report->budget_bytes / (1 << 20), report->level_bias);
+    if (report->compressed_count)
+        report_warn(frame,
+                    "textures: this view samples %.1f MiB of levels, the budget is %.1f MiB: the "
+                    "colours of %llu are compressed and off by %.4f (RMS, of 1, as coded)",
+                    (double)report->wanted_bytes / (1 << 20),
+                    (double)report->budget_bytes / (1 << 20),
+                    (unsigned long long)report->compressed_count, report->compressed_rmse);
     if (report->pending_bytes)
         report_warn(frame, "textures: drawn with coarse levels, %.1f MiB are to come",
                     (double)report->pending_bytes / (1 << 20));
@@ -207,7 +214,7 @@ static bool bring(struct frame_textures *textures, const struct frame_run *run,
     bool is_good = texture_pool_prepare(run->renderer->scenes->textures, &wish, report, err);
     free(demands);
     scene_gpu_set_texture_passes(gpu, textures->wanted ? &textures->passes : NULL);
-    textures->is_inexact |= report->coarse_count > 0;
+    textures->is_inexact |= report->coarse_count > 0 || report->compressed_count > 0;
     return is_good;
 }
 

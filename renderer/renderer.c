@@ -46,7 +46,8 @@ static struct texture_pool *create_textures(const struct renderer_desc *desc,
                                                         ? desc->texture_budget_bytes
                                                         : gpu_budget_bytes / 2,
                                     .upload_bytes = desc->texture_upload_bytes,
-                                    .upload_ms = desc->texture_upload_ms},
+                                    .upload_ms = desc->texture_upload_ms,
+                                    .compresses = desc->compresses_textures},
         err);
 }
 
@@ -190,6 +191,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .is_software = limits->is_software,
         .budget_bytes = renderer->budget_bytes,
         .used_bytes = renderer_used_bytes(renderer),
+        .compresses_textures = texture_pool_compresses(renderer->scenes->textures),
         .upload_bytes_per_ms = (uint64_t)texture_pool_bytes_per_ms(renderer->scenes->textures),
     };
     struct program_cache_stats programs;

@@ -25,6 +25,8 @@ struct renderer_desc {
     uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
                                       MiB */
     double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
+    bool compresses_textures;      /* opaque colours where their budget is exceeded, before levels
+                                      are withheld; where the device can */
     const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
                                       there */
     const char *program_folder;    /* optional, borrowed during create: where compiled programs are
@@ -49,6 +51,7 @@ struct renderer_info {
     bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;
     bool is_robust;                              /* context reports resets */
+    bool compresses_textures;                    /* asked to, and able to */
     bool is_software;                            /* the rasteriser runs on our own processors */
     uint64_t programs_built, programs_reused;    /* since the start: compiled, and found compiled */
     uint64_t programs_loaded;                    /* taken from the program folder */

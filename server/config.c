@@ -49,6 +49,8 @@ static const struct key keys[] = {
      "levels of textures brought for one frame of a view in motion"},
     {"texture-upload-ms", KEY_INT, AT(texture_upload_ms), 1, 1000,
      "time that such a frame spends on them"},
+    {"texture-compression", KEY_BOOL, AT(texture_compression), 0, 0,
+     "beyond their budget, compress colours of textures before levels are withheld"},
     {"max-upload-bytes", KEY_BYTES, AT(max_upload_bytes), 1 << 10, INT64_MAX,
      "one upload, all its files together"},
     {"decode-memory-bytes", KEY_BYTES, AT(decode_memory_bytes), 64 << 20, INT64_MAX,

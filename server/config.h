@@ -36,6 +36,7 @@ struct config {
     uint64_t texture_budget_bytes; /* 0 = half of the GPU's */
     uint64_t texture_upload_bytes; /* of one frame in motion */
     int texture_upload_ms;         /* likewise */
+    bool texture_compression;      /* beyond the budget, before levels are withheld */
     uint64_t max_upload_bytes;     /* of one upload, all files */
     uint64_t decode_memory_bytes;  /* of one decoder */
     int device;                    /* 0 = choose; N = the N-th EGL device */

@@ -92,6 +92,9 @@ static void copy_textures(const struct frame_report *report, struct frame_stats 
                                                     .written_bytes = from->written_bytes,
                                                     .coarse_count = from->coarse_count,
                                                     .level_bias = from->level_bias,
+                                                    .compressed_count = from->compressed_count,
+                                                    .compressed_bytes = from->compressed_bytes,
+                                                    .compressed_rmse = from->compressed_rmse,
                                                     .upload_ms = from->upload_ms};
 }
 
@@ -293,6 +296,7 @@ void device_capabilities_from_info(const struct renderer_info *info,
         .gpu_budget_bytes = info->budget_bytes,
         .gpu_used_bytes = info->used_bytes,
         .upload_bytes_per_ms = info->upload_bytes_per_ms,
+        .compresses_textures = info->compresses_textures,
         .has_true_timers = info->has_true_timers,
         .has_post_depth_coverage = info->has_post_depth_coverage,
         .has_program_binaries = info->program_formats > 0,

@@ -99,12 +99,13 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
     snprintf(speed_file, sizeof speed_file, "%s/cache/device-speed-%d.json", config->state_dir,
              config->device);
     json_t *settings = json_pack(
-        "{s:s,s:i,s:I,s:I,s:I,s:i,s:I,s:s,s:s,s:I,s:i,s:s}", "op", "configure", "device",
+        "{s:s,s:i,s:I,s:I,s:I,s:i,s:b,s:I,s:s,s:s,s:I,s:i,s:s}", "op", "configure", "device",
         config->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
         "texture_budget_bytes", (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,
-        "cache_bytes", (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders,
-        "program_folder", config->program_bytes ? program_folder : "", "program_budget_bytes",
+        "texture_compression", config->texture_compression, "cache_bytes",
+        (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "program_folder",
+        config->program_bytes ? program_folder : "", "program_budget_bytes",
         (json_int_t)config->program_bytes, "auto", (int)config->automatic, "speed_file",
         speed_file);
     bool is_sent = settings ? ipc_send(supervisor->worker.socket, settings, NULL, 0, err)

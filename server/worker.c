@@ -342,7 +342,8 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
             .texture_upload_bytes =
                 (uint64_t)json_integer_value(json_object_get(settings, "texture_upload_bytes")),
             .texture_upload_ms =
-                (double)json_integer_value(json_object_get(settings, "texture_upload_ms"))},
+                (double)json_integer_value(json_object_get(settings, "texture_upload_ms")),
+            .compresses_textures = json_is_true(json_object_get(settings, "texture_compression"))},
         err);
     if (!worker->renderer)
         return false;

@@ -4,8 +4,8 @@
 #include "renderer/scene/texture_store_internal.h"
 
 enum {
-    STEP_LEVELS = 2, /* a sixteenth of the bytes first, of all textures */
-    READ_AHEAD = 8,  /* textures whose pixels are read before it is their turn */
+    STEP_LEVELS = 2,                       /* a sixteenth of the bytes first, of all textures */
+    READ_AHEAD = TEXTURE_PACKER_AHEAD - 1, /* textures that are read before it is their turn */
 };
 
 static uint64_t level_bytes(const struct stored_texture *t, uint32_t level)
@@ -16,19 +16,24 @@ static uint64_t level_bytes(const struct stored_texture *t, uint32_t level)
 /* Finer than what is granted, so that it can be let go. */
 static bool is_too_fine(const struct stored_texture *t)
 {
-    return t->granted != TEXTURE_UNNEEDED && t->full.texture.name && t->full.top < t->granted;
+    return t->granted != TEXTURE_UNNEEDED && t->full.texture.name && t->full.top < t->granted &&
+           !texture_is_otherwise(t);
 }
 
 /* ---- all ---- */
 
 static void read_ahead(struct texture_pool *pool, size_t from)
 {
+    struct texture_packing what;
     for (int ahead = 0; from < pool->wish_count && ahead < READ_AHEAD; from++) {
         struct stored_texture *t = pool->textures[from];
         if (!texture_is_missing(t))
             continue;
-        texture_reader_ask(pool->reader, texture_level_pixels(t, t->granted),
-                           level_bytes(t, t->granted));
+        if (!t->packs)
+            texture_reader_ask(pool->reader, texture_level_pixels(t, t->granted),
+                               level_bytes(t, t->granted));
+        else if (texture_needs_packing(t, t->granted, &what))
+            texture_packer_ask(pool->packer, &what);
         ahead++;
     }
 }
@@ -44,7 +49,7 @@ bool texture_bring_all(struct texture_pool *pool, struct texture_spending *spend
         struct stored_texture *t = pool->textures[i];
         if (!is_too_fine(t))
             continue;
-        bytes -= t->full.texture.size_bytes - texture_bytes_from(t, t->granted);
+        bytes -= t->full.texture.size_bytes - texture_granted_from(t, t->granted);
         if (!texture_replace(t, t->granted, spending, err))
             return false;
     }
@@ -73,15 +78,25 @@ static uint8_t next_top(struct stored_texture *t)
                                                                     : t->granted);
 }
 
-/* Whether its new levels are in memory; else they are asked for. */
+/* Whether its new levels are in memory, as blocks where it takes such; else they are asked for. */
 static bool are_read(struct texture_pool *pool, struct stored_texture *t, uint32_t top)
 {
     bool all = true;
+    struct texture_packing what;
+    if (t->packs)
+        return !texture_needs_packing(t, top, &what) || texture_packer_ask(pool->packer, &what);
     uint32_t end = t->needs_levels ? present_top(t) : top + 1;
     for (uint32_t level = top; level < end; level++)
         all &=
             texture_reader_ask(pool->reader, texture_level_pixels(t, level), level_bytes(t, level));
     return all;
+}
+
+/* Levels; 0 of one that is packed and should not be, or should. */
+static uint32_t lacks(struct stored_texture *t)
+{
+    uint32_t top = present_top(t);
+    return top > t->granted ? top - t->granted : 0;
 }
 
 /* Those that lack levels, the coarsest first, else in the order of the wish. */
@@ -91,14 +106,14 @@ static size_t list_missing(struct texture_pool *pool)
     for (size_t i = 0; i < pool->wish_count; i++) {
         struct stored_texture *t = pool->textures[i];
         if (texture_is_missing(t))
-            starts[TEXTURE_LEVELS_MAX - (present_top(t) - t->granted) + 1]++, count++;
+            starts[TEXTURE_LEVELS_MAX - lacks(t) + 1]++, count++;
     }
-    for (int lacks = 1; lacks < TEXTURE_LEVELS_MAX + 2; lacks++)
-        starts[lacks] += starts[lacks - 1];
+    for (int i = 1; i < TEXTURE_LEVELS_MAX + 2; i++)
+        starts[i] += starts[i - 1];
     for (size_t i = 0; i < pool->wish_count; i++) {
         struct stored_texture *t = pool->textures[i];
         if (texture_is_missing(t))
-            pool->missing[starts[TEXTURE_LEVELS_MAX - (present_top(t) - t->granted)]++] = t;
+            pool->missing[starts[TEXTURE_LEVELS_MAX - lacks(t)]++] = t;
     }
     return count;
 }
@@ -109,7 +124,7 @@ static bool make_room(const struct stored_texture *t, uint32_t top,
 {
     struct texture_pool *pool = t->store->pool;
     struct stored_texture *victim = NULL;
-    uint64_t more = texture_bytes_from(t, top) - t->full.texture.size_bytes;
+    uint64_t more = texture_granted_from(t, top) - t->full.texture.size_bytes;
     while (pool->resident_bytes + more > pool->budget_bytes &&
            !texture_spending_is_over(spending) && (victim = texture_find_victim(pool)) != NULL)
         if (!texture_let_go(victim, err))
@@ -130,7 +145,11 @@ static void advance_incoming(struct texture_pool *pool, struct texture_spending 
 static bool begin(struct texture_pool *pool, struct stored_texture *t, uint32_t top,
                   struct texture_spending *spending, struct error *err)
 {
-    if (!texture_begin(t, top, &pool->incoming, err))
+    struct texture_packing what;
+    struct texture_packed packed = {0};
+    if (t->packs && texture_needs_packing(t, top, &what))
+        packed = texture_packer_take(pool->packer, &what); /* it is done */
+    if (!texture_begin(t, top, &packed, &pool->incoming, err))
         return false;
     advance_incoming(pool, spending);
     return true;
@@ -146,7 +165,7 @@ static bool shrink_some(struct texture_pool *pool, struct texture_spending *spen
         struct stored_texture *t = pool->textures[i];
         if (!is_too_fine(t) || texture_spending_is_over(spending))
             continue;
-        bytes -= t->full.texture.size_bytes - texture_bytes_from(t, t->granted);
+        bytes -= t->full.texture.size_bytes - texture_granted_from(t, t->granted);
         if (!begin(pool, t, t->granted, spending, err))
             return false;
     }
@@ -192,8 +211,9 @@ static bool bring_first(struct texture_pool *pool, struct texture_spending *spen
 static bool is_of_use(const struct texture_incoming *in)
 {
     struct stored_texture *t = in->of;
-    return t->granted != TEXTURE_UNNEEDED && in->top >= t->granted &&
-           (in->top < present_top(t) || (is_too_fine(t) && in->top == t->granted));
+    return t->granted != TEXTURE_UNNEEDED && in->top >= t->granted && in->is_packed == t->packs &&
+           (in->top < present_top(t) || texture_is_otherwise(t) ||
+            (is_too_fine(t) && in->top == t->granted));
 }
 
 bool texture_bring_some(struct texture_pool *pool, struct texture_spending *spending,

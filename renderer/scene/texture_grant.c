@@ -13,12 +13,19 @@ static uint32_t biased(const struct stored_texture *t, uint32_t bias)
     return level < last ? level : last;
 }
 
+/* Colours in blocks, or not. */
+static void set_packing(struct texture_pool *pool, bool packs)
+{
+    for (size_t i = 0; i < pool->wish_count; i++)
+        pool->textures[i]->packs = packs && pool->textures[i]->can_pack;
+}
+
 static uint64_t granted_bytes(const struct texture_pool *pool, uint32_t bias)
 {
     uint64_t bytes = 0;
     for (size_t i = 0; i < pool->wish_count; i++)
         if (pool->textures[i]->wanted != TEXTURE_UNNEEDED)
-            bytes += texture_bytes_from(pool->textures[i], biased(pool->textures[i], bias));
+            bytes += texture_granted_from(pool->textures[i], biased(pool->textures[i], bias));
     return bytes;
 }
 
@@ -31,7 +38,7 @@ static void give_back(struct texture_pool *pool, uint32_t bias, uint64_t bytes)
             if (t->wanted == TEXTURE_UNNEEDED || t->granted < t->wanted + bias)
                 continue;
             uint64_t more =
-                texture_bytes_from(t, t->granted - 1u) - texture_bytes_from(t, t->granted);
+                texture_granted_from(t, t->granted - 1u) - texture_granted_from(t, t->granted);
             if (bytes + more > texture_grant_budget(pool))
                 continue;
             bytes += more;
@@ -39,11 +46,20 @@ static void give_back(struct texture_pool *pool, uint32_t bias, uint64_t bytes)
         }
 }
 
-bool texture_grant(struct texture_pool *pool, struct report_textures *report, struct error *err)
+bool texture_grant(struct texture_pool *pool, bool may_be_coarse, struct report_textures *report,
+                   struct error *err)
 {
     uint32_t bias = 0;
+    uint64_t budget = texture_grant_budget(pool);
+    set_packing(pool, false);
     uint64_t bytes = report->wanted_bytes = granted_bytes(pool, 0);
-    while (bytes > texture_grant_budget(pool)) {
+    pool->packs = pool->can_pack &&
+                  (bytes > budget || (may_be_coarse && pool->packs && bytes > budget / 4 * 3));
+    if (pool->packs) {
+        set_packing(pool, true);
+        bytes = granted_bytes(pool, 0);
+    }
+    while (bytes > budget) {
         uint64_t before = bytes;
         bytes = granted_bytes(pool, ++bias);
         if (bytes == before && bias > TEXTURE_LEVELS_MAX)
@@ -68,7 +84,13 @@ bool texture_grant(struct texture_pool *pool, struct report_textures *report, st
 bool texture_is_missing(struct stored_texture *t)
 {
     const struct texture_levels_held *present = texture_present(t);
-    return t->granted != TEXTURE_UNNEEDED && (!present || present->top > t->granted);
+    return t->granted != TEXTURE_UNNEEDED &&
+           (!present || present->top > t->granted || texture_is_otherwise(t));
+}
+
+bool texture_is_otherwise(const struct stored_texture *t)
+{
+    return t->full.texture.name && t->full.is_packed != t->packs;
 }
 
 uint64_t texture_bytes_to_be(const struct texture_pool *pool)
@@ -77,7 +99,7 @@ uint64_t texture_bytes_to_be(const struct texture_pool *pool)
     for (size_t i = 0; i < pool->wish_count; i++) {
         struct stored_texture *t = pool->textures[i];
         if (t->granted != TEXTURE_UNNEEDED)
-            bytes += texture_is_missing(t) ? texture_bytes_from(t, t->granted)
+            bytes += texture_is_missing(t) ? texture_granted_from(t, t->granted)
                                            : t->full.texture.size_bytes;
     }
     return bytes;

@@ -25,6 +25,7 @@ struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, s
     pool->budget_bytes = desc->budget_bytes;
     pool->upload_bytes = desc->upload_bytes ? desc->upload_bytes : default_upload_bytes;
     pool->upload_ms = desc->upload_ms > 0 ? desc->upload_ms : DEFAULT_UPLOAD_MS;
+    pool->can_pack = desc->compresses && texture_device_packs();
     if (texture_measure_pace(&pool->pace, pool->upload_ms, err))
         return pool;
     texture_pool_destroy(pool);
@@ -37,9 +38,15 @@ void texture_pool_destroy(struct texture_pool *pool)
         return;
     assert(!pool->stores);
     texture_reader_destroy(pool->reader);
+    texture_packer_destroy(pool->packer);
     free(pool->textures);
     free(pool->missing);
     free(pool);
+}
+
+bool texture_pool_compresses(const struct texture_pool *pool)
+{
+    return pool->can_pack;
 }
 
 double texture_pool_bytes_per_ms(const struct texture_pool *pool)
@@ -131,8 +138,18 @@ static bool has_all(struct texture_pool *pool, const struct texture_wish *wish,
     return true;
 }
 
+/* One that takes another form may become smaller; all of it is to be written. */
+static uint64_t lacking_bytes(const struct stored_texture *t)
+{
+    uint64_t bytes = texture_granted_from(t, t->granted);
+    return texture_is_otherwise(t) || bytes < t->full.texture.size_bytes
+               ? bytes
+               : bytes - t->full.texture.size_bytes;
+}
+
 static void count_missing(const struct texture_pool *pool, struct report_textures *report)
 {
+    double squares = 0, texels = 0;
     for (size_t i = 0; i < pool->wish_count; i++) {
         struct stored_texture *t = pool->textures[i];
         const struct texture_levels_held *present = texture_present(t);
@@ -140,8 +157,16 @@ static void count_missing(const struct texture_pool *pool, struct report_texture
             continue;
         report->coarse_count += !present || present->top > t->wanted;
         if (texture_is_missing(t))
-            report->pending_bytes += texture_bytes_from(t, t->granted) - t->full.texture.size_bytes;
+            report->pending_bytes += lacking_bytes(t);
+        if (!t->full.texture.name || !t->full.is_packed)
+            continue;
+        double area = (double)t->full.texture.width * t->full.texture.height;
+        squares += t->full.mean_square * area;
+        texels += area;
+        report->compressed_count++;
+        report->compressed_bytes += t->full.texture.size_bytes;
     }
+    report->compressed_rmse = texels > 0 ? sqrt(squares / texels) : 0;
 }
 
 static struct texture_spending limits_of(const struct texture_pool *pool, bool may_be_coarse)
@@ -172,6 +197,11 @@ static bool bring(struct texture_pool *pool, const struct texture_wish *wish,
     return is_good;
 }
 
+static bool has_packer(struct texture_pool *pool, struct error *err)
+{
+    return !pool->packs || pool->packer || (pool->packer = texture_packer_create(err)) != NULL;
+}
+
 bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,
                           struct report_textures *report, struct error *err)
 {
@@ -180,7 +210,8 @@ bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *
     if (!has_all(pool, wish, report)) {
         if (!pool->reader && !(pool->reader = texture_reader_create(err)))
             return false;
-        is_good = list_all(pool, wish, err) && texture_grant(pool, report, err) &&
+        is_good = list_all(pool, wish, err) &&
+                  texture_grant(pool, wish->may_be_coarse, report, err) && has_packer(pool, err) &&
                   bring(pool, wish, report, err);
         count_missing(pool, report);
     }
@@ -244,7 +275,9 @@ static bool check_sizes(struct texture_store *store, struct error *err)
         if (t->width > (uint32_t)most || t->height > (uint32_t)most)
             return error_set(err, ERROR_UNSUPPORTED, "image %u is %ux%u, the device takes %d",
                              key / 2, t->width, t->height, most);
-        store->whole_bytes += texture_bytes_from(t, 0);
+        t->can_pack =
+            store->pool->can_pack && (key & 1) && store->scene->images[key / 2].least_alpha == 255;
+        store->whole_bytes += texture_bytes_from(t, 0, false);
     }
     return true;
 }
@@ -301,6 +334,7 @@ void texture_store_destroy(struct texture_store *store)
     if (pool->incoming.of && pool->incoming.of->store == store)
         texture_abandon(&pool->incoming);
     texture_reader_drain(pool->reader);
+    texture_packer_drain(pool->packer);
     for (uint32_t key = 0; key < store->count; key++)
         if (store->textures[key].store)
             texture_drop_all(&store->textures[key]);

@@ -17,12 +17,14 @@ struct texture_pool_desc {
                               texture takes the place of its coarser or finer self */
     uint64_t upload_bytes; /* written for one frame that may be coarse; 0 means 16 MiB */
     double upload_ms;      /* spent on that, at most, but for one call; 0 means 4 */
+    bool compresses;       /* opaque colours where a wish exceeds it, before levels are withheld */
 };
 
 /* Measures how fast the device takes levels, 2 ms or so. */
 struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, struct error *err);
 void texture_pool_destroy(struct texture_pool *pool);              /* after all of its stores */
 double texture_pool_bytes_per_ms(const struct texture_pool *pool); /* as measured, lately */
+bool texture_pool_compresses(const struct texture_pool *pool);     /* asked to, and able to */
 
 /* Of a scene that fits the budget alone all levels are brought, in the place of what others did
  * not use for longest. The scene stays borrowed. ERROR_UNSUPPORTED for an image larger than the
@@ -48,9 +50,11 @@ struct texture_wish {
 };
 
 /* Makes room and brings levels, those of this frame before all others'. Where the wish exceeds the
- * budget, every texture is withheld the same number of levels, and gets one back while there is
- * room, in the order of the demands and images: the same wish is granted the same levels. A frame
- * that may be coarse reads no file. ERROR_OVER_BUDGET when not even the coarsest levels fit. */
+ * budget, opaque colours are compressed (renderer/scene/texture_blocks.h), on other threads, if the
+ * pool is to; where that is not enough, every texture is withheld the same number of levels, and
+ * gets one back while there is room, in the order of the demands and images: the same wish is
+ * granted the same levels. A frame that may be coarse reads no file. ERROR_OVER_BUDGET when not
+ * even the coarsest levels fit. */
 MUST_CHECK bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,
                                      struct report_textures *report, struct error *err);
 

@@ -6,8 +6,10 @@
 #ifndef VITRAIL_RENDERER_SCENE_TEXTURE_STORE_INTERNAL_H
 #define VITRAIL_RENDERER_SCENE_TEXTURE_STORE_INTERNAL_H
 
+#include "renderer/scene/texture_blocks.h"
 #include "renderer/scene/texture_levels.h"
 #include "renderer/scene/texture_need.h"
+#include "renderer/scene/texture_packer.h"
 #include "renderer/scene/texture_reader.h"
 #include "renderer/scene/texture_store.h"
 
@@ -21,12 +23,16 @@ struct texture_levels_held {
     struct gl_texture texture; /* unnamed: none */
     uint8_t top;               /* its finest level */
     uint8_t base;              /* the one sampled as the finest: its GL level plus top */
+    bool is_packed;            /* compressed; else RGBA8 */
+    double mean_square;        /* of its error, in the finest level that was compressed with it */
 };
 
 struct stored_texture {
     struct texture_store *store;
     uint32_t key;
     bool is_used, needs_levels; /* by some sampler; else one level is resident */
+    bool can_pack;              /* opaque colours, on a device that samples blocks */
+    bool packs;                 /* the frame is granted it so */
     uint32_t width, height;     /* of level 0 */
     uint8_t level_count;        /* of the image */
     struct texture_levels_held full;
@@ -38,8 +44,10 @@ struct stored_texture {
 struct texture_incoming { /* a texture in the making, to take the place of one that is drawn with */
     struct gl_texture texture;
     struct stored_texture *of;
-    uint32_t row, level; /* the next to be written */
+    uint32_t row, level; /* the next to be written; rows are of blocks where it is packed */
     uint8_t top;
+    bool is_packed;
+    struct texture_packed packed; /* levels from top on that are not on the GPU */
 };
 
 struct texture_store {
@@ -65,6 +73,9 @@ struct texture_pool {
     double upload_ms;
     struct texture_pace pace;
     struct texture_reader *reader; /* NULL: nothing was coarse yet */
+    struct texture_packer *packer; /* NULL: nothing was compressed yet */
+    bool can_pack;                 /* the device samples blocks, and may */
+    bool packs;                    /* the last wish exceeded the budget */
     struct texture_store *stores;
     struct texture_incoming incoming;
     /* Scratch of one call, in its order: textures of the wish, then all others. */
@@ -82,7 +93,13 @@ bool texture_spending_is_over(const struct texture_spending *spending);
 /* ---- texture_upload.c ---- */
 
 /* As a texture of its own, in bytes. */
-uint64_t texture_bytes_from(const struct stored_texture *t, uint32_t top);
+uint64_t texture_bytes_from(const struct stored_texture *t, uint32_t top, bool is_packed);
+/* As the frame is granted it. */
+static inline uint64_t texture_granted_from(const struct stored_texture *t, uint32_t top)
+{
+    return texture_bytes_from(t, top, t->packs);
+}
+bool texture_device_packs(void); /* samples compressed sRGB */
 static inline uint32_t texture_last_level(const struct stored_texture *t)
 {
     return t->level_count - 1u;
@@ -98,15 +115,20 @@ MUST_CHECK bool texture_measure_pace(struct texture_pace *pace, double upload_ms
 /* A call of so many bytes took so long, drawing excluded. */
 void texture_note_pace(struct texture_pace *pace, double upload_ms, uint64_t bytes, double ms);
 
-/* Of a texture with its levels from `top` on, in the pool's `incoming` or one's own. */
+/* What of the blocks of such a texture is not on the GPU: false, all of it is. */
+bool texture_needs_packing(const struct stored_texture *t, uint32_t top,
+                           struct texture_packing *what);
+/* Of a texture with its levels from `top` on, in the pool's `incoming` or one's own; packed where
+ * the frame is granted it so, with the blocks that are needed, which it takes. */
 MUST_CHECK bool texture_begin(struct stored_texture *t, uint32_t top,
+                              const struct texture_packed *packed,
                               struct texture_incoming *incoming, struct error *err);
 /* Writes until all is there or the spending is over. */
 void texture_advance(struct texture_incoming *incoming, struct texture_spending *spending);
 bool texture_is_complete(const struct texture_incoming *incoming);
 void texture_install(struct texture_incoming *incoming); /* in the place of what was there */
 void texture_abandon(struct texture_incoming *incoming);
-/* All of these in one call, whatever is spent. */
+/* All of these in one call, whatever is spent; waits for blocks. */
 MUST_CHECK bool texture_replace(struct stored_texture *t, uint32_t top,
                                 struct texture_spending *spending, struct error *err);
 /* Where there is room for floors; `may_read`: of the scene's file. */
@@ -119,10 +141,12 @@ void texture_drop_all(struct stored_texture *t);
 
 /* Of the budget, what frames may be granted. */
 uint64_t texture_grant_budget(const struct texture_pool *pool);
-/* Sets `wanted` and `granted` of all, from what `wanted` of the wish's is. */
-MUST_CHECK bool texture_grant(struct texture_pool *pool, struct report_textures *report,
-                              struct error *err);
+/* Sets `granted` and `packs` of all, from what `wanted` of the wish's is. A frame that may be
+ * coarse goes on with blocks until its wish is well below the budget. */
+MUST_CHECK bool texture_grant(struct texture_pool *pool, bool may_be_coarse,
+                              struct report_textures *report, struct error *err);
 bool texture_is_missing(struct stored_texture *t);
+bool texture_is_otherwise(const struct stored_texture *t); /* packed and should not be, or should */
 /* With all that is granted, and what is there of textures of the wish that need no change. */
 uint64_t texture_bytes_to_be(const struct texture_pool *pool);
 /* Whom the frame does not need and who was used least recently; NULL: nobody. */

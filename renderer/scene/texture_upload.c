@@ -26,10 +26,23 @@ bool texture_spending_is_over(const struct texture_spending *spending)
 
 /* ---- sizes ---- */
 
-uint64_t texture_bytes_from(const struct stored_texture *t, uint32_t top)
+static uint64_t levels_bytes(const struct stored_texture *t, uint32_t first, bool is_packed)
 {
-    uint64_t from = texture_levels_bytes(t->width, t->height, top);
-    return t->needs_levels ? from : from - texture_levels_bytes(t->width, t->height, top + 1);
+    return is_packed ? texture_blocks_bytes(t->width, t->height, first)
+                     : texture_levels_bytes(t->width, t->height, first);
+}
+
+uint64_t texture_bytes_from(const struct stored_texture *t, uint32_t top, bool is_packed)
+{
+    uint64_t from = levels_bytes(t, top, is_packed);
+    return t->needs_levels ? from : from - levels_bytes(t, top + 1, is_packed);
+}
+
+bool texture_device_packs(void)
+{
+    return epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc") &&
+           (epoxy_has_gl_extension("GL_EXT_texture_sRGB") ||
+            epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc_srgb"));
 }
 
 uint32_t texture_first_level(const struct stored_texture *t, uint32_t finest)
@@ -115,20 +128,22 @@ bool texture_measure_pace(struct texture_pace *pace, double upload_ms, struct er
 
 /* ---- textures ---- */
 
-static bool make_texture(struct stored_texture *t, uint32_t top, struct gl_texture *texture,
-                         struct error *err)
+static bool make_texture(struct stored_texture *t, uint32_t top, bool is_packed,
+                         struct gl_texture *texture, struct error *err)
 {
     if (!gl_texture_init(texture,
                          &(struct gl_texture_desc){
                              .label = "scene.image",
-                             .format = t->key & 1 ? GL_SRGB8_ALPHA8 : GL_RGBA8,
+                             .format = is_packed    ? GL_COMPRESSED_SRGB_S3TC_DXT1_EXT
+                                       : t->key & 1 ? GL_SRGB8_ALPHA8
+                                                    : GL_RGBA8,
                              .width = (int)texture_level_side(t->width, top),
                              .height = (int)texture_level_side(t->height, top),
                              .levels = t->needs_levels ? (int)(texture_last_level(t) - top) + 1 : 1,
                          },
                          err))
         return false;
-    texture->size_bytes = texture_bytes_from(t, top);
+    texture->size_bytes = texture_bytes_from(t, top, is_packed);
     t->store->pool->resident_bytes += texture->size_bytes;
     t->store->full_bytes += texture->size_bytes;
     return true;
@@ -147,29 +162,71 @@ static bool has_level(const struct stored_texture *t, const struct texture_level
     return held->texture.name && (t->needs_levels ? level >= held->top : level == held->top);
 }
 
-/* Which of the two on the GPU has a level, or NULL. */
-static const struct texture_levels_held *source_of(const struct stored_texture *t, uint32_t level)
+/* Which of the two on the GPU has a level in this form, or NULL. */
+static const struct texture_levels_held *source_of(const struct stored_texture *t, uint32_t level,
+                                                   bool is_packed)
 {
-    return has_level(t, &t->full, level)    ? &t->full
-           : has_level(t, &t->floor, level) ? &t->floor
-                                            : NULL;
+    return has_level(t, &t->full, level) && t->full.is_packed == is_packed ? &t->full
+           : has_level(t, &t->floor, level) && !is_packed                  ? &t->floor
+                                                                           : NULL;
+}
+
+bool texture_needs_packing(const struct stored_texture *t, uint32_t top,
+                           struct texture_packing *what)
+{
+    const struct scene *scene = t->store->scene;
+    const struct scene_image *image = &scene->images[t->key / 2];
+    uint32_t end = !t->needs_levels                            ? top + 1
+                   : t->full.texture.name && t->full.is_packed ? t->full.top
+                                                               : t->level_count;
+    *what =
+        (struct texture_packing){.image = scene->pixels + image->offset_bytes,
+                                 .levels = scene->pixels + image->levels_offset_bytes[t->key & 1],
+                                 .width_px = t->width,
+                                 .height_px = t->height,
+                                 .top = (uint8_t)top,
+                                 .end = (uint8_t)end};
+    return top < end;
+}
+
+struct rows {                  /* of the level that comes next */
+    uint32_t count, height_px; /* height_px: of a row */
+    uint64_t bytes;            /* of a row */
+};
+
+static struct rows rows_of(const struct texture_incoming *in)
+{
+    uint32_t width = texture_level_side(in->of->width, in->level);
+    uint32_t height = texture_level_side(in->of->height, in->level);
+    if (!in->is_packed)
+        return (struct rows){height, 1, 4ull * width};
+    return (struct rows){texture_blocks_across(height), TEXTURE_BLOCK_SIDE,
+                         (uint64_t)TEXTURE_BLOCK_BYTES * texture_blocks_across(width)};
 }
 
 /* Rows of a level: from what is on the GPU where that has it, else from the scene. */
-static void write_rows(const struct texture_incoming *in, uint32_t rows)
+static void write_rows(const struct texture_incoming *in, uint32_t count)
 {
     const struct stored_texture *t = in->of;
-    const struct texture_levels_held *from = source_of(t, in->level);
-    uint32_t width = texture_level_side(t->width, in->level);
-    GLint to = (GLint)(in->level - in->top), y = (GLint)in->row;
+    const struct texture_levels_held *from = source_of(t, in->level, in->is_packed);
+    const struct rows rows = rows_of(in);
+    GLsizei width = (GLsizei)texture_level_side(t->width, in->level);
+    GLint to = (GLint)(in->level - in->top), y = (GLint)(in->row * rows.height_px);
+    GLsizei height = (GLsizei)texture_level_side(t->height, in->level) - y;
+    if (in->row + count < rows.count)
+        height = (GLsizei)(count * rows.height_px);
     if (from)
         glCopyImageSubData(from->texture.name, GL_TEXTURE_2D, (GLint)(in->level - from->top), 0, y,
-                           0, in->texture.name, GL_TEXTURE_2D, to, 0, y, 0, (GLsizei)width,
-                           (GLsizei)rows, 1);
+                           0, in->texture.name, GL_TEXTURE_2D, to, 0, y, 0, width, height, 1);
+    else if (in->is_packed)
+        glCompressedTextureSubImage2D(in->texture.name, to, 0, y, width, height,
+                                      GL_COMPRESSED_SRGB_S3TC_DXT1_EXT,
+                                      (GLsizei)(count * rows.bytes),
+                                      in->packed.blocks + levels_bytes(t, in->top, true) -
+                                          levels_bytes(t, in->level, true) + in->row * rows.bytes);
     else
-        glTextureSubImage2D(in->texture.name, to, 0, y, (GLsizei)width, (GLsizei)rows, GL_RGBA,
-                            GL_UNSIGNED_BYTE,
-                            texture_level_pixels(t, in->level) + 4ull * width * in->row);
+        glTextureSubImage2D(in->texture.name, to, 0, y, width, height, GL_RGBA, GL_UNSIGNED_BYTE,
+                            texture_level_pixels(t, in->level) + in->row * rows.bytes);
 }
 
 bool texture_is_complete(const struct texture_incoming *in)
@@ -179,35 +236,60 @@ bool texture_is_complete(const struct texture_incoming *in)
 
 void texture_advance(struct texture_incoming *in, struct texture_spending *spending)
 {
-    const struct stored_texture *t = in->of;
-    uint64_t chunk = t->store->pool->pace.chunk_bytes;
+    uint64_t chunk = in->of->store->pool->pace.chunk_bytes;
     while (!texture_is_complete(in) && !texture_spending_is_over(spending)) {
-        uint64_t row_bytes = 4ull * texture_level_side(t->width, in->level);
-        uint32_t height = texture_level_side(t->height, in->level);
-        uint64_t rows = chunk / row_bytes ? chunk / row_bytes : 1;
-        rows = rows < height - in->row ? rows : height - in->row;
-        write_rows(in, (uint32_t)rows);
-        spending->written_bytes += rows * row_bytes;
-        in->row += (uint32_t)rows;
-        if (in->row == height) {
+        const struct rows rows = rows_of(in);
+        uint64_t count = chunk / rows.bytes ? chunk / rows.bytes : 1;
+        count = count < rows.count - in->row ? count : rows.count - in->row;
+        write_rows(in, (uint32_t)count);
+        spending->written_bytes += count * rows.bytes;
+        in->row += (uint32_t)count;
+        if (in->row == rows.count) {
             in->row = 0;
             in->level++;
         }
     }
 }
 
-bool texture_begin(struct stored_texture *t, uint32_t top, struct texture_incoming *in,
-                   struct error *err)
+static bool begin(struct stored_texture *t, uint32_t top, bool is_packed,
+                  struct texture_incoming *in, struct error *err)
 {
-    *in = (struct texture_incoming){.of = t, .top = (uint8_t)top, .level = top};
-    return make_texture(t, top, &in->texture, err);
+    *in = (struct texture_incoming){
+        .of = t, .top = (uint8_t)top, .level = top, .is_packed = is_packed};
+    if (make_texture(t, top, is_packed, &in->texture, err))
+        return true;
+    *in = (struct texture_incoming){0};
+    return false;
+}
+
+bool texture_begin(struct stored_texture *t, uint32_t top, const struct texture_packed *packed,
+                   struct texture_incoming *in, struct error *err)
+{
+    struct texture_packing what;
+    struct texture_packed blocks = packed ? *packed : (struct texture_packed){0};
+    bool is_good = true;
+    if (t->packs && texture_needs_packing(t, top, &what) && !blocks.blocks)
+        is_good = error_set(err, ERROR_NO_MEMORY, "compressing image %u", t->key / 2);
+    if (!is_good || !begin(t, top, t->packs, in, err)) {
+        free(blocks.blocks);
+        return false;
+    }
+    if (t->packs && !blocks.blocks)
+        blocks.mean_square = t->full.mean_square;
+    in->packed = blocks;
+    return true;
 }
 
 void texture_install(struct texture_incoming *in)
 {
     struct stored_texture *t = in->of;
     drop(t, &t->full.texture);
-    t->full = (struct texture_levels_held){.texture = in->texture, .top = in->top, .base = in->top};
+    t->full = (struct texture_levels_held){.texture = in->texture,
+                                           .top = in->top,
+                                           .base = in->top,
+                                           .is_packed = in->is_packed,
+                                           .mean_square = in->packed.mean_square};
+    free(in->packed.blocks);
     *in = (struct texture_incoming){0};
 }
 
@@ -215,6 +297,7 @@ void texture_abandon(struct texture_incoming *in)
 {
     if (in->of)
         drop(in->of, &in->texture);
+    free(in->packed.blocks);
     *in = (struct texture_incoming){0};
 }
 
@@ -223,7 +306,11 @@ bool texture_replace(struct stored_texture *t, uint32_t top, struct texture_spen
 {
     struct texture_incoming in;
     struct texture_spending all = {.limit_bytes = UINT64_MAX, .limit_ms = INFINITY};
-    if (!texture_begin(t, top, &in, err))
+    struct texture_packing what;
+    struct texture_packed packed = {0};
+    if (t->packs && texture_needs_packing(t, top, &what))
+        packed = texture_packer_take(t->store->pool->packer, &what);
+    if (!texture_begin(t, top, &packed, &in, err))
         return false;
     texture_advance(&in, &all);
     texture_install(&in);
@@ -235,14 +322,14 @@ bool texture_make_floor(struct stored_texture *t, bool may_read, struct error *e
 {
     struct texture_pool *pool = t->store->pool;
     uint32_t top = texture_first_level(t, 0);
-    uint64_t bytes = texture_bytes_from(t, top);
+    uint64_t bytes = texture_bytes_from(t, top, false);
     if (t->floor.texture.name ||
         pool->floor_bytes + bytes > pool->budget_bytes / TEXTURE_FLOOR_SHARE ||
-        (!may_read && !source_of(t, top)))
+        (!may_read && !source_of(t, top, false)))
         return true;
     struct texture_incoming in;
     struct texture_spending all = {.limit_bytes = UINT64_MAX, .limit_ms = INFINITY};
-    if (!texture_begin(t, top, &in, err))
+    if (!begin(t, top, false, &in, err))
         return false;
     texture_advance(&in, &all);
     t->floor = (struct texture_levels_held){
@@ -255,6 +342,8 @@ bool texture_make_floor(struct stored_texture *t, bool may_read, struct error *e
 
 bool texture_let_go(struct stored_texture *t, struct error *err)
 {
+    if (t->store->pool->incoming.of == t) /* it was to take over what goes */
+        texture_abandon(&t->store->pool->incoming);
     bool is_good = texture_make_floor(t, false, err);
     drop(t, &t->full.texture);
     t->full = (struct texture_levels_held){.top = 0};

@@ -25,6 +25,7 @@ ARROWS = {
 HOMES = [
     ("microhttpd.h", ["server/http*.c", "server/http*.h"]),
     ("tiny_gltf.h", ["renderer/*_shim.cpp"]),
+    ("stb_dxt.h", ["renderer/scene/texture_blocks.c"]),
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
     ("draco/*", ["renderer/*_shim.cpp"]),
     ("meshoptimizer.h", ["renderer/*_shim.cpp"]),

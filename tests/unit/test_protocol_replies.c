@@ -132,6 +132,9 @@ static void fill_stats(struct frame_stats *stats)
                                                     .written_bytes = 50,
                                                     .coarse_count = 4,
                                                     .level_bias = 2,
+                                                    .compressed_count = 3,
+                                                    .compressed_bytes = 300,
+                                                    .compressed_rmse = 0.015625,
                                                     .upload_ms = 1.5};
     stats->byte_count = 2;
     strcpy(stats->bytes[0].structure, "shadow.deep");
@@ -478,6 +481,7 @@ static void fill_device(struct device_capabilities *device)
                                            .gpu_budget_bytes = UINT64_C(4) << 30,
                                            .gpu_used_bytes = 12345,
                                            .upload_bytes_per_ms = 7000000,
+                                           .compresses_textures = true,
                                            .has_post_depth_coverage = true,
                                            .has_program_binaries = true,
                                            .automatic = {.policy = "measured",

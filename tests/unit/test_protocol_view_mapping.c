@@ -255,7 +255,7 @@ static void reports_reach_the_stats_whole(void **state)
         *(uint64_t *)((char *)report + counted[i].report) = i + 1;
     report->counts.mean_list = 2.5;
     report->compression = (struct report_compression){1, 2, 3, 4, 5, 6, 7, 0.125};
-    report->textures = (struct report_textures){1, 2, 3, 4, 5, 6, 7, 8.5};
+    report->textures = (struct report_textures){1, 2, 3, 4, 5, 6, 7, 8, 9, 0.5, 8.5};
     report->byte_count = REPORT_BYTES_MAX;
     strcpy(report->bytes[REPORT_BYTES_MAX - 1].structure, "scene");
     report->bytes[REPORT_BYTES_MAX - 1].bytes = 99;
@@ -288,7 +288,8 @@ static void reports_reach_the_stats_whole(void **state)
     assert_true(t->budget_bytes == 1 && t->resident_bytes == 2 && t->wanted_bytes == 3);
     assert_true(t->pending_bytes == 4 && t->written_bytes == 5 && t->coarse_count == 6);
     assert_int_equal(t->level_bias, 7);
-    assert_true(t->upload_ms == 8.5);
+    assert_true(t->compressed_count == 8 && t->compressed_bytes == 9);
+    assert_true(t->compressed_rmse == 0.5 && t->upload_ms == 8.5);
     assert_int_equal(stats->bytes[REPORT_BYTES_MAX - 1].bytes, 99);
     assert_string_equal(stats->reused[REPORT_REUSED_MAX - 1], "shadow.deep");
     assert_int_equal(stats->warning_count, REPORT_WARNINGS_MAX);
@@ -524,6 +525,7 @@ static void device_info_reaches_the_capabilities(void **state)
                                  .program_formats = 1,
                                  .budget_bytes = 3,
                                  .used_bytes = 2,
+                                 .compresses_textures = true,
                                  .upload_bytes_per_ms = 4};
     struct device_capabilities device;
     device_capabilities_from_info(&info, &device);
@@ -538,6 +540,7 @@ static void device_info_reaches_the_capabilities(void **state)
     assert_int_equal(device.gpu_budget_bytes, 3);
     assert_int_equal(device.gpu_used_bytes, 2);
     assert_int_equal(device.upload_bytes_per_ms, 4);
+    assert_true(device.compresses_textures);
     assert_true(device.has_true_timers && device.is_robust && !device.has_post_depth_coverage);
     assert_true(device.has_program_binaries);
 }

@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: MIT */
+/* Blocks of opaque images: sizes, colours that blocks hold exactly, edges, and the error that is
+ * told. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "renderer/scene/texture_blocks.h"
+
+static void sizes_count_whole_blocks(void **state)
+{
+    (void)state;
+    assert_int_equal(texture_blocks_bytes(16, 16, 0), 8 * (16 + 4 + 1 + 1 + 1));
+    assert_int_equal(texture_blocks_bytes(16, 16, 1), 8 * (4 + 1 + 1 + 1));
+    assert_int_equal(texture_blocks_bytes(5, 3, 0), 8 * (2 + 1 + 1));
+    assert_int_equal(texture_blocks_bytes(5, 3, 3), 0);
+}
+
+static void fill(uint8_t *rgba, int count, const uint8_t color[3])
+{
+    for (int i = 0; i < count; i++) {
+        memcpy(rgba + 4 * i, color, 3);
+        rgba[4 * i + 3] = 255;
+    }
+}
+
+/* What five and six bits hold; and an odd size, whose last blocks hang over. */
+static void colours_of_the_format_are_exact(void **state)
+{
+    (void)state;
+    uint8_t rgba[4 * 7 * 5], blocks[2 * 2 * TEXTURE_BLOCK_BYTES];
+    double squares = 0;
+    fill(rgba, 7 * 5, (uint8_t[3]){0, 255, 132});
+    texture_blocks_encode(rgba, 7, 5, blocks, &squares);
+    assert_true(squares == 0);
+    for (int i = 1; i < 4; i++)
+        assert_memory_equal(blocks, blocks + (size_t)i * TEXTURE_BLOCK_BYTES, TEXTURE_BLOCK_BYTES);
+}
+
+/* Black and white alone in a block are its two ends. */
+static void two_colours_are_exact(void **state)
+{
+    (void)state;
+    uint8_t rgba[64], blocks[TEXTURE_BLOCK_BYTES];
+    double squares = 0;
+    for (int i = 0; i < 16; i++)
+        fill(rgba + 4 * (size_t)i, 1, i % 3 ? (uint8_t[3]){255, 255, 255} : (uint8_t[3]){0, 0, 0});
+    texture_blocks_encode(rgba, 4, 4, blocks, &squares);
+    assert_true(squares == 0);
+}
+
+/* Red against blue over green: no line through the three holds them. */
+static void what_no_line_holds_has_an_error(void **state)
+{
+    (void)state;
+    static const uint8_t colors[3][3] = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
+    uint8_t rgba[64], blocks[TEXTURE_BLOCK_BYTES];
+    double squares = 0;
+    for (int i = 0; i < 16; i++)
+        fill(rgba + 4 * (size_t)i, 1, colors[i % 3]);
+    texture_blocks_encode(rgba, 4, 4, blocks, &squares);
+    assert_true(squares > 5. * 100 * 100); /* one of three colours, at the least */
+    assert_true(squares < 16. * 3 * 255 * 255);
+}
+
+/* A ramp of 16 steps of 2: ends within a step of five bits, and two colours between them. */
+static void a_ramp_is_near(void **state)
+{
+    (void)state;
+    uint8_t rgba[64], blocks[TEXTURE_BLOCK_BYTES];
+    double squares = 0;
+    for (int i = 0; i < 16; i++) {
+        uint8_t v = (uint8_t)(100 + 2 * i);
+        fill(rgba + 4 * (size_t)i, 1, (uint8_t[3]){v, v, v});
+    }
+    texture_blocks_encode(rgba, 4, 4, blocks, &squares);
+    assert_true(squares > 0 && squares < 16. * 3 * 8 * 8);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sizes_count_whole_blocks),
+        cmocka_unit_test(colours_of_the_format_are_exact),
+        cmocka_unit_test(two_colours_are_exact),
+        cmocka_unit_test(what_no_line_holds_has_an_error),
+        cmocka_unit_test(a_ramp_is_near),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
