@@ -110,7 +110,7 @@ struct frame_stats {
         uint64_t maps, events, nodes, exact_bytes, node_bytes, windows, prefilter;
         double max_error; /* of a transmittance */
     } compression;
-    struct frame_stats_textures { /* budget_bytes 0 = null: none were sampled on the GPU */
+    struct frame_stats_textures { /* budget_bytes 0 = null: none were sampled */
         uint64_t budget_bytes, resident_bytes, wanted_bytes, pending_bytes, written_bytes;
         uint64_t coarse_count, level_bias, compressed_count, compressed_bytes;
         double compressed_rmse, upload_ms;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "renderer/frame_pause.h"
+#include "renderer/frame_run.h"
 
 static size_t count_areas(const struct scene_state *state)
 {
@@ -74,28 +75,31 @@ void frame_claim_traced(struct renderer *renderer, const char *scene_key)
     snprintf(renderer->traced_key, sizeof renderer->traced_key, "%s", scene_key);
 }
 
-bool frame_raytrace(struct renderer *renderer, const char *scene_key, const struct view *view,
-                    const struct scene_state *state, const struct camera *camera,
-                    const char *because, struct frame *frame, struct error *err)
+bool frame_raytrace(const struct frame_run *run, const char *because, const uint8_t *texture_levels,
+                    struct error *err)
 {
+    struct renderer *renderer = run->renderer;
+    const struct view *view = run->view;
+    struct frame *frame = run->frame;
     struct raytrace_stats stats;
     struct frame_pause pause = {.renderer = renderer, .report = &frame->report};
     const struct interlude interlude = frame_pause_interlude(&pause);
     struct raytrace_desc desc = {
         .view = view,
-        .state = state,
-        .camera = camera,
+        .state = run->state,
+        .camera = run->camera,
+        .texture_levels = texture_levels,
         .samples_per_side = grid_side(view->quality.samples),
         .cache = renderer->traced,
         .progress = frame_pause_ends_rays,
         .context = renderer,
         .interlude = renderer->interlude ? &interlude : NULL,
     };
-    frame_claim_traced(renderer, scene_key);
+    frame_claim_traced(renderer, run->scene->key);
     image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
     bool ok = raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err);
     if (ok)
-        report_trace(&stats, view, state, because, &frame->report);
+        report_trace(&stats, view, run->state, because, &frame->report);
     if (renderer_used_bytes(renderer) > renderer->budget_bytes)
         renderer_forget_traced(renderer, NULL);
     return ok;

@@ -12,11 +12,11 @@
 bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
                         const struct auto_choice *choice, char because[REPORT_TEXT_BYTES]);
 
-/* Fills the frame's color output and its report. */
-MUST_CHECK bool frame_raytrace(struct renderer *renderer, const char *scene_key,
-                               const struct view *view, const struct scene_state *state,
-                               const struct camera *camera, const char *because,
-                               struct frame *frame, struct error *err);
+struct frame_run; /* renderer/frame_run.h */
+
+/* Fills the frame's color output and its report. texture_levels: of struct raytrace_desc. */
+MUST_CHECK bool frame_raytrace(const struct frame_run *run, const char *because,
+                               const uint8_t *texture_levels, struct error *err);
 
 /* Keeps the ray tracer's structure for this scene, and no other. */
 void frame_claim_traced(struct renderer *renderer, const char *scene_key);

@@ -5,6 +5,7 @@
 
 #include <assert.h>
 #include <epoxy/gl.h>
+#include <stdlib.h>
 
 #include "renderer/frame_overlay.h"
 #include "renderer/frame_pause.h"
@@ -37,8 +38,11 @@ static bool needs(const struct frame_run *run, enum plan_need need)
 static bool trace(const struct frame_run *run, struct error *err)
 {
     const char *because = run->frame_plan->plan.requirements[PLAN_NEED_TRACED].because;
-    return frame_raytrace(run->renderer, run->scene->key, run->view, run->state, run->camera,
-                          because, run->frame, err);
+    uint8_t *levels;
+    bool ok =
+        frame_textures_plan_traced(run, &levels, err) && frame_raytrace(run, because, levels, err);
+    free(levels);
+    return ok;
 }
 
 /* Of this frame; NULL where shadows are in structures. */

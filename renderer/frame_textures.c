@@ -171,21 +171,20 @@ static struct key_range keys_of(const struct scene *scene, uint32_t part)
 }
 
 /* Parts of one scene sample the same textures: the first of them asks for all. */
-static void join_parts(struct frame_textures *textures, const struct scene *scene,
-                       const struct scene_gpu *gpu)
+static void join_parts(uint8_t *levels, const struct scene *scene, const struct scene_gpu *gpu)
 {
     for (uint32_t part = 1; part < scene_gpu_part_count(gpu); part++) {
         struct key_range from = keys_of(scene, part);
         struct key_range to = keys_of(scene, scene_gpu_first_like(gpu, part));
         for (size_t key = 0; key < from.count; key++)
-            if (textures->wanted[from.first + key] < textures->wanted[to.first + key])
-                textures->wanted[to.first + key] = textures->wanted[from.first + key];
+            if (levels[from.first + key] < levels[to.first + key])
+                levels[to.first + key] = levels[from.first + key];
     }
 }
 
 /* The textures of each scene among the parts, once. Returns how many, at most
  * `scene_gpu_part_count` of them. */
-static size_t list_demands(const struct frame_textures *textures, const struct frame_run *run,
+static size_t list_demands(const uint8_t *wanted, const struct frame_run *run,
                            struct texture_demand *demands)
 {
     const struct scene_gpu *gpu = run->scene->gpu;
@@ -193,9 +192,9 @@ static size_t list_demands(const struct frame_textures *textures, const struct f
     for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
         struct key_range keys = keys_of(run->state->scene, part);
         if (keys.count && scene_gpu_first_like(gpu, part) == part)
-            demands[count++] = (struct texture_demand){
-                .store = scene_gpu_textures(gpu, part),
-                .levels = textures->wanted ? textures->wanted + keys.first : NULL};
+            demands[count++] =
+                (struct texture_demand){.store = scene_gpu_textures(gpu, part),
+                                        .levels = wanted ? wanted + keys.first : NULL};
     }
     return count;
 }
@@ -209,7 +208,7 @@ static bool bring(struct frame_textures *textures, const struct frame_run *run,
     if (!demands)
         return error_set(err, ERROR_NO_MEMORY, "textures of %u parts", parts);
     const struct texture_wish wish = {.demands = demands,
-                                      .count = list_demands(textures, run, demands),
+                                      .count = list_demands(textures->wanted, run, demands),
                                       .may_be_coarse = run->view->quality.may_be_coarse};
     bool is_good = texture_pool_prepare(run->renderer->scenes->textures, &wish, report, err);
     free(demands);
@@ -248,7 +247,7 @@ bool frame_textures_begin(struct frame_textures *textures, const struct frame_ru
     if (is_partial) {
         if (!add_passes(textures, run, err) || !join_passes(textures, err))
             return false;
-        join_parts(textures, run->state->scene, run->scene->gpu);
+        join_parts(textures->wanted, run->state->scene, run->scene->gpu);
     }
     if (!bring(textures, run, report, err))
         return false;
@@ -275,4 +274,127 @@ void frame_textures_end(struct frame_textures *textures, const struct frame_run 
     free(textures->passes.levels);
     free(textures->wanted);
     *textures = (struct frame_textures){0};
+}
+
+/* ---- pictures that rays make ---- */
+
+/* Level 0 of what rays read there whatever the pixel covers: alpha of masks, and filters on the way
+ * of light. */
+static void add_finest(const struct frame_run *run, uint8_t *levels)
+{
+    const struct scene *scene = run->state->scene;
+    for (size_t i = 0; i < run->state->item_count; i++) {
+        const struct state_item *item = &run->state->items[i];
+        const struct scene_material *m = &run->state->materials[item->material].base;
+        uint32_t slots =
+            item->class_ == STATE_MASKED ? 1u << SCENE_TEXTURE_BASE_COLOR : caster_slots;
+        if (item->class_ == STATE_OPAQUE || !item->casts_shadow || item->cap)
+            continue;
+        for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+            int32_t texture = m->textures[slot].texture;
+            int32_t image = texture >= 0 ? scene->textures[texture].image : -1;
+            if ((slots >> slot & 1) && image >= 0)
+                levels[texture_key((uint32_t)image, scene_slot_is_srgb(slot))] = 0;
+        }
+    }
+}
+
+static bool add_view(const struct frame_run *run, uint8_t *levels, struct error *err)
+{
+    const struct window_frame window = {.state = run->state, .camera = run->camera};
+    struct texture_lens lens = lens_of_camera(run->camera, run->view);
+    struct geometry_items items;
+    if (!geometry_cull(&window, &items, err))
+        return false;
+    texture_need_add(
+        &(struct texture_need_desc){.density = scene_gpu_texture_density(run->scene->gpu),
+                                    .state = run->state,
+                                    .items = items.drawn,
+                                    .item_count = items.opaque_count + items.transparent_count +
+                                                  items.medium_count,
+                                    .slots = all_slots,
+                                    .lens = &lens},
+        levels);
+    geometry_items_finish(&items);
+    return true;
+}
+
+/* Levels become those granted; the report takes in what is read at level 0 beside them. */
+static void take_granted(const struct frame_run *run, const uint8_t *finest, uint8_t *levels,
+                         struct report_textures *report)
+{
+    const struct scene *scene = run->state->scene;
+    const struct scene_gpu *gpu = run->scene->gpu;
+    for (uint32_t part = 0; part < scene_gpu_part_count(gpu); part++) {
+        struct key_range keys = keys_of(scene, part);
+        uint32_t first = scene_gpu_first_like(gpu, part);
+        for (uint32_t key = 0; key < keys.count; key++) {
+            const struct scene_image *image = &scene->images[(keys.first + key) / 2];
+            uint8_t wanted = levels[keys.first + key];
+            uint8_t granted = texture_store_granted(scene_gpu_textures(gpu, first), key);
+            uint64_t bytes = 4ull * image->width_px * image->height_px;
+            levels[keys.first + key] = granted;
+            if (part != first || finest[keys.first + key])
+                continue;
+            report->wanted_bytes += wanted ? bytes : 0;
+            report->resident_bytes += granted ? bytes : 0;
+        }
+    }
+}
+
+static bool plan_levels(const struct frame_run *run, uint8_t *levels,
+                        struct report_textures *report, struct error *err)
+{
+    uint32_t parts = scene_gpu_part_count(run->scene->gpu);
+    struct texture_demand *demands = calloc(parts, sizeof *demands);
+    if (!demands)
+        return error_set(err, ERROR_NO_MEMORY, "textures of %u parts", parts);
+    const struct texture_wish wish = {.demands = demands,
+                                      .count = list_demands(levels, run, demands)};
+    bool is_good = texture_pool_plan(run->renderer->scenes->textures, &wish, report, err);
+    free(demands);
+    return is_good;
+}
+
+static void move_needed(uint8_t *levels, uint8_t *finest, size_t count)
+{
+    for (size_t key = 0; key < count; key++) {
+        finest[key] = levels[key] == TEXTURE_UNNEEDED ? finest[key] : 0;
+        levels[key] = TEXTURE_UNNEEDED;
+    }
+}
+
+bool frame_textures_plan_traced(const struct frame_run *run, uint8_t **levels, struct error *err)
+{
+    const struct scene *scene = run->state->scene;
+    const struct frame_textures sizes = {.key_count = 2 * (size_t)scene->image_count};
+    struct report_textures report, *shown = &run->frame->report.textures;
+    uint8_t *finest = NULL;
+    *levels = NULL;
+    if (!sizes.key_count)
+        return true;
+    bool is_good = (*levels = make_pass(&sizes, err)) && (finest = make_pass(&sizes, err));
+    if (is_good) {
+        add_finest(run, finest);
+        join_parts(finest, scene, run->scene->gpu);
+        is_good = add_view(run, *levels, err);
+    }
+    if (is_good) {
+        join_parts(*levels, scene, run->scene->gpu);
+        if (run->view->quality.reference) /* all at level 0, whatever the budget */
+            move_needed(*levels, finest, sizes.key_count);
+        is_good = plan_levels(run, *levels, &report, err);
+    }
+    if (is_good)
+        take_granted(run, finest, *levels, &report);
+    if (is_good && !shown->budget_bytes) { /* else the GPU samples textures in the same frame */
+        *shown = report;
+        warn(shown, &run->frame->report);
+    }
+    if (!is_good || !report.level_bias) {
+        free(*levels);
+        *levels = NULL;
+    }
+    free(finest);
+    return is_good;
 }

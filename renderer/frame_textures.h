@@ -22,4 +22,10 @@ MUST_CHECK bool frame_textures_resume(struct frame_textures *textures, const str
                                       struct error *err);
 void frame_textures_end(struct frame_textures *textures, const struct frame_run *run);
 
+/* For a picture that rays make, which read the scene's file: levels of its camera within the budget
+ * as the rasteriser has it. *levels: malloc'ed, per texture_key the finest that may be sampled;
+ * NULL: any. Fills the report's `textures` where the GPU samples none. */
+MUST_CHECK bool frame_textures_plan_traced(const struct frame_run *run, uint8_t **levels,
+                                           struct error *err);
+
 #endif

@@ -95,6 +95,7 @@ bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
     if (!rt_job_take_scene(desc, &own, &scene, &measured.is_scene_reused, err))
         return false;
     double built_ms = wall_ms();
+    rt_scene_withhold(scene, desc->texture_levels);
     struct rt_job job = {.desc = desc, .scene = scene, .image = image};
     bool ok = run_form(&job, err);
     measured.build_ms = built_ms - begin_ms;

@@ -29,8 +29,11 @@ struct raytrace_desc {
     int samples_per_side;            /* of a pixel's regular grid; 0 means 1: the pixel's centre;
                                         production takes the 4 standard positions for 2 */
     struct raytrace_cache *cache;    /* optional: keeps the built scene for the next render */
-    bool asks_all_lights;            /* production without light clusters, to compare them with */
-    int threads;                     /* 0 means one per core */
+    const uint8_t *texture_levels; /* optional: per texture_key (renderer/scene/texture_need.h) the
+                                      finest level that camera rays of production sample; 255: any.
+                                      Masks and filters of shadow rays are read at level 0 */
+    bool asks_all_lights;          /* production without light clusters, to compare them with */
+    int threads;                   /* 0 means one per core */
     /* Optional, called from any thread with the share done in [0, 1]; returning true cancels. */
     bool (*progress)(void *context, double share);
     void *context;

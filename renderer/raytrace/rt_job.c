@@ -93,6 +93,7 @@ static bool pause_job(struct rt_job *job)
     job->is_unwanted = !desc->interlude->serve(desc->interlude->context);
     bool is_same = rt_scene_rebind(job->scene, desc->state, desc->view);
     assert(is_same);
+    rt_scene_withhold(job->scene, desc->texture_levels);
     job->paused_ms += wall_ms() - begin_ms;
     return !job->is_unwanted;
 }

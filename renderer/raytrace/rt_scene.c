@@ -149,6 +149,11 @@ bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
     return true;
 }
 
+void rt_scene_withhold(struct rt_scene *scene, const uint8_t *texture_levels)
+{
+    rt_images_withhold(scene->images, scene->state->scene->image_count, texture_levels);
+}
+
 uint64_t rt_scene_size_bytes(const struct rt_scene *scene)
 {
     return scene->scene ? (uint64_t)atomic_load(&scene->embree_bytes) + scene->vertex_bytes : 0;

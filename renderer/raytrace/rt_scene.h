@@ -83,6 +83,9 @@ void rt_scene_finish(struct rt_scene *scene); /* accepts zeroed */
 bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
                      const struct view *view);
 
+/* texture_levels: of struct raytrace_desc; until the next rebinding. */
+void rt_scene_withhold(struct rt_scene *scene, const uint8_t *texture_levels);
+
 uint64_t rt_scene_size_bytes(const struct rt_scene *scene);
 
 /* Has what rt_scene_add_hit reads of a triangle brought into the cache: ask for several triangles

@@ -38,6 +38,16 @@ void rt_images_find(const struct scene *scene, struct rt_image *images)
     }
 }
 
+void rt_images_withhold(struct rt_image *images, size_t count, const uint8_t *levels)
+{
+    for (size_t i = 0; i < count; i++)
+        for (int kind = 0; kind < 2; kind++) {
+            uint8_t level = levels ? levels[2 * i + (size_t)kind] : 0;
+            bool is_there = level < images[i].level_count && images[i].levels[kind][level];
+            images[i].finest[kind] = is_there ? level : 0;
+        }
+}
+
 /* sRGB electro-optical transfer function, IEC 61966-2-1. */
 static double linear_from_srgb(double x)
 {
@@ -136,27 +146,29 @@ bool rt_texture_has_levels(const struct scene_texture *texture)
     return texture->min_filter >= NEAREST_MIPMAP_NEAREST;
 }
 
-/* 8.14.3 and 8.15: which filter, and which levels. */
+/* 8.14.3 and 8.15: which filter, and which levels, counted from the finest that may be chosen. */
 static struct level_pair choose_levels(const struct rt_texture_lookup *lookup)
 {
     uint32_t mag = lookup->texture->mag_filter, min = lookup->texture->min_filter;
     bool is_late =
         mag == FILTER_LINEAR && (min == NEAREST_MIPMAP_NEAREST || min == NEAREST_MIPMAP_LINEAR);
-    double lambda = lookup->is_finest ? 0 : level_of_detail(lookup);
+    uint32_t base = lookup->is_finest ? 0 : lookup->image->finest[lookup->is_srgb];
+    double lambda = lookup->is_finest ? 0 : level_of_detail(lookup) - base;
     if (lambda <= (is_late ? 0.5 : 0))
-        return (struct level_pair){.is_nearest = mag == FILTER_NEAREST};
+        return (struct level_pair){.level = base, .is_nearest = mag == FILTER_NEAREST};
     bool is_nearest =
         min == FILTER_NEAREST || min == NEAREST_MIPMAP_NEAREST || min == NEAREST_MIPMAP_LINEAR;
-    uint32_t last = lookup->image->level_count - 1;
+    uint32_t last = lookup->image->level_count - 1 - base;
     if (!rt_texture_has_levels(lookup->texture))
-        return (struct level_pair){.is_nearest = is_nearest};
+        return (struct level_pair){.level = base, .is_nearest = is_nearest};
     if (lambda >= last)
-        return (struct level_pair){.level = last, .is_nearest = is_nearest};
+        return (struct level_pair){.level = base + last, .is_nearest = is_nearest};
     if (min == NEAREST_MIPMAP_NEAREST || min == LINEAR_MIPMAP_NEAREST)
-        return (struct level_pair){.level = lambda <= 0.5 ? 0 : (uint32_t)ceil(lambda - 0.5),
+        return (struct level_pair){.level =
+                                       base + (lambda <= 0.5 ? 0 : (uint32_t)ceil(lambda - 0.5)),
                                    .is_nearest = is_nearest};
     uint32_t level = (uint32_t)lambda;
-    return (struct level_pair){level, lambda - level, is_nearest};
+    return (struct level_pair){base + level, lambda - level, is_nearest};
 }
 
 static void add_square(const struct rt_texel_square *square, const double *linear,

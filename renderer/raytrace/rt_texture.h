@@ -12,10 +12,15 @@ struct rt_image {
     const uint8_t *levels[2][TEXTURE_LEVELS_MAX]; /* RGBA8, borrowed; second: averaged as sRGB; NULL
                                                      where no material samples the image so */
     uint32_t width_px, height_px, level_count;
+    uint8_t finest[2]; /* level that footprints choose; likewise */
 };
 
 /* Where the images of a scene lie; out: image_count of them. */
 void rt_images_find(const struct scene *scene, struct rt_image *images);
+
+/* levels: per texture_key the finest that footprints are to choose, where that is there; 255, or
+ * NULL for all: level 0. */
+void rt_images_withhold(struct rt_image *images, size_t count, const uint8_t *levels);
 
 /* From bytes to numbers. */
 struct rt_texel_tables {

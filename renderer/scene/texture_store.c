@@ -88,12 +88,12 @@ static bool reserve(struct texture_pool *pool, struct error *err)
     return pool->capacity || error_set(err, ERROR_NO_MEMORY, "%zu textures", count);
 }
 
-static void list(struct texture_pool *pool, const struct texture_demand *demand)
+static void list(struct texture_pool *pool, const struct texture_demand *demand, bool is_drawn)
 {
     for (uint32_t key = 0; key < demand->store->count; key++) {
         struct stored_texture *t = &demand->store->textures[key];
         t->wanted = !t->is_used ? TEXTURE_UNNEEDED : demand->levels ? demand->levels[key] : 0;
-        if (t->wanted != TEXTURE_UNNEEDED)
+        if (is_drawn && t->wanted != TEXTURE_UNNEEDED)
             t->last_use = pool->clock;
         pool->textures[pool->count++] = t;
     }
@@ -107,7 +107,7 @@ static bool list_all(struct texture_pool *pool, const struct texture_wish *wish,
         return false;
     pool->clock++;
     for (size_t i = 0; i < wish->count; i++)
-        list(pool, &wish->demands[i]);
+        list(pool, &wish->demands[i], true);
     pool->wish_count = pool->count;
     for (struct texture_store *store = pool->stores; store; store = store->next)
         for (uint32_t key = 0; !is_demanded(wish, store) && key < store->count; key++) {
@@ -217,6 +217,33 @@ bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *
     }
     report->resident_bytes = pool->resident_bytes;
     return is_good;
+}
+
+bool texture_pool_plan(struct texture_pool *pool, const struct texture_wish *wish,
+                       struct report_textures *report, struct error *err)
+{
+    *report = (struct report_textures){.budget_bytes = pool->budget_bytes};
+    pool->count = pool->wish_count = 0;
+    if (!reserve(pool, err))
+        return false;
+    for (size_t i = 0; i < wish->count; i++)
+        list(pool, &wish->demands[i], false);
+    pool->wish_count = pool->count;
+    if (!texture_grant(pool, wish->may_be_coarse, report, err))
+        return false;
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        const struct stored_texture *t = pool->textures[i];
+        if (t->wanted == TEXTURE_UNNEEDED)
+            continue;
+        report->resident_bytes += texture_bytes_from(t, t->granted, false);
+        report->coarse_count += t->granted > t->wanted;
+    }
+    return true;
+}
+
+uint8_t texture_store_granted(const struct texture_store *store, uint32_t key)
+{
+    return store->textures[key].granted;
 }
 
 const struct gl_texture *texture_store_use(struct texture_store *store, uint32_t key,

@@ -58,6 +58,13 @@ struct texture_wish {
 MUST_CHECK bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,
                                      struct report_textures *report, struct error *err);
 
+/* What texture_pool_prepare would grant, for a frame that reads the scene's file instead: nothing
+ * comes or goes. report: resident_bytes are of what is granted. */
+MUST_CHECK bool texture_pool_plan(struct texture_pool *pool, const struct texture_wish *wish,
+                                  struct report_textures *report, struct error *err);
+/* Of the last wish that named the store: the finest level, or TEXTURE_UNNEEDED. */
+uint8_t texture_store_granted(const struct texture_store *store, uint32_t key);
+
 /* The texture of a key as if `finest` were its finest level: so that what a pass samples depends on
  * that pass and not on what else is resident. NULL where no material samples the image so. */
 const struct gl_texture *texture_store_use(struct texture_store *store, uint32_t key,

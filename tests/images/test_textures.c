@@ -10,12 +10,14 @@
 #include <cmocka.h>
 
 #include "clients/glb/glb_builder.h"
+#include "renderer/accuracy/metrics.h"
 #include "tests/support/image_checks.h"
 
 enum {
     SIDE = 8,      /* panels, in rows and columns */
     TEXTURE = 512, /* px; 1.4 MiB with its levels */
     SMALL_TEXTURES = 200 << 10,
+    TINY_TEXTURES = 20 << 10, /* levels are missing that pixels need, not only their bounds */
     MIB = 1 << 20,
 };
 
@@ -271,6 +273,76 @@ static void what_exceeds_the_budget_is_withheld_and_said(void **state)
     renderer_destroy(renderer);
 }
 
+static double mean_error(const struct image *image, const struct image *reference)
+{
+    struct error err = {0};
+    struct image_metrics metrics;
+    if (!image_metrics_measure(
+            &(struct image_metrics_desc){.image = image, .reference = reference, .channels = 7},
+            &metrics, &err))
+        fail_msg("%s", err.message);
+    return metrics.overall.mae / metrics.overall.mean_reference;
+}
+
+/* The leaf's mask is read at its finest level, 1 MiB, whatever is withheld from the camera; where
+ * it is hidden, pictures are the same. */
+static void check_traced(struct renderer *little, const struct rig_scene *little_rig,
+                         struct renderer *whole, const struct rig_scene *whole_rig,
+                         struct view *view)
+{
+    struct frame drawn, traced;
+    uint64_t mask = view->node_override_count ? 0 : 4ull * TEXTURE * TEXTURE;
+    view->quality = (struct view_quality){.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = 1};
+    shoot(little, little_rig, view, &drawn);
+    view->quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    shoot(little, little_rig, view, &traced);
+    struct image unlimited = shoot_color(whole, whole_rig, view);
+    const struct report_textures *a = &drawn.report.textures, *b = &traced.report.textures;
+    assert_in_range(a->level_bias, 2, 5);
+    assert_int_equal(b->level_bias, a->level_bias);
+    assert_int_equal(b->coarse_count, a->coarse_count);
+    assert_int_equal(b->budget_bytes, TINY_TEXTURES);
+    assert_int_equal(b->wanted_bytes, a->wanted_bytes + mask);
+    assert_true(b->resident_bytes > mask && b->resident_bytes <= TINY_TEXTURES + mask);
+    assert_int_equal(b->pending_bytes + b->written_bytes, 0);
+    assert_true(has_warning(&traced.report, "level bias"));
+    double same = mean_error(&traced.outputs[VIEW_OUTPUT_COLOR], &drawn.outputs[VIEW_OUTPUT_COLOR]);
+    double lost = mean_error(&traced.outputs[VIEW_OUTPUT_COLOR], &unlimited);
+    printf("MAE / mean %.4f against drawn, %.4f against all levels\n", same, lost);
+    if (!mask)
+        assert_true(same < 0.004 && lost > 3 * same);
+    image_finish(&unlimited);
+    frame_finish(&drawn);
+    frame_finish(&traced);
+}
+
+static void traced_pictures_are_withheld_the_same_levels(void **state)
+{
+    static const struct view_node_override hidden = {.node = "#64", .has_visible = true};
+    struct renderer *little = open_renderer(TINY_TEXTURES, 0), *whole = open_renderer(0, 0);
+    struct rig_scene little_rig, whole_rig;
+    open_scene(&little_rig, little, *state, TEXTURE, TEXTURE);
+    open_scene(&whole_rig, whole, *state, TEXTURE, TEXTURE);
+    for (int i = 0; i < 4; i++) {
+        struct view view = view_number(i / 2 * 3);
+        view.nodes = &hidden;
+        view.node_override_count = (size_t)(i % 2);
+        check_traced(little, &little_rig, whole, &whole_rig, &view);
+    }
+    struct view view = view_number(0);
+    struct frame truth;
+    view.quality = (struct view_quality){.reference = true, .samples = 1};
+    shoot(little, &little_rig, &view, &truth); /* all in view, at the finest level */
+    assert_int_equal(truth.report.textures.level_bias, 0);
+    assert_true(truth.report.textures.wanted_bytes > 30ull * 4 * TEXTURE * TEXTURE);
+    assert_int_equal(truth.report.textures.wanted_bytes % (4 * TEXTURE * TEXTURE), 0);
+    frame_finish(&truth);
+    rig_scene_finish(&little_rig, little);
+    rig_scene_finish(&whole_rig, whole);
+    renderer_destroy(little);
+    renderer_destroy(whole);
+}
+
 static void a_budget_below_the_coarsest_levels_is_refused(void **state)
 {
     (void)state;
@@ -484,6 +556,7 @@ int main(void)
         cmocka_unit_test(levels_on_demand_show_what_all_levels_show),
         cmocka_unit_test(sides_that_are_no_powers_of_two_keep_their_levels),
         cmocka_unit_test(what_exceeds_the_budget_is_withheld_and_said),
+        cmocka_unit_test(traced_pictures_are_withheld_the_same_levels),
         cmocka_unit_test(a_budget_below_the_coarsest_levels_is_refused),
         cmocka_unit_test(frames_in_motion_begin_coarse_and_are_refined),
         cmocka_unit_test(an_exact_frame_waits_for_its_levels),
