@@ -339,6 +339,17 @@ static size_t count_structures(const struct shadow_system *shadows)
     return count;
 }
 
+/* Of the largest batch, so that smaller ones before it leave no target behind that is too small. */
+static bool reserve_target(struct shadow_system *shadows, struct error *err)
+{
+    struct build_batch batch = next_batch(shadows, 0, shadows->build_count);
+    uint64_t layers = 0;
+    for (size_t i = 0; i < batch.count; i++)
+        layers += batch.builds[i].map->frame.face_count;
+    return !layers ||
+           shadow_store_reserve_target(&shadows->store, shadows->resolution, layers, err);
+}
+
 /* Builds all, or the first of them: others go first then. Where they drove out what had been built,
  * so that more is built than there are lights, they wait. */
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
@@ -350,7 +361,7 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
     char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
     struct bands bands = bands_begin(shadows->build_count, progress ? 1 : 0, 1);
     size_t first = 0;
-    bool ok = reserve_pools(shadows, err), is_over = false;
+    bool ok = reserve_pools(shadows, err) && reserve_target(shadows, err), is_over = false;
     shadow_reasons(shadows->builds, shadows->build_count, desc, opaque, transparent);
     while (ok && !is_over && bands_next(&bands)) {
         double begin_ms = wall_ms();
