@@ -176,20 +176,39 @@ static bool serve_pause(const void *context, struct error *err)
            upload_lights(pause->batch, pause->run, err);
 }
 
+/* What a window counted, as it was before its first batch; but what was built was built. */
+static void restore_report(struct frame_report *report, const struct frame_report *before)
+{
+    uint64_t built = report->counts.shadow_maps_built;
+    report->counts = before->counts;
+    report->counts.shadow_maps_built = built;
+    report->byte_count = before->byte_count;
+}
+
 static bool run_batches(struct batch *batch, const struct frame_run *run,
                         const struct shade_desc *desc, struct error *err)
 {
     struct renderer *renderer = run->renderer;
     struct frame_report *report = &run->frame->report, part;
     bool is_first_window = report->counts.light_batches == 0;
+    const struct frame_report before = *report;
     uint64_t count = 0;
     const struct batch_pause in_batch = {.batch = batch, .run = run, .outer = desc->pause};
     const struct shade_pause pause = {
         .context = &in_batch, .is_due = is_pause_due, .serve = serve_pause};
     for (batch->first = 0; batch->first < batch->light_count; batch->first = batch->end) {
         struct shade_desc place = *desc;
+        size_t most = renderer->batches.most;
         if (!prepare_batch(batch, run, &part, err))
             return false;
+        if (batch->first > 0 && renderer->batches.most < most) {
+            /* from the first light on: sums are those of later frames, to the bit */
+            restore_report(report, &before);
+            report->counts.shadow_maps_built += part.counts.shadow_maps_built;
+            batch->end = 0;
+            count = 0;
+            continue;
+        }
         add_report(&part, is_first_window, report);
         place.is_continued = batch->first > 0;
         place.continues = batch->end < batch->light_count;
