@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/scene/gltf_types.h"
+
 enum { CUTS_MAX = 4 }; /* buffers, images, skins, animations */
 
 struct cutter {
@@ -91,7 +93,7 @@ static bool scan_member(struct scanner *s, struct span key, void *object)
         json->animations = cutter->cuts[cut];
         return true;
     }
-    return scanner_skip(s, 1);
+    return gltf_types_scan(s, key);
 }
 
 static bool scan_document(struct scanner *s, struct cutter *cutter)

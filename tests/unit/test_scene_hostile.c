@@ -140,7 +140,7 @@ static void accessors_outside_their_bytes_are_refused(void **state)
         {ACCESSOR_0("'bufferView':9,'componentType':5126,'count':3,'type':'VEC3'"),
          ERROR_INVALID_SCENE, "no buffer view 9"},
         {ACCESSOR_0("'bufferView':-7,'componentType':5126,'count':4294967295,'type':'VEC3'"),
-         ERROR_TOO_LARGE, "without a buffer view"},
+         ERROR_INVALID_SCENE, "bufferView of accessors[0] must be a whole number, not negative"},
         {ACCESSOR_0("'componentType':5126,'count':900000000,'type':'VEC3'"), ERROR_TOO_LARGE,
          "accessor 0: 900000000 elements without a buffer view"},
         {ACCESSOR_0("'bufferView':0,'componentType':5126,'count':3,'type':'VEC2'"),
@@ -177,7 +177,7 @@ static void sparse_parts_outside_their_accessor_are_refused(void **state)
          ERROR_INVALID_SCENE, "accessor 0: 4 sparse elements of 3"},
         {SPARSE("'count':-1,'indices':{'bufferView':3,'componentType':5123},"
                 "'values':{'bufferView':0}"),
-         ERROR_INVALID_SCENE, "-1 sparse elements"},
+         ERROR_INVALID_SCENE, "count of accessors[0] must be a whole number"},
         {SPARSE("'count':3,'indices':{'bufferView':3,'componentType':5123},"
                 "'values':{'bufferView':0}"),
          ERROR_INVALID_SCENE, "buffer view 3"},
@@ -195,7 +195,7 @@ static void sparse_parts_outside_their_accessor_are_refused(void **state)
          ERROR_INVALID_SCENE, "sparse index 16256 at 0"},
         {SPARSE("'count':1,'indices':{'bufferView':3,'componentType':5123,'byteOffset':-2},"
                 "'values':{'bufferView':0}"),
-         ERROR_INVALID_SCENE, "negative sparse byteOffset"},
+         ERROR_INVALID_SCENE, "byteOffset of accessors[0] must be"},
     };
     CHECK_REFUSALS(refusals);
 }
@@ -237,6 +237,48 @@ static void indices_of_every_kind_are_checked(void **state)
          "sampler 0: unknown wrap 1"},
         {"{" ASSET ",'textures':[{'sampler':0}],'samplers':[{'magFilter':9984}]}",
          ERROR_INVALID_SCENE, "sampler 0: unknown filter 9984"},
+    };
+    CHECK_REFUSALS(refusals);
+}
+
+/* tinygltf would take the default for each of them. */
+static void members_of_a_wrong_type_are_refused_by_name(void **state)
+{
+    (void)state;
+    const struct refusal refusals[] = {
+        {"{" ASSET ",'nodes':[{'scale':[1,1,1]},{'scale':['a',1,1]}]}", ERROR_INVALID_SCENE,
+         "scale of nodes[1] must be a number"},
+        {"{" ASSET ",'nodes':[{'scale':[1,1]}]}", ERROR_INVALID_SCENE,
+         "scale of nodes[0] must be 3 numbers"},
+        {"{" ASSET ",'nodes':[{'matrix':1}]}", ERROR_INVALID_SCENE,
+         "matrix of nodes[0] must be an array"},
+        {"{" ASSET ",'nodes':[{'translation':null}]}", ERROR_INVALID_SCENE,
+         "translation of nodes[0] must be an array"},
+        {"{" ASSET ",'nodes':[{'children':[-1]}]}", ERROR_INVALID_SCENE,
+         "children of nodes[0] must be a whole number, not negative"},
+        {"{" ASSET ",'nodes':[{'mesh':1.5}]}", ERROR_INVALID_SCENE, "mesh of nodes[0]"},
+        {"{" ASSET ",'nodes':[{'name':7}]}", ERROR_INVALID_SCENE,
+         "name of nodes[0] must be a string"},
+        {"{" ASSET ",'nodes':[7]}", ERROR_INVALID_SCENE, "nodes[0] must be an object"},
+        {"{" ASSET ",'nodes':{}}", ERROR_INVALID_SCENE, "nodes must be an array"},
+        {"{" ASSET ",'scene':'0'}", ERROR_INVALID_SCENE, "scene must be a whole number"},
+        {"{" ASSET ",'scenes':[{'nodes':['0']}]}", ERROR_INVALID_SCENE, "nodes of scenes[0]"},
+        {"{" ASSET ",'bufferViews':[{'buffer':0,'byteOffset':-4,'byteLength':36}]}",
+         ERROR_INVALID_SCENE, "byteOffset of bufferViews[0] must be a whole number, not negative"},
+        {"{" ASSET ",'accessors':[{'normalized':1}]}", ERROR_INVALID_SCENE,
+         "normalized of accessors[0] must be true or false"},
+        {"{" ASSET ",'materials':[{'doubleSided':'true'}]}", ERROR_INVALID_SCENE,
+         "doubleSided of materials[0]"},
+        {"{" ASSET ",'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[1,1,1]}}]}",
+         ERROR_INVALID_SCENE, "baseColorFactor of materials[0] must be 4 numbers"},
+        {"{" ASSET ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':3}}]}",
+         ERROR_INVALID_SCENE, "baseColorTexture of materials[0] must be an object"},
+        {"{" ASSET ",'meshes':[{'primitives':[{'attributes':{'POSITION':'0'}}]}]}",
+         ERROR_INVALID_SCENE, "attributes of meshes[0] must be a whole number"},
+        {"{" ASSET ",'cameras':[{'type':'perspective','perspective':{'yfov':true}}]}",
+         ERROR_INVALID_SCENE, "yfov of cameras[0] must be a number"},
+        {"{" ASSET ",'extensionsRequired':[3]}", ERROR_INVALID_SCENE,
+         "extensionsRequired[0] must be a string"},
     };
     CHECK_REFUSALS(refusals);
 }
@@ -288,7 +330,7 @@ static void numbers_that_are_not_finite_are_refused(void **state)
         {"{" ASSET ",'scenes':[{'nodes':[0]}],'nodes':[{'rotation':[0,0,0,0]}]}",
          ERROR_INVALID_SCENE, "rotation has no direction"},
         {"{" ASSET ",'scenes':[{'nodes':[0]}],'nodes':[{'matrix':[1,2,3]}]}", ERROR_INVALID_SCENE,
-         "matrix has 3 numbers"},
+         "matrix of nodes[0] must be 16 numbers"},
         {"{" ASSET ",'scenes':[{'nodes':[0]}],'nodes':[{'matrix':[1,0,0,1,0,1,0,0,0,0,1,0,0,0,0,"
          "1]}]}",
          ERROR_INVALID_SCENE, "matrix is not affine"},
@@ -451,7 +493,7 @@ static void malformed_json_is_refused(void **state)
         {"{", ERROR_INVALID_SCENE, "a string is expected"},
         {"{}", ERROR_INVALID_SCENE, "asset"},
         {"{" ASSET "} x", ERROR_INVALID_SCENE, "something follows the document"},
-        {"{" ASSET ",'nodes':{]}", ERROR_INVALID_SCENE, "brackets do not match"},
+        {"{" ASSET ",'extras':{]}", ERROR_INVALID_SCENE, "brackets do not match"},
         {"{" ASSET ",'nodes':[{'mesh' 3}]}", ERROR_INVALID_SCENE, "glTF"},
         {"{" ASSET ",'nodes':[tru]}", ERROR_INVALID_SCENE, "glTF"},
         {"{" ASSET ",'buffers':[{'byteLength':1.5}]}", ERROR_INVALID_SCENE, "a whole number"},
@@ -538,6 +580,7 @@ int main(void)
         cmocka_unit_test(accessors_outside_their_bytes_are_refused),
         cmocka_unit_test(sparse_parts_outside_their_accessor_are_refused),
         cmocka_unit_test(indices_of_every_kind_are_checked),
+        cmocka_unit_test(members_of_a_wrong_type_are_refused_by_name),
         cmocka_unit_test(broken_hierarchies_are_refused),
         cmocka_unit_test(a_hierarchy_too_deep_is_refused),
         cmocka_unit_test(numbers_that_are_not_finite_are_refused),
