@@ -1,13 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* The shadow system: which structure each light needs, which of them stand already, and their
- * records for shading. */
+/* The shadow system: which structure each light needs, and which of them stand already. */
 #include "renderer/shadows/shadows.h"
 
 #include <assert.h>
 #include <epoxy/gl.h>
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,8 +15,8 @@
 #include "renderer/shadows/shadow_key.h"
 #include "renderer/shadows/shadow_media.h"
 #include "renderer/shadows/shadow_probe.h"
-#include "renderer/shadows/shadow_programs.h"
 #include "renderer/shadows/shadow_reason.h"
+#include "renderer/shadows/shadows_internal.h"
 #include "renderer/wall_clock.h"
 #include "shaders/shared/layout.h"
 
@@ -28,34 +25,6 @@
 
 #define DEFAULT_BUDGET_BYTES (2ull << 30)
 enum { DEFAULT_RESOLUTION = 1024, DEFAULT_TAPS = 4 };
-
-struct shadow_system {
-    struct gpu_timeline *timeline;
-    struct shadow_store store;
-    struct caster_painter painter;
-    struct shadow_builder builder;
-    struct shadow_map **maps; /* all that stand, of any scene */
-    size_t map_count, map_capacity;
-    uint64_t frame;      /* number of the frame being prepared */
-    uint64_t progresses; /* number of the last that began */
-
-    /* of the current frame */
-    struct shadow_map **light_maps; /* per light, NULL without a shadow */
-    uint32_t *light_records;        /* per light, NO_SHADOW without */
-    size_t light_count, light_capacity;
-    struct shadow_build *builds;
-    size_t build_count, build_capacity;
-    size_t done_count; /* with a shadow_progress: of builds, those that stand */
-    int resolution, taps;
-    double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
-    struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
-    size_t kept_exact;          /* lights that were to be compressed and have lists with objects */
-    bool has_cut_lamp;          /* a light stands in too many media, where they are cut away */
-    bool has_thick_media;       /* a linked map has media among its casters */
-    struct gl_buffer records;
-    struct gl_texture record_view;
-    char defines[SHADOW_DEFINES_BYTES];
-};
 
 static bool give_map(struct shadow_system *shadows, struct shadow_map *map, struct error *err)
 {
@@ -451,178 +420,6 @@ static void drop_builds(struct shadow_system *shadows)
     drop_builds_from(shadows, 0);
 }
 
-/* Rows of eye_from_world. */
-static void get_eye_axes(const struct shadow_prepare_desc *desc, double axes[3][3])
-{
-    memcpy(axes, desc->eye_axes, sizeof desc->eye_axes);
-    if (vec3_length(axes[0]) > 0)
-        return;
-    memset(axes, 0, sizeof desc->eye_axes);
-    for (int k = 0; k < 3; k++)
-        axes[k][k] = 1;
-}
-
-static void fill_record(const struct shadow_system *shadows, const struct shadow_map *map,
-                        const struct shadow_prepare_desc *desc, struct shadow_record *record)
-{
-    const struct shadow_frame *frame = &map->frame;
-    bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
-    double texel_width = 2 / (frame->scale[0] * map->resolution);
-    *record = (struct shadow_record){
-        .kind_shape_flags_resolution =
-            map->kind | frame->shape << 4 | map->flags << 8 | (uint32_t)shadows->resolution << 16,
-        .depth_base = (uint32_t)map->depths.first,
-        .head_base = (uint32_t)map->heads.first,
-        .event_base = (uint32_t)(map->kind == SHADOW_LINKED ? map->nodes.first : map->events.first),
-        .projection = {{(float)frame->scale[0], (float)(is_flat ? frame->scale[1] : texel_width),
-                        (float)(is_flat ? frame->depth_m : frame->near_m), map->keys_per_m}},
-    };
-    for (int k = 0; k < 3; k++)
-        record->sigma.v[k] = (float)map->sigma[k];
-    vec4 *axes[3] = {&record->axis_x, &record->axis_y, &record->axis_z};
-    double from_eye[3], eye_axes[3][3];
-    vec3_sub(desc->eye, frame->origin, from_eye);
-    get_eye_axes(desc, eye_axes);
-    for (int k = 0; k < 3; k++) {
-        for (int c = 0; c < 3; c++)
-            axes[k]->v[c] = (float)vec3_dot(frame->axis[k], eye_axes[c]);
-        axes[k]->v[3] = (float)vec3_dot(frame->axis[k], from_eye);
-    }
-}
-
-static bool upload_records(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
-                           struct error *err)
-{
-    struct shadow_record *records = calloc(shadows->light_count + 1, sizeof *records);
-    if (!records)
-        return error_set(err, ERROR_NO_MEMORY, "%zu shadow records", shadows->light_count);
-    uint32_t count = 0;
-    for (size_t i = 0; i < shadows->light_count; i++) {
-        if (!shadows->light_maps[i])
-            continue;
-        fill_record(shadows, shadows->light_maps[i], desc, &records[count]);
-        shadows->light_records[i] = count++;
-    }
-    uint32_t old = shadows->records.name;
-    bool ok =
-        gl_buffer_reserve(&shadows->records,
-                          &(struct gl_buffer_desc){.label = "shadow.records",
-                                                   .size_bytes = (count + 1) * sizeof *records,
-                                                   .is_dynamic = true},
-                          false, err);
-    if (ok && (shadows->records.name != old || !shadows->record_view.name)) {
-        gl_texture_finish(&shadows->record_view);
-        ok = gl_texture_init_buffer(&shadows->record_view, "shadow.records", GL_RGBA32UI,
-                                    &shadows->records, err);
-    }
-    if (ok)
-        gl_buffer_write(&shadows->records, 0, count * sizeof *records, records);
-    free(records);
-    return ok;
-}
-
-static void set_defines(struct shadow_system *shadows)
-{
-    struct shadow_features features = {{false}};
-    for (size_t i = 0; i < shadows->light_count; i++)
-        if (shadows->light_maps[i])
-            shadow_features_add(&features, shadows->light_maps[i]);
-    shadow_features_write(&features, shadows->defines);
-}
-
-static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map,
-                         const struct shadow_progress *progress)
-{
-    if (progress && map->progress == progress->number)
-        return true;
-    for (size_t i = 0; i < shadows->build_count; i++)
-        if (shadows->builds[i].map == map)
-            return true;
-    return false;
-}
-
-static uint64_t event_bytes(const struct shadow_map *map)
-{
-    return SHADOW_EVENT_BYTES + (map->flags & SHADOW_FLAG_RAW ? sizeof(uint32_t) : 0) +
-           (map->flags & SHADOW_FLAG_MEDIA ? SHADOW_MEDIUM_BYTES : 0);
-}
-
-/* Of the maps that this frame looks up, however much more the pools hold. */
-static void report_bytes(const struct shadow_system *shadows, struct frame_report *report)
-{
-    static const char *const names[] = {"shadow.depth", "shadow.heads", "shadow.deep.events",
-                                        "shadow.linked.nodes"};
-    for (size_t i = 0; i < shadows->map_count; i++) {
-        const struct shadow_map *map = shadows->maps[i];
-        const uint64_t bytes[] = {4 * map->depths.count, 4 * map->heads.count,
-                                  event_bytes(map) * map->events.count, 16 * map->nodes.count};
-        for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
-            if (map->last_frame == shadows->frame && bytes[kind])
-                report_add_bytes(report, names[kind], bytes[kind]);
-    }
-}
-
-static void count_casters(const struct shadow_system *shadows, const struct scene_state *state,
-                          struct frame_report *report)
-{
-    for (size_t i = 0; i < shadows->build_count; i++)
-        shadow_casters_count(&shadows->builds[i].casters, shadows->builds[i].map->frame.face_count,
-                             state, &report->counts.shadow_draws, &report->counts.shadow_culled);
-}
-
-static void report_nodes(const struct shadow_system *shadows, struct frame_report *report)
-{
-    struct report_compression *c = &report->compression;
-    for (size_t i = 0; i < shadows->light_count; i++) {
-        const struct shadow_map *map = shadows->light_maps[i];
-        if (!map || !(map->flags & SHADOW_FLAG_NODES))
-            continue;
-        shadow_compress_report(map, c);
-    }
-    if (shadows->kept_exact)
-        report_warn(report,
-                    "%zu of %zu lights with deep lists meet a material without self shadow, or one "
-                    "that casts once: they keep exact lists, neither compressed nor prefiltered",
-                    shadows->kept_exact, shadows->kept_exact + (size_t)c->maps);
-}
-
-static void fill_report(const struct shadow_system *shadows, const struct shadow_progress *progress,
-                        struct frame_report *report)
-{
-    static const char *const names[] = {"shadow.map", "shadow.deep", "shadow.deep-linked"};
-    bool is_reused[3] = {false, false, false};
-    uint64_t occupied = 0;
-    for (size_t i = 0; i < shadows->light_count; i++) {
-        const struct shadow_map *map = shadows->light_maps[i];
-        if (!map)
-            continue;
-        report->counts.shadowed_lights++;
-        report->counts.events += map->event_count;
-        occupied += map->occupied_texels;
-        if (map->longest_list > report->counts.longest_list)
-            report->counts.longest_list = map->longest_list;
-        if (is_built_now(shadows, map, progress))
-            continue;
-        report->counts.shadow_maps_reused++;
-        if (!is_reused[map->kind])
-            report_add_reused(report, names[map->kind]);
-        is_reused[map->kind] = true;
-    }
-    report_nodes(shadows, report);
-    if (shadows->has_cut_lamp)
-        report_warn(report,
-                    "a lamp stands in more than %d media, in a part that is cut away: its maps "
-                    "attenuate from the lamp on; traced shadows do from the cut on",
-                    SHADOW_AROUND_MAX);
-    if (shadows->has_thick_media)
-        report_warn(report,
-                    "deep-linked has no room for media: closed volumes keep the thickness of "
-                    "their material; 'deep' follows the light inside");
-    report->counts.shadow_maps_built += shadows->build_count;
-    report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
-    report_bytes(shadows, report);
-}
-
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits)
 {
     int wanted = quality->shadow_resolution > 0 ? quality->shadow_resolution : DEFAULT_RESOLUTION;
@@ -695,16 +492,14 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
     if (ok && desc->progress && desc->progress->is_interrupted) {
         drop_builds_from(shadows, shadows->done_count);
         report->counts.shadow_maps_built += shadows->build_count;
-        count_casters(shadows, desc->state, report);
+        shadow_report_casters(shadows, desc->state, report);
         finish_builds(shadows);
         return true;
     }
-    if (!ok || !upload_records(shadows, desc, err))
+    if (!ok || !shadow_records_upload(shadows, desc, err))
         return false;
-    gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
-    set_defines(shadows);
-    fill_report(shadows, desc->progress, report);
-    count_casters(shadows, desc->state, report);
+    shadow_report_fill(shadows, desc->progress, report);
+    shadow_report_casters(shadows, desc->state, report);
     return true;
 }
 
@@ -745,31 +540,6 @@ const struct shadow_store *shadow_system_store(const struct shadow_system *shado
 const char *shadow_system_defines(const struct shadow_system *shadows)
 {
     return shadows->defines;
-}
-
-void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program)
-{
-    static const struct {
-        enum shadow_pool_kind kind;
-        int stream;
-        uint32_t unit;
-    } views[] = {
-        {SHADOW_POOL_DEPTHS, 0, UNIT_SHADOW_DEPTH},
-        {SHADOW_POOL_HEADS, 0, UNIT_SHADOW_HEADS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, UNIT_SHADOW_EVENTS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_KEYS, UNIT_SHADOW_KEYS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, UNIT_SHADOW_ID},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_MEDIUM, UNIT_SHADOW_MEDIA},
-        {SHADOW_POOL_NODES, 0, UNIT_SHADOW_NODES},
-    };
-    if (!shadows->defines[0])
-        return;
-    for (size_t i = 0; i < sizeof views / sizeof *views; i++)
-        gl_texture_bind(shadow_store_view(&shadows->store, views[i].kind, views[i].stream),
-                        views[i].unit);
-    gl_texture_bind(&shadows->record_view, UNIT_SHADOW_RECORDS);
-    gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
-    gl_program_set_u(program, "u_shadow_taps", (uint32_t)shadows->taps);
 }
 
 void shadow_system_forget(struct shadow_system *shadows, const char *scene_key)

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: MIT */
+/* What the shadow system tells of a frame. */
+#include "renderer/shadows/shadow_compress.h"
+#include "renderer/shadows/shadows_internal.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map,
+                         const struct shadow_progress *progress)
+{
+    if (progress && map->progress == progress->number)
+        return true;
+    for (size_t i = 0; i < shadows->build_count; i++)
+        if (shadows->builds[i].map == map)
+            return true;
+    return false;
+}
+
+static uint64_t event_bytes(const struct shadow_map *map)
+{
+    return SHADOW_EVENT_BYTES + (map->flags & SHADOW_FLAG_RAW ? sizeof(uint32_t) : 0) +
+           (map->flags & SHADOW_FLAG_MEDIA ? SHADOW_MEDIUM_BYTES : 0);
+}
+
+/* Of the maps that this frame looks up, however much more the pools hold. */
+static void report_bytes(const struct shadow_system *shadows, struct frame_report *report)
+{
+    static const char *const names[] = {"shadow.depth", "shadow.heads", "shadow.deep.events",
+                                        "shadow.linked.nodes"};
+    for (size_t i = 0; i < shadows->map_count; i++) {
+        const struct shadow_map *map = shadows->maps[i];
+        const uint64_t bytes[] = {4 * map->depths.count, 4 * map->heads.count,
+                                  event_bytes(map) * map->events.count, 16 * map->nodes.count};
+        for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
+            if (map->last_frame == shadows->frame && bytes[kind])
+                report_add_bytes(report, names[kind], bytes[kind]);
+    }
+}
+
+void shadow_report_casters(const struct shadow_system *shadows, const struct scene_state *state,
+                           struct frame_report *report)
+{
+    for (size_t i = 0; i < shadows->build_count; i++)
+        shadow_casters_count(&shadows->builds[i].casters, shadows->builds[i].map->frame.face_count,
+                             state, &report->counts.shadow_draws, &report->counts.shadow_culled);
+}
+
+static void report_nodes(const struct shadow_system *shadows, struct frame_report *report)
+{
+    struct report_compression *c = &report->compression;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_map *map = shadows->light_maps[i];
+        if (!map || !(map->flags & SHADOW_FLAG_NODES))
+            continue;
+        shadow_compress_report(map, c);
+    }
+    if (shadows->kept_exact)
+        report_warn(report,
+                    "%zu of %zu lights with deep lists meet a material without self shadow, or one "
+                    "that casts once: they keep exact lists, neither compressed nor prefiltered",
+                    shadows->kept_exact, shadows->kept_exact + (size_t)c->maps);
+}
+
+void shadow_report_fill(const struct shadow_system *shadows, const struct shadow_progress *progress,
+                        struct frame_report *report)
+{
+    static const char *const names[] = {"shadow.map", "shadow.deep", "shadow.deep-linked"};
+    bool is_reused[3] = {false, false, false};
+    uint64_t occupied = 0;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_map *map = shadows->light_maps[i];
+        if (!map)
+            continue;
+        report->counts.shadowed_lights++;
+        report->counts.events += map->event_count;
+        occupied += map->occupied_texels;
+        if (map->longest_list > report->counts.longest_list)
+            report->counts.longest_list = map->longest_list;
+        if (is_built_now(shadows, map, progress))
+            continue;
+        report->counts.shadow_maps_reused++;
+        if (!is_reused[map->kind])
+            report_add_reused(report, names[map->kind]);
+        is_reused[map->kind] = true;
+    }
+    report_nodes(shadows, report);
+    if (shadows->has_cut_lamp)
+        report_warn(report,
+                    "a lamp stands in more than %d media, in a part that is cut away: its maps "
+                    "attenuate from the lamp on; traced shadows do from the cut on",
+                    SHADOW_AROUND_MAX);
+    if (shadows->has_thick_media)
+        report_warn(report,
+                    "deep-linked has no room for media: closed volumes keep the thickness of "
+                    "their material; 'deep' follows the light inside");
+    report->counts.shadow_maps_built += shadows->build_count;
+    report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
+    report_bytes(shadows, report);
+}

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT */
+/* What the parts of the shadow system share: shadows.c keeps and builds the structures,
+ * shadow_records.c gives them to shading, shadow_report.c tells of them. Thread: GL. */
+#ifndef VITRAIL_RENDERER_SHADOWS_SHADOWS_INTERNAL_H
+#define VITRAIL_RENDERER_SHADOWS_SHADOWS_INTERNAL_H
+
+#include "renderer/shadows/shadow_deep.h"
+#include "renderer/shadows/shadow_programs.h"
+#include "renderer/shadows/shadows.h"
+
+struct shadow_system {
+    struct gpu_timeline *timeline;
+    struct shadow_store store;
+    struct caster_painter painter;
+    struct shadow_builder builder;
+    struct shadow_map **maps; /* all that stand, of any scene */
+    size_t map_count, map_capacity;
+    uint64_t frame;      /* number of the frame being prepared */
+    uint64_t progresses; /* number of the last that began */
+
+    /* of the current frame */
+    struct shadow_map **light_maps; /* per light, NULL without a shadow */
+    uint32_t *light_records;        /* per light, NO_SHADOW without */
+    size_t light_count, light_capacity;
+    struct shadow_build *builds;
+    size_t build_count, build_capacity;
+    size_t done_count; /* with a shadow_progress: of builds, those that stand */
+    int resolution, taps;
+    double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
+    struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
+    size_t kept_exact;          /* lights that were to be compressed and have lists with objects */
+    bool has_cut_lamp;          /* a light stands in too many media, where they are cut away */
+    bool has_thick_media;       /* a linked map has media among its casters */
+    struct gl_buffer records;
+    struct gl_texture record_view;
+    char defines[SHADOW_DEFINES_BYTES];
+};
+
+/* The records of the frame's lights, on the device and bound, and the defines of their lookups. */
+MUST_CHECK bool shadow_records_upload(struct shadow_system *shadows,
+                                      const struct shadow_prepare_desc *desc, struct error *err);
+
+/* Counts, bytes and warnings of the frame's structures. progress: NULL, or of the frame that was
+ * interrupted before. */
+void shadow_report_fill(const struct shadow_system *shadows, const struct shadow_progress *progress,
+                        struct frame_report *report);
+
+/* The casters drawn and culled by the builds of this frame. */
+void shadow_report_casters(const struct shadow_system *shadows, const struct scene_state *state,
+                           struct frame_report *report);
+
+#endif
