@@ -69,10 +69,12 @@ class Measured(unittest.TestCase):
         _, report = render(self.daemon, self.scene)
         chosen = report["chosen"]
         self.assertEqual("calibrated", chosen["source"])
-        sentence = r"forecast ([\d.e+]+) ms ray traced, ([\d.e+]+) ms rasterised"
+        number = r"([\d.e+-]+) ms "
+        sentence = f"forecast {number}ray traced, {number}rasterised, {number}with traced shadows"
         numbers = re.search(sentence, chosen["because"])
-        traced, raster = float(numbers.group(1)), float(numbers.group(2))
-        self.assertEqual("raytraced" if traced < 0.9 * raster else "deep", chosen["shadows"])
+        traced, raster, mixed = (float(numbers.group(i)) for i in (1, 2, 3))
+        rays = "raytraced" if traced <= mixed else "raytraced-shadows"
+        self.assertEqual(rays if min(traced, mixed) < 0.9 * raster else "deep", chosen["shadows"])
         passes = {one["pass"] for one in report["plan"]}
         self.assertEqual(chosen["shadows"] == "raytraced", "raytrace.trace" in passes)
         body = {"scene": self.scene, **SIZE}

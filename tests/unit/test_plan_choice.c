@@ -155,6 +155,31 @@ static void models_grow_with_what_they_are_made_of(void **state)
     }
 }
 
+static void rays_go_up_to_256_samples_for_small_errors(void **state)
+{
+    (void)state;
+    struct choice_row estimates[CHOICE_ESTIMATES_MAX];
+    const struct choice_frame frame = {.pixels = 160 * 90, .lights = 4, .triangles = 3000};
+    static const struct {
+        double max_error;
+        int samples;
+    } cases[] = {{0.02, 64}, {0.01, 256}}; /* the rasteriser and 16 samples are at 0.024 */
+    for (size_t i = 0; i < 2; i++) {
+        const struct choice_wish wish = {.max_error = cases[i].max_error};
+        struct choice choice;
+        size_t count = choice_estimate(&frame, &wish, estimates);
+        assert_true(choice_make(estimates, count, &wish, &choice));
+        assert_true(choice.keeps_error);
+        assert_int_equal(choice.row->setting.shadows, VIEW_SHADOWS_RAYTRACED);
+        assert_int_equal(choice.row->setting.samples, cases[i].samples);
+    }
+    const struct choice_wish quick = {.max_error = 0.1};
+    struct choice choice;
+    size_t count = choice_estimate(&frame, &quick, estimates);
+    assert_true(choice_make(estimates, count, &quick, &choice));
+    assert_in_range(choice.row->setting.samples, 1, 4);
+}
+
 static void models_give_only_what_was_said(void **state)
 {
     (void)state;
@@ -165,12 +190,16 @@ static void models_give_only_what_was_said(void **state)
         {.max_error = 1, .shadows = VIEW_SHADOWS_RAYTRACED, .samples = 64},
         {.max_error = 1, .shadows = VIEW_SHADOWS_NONE},
         {.max_error = 1, .samples = 1, .shadow_taps = 9},
+        {.max_error = 1, .samples = 256},
     };
     for (size_t w = 0; w < sizeof wishes / sizeof wishes[0]; w++) {
         size_t count = choice_estimate(&frame, &wishes[w], estimates);
         assert_in_range(count, 1, CHOICE_ESTIMATES_MAX);
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < count; i++) {
+            const struct choice_setting *setting = &estimates[i].setting;
             assert_true(choice_row_fits(&estimates[i], &wishes[w]));
+            assert_true(setting->samples <= 4 || setting->shadows == VIEW_SHADOWS_RAYTRACED);
+        }
     }
 }
 
@@ -193,6 +222,7 @@ int main(void)
         cmocka_unit_test(an_unknown_error_is_never_promised),
         cmocka_unit_test(equal_rows_go_to_the_first),
         cmocka_unit_test(models_grow_with_what_they_are_made_of),
+        cmocka_unit_test(rays_go_up_to_256_samples_for_small_errors),
         cmocka_unit_test(models_give_only_what_was_said),
         cmocka_unit_test(rows_of_other_views_scale_with_their_pixels),
     };
