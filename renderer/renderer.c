@@ -317,6 +317,11 @@ void renderer_drop_structures(struct renderer *renderer, const char *key)
         renderer_forget_kept(renderer, key);
 }
 
+void renderer_rest(struct renderer *renderer)
+{
+    shadow_system_rest(renderer->shadows);
+}
+
 void frame_finish(struct frame *frame)
 {
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)

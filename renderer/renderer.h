@@ -93,6 +93,10 @@ void renderer_detach_scene(struct renderer *renderer, const char *key); /* no-op
  * structures and surfaces anew: for measuring. No-op when absent. */
 void renderer_drop_structures(struct renderer *renderer, const char *key);
 
+/* Gives the memory of shadow structures that the last rasterised frame did not use back to the
+ * device; for when nobody asks. Between frames. */
+void renderer_rest(struct renderer *renderer);
+
 /* One finished frame: an image per requested output. Zeroed = empty. */
 struct frame {
     struct image outputs[VIEW_OUTPUT_COUNT]; /* empty where not requested */

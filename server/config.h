@@ -42,6 +42,7 @@ struct config {
     int device;                    /* 0 = choose; N = the N-th EGL device */
     bool no_warm_up;               /* stored scenes are not drawn before someone asks */
     int warm_at_start;             /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
+    int rest_s;                    /* idle until structures are let go; 0: they stay */
     uint64_t program_bytes; /* of compiled programs in the state directory; 0: none are kept */
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     enum config_auto automatic;

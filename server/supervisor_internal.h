@@ -33,6 +33,7 @@ struct supervisor {
     enum worker_state state;
     int64_t state_ms, next_start_ms, last_event_ms;
     int backoff_ms;
+    bool is_resting;          /* since nobody asked for --rest-s */
     bool has_rendered;        /* since this worker is ready */
     struct error start_error; /* set while no worker can be started */
     struct device_capabilities device;
@@ -72,7 +73,8 @@ void supervisor_receive(struct supervisor *supervisor);
  * so, too. Under the mutex. */
 bool supervisor_feed_worker(struct supervisor *supervisor);
 
-/* When the next warm-up may be sent; INT64_MAX for none, or none for now. Under the mutex. */
-int64_t supervisor_warm_up_due_ms(const struct supervisor *supervisor);
+/* When the idle worker is to be told something: a warm-up, or to rest. INT64_MAX: nothing, or not
+ * before something else happens. Under the mutex. */
+int64_t supervisor_idle_due_ms(const struct supervisor *supervisor);
 
 #endif

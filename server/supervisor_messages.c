@@ -226,30 +226,8 @@ static bool send_task(struct supervisor *supervisor, struct render_task *task)
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);
     json_decref(message);
     flights_add(&supervisor->flights, task, now_ms());
+    supervisor->is_resting = false;
     return is_sent;
-}
-
-int64_t supervisor_warm_up_due_ms(const struct supervisor *supervisor)
-{
-    if (!supervisor->warm_ups.count || supervisor->state != WORKER_READY ||
-        supervisor->flights.count > 0 || supervisor->is_draining)
-        return INT64_MAX;
-    int64_t since = supervisor->asked_ms > supervisor->last_event_ms ? supervisor->asked_ms
-                                                                     : supervisor->last_event_ms;
-    return since + WARM_UP_IDLE_MS;
-}
-
-/* Under the mutex. */
-static bool send_warm_up(struct supervisor *supervisor)
-{
-    if (now_ms() < supervisor_warm_up_due_ms(supervisor))
-        return true;
-    struct render_task *task = warm_ups_take(&supervisor->warm_ups);
-    struct error problem = {0};
-    if (supervisor_check_quarantine(supervisor, task, &problem))
-        return send_task(supervisor, task);
-    render_task_destroy(task);
-    return true;
 }
 
 /* Takes the reference. */
@@ -258,6 +236,35 @@ static bool send_small(struct supervisor *supervisor, json_t *message)
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, NULL, 0, NULL);
     json_decref(message);
     return is_sent;
+}
+
+int64_t supervisor_idle_due_ms(const struct supervisor *supervisor)
+{
+    int rest_s = supervisor->desc.config->rest_s;
+    bool warms_up = supervisor->warm_ups.count > 0;
+    if (supervisor->state != WORKER_READY || supervisor->flights.count > 0 ||
+        supervisor->is_draining || (!warms_up && (supervisor->is_resting || rest_s == 0)))
+        return INT64_MAX;
+    int64_t since = supervisor->asked_ms > supervisor->last_event_ms ? supervisor->asked_ms
+                                                                     : supervisor->last_event_ms;
+    return since + (warms_up ? WARM_UP_IDLE_MS : 1000ll * rest_s);
+}
+
+/* Under the mutex. */
+static bool send_idle(struct supervisor *supervisor)
+{
+    if (now_ms() < supervisor_idle_due_ms(supervisor))
+        return true;
+    if (!supervisor->warm_ups.count) {
+        supervisor->is_resting = true;
+        return send_small(supervisor, json_pack("{s:s}", "op", "rest"));
+    }
+    struct render_task *task = warm_ups_take(&supervisor->warm_ups);
+    struct error problem = {0};
+    if (supervisor_check_quarantine(supervisor, task, &problem))
+        return send_task(supervisor, task);
+    render_task_destroy(task);
+    return true;
 }
 
 /* Tells the worker which of its renders nobody waits for any more. Under the mutex. */
@@ -301,6 +308,6 @@ bool supervisor_feed_worker(struct supervisor *supervisor)
     }
     json_t *ids = supervisor->flights.count == 0 ? take_forgotten(supervisor) : NULL;
     if (!ids)
-        return send_warm_up(supervisor);
+        return send_idle(supervisor);
     return send_small(supervisor, json_pack("{s:s,s:o}", "op", "forget", "forget", ids));
 }

@@ -126,7 +126,7 @@ static void start_worker(struct supervisor *supervisor)
     pthread_mutex_lock(&supervisor->mutex);
     supervisor->state = WORKER_STARTING;
     supervisor->state_ms = now_ms();
-    supervisor->has_rendered = false;
+    supervisor->has_rendered = supervisor->is_resting = false;
     supervisor->totals.worker_starts++;
     supervisor->totals.worker_pid = (int)supervisor->worker.pid;
     json_array_clear(supervisor->forgotten); /* a fresh worker knows no scenes */
@@ -179,7 +179,7 @@ static int look_around(struct supervisor *supervisor)
     int64_t until =
         supervisor->state == WORKER_NONE ? supervisor->next_start_ms : next_deadline(supervisor);
     bool is_late = supervisor->state != WORKER_NONE && now >= until;
-    int64_t due = supervisor_warm_up_due_ms(supervisor);
+    int64_t due = supervisor_idle_due_ms(supervisor);
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_deaf) {
         supervisor_bury_worker(supervisor, NULL, false);

@@ -3,6 +3,7 @@
 #include "server/worker.h"
 
 #include <pthread.h>
+#include <malloc.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -379,6 +380,14 @@ static void say_hello(struct worker *worker)
                  NULL, 0);
 }
 
+/* Nobody has asked for a while. */
+static void rest(struct worker *worker)
+{
+    renderer_rest(worker->renderer);
+    malloc_trim(0);
+    send_totals(worker);
+}
+
 /* True while the worker shall go on. */
 static bool serve(struct worker *worker, struct ipc_message *message)
 {
@@ -386,6 +395,8 @@ static bool serve(struct worker *worker, struct ipc_message *message)
     json_array_extend(worker->forgotten, json_object_get(message->json, "forget"));
     if (op && strcmp(op, "ask") == 0)
         return serve_question(worker, message);
+    if (op && strcmp(op, "rest") == 0)
+        rest(worker);
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 

@@ -561,6 +561,13 @@ void shadow_system_trim(struct shadow_system *shadows)
     shadows->light_count = 0; /* the frame's maps may have been among them */
 }
 
+void shadow_system_rest(struct shadow_system *shadows)
+{
+    while (drop_oldest_map(shadows, 1))
+        continue;
+    shadow_system_trim(shadows);
+}
+
 uint64_t shadow_system_size_bytes(const struct shadow_system *shadows)
 {
     return shadow_store_size_bytes(&shadows->store) + shadows->records.size_bytes;

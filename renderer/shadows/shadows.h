@@ -74,6 +74,8 @@ void shadow_system_bind(const struct shadow_system *shadows, const struct gl_pro
 void shadow_system_forget(struct shadow_system *shadows, const char *scene_key);
 /* Gives memory that no structure takes back to the device; between frames. */
 void shadow_system_trim(struct shadow_system *shadows);
+/* The same after the structures that the last frame did not use are dropped. */
+void shadow_system_rest(struct shadow_system *shadows);
 uint64_t shadow_system_size_bytes(const struct shadow_system *shadows);
 
 #endif

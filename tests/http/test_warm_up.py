@@ -179,6 +179,31 @@ class WarmStart(unittest.TestCase):
         self.assertFalse(os.path.exists(os.path.join(self.state_dir, "scenes", ids[1])))
 
 
+class Rest(unittest.TestCase):
+    def test_an_idle_worker_gives_back_what_its_last_frame_did_not_use(self):
+        daemon = support.Daemon("--auto", "raster", "--rest-s", "1", program=REAL)
+        self.addCleanup(daemon.__exit__)
+        support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+        scene = daemon.request("POST", "/v1/scenes", demo_scene(), GLB).json()["id"]
+
+        def render(**quality):
+            body = {"scene": scene, "width": 64, "height": 48, "quality": quality}
+            reply = daemon.request("POST", "/v1/renders", body)
+            self.assertEqual(200, reply.status, reply.body[:300])
+            return reply.body
+
+        def held():
+            return daemon.stats()["worker"]["gpu_used_bytes"]
+
+        deep = render(shadows="deep", shadow_resolution=256)
+        with_deep = held()
+        time.sleep(3)
+        self.assertGreater(held(), 0.9 * with_deep)  # the last frame used them
+        render(shadows="none")
+        support.wait_until(lambda: held() < 0.8 * with_deep, "memory given back", 30)
+        self.assertEqual(deep, render(shadows="deep", shadow_resolution=256))
+
+
 if __name__ == "__main__":
     support.needs(REAL)
     support.run_tests()

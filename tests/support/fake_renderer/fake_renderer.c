@@ -147,6 +147,11 @@ void frame_finish(struct frame *frame)
     *frame = (struct frame){0};
 }
 
+void renderer_rest(struct renderer *renderer)
+{
+    (void)renderer;
+}
+
 void renderer_drop_structures(struct renderer *renderer, const char *key)
 {
     int index = find_scene(renderer, key);
