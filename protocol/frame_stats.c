@@ -128,7 +128,7 @@ void frame_stats_close(struct frame_stats *stats, double queue_ms, double total_
     /* the word that the frame began may have come late */
     ms[FRAME_TIMING_QUEUE] = fmin(queue_ms, rest);
     ms[FRAME_TIMING_OTHER] = rest - ms[FRAME_TIMING_QUEUE];
-    ms[FRAME_TIMING_TOTAL] = total_ms;
+    ms[FRAME_TIMING_TOTAL] = fmax(total_ms, made); /* of two clocks */
 }
 
 void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *promise)

@@ -13,6 +13,7 @@
 #include "server/ipc.h"
 #include "server/negotiate.h"
 #include "server/router.h"
+#include "server/routes_views.h"
 #include "server/task_scenes.h"
 #include "server/text_body.h"
 #include "server/view_mapping.h"
@@ -83,8 +84,11 @@ static bool choose_plan_format(struct render_post *post, struct error *err)
 {
     static const char *const types[] = {"application/json", "text/plain", "text/vnd.graphviz",
                                         "image/svg+xml", NULL};
+    static const char *const known[] = {"explain", NULL};
     const char *form = http_request_query(post->exchange, "explain");
     post->plan_format = -1;
+    if (!query_expect(post->exchange, known, err))
+        return false;
     if (!form)
         return true;
     if (strcmp(form, "1") == 0)

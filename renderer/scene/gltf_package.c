@@ -103,6 +103,17 @@ static bool read_glb(struct gltf_package *package, struct error *err)
     return read_chunks(package, bytes + GLB_HEADER_BYTES, bytes + length, err);
 }
 
+/* What follows is the JSON scanner's to judge. */
+static bool begins_like_json(const struct gltf_package *package)
+{
+    const char *at = package->json, *end = at + package->json_length;
+    if (end - at >= 3 && memcmp(at, "\xEF\xBB\xBF", 3) == 0)
+        at += 3;
+    while (at < end && memchr(" \t\r\n", *at, 4))
+        at++;
+    return at < end && *at == '{';
+}
+
 bool gltf_package_init(struct gltf_package *package, const struct scene_file *files,
                        size_t file_count, struct error *err)
 {
@@ -113,7 +124,9 @@ bool gltf_package_init(struct gltf_package *package, const struct scene_file *fi
         return read_glb(package, err);
     package->json = package->root->bytes;
     package->json_length = package->root->size_bytes;
-    return true;
+    return begins_like_json(package) ||
+           error_set(err, ERROR_INVALID_SCENE,
+                     "the upload is neither a GLB ('glTF' in front) nor a .gltf (a JSON object)");
 }
 
 static bool refuse(struct error *err, const char *uri, const char *reason)

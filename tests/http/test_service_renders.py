@@ -105,6 +105,11 @@ class Renders(support.ServiceTest):
         for accept, expected in table.items():
             self.assertEqual(expected, self.media_type(accept), accept)
 
+    def test_a_query_has_no_members_but_explain(self):
+        reply = self.daemon.request("POST", "/v1/renders?explian=1", {"scene": self.scene})
+        self.assertEqual((400, "invalid_request"), (reply.status, reply.code))
+        self.assertIn("'explian'", reply.json()["detail"])
+
     def test_406_lists_the_formats(self):
         reply = self.daemon.render(self.scene, {"Accept": "image/gif"})
         self.assertEqual("not_acceptable", reply.code)
