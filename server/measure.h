@@ -30,7 +30,8 @@ struct measure_desc {
  * reference  {first_row, row_count}  build_ms, trace_ms: of these rows, written to the file
  * show       {}                      image: the reference as WebP
  * error      {keep_image}            ms, rmse, p999, max, flip, bytes, and the image if kept
- * time       {}                      cold_ms (all structures built anew), warm_ms
+ * time       {settles}               cold_ms (all structures built anew), warm_ms; settles: after a
+ *                                    cold frame that is not timed
  *
  * New reference. *image_fd becomes a sealed memory file, or -1. ERROR_NO_DEVICE: the context is
  * lost. */

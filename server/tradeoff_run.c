@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "server/tradeoff_ladder.h"
@@ -18,6 +17,7 @@
 #define REFERENCE_SHARE .5  /* of the time budget */
 #define FRAME_MS_MAX 10000. /* of a setting that is worth timing */
 #define RUN_FRAMES 2.3      /* a cold and a warm frame, in frames as measured for the error */
+#define SETTLE_FRAMES 1.    /* before the first of them */
 #define IMAGES_BYTES_MAX (64u << 20) /* of one trade-off: an HTML page can still hold them */
 
 /* What a frame took. */
@@ -31,7 +31,7 @@ struct run {
     struct tradeoff_entry *entry;
     struct render_request request; /* shallow copy, whose quality is set for each step */
     struct tradeoff_options options;
-    struct timespec started;
+    double started_s;
     int reference_fd;
     int height;
     int max_samples;
@@ -45,10 +45,7 @@ struct run {
 
 static double elapsed_s(const struct run *run)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)(now.tv_sec - run->started.tv_sec) +
-           1e-9 * (double)(now.tv_nsec - run->started.tv_nsec);
+    return tradeoffs_clock_s() - run->started_s;
 }
 
 static void set_setting(struct run *run, const struct tradeoff_setting *setting)
@@ -253,10 +250,10 @@ static bool trace_reference(struct run *run)
 /* Whether a setting whose frame takes so long leaves room to time it and those before it. */
 static bool has_room(const struct run *run, double frame_ms)
 {
-    double needed_ms = frame_ms;
+    double needed_ms = frame_ms, frames = run->options.repeats * RUN_FRAMES + SETTLE_FRAMES;
     for (int i = 0; i < run->entry->document.row_count; i++)
-        needed_ms += run->options.repeats * RUN_FRAMES * run->frame_ms[i];
-    needed_ms += run->options.repeats * RUN_FRAMES * frame_ms;
+        needed_ms += frames * run->frame_ms[i];
+    needed_ms += frames * frame_ms;
     return elapsed_s(run) + 1e-3 * needed_ms <= run->options.time_budget_s;
 }
 
@@ -302,8 +299,8 @@ static const char *why_not(const struct run *run, double frame_ms, char text[96]
     return text;
 }
 
-/* False when the run ends. */
-static bool measure_error(struct run *run, const struct tradeoff_setting *setting)
+/* must_keep: with however little time. False when the run ends. */
+static bool measure_error(struct run *run, const struct tradeoff_setting *setting, bool must_keep)
 {
     struct step_result result;
     char text[96];
@@ -314,8 +311,9 @@ static bool measure_error(struct run *run, const struct tradeoff_setting *settin
     if (outcome == STEP_DONE)
         run->known[run->known_count++] = (struct known){*setting, number(&result, "ms")};
     const char *because = outcome == STEP_FAILED ? result.problem.message
-                          : outcome == STEP_DONE ? why_not(run, number(&result, "ms"), text)
-                                                 : NULL;
+                          : outcome == STEP_DONE && !must_keep
+                              ? why_not(run, number(&result, "ms"), text)
+                              : NULL;
     if (because)
         skip(run, setting, because);
     else if (outcome == STEP_DONE)
@@ -397,6 +395,41 @@ static double expected_ms(const struct run *run, const struct tradeoff_setting *
                  : 0;
 }
 
+/* The one that is expected to be the fastest, of one sample where that is open. */
+static int find_quickest(const struct run *run, const struct tradeoff_setting *settings, int count)
+{
+    int quickest = 0;
+    double least_ms = INFINITY;
+    for (int i = 0; i < count; i++) {
+        double ms = expected_ms(run, &settings[i]);
+        if (ms <= 0) /* nothing is known: a raster of few texels before one of many */
+            ms = run->traced_ms + settings[i].shadow_resolution + settings[i].samples;
+        if (ms < least_ms) {
+            least_ms = ms;
+            quickest = i;
+        }
+    }
+    return quickest;
+}
+
+/* Where none was kept for want of time, one is nevertheless. */
+static bool measure_one(struct run *run, const struct tradeoff_setting *settings, int planned)
+{
+    if (planned == 0 || run->entry->document.row_count > 0)
+        return true;
+    if (!measure_error(run, &settings[find_quickest(run, settings, planned)], true))
+        return false;
+    if (run->entry->document.row_count == 0)
+        return true;
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    tradeoff_warn(&run->entry->document,
+                  "no setting fits into time_budget_s of %d: one was measured nevertheless",
+                  run->options.time_budget_s);
+    run->entry->document.is_partial = true;
+    pthread_mutex_unlock(&run->tradeoffs->mutex);
+    return true;
+}
+
 static bool measure_errors(struct run *run)
 {
     struct tradeoff_setting settings[TRADEOFF_ROWS_MAX];
@@ -411,11 +444,13 @@ static bool measure_errors(struct run *run)
         snprintf(because, sizeof because, "a frame would take about %.1f s", 1e-3 * ms);
         if (ms > FRAME_MS_MAX)
             skip(run, &settings[i], because);
-        else if (!measure_error(run, &settings[i]))
+        else if (!measure_error(run, &settings[i], false))
             return false;
         tell(run, TRADEOFF_STAGE_ERRORS, 0.3 + 0.3 * (i + 1) / planned);
     }
     tell_left_out(run, left_out);
+    if (!measure_one(run, settings, planned))
+        return false;
     if (run->entry->document.row_count == 0)
         return error_set(&run->problem, ERROR_TIMEOUT,
                          "not one setting could be measured within %d s; 'skipped' says why",
@@ -425,13 +460,15 @@ static bool measure_errors(struct run *run)
 
 /* ---- times ---- */
 
-/* One cold and one warm frame. A failure costs the row its run, no more. False when the run ends.
+/* One cold and one warm frame, after one that settles the driver. A failure costs the row its run,
+ * no more. False when the run ends.
  */
-static bool measure_time(struct run *run, struct tradeoff_row *row)
+static bool measure_time(struct run *run, struct tradeoff_row *row, bool settles)
 {
     struct step_result result;
     set_setting(run, &row->setting);
-    enum step_outcome outcome = run_step(run, json_pack("{s:s}", "step", "time"), &result);
+    enum step_outcome outcome =
+        run_step(run, json_pack("{s:s,s:b}", "step", "time", "settles", settles), &result);
     pthread_mutex_lock(&run->tradeoffs->mutex);
     if (outcome == STEP_DONE) {
         row->cold.ms[row->cold.count++] = number(&result, "cold_ms");
@@ -453,7 +490,7 @@ static bool measure_times(struct run *run)
     int rows = document->row_count, total = rows * run->options.repeats;
     for (int done = 0; done < total; done++) {
         int round = done / rows, row = (done + round * (1 + rows / 3)) % rows;
-        if (elapsed_s(run) > run->options.time_budget_s) {
+        if (done > 0 && elapsed_s(run) > run->options.time_budget_s) {
             pthread_mutex_lock(&run->tradeoffs->mutex);
             tradeoff_warn(document, "time_budget_s of %d was spent after %d of %d timed runs",
                           run->options.time_budget_s, done, total);
@@ -461,7 +498,7 @@ static bool measure_times(struct run *run)
             pthread_mutex_unlock(&run->tradeoffs->mutex);
             return true;
         }
-        if (!measure_time(run, &document->rows[row]))
+        if (!measure_time(run, &document->rows[row], round == 0))
             return false;
         tell(run, TRADEOFF_STAGE_TIMES, 0.6 + 0.4 * (done + 1) / total);
         if ((done + 1) % rows == 0)
@@ -511,7 +548,10 @@ void tradeoff_run(struct tradeoffs *tradeoffs, struct tradeoff_entry *entry)
     run->options = entry->request.options;
     run->height = run->request.height;
     run->reference_fd = -1;
-    clock_gettime(CLOCK_MONOTONIC, &run->started);
+    run->started_s = tradeoffs_clock_s();
+    pthread_mutex_lock(&tradeoffs->mutex);
+    entry->started_s = run->started_s;
+    pthread_mutex_unlock(&tradeoffs->mutex);
     bool is_good = probe(run) && trace_reference(run) && measure_errors(run) && measure_times(run);
     end(run, is_good);
     if (run->reference_fd >= 0)

@@ -18,6 +18,20 @@ bool tradeoff_has_ended(const struct tradeoff *tradeoff)
     return tradeoff->state != TRADEOFF_QUEUED && tradeoff->state != TRADEOFF_RUNNING;
 }
 
+double tradeoffs_clock_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Under the mutex. A step may take long: the clock goes on meanwhile. */
+static void tell_elapsed(struct tradeoff_entry *entry)
+{
+    if (entry->document.state == TRADEOFF_RUNNING && entry->started_s > 0)
+        entry->document.elapsed_s = tradeoffs_clock_s() - entry->started_s;
+}
+
 struct tradeoff_entry *tradeoffs_find(struct tradeoffs *tradeoffs, const char *id)
 {
     for (int i = 0; i < tradeoffs->count; i++)
@@ -197,8 +211,9 @@ struct tradeoff *tradeoffs_get(struct tradeoffs *tradeoffs, const char *id, stru
         return NULL;
     }
     pthread_mutex_lock(&tradeoffs->mutex);
-    const struct tradeoff_entry *entry = tradeoffs_find(tradeoffs, id);
+    struct tradeoff_entry *entry = tradeoffs_find(tradeoffs, id);
     if (entry) {
+        tell_elapsed(entry);
         *copy = entry->document;
         copy->request = json_deep_copy(entry->document.request); /* counts are not atomic for us */
     }
@@ -215,9 +230,11 @@ json_t *tradeoffs_list(struct tradeoffs *tradeoffs)
     json_t *list = json_array();
     bool is_good = list;
     pthread_mutex_lock(&tradeoffs->mutex);
-    for (int i = tradeoffs->count; is_good && i-- > 0;)
+    for (int i = tradeoffs->count; is_good && i-- > 0;) {
+        tell_elapsed(tradeoffs->entries[i]);
         is_good = json_array_append_new(
                       list, tradeoff_summary_to_json(&tradeoffs->entries[i]->document)) == 0;
+    }
     pthread_mutex_unlock(&tradeoffs->mutex);
     if (is_good)
         return list;

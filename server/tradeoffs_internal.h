@@ -13,6 +13,7 @@
 struct tradeoff_entry {
     struct tradeoff document;
     struct tradeoff_request request; /* zeroed once it has ended */
+    double started_s;                /* of the monotonic clock; while it runs */
     bool is_used;     /* by the thread, which measures it: it is not removed meanwhile */
     bool is_unwanted; /* its scene was deleted: the thread removes it */
 };
@@ -31,6 +32,8 @@ struct tradeoffs {
 };
 
 bool tradeoff_has_ended(const struct tradeoff *tradeoff);
+
+double tradeoffs_clock_s(void); /* monotonic */
 
 /* Under the mutex. NULL when absent. */
 struct tradeoff_entry *tradeoffs_find(struct tradeoffs *tradeoffs, const char *id);

@@ -202,6 +202,22 @@ class Measuring(TradeoffTest):
         said = [skip["because"] for skip in document["skipped"]] + document["warnings"]
         self.assertTrue(any("time_budget_s" in sentence for sentence in said), said)
 
+    def test_one_setting_is_measured_however_little_time_there_is(self):
+        scene = self.daemon.push(scene_of("fake:slow=600"))  # a probe and a band: 1.2 s
+        document = self.measure(scene, height=1, tradeoff={"time_budget_s": 1})
+        self.assertEqual(("done", True), (document["state"], document["partial"]), document)
+        self.assertEqual(1, len(document["settings"]))
+        self.assertTrue(document["settings"][0]["cold_ms"]["runs"])
+        self.assertIn("one was measured nevertheless", " ".join(document["warnings"]))
+
+    def test_elapsed_goes_on_while_a_step_takes_long(self):
+        path = self.begin(self.daemon.push(scene_of("fake:slow=1000")))
+        wait_until(lambda: self.get(path)["stage"] == "probe", "it has begun", 60)
+        wait_until(lambda: self.get(path)["elapsed_s"] > 0.2, "time goes by", 60)
+        one = self.get(path)
+        self.assertEqual(("probe", 0.0), (one["stage"], one["progress"]))
+        self.daemon.request("DELETE", path)
+
     def test_cancelling_keeps_what_is_measured_as_partial(self):
         path = self.begin(self.daemon.push(scene_of("fake:slow=20")), tradeoff={"repeats": 20})
         wait_until(lambda: self.get(path)["stage"] == "times", "timing has begun", 60)
