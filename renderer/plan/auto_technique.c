@@ -27,6 +27,14 @@ static bool is_open(const struct auto_desc *desc)
            quality->shadows == VIEW_SHADOWS_AUTO && !speaks_of_maps && !has_areas(desc->state);
 }
 
+/* Maps that do not all fit the budget are made in batches, anew for every frame. */
+static bool maps_can_stay(const struct auto_desc *desc, const struct workload *workload,
+                          const struct forecast_setting *setting)
+{
+    return desc->shadow_budget_bytes == 0 ||
+           forecast_maps_bytes(workload, setting) <= (double)desc->shadow_budget_bytes;
+}
+
 static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, struct error *err)
 {
     struct workload workload;
@@ -46,7 +54,9 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
                                                   .reach = desc->reach},
                           err))
         return false;
-    choice->raster_ms = forecast_raster_ms(&workload, &setting, speed);
+    struct forecast_setting maps = setting;
+    maps.is_warm = setting.is_warm && maps_can_stay(desc, &workload, &setting);
+    choice->raster_ms = forecast_raster_ms(&workload, &maps, speed);
     choice->traced_shadows_ms = forecast_traced_shadows_ms(&workload, &setting, speed);
     setting.samples = quality->samples ? quality->samples : TRACED_SAMPLES_DEFAULT;
     choice->traced_ms = forecast_traced_ms(&workload, &setting, speed);
@@ -58,7 +68,9 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
              "auto: forecast %.4g ms ray traced, %.4g ms rasterised, %.4g ms with traced shadows "
              "(%s, calibrated)",
              choice->traced_ms, choice->raster_ms, choice->traced_shadows_ms,
-             quality->expects_reuse ? "shadows kept" : "shadows built");
+             maps.is_warm      ? "shadows kept"
+             : setting.is_warm ? "too many maps to keep"
+                               : "shadows built");
     return true;
 }
 

@@ -35,6 +35,7 @@ struct auto_desc {
     const struct camera *camera;          /* required */
     const struct auto_settings *settings; /* NULL = zeroed */
     int raster_samples;                   /* of the rasteriser for this view */
+    uint64_t shadow_budget_bytes;         /* of all shadow structures; 0 = any */
     struct light_reach *reach; /* as workload_desc has it, where a forecast was needed; optional */
 };
 

@@ -74,6 +74,15 @@ double forecast_maps_ms(const struct workload *w, const struct forecast_setting 
                  w->deep_triangles * c->deep_caster);
 }
 
+double forecast_maps_bytes(const struct workload *w, const struct forecast_setting *setting)
+{
+    const double depth = 4, head = 4, event = 18; /* renderer/shadows/shadow_deep.h */
+    double side = setting->shadow_resolution, texels = side * side;
+    if (!setting->has_shadows)
+        return 0;
+    return texels * (w->map_faces * depth + w->deep_faces * (head + w->deep_share * event));
+}
+
 double forecast_trace_ms(const struct workload *w, const struct forecast_setting *setting)
 {
     const struct device_costs *c = &forecast_costs;

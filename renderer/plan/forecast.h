@@ -79,4 +79,8 @@ double forecast_point_rays_ms(const struct workload *workload,
                               const struct forecast_setting *setting);
 double forecast_build_ms(const struct workload *workload);
 
+/* Memory of all shadow maps together: where it is more than there is, they are made in batches,
+ * anew for every frame. */
+double forecast_maps_bytes(const struct workload *workload, const struct forecast_setting *setting);
+
 #endif

@@ -30,6 +30,7 @@ struct rig {
     struct camera camera;
     struct view view;
     struct view_light light;
+    uint64_t shadow_budget_bytes;
 };
 
 static void rig_open(struct rig *rig, const char *material)
@@ -90,6 +91,7 @@ static struct auto_choice choose(struct rig *rig, const struct auto_settings *se
                                          .state = &rig->state,
                                          .camera = &rig->camera,
                                          .settings = settings,
+                                         .shadow_budget_bytes = rig->shadow_budget_bytes,
                                          .raster_samples = 4},
                      &err))
         fail_msg("%s", err.message);
@@ -244,6 +246,14 @@ static void the_faster_is_taken_and_the_reason_told(void **unused)
     rig.view.quality.expects_reuse = true;
     choice = choose(&rig, &fast_raster);
     assert_true(choice.raster_ms < built); /* shadow maps are there */
+    double kept_ms = choice.raster_ms;
+    struct workload w = measure(&rig);
+    assert_true(w.map_faces > 0 && w.deep_faces == 0);
+    rig.shadow_budget_bytes = (uint64_t)(w.map_faces * 1024 * 1024 * 4); /* they fit */
+    assert_true(choose(&rig, &fast_raster).raster_ms == kept_ms);
+    rig.shadow_budget_bytes--;
+    choice = choose(&rig, &fast_raster);
+    assert_true(choice.raster_ms > kept_ms && strstr(choice.because, "too many maps to keep"));
     rig_close(&rig);
 }
 
