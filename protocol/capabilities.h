@@ -39,7 +39,7 @@ struct device_capabilities {
     uint64_t upload_bytes_per_ms; /* levels of textures, measured */
     bool compresses_textures;     /* asked to, and able to, beyond their budget */
     bool has_true_timers, has_post_depth_coverage, is_robust;
-    bool has_program_binaries; /* compiled programs are kept from one start to the next */
+    bool has_program_binaries; /* the driver gives compiled programs, to be kept */
     struct device_auto automatic;
 };
 

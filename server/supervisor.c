@@ -203,6 +203,11 @@ void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
     pthread_mutex_lock(&supervisor->mutex);
     quarantine_forgive(&supervisor->quarantine, scene);
     warm_ups_drop(&supervisor->warm_ups, scene);
+    for (int i = 0; i < supervisor->flights.count; i++) { /* one under way is not to come back */
+        struct render_task *task = supervisor->flights.list[i].task;
+        if (warm_up_is_step(task->question) && strcmp(task->scene, scene) == 0)
+            task->is_cancelled = true;
+    }
     if (supervisor->state != WORKER_NONE)
         json_array_append_new(supervisor->forgotten, json_string(scene));
     pthread_mutex_unlock(&supervisor->mutex);

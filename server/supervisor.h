@@ -38,8 +38,8 @@ uint64_t supervisor_next_ticket(struct supervisor *supervisor); /* never 0, neve
 MUST_CHECK bool supervisor_submit(struct supervisor *supervisor, struct render_task *task,
                                   struct error *err);
 
-/* Takes a task of warm_up_task: sent once the worker has been idle, dropped when a render of its
- * scene comes first. */
+/* Takes a task of warm_up_task: sent once the worker has been idle; where a render of its scene
+ * comes first, its programs alone are left to do. */
 void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task);
 
 /* Ends a waiting task with ERROR_OVERLOADED. A render that the worker has ends so a little later,

@@ -226,7 +226,8 @@ static bool send_task(struct supervisor *supervisor, struct render_task *task)
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);
     json_decref(message);
     flights_add(&supervisor->flights, task, now_ms());
-    supervisor->is_resting = false;
+    if (!warm_up_is_step(task->question))
+        supervisor->is_resting = false;
     return is_sent;
 }
 

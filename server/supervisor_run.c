@@ -72,6 +72,8 @@ static void settle_death(struct supervisor *supervisor, const char *how, bool is
     supervisor->totals.worker_pid = 0;
     supervisor->totals.gpu_used_bytes = supervisor->totals.cache_bytes =
         supervisor->totals.cache_scenes = 0;
+    supervisor->totals.programs_built = supervisor->totals.programs_reused =
+        supervisor->totals.programs_loaded = 0;
 }
 
 void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, bool is_timeout)
@@ -126,7 +128,8 @@ static void start_worker(struct supervisor *supervisor)
     pthread_mutex_lock(&supervisor->mutex);
     supervisor->state = WORKER_STARTING;
     supervisor->state_ms = now_ms();
-    supervisor->has_rendered = supervisor->is_resting = false;
+    supervisor->has_rendered = false;
+    supervisor->is_resting = true; /* what warm-ups make is kept until someone has asked */
     supervisor->totals.worker_starts++;
     supervisor->totals.worker_pid = (int)supervisor->worker.pid;
     json_array_clear(supervisor->forgotten); /* a fresh worker knows no scenes */

@@ -244,8 +244,9 @@ static bool choose_measured(struct tradeoffs *tradeoffs, struct render_request *
     struct device_capabilities device;
     char key[65];
     if (quality->shadows != REQUEST_SHADOWS_AUTO || quality->reference || quality->faithful ||
-        quality->shadow_compression > 0 || quality->shadow_prefilter > 1 ||
-        quality->shadow_resolution != MAP_TEXELS || quality->shadow_taps > MAP_TAPS_MAX ||
+        quality->light_lists == REQUEST_LIGHT_LISTS_LINKED || quality->shadow_compression > 0 ||
+        quality->shadow_prefilter > 1 || quality->shadow_resolution != MAP_TEXELS ||
+        quality->shadow_taps > MAP_TAPS_MAX ||
         !supervisor_get_device(tradeoffs->desc.supervisor, &device) ||
         !device.automatic.is_measured)
         return true;
@@ -298,6 +299,7 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
         .samples = quality->samples,
         .shadow_compression = quality->shadow_compression,
         .shadow_prefilter = quality->shadow_prefilter > 1 ? quality->shadow_prefilter : 0,
+        .has_linked_lists = quality->light_lists == REQUEST_LIGHT_LISTS_LINKED,
     };
     struct candidates *candidates = calloc(1, sizeof *candidates);
     bool is_good = candidates ? tradeoff_view_key(request, key, err)

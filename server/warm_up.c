@@ -83,7 +83,8 @@ void warm_ups_note_drawn(struct warm_ups *warm_ups, const char *scene)
 
 bool warm_up_continue(struct render_task *task)
 {
-    if (!warm_up_is_step(task->question) || task->outcome.problem.code != ERROR_NONE ||
+    if (!warm_up_is_step(task->question) || task->is_cancelled ||
+        task->outcome.problem.code != ERROR_NONE ||
         !json_is_false(json_object_get(task->outcome.answer, "is_complete")))
         return false;
     json_decref(task->outcome.answer);

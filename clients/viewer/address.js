@@ -36,6 +36,7 @@ export class Address {
 
   clear() {
     clearTimeout(this.#timer);
+    this.#own = "";
     this.#write("");
   }
 }

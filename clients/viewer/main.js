@@ -238,6 +238,10 @@ class Viewer {
       this.opening.sceneGone();
       return;
     }
+    if (problem.code === "not_found" && problem.pointer === "/parts") { // no edit is to blame
+      showProblem(problem, "The scene of a part was removed from the server");
+      return;
+    }
     showProblem(problem, isFirst ? "The server refuses this view" : `No picture with ${this.comparison.technique}`);
     if (!isFirst) this.comparison.show("");
     else if (BAD_EDITS.includes(problem.code)) this.model.refuse();

@@ -35,6 +35,7 @@ export class Opening {
       const [{ summary, outline }, parts] = await Promise.all([this.#described(id), this.#partsOf(known)]);
       this.model.aspect = this.tells.aspect();
       this.model.open(summary, outline, known, parts);
+      this.#gone = null;
     } catch (problem) {
       showProblem(problem, "The scene cannot be opened");
     }

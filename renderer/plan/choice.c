@@ -11,6 +11,8 @@ bool choice_row_fits(const struct choice_row *row, const struct choice_wish *wis
         return false;
     if (wish->samples && wish->samples != setting->samples)
         return false;
+    if (wish->has_linked_lists && setting->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+        return false;
     if (setting->shadow_resolution == 0)
         return true;
     bool has_lists = setting->shadows == VIEW_SHADOWS_DEEP;
@@ -237,12 +239,11 @@ size_t choice_estimate(const struct choice_frame *frame, const struct choice_wis
         return estimate_bare(frame, wish, rows);
     if (wish->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
         return estimate_rays(frame, wish, rows);
-    bool can_rasterise = wish->samples <= 4; /* more are for rays alone */
-    if (wish->shadows != VIEW_SHADOWS_RAYTRACED && can_rasterise)
+    if (wish->shadows != VIEW_SHADOWS_RAYTRACED)
         count = estimate_maps(frame, wish, rows);
     if (wish->shadows != VIEW_SHADOWS_RAYTRACED && wish->shadows != VIEW_SHADOWS_AUTO)
         return count;
-    if (wish->shadows == VIEW_SHADOWS_AUTO && can_rasterise)
+    if (wish->shadows == VIEW_SHADOWS_AUTO && !wish->has_linked_lists)
         count += estimate_rays(frame, wish, rows + count);
     int traced = rungs(wish->samples, TRACED_SAMPLES, TRACED_RUNGS, samples);
     for (int s = 0; s < traced; s++)

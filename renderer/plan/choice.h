@@ -36,6 +36,7 @@ struct choice_wish {
     int shadow_resolution, shadow_taps, samples; /* 0 = open */
     double shadow_compression;                   /* likewise, and of rows with deep lists */
     int shadow_prefilter;
+    bool has_linked_lists; /* asked for: traced shadows do not go with them */
 };
 
 struct choice {

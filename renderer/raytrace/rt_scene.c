@@ -109,6 +109,8 @@ static uint64_t hash_words(uint64_t hash, const void *bytes, size_t size)
 static uint64_t geometry_key(const struct scene_state *state)
 {
     uint64_t hash = hash_words(0xcbf29ce484222325ull, &state->scene->indices, sizeof(uint32_t *));
+    const uint64_t images = state->scene->image_count; /* hidden parts have some, too */
+    hash = hash_words(hash, &images, sizeof images);
     for (size_t i = 0; i < state->item_count; i++) {
         const struct state_item *item = &state->items[i];
         const uint64_t words[2] = {(uint64_t)item->node << 32 | item->primitive,

@@ -191,6 +191,8 @@ static bool triangle_tangents(const struct place *place, double tangent[3], doub
     const double(*position)[3] =
         (const double(*)[3])place->scene->meshes[place->hit->mesh].positions;
     double uv[3][2], e1[3], e2[3];
+    if (!stream) /* the material names a set that no primitive has */
+        return false;
     for (int k = 0; k < 3; k++)
         for (int row = 0; row < 2; row++) {
             const float *m = ref->uv_transform + 3 * row;

@@ -107,6 +107,11 @@ class Measured(unittest.TestCase):
             self.assertIsNone(report["chosen"], quality)
             self.assertIn("shade.opaque", {one["pass"] for one in report["plan"]}, quality)
 
+    def test_what_is_chosen_goes_with_linked_lists(self):
+        for wish in ({"budget_ms": budget} for budget in (1, 10, 100, 1000, 10000)):
+            _, report = render(self.daemon, self.scene, {"light_lists": "linked", **wish})
+            self.assertNotEqual("raytraced-shadows", report["chosen"]["shadows"], wish)
+
     def test_a_view_at_rest_is_one_picture_however_it_is_asked_for(self):
         body = {"scene": self.scene, **SIZE}
         path = self.daemon.request("POST", "/v1/views", body).header("Location")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The daemon over the real renderer: what is posted is drawn, and the report says how."""
+import base64
 import json
 import os
 import re
@@ -8,6 +9,7 @@ import sys
 from xml.dom import minidom
 
 import support
+from image_files import png_bytes
 from test_service_renders import read_png
 
 REAL = os.path.join(support.BIN, "vitraild")
@@ -142,6 +144,30 @@ class Real(support.unittest.TestCase):
         red, green, blue = self.floor_pixel(1.5)
         self.assertGreater(min(red, green, blue), 20)
         self.assertLess(max(red, green, blue) - min(red, green, blue), 3)
+
+    def test_a_normal_map_over_coordinates_that_are_not_there_is_flat(self):
+        content = lit_floor()
+        length, = struct.unpack("<I", content[12:16])
+        document, binary = json.loads(content[20:20 + length]), content[20 + length + 8:]
+        image = base64.b64encode(png_bytes(2, 2, bytes([128, 128, 255, 255] * 4))).decode()
+        at = len(binary)
+        binary += struct.pack("<8f", 0, 0, 1, 0, 0, 1, 1, 1)
+        document["buffers"][0]["byteLength"] = len(binary)
+        document["bufferViews"].append({"buffer": 0, "byteOffset": at, "byteLength": 32})
+        document["accessors"].append({"bufferView": len(document["bufferViews"]) - 1, "count": 4,
+                                      "componentType": 5126, "type": "VEC2"})
+        attributes = document["meshes"][0]["primitives"][0]["attributes"]
+        attributes["TEXCOORD_0"] = len(document["accessors"]) - 1
+        document["images"] = [{"uri": "data:image/png;base64," + image}]
+        document["textures"] = [{"source": 0}]
+        plain = self.daemon.push(support.glb(document, binary))
+        document["materials"][0]["normalTexture"] = {"index": 0, "texCoord": 1}
+        mapped = self.daemon.push(support.glb(document, binary))
+        pictures = {scene: self.daemon.render(scene, timeout=300, width=48, height=48,
+                                              camera=self.CAMERA, quality={"shadows": "raytraced"})
+                    for scene in (plain, mapped)}
+        self.assertEqual([200, 200], [reply.status for reply in pictures.values()])
+        self.assertEqual(pictures[plain].body, pictures[mapped].body)
 
     def test_an_edit_of_the_glass_changes_the_light_behind_it(self):
         blue = {"materials": {"Glass": {"base_color": [0, 0, 1, 1]}}}

@@ -190,7 +190,7 @@ static void models_give_only_what_was_said(void **state)
         {.max_error = 1, .shadows = VIEW_SHADOWS_RAYTRACED, .samples = 64},
         {.max_error = 1, .shadows = VIEW_SHADOWS_NONE},
         {.max_error = 1, .samples = 1, .shadow_taps = 9},
-        {.max_error = 1, .samples = 256},
+        {.budget_ms = 1e6, .has_linked_lists = true},
     };
     for (size_t w = 0; w < sizeof wishes / sizeof wishes[0]; w++) {
         size_t count = choice_estimate(&frame, &wishes[w], estimates);
