@@ -267,6 +267,9 @@ bool frame_run_pause(const struct frame_run *run, bool has_shadows, struct error
 {
     struct frame_pause pause = {.renderer = run->renderer, .report = &run->frame->report};
     const struct interlude interlude = frame_pause_interlude(&pause);
+    const struct frame_textures *textures = run->renderer->textures;
+    if (has_shadows && textures && textures->is_inexact) /* its maps are not for others */
+        shadow_system_forget(run->renderer->shadows, resident_scene_shadow_key(run->scene));
     bool was_pinned = run->scene->is_pinned; /* by a frame that waits for this one */
     run->scene->is_pinned = true;
     bool is_wanted = interlude.serve(interlude.context);
@@ -428,18 +431,12 @@ static bool run_steps(const struct frame_run *run, struct error *err)
            (!needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err));
 }
 
-/* Overlays are drawn over traced pictures, too. */
-static bool samples_textures(const struct frame_run *run)
-{
-    return is_rasterised(run) || needs(run, PLAN_NEED_OVERLAY);
-}
-
 bool frame_run(const struct frame_run *run, struct error *err)
 {
     struct frame_textures textures = {.key_count = 0};
     run->renderer->textures = &textures;
-    bool ok = (!samples_textures(run) || frame_textures_begin(&textures, run, err)) &&
-              run_steps(run, err);
+    bool ok =
+        (!is_rasterised(run) || frame_textures_begin(&textures, run, err)) && run_steps(run, err);
     frame_textures_end(&textures, run);
     run->renderer->textures = NULL;
     if (rays_of(run))

@@ -229,13 +229,72 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
     return true;
 }
 
+static bool needs_batches(const struct frame_run *run)
+{
+    const struct light_batches *batches = &run->renderer->batches;
+    return batches->most && run->frame_plan->plan.least_batches &&
+           content_key_equals(batches->key, key_of(run));
+}
+
+/* A pause while all lights shine at once: others may have driven out structures for which there is
+ * no room any more, all together. */
+struct whole_pause {
+    const struct frame_run *run;
+    const struct shade_pause *outer;
+    bool *must_batch;
+};
+
+static bool is_whole_pause_due(const void *context)
+{
+    const struct whole_pause *pause = context;
+    return pause->outer->is_due(pause->outer->context);
+}
+
+static bool serve_whole_pause(const void *context, struct error *err)
+{
+    const struct whole_pause *pause = context;
+    if (!pause->outer->serve(pause->outer->context, err))
+        return false;
+    *pause->must_batch = needs_batches(pause->run);
+    return !*pause->must_batch ||
+           error_set(err, ERROR_OVER_BUDGET, "shadow structures no longer fit together");
+}
+
+/* Must_batch: the window is to be lit once more, in batches. */
+static bool shade_whole(const struct frame_run *run, const struct shade_desc *desc,
+                        bool *must_batch, struct error *err)
+{
+    struct shade_desc place = *desc;
+    struct error failure = {0};
+    const struct whole_pause in_whole = {
+        .run = run, .outer = desc->pause, .must_batch = must_batch};
+    const struct shade_pause pause = {
+        .context = &in_whole, .is_due = is_whole_pause_due, .serve = serve_whole_pause};
+    place.pause = desc->pause ? &pause : NULL;
+    *must_batch = false;
+    return shade_window(&run->renderer->shade, &place, &failure) || *must_batch ||
+           error_set(err, failure.code, "%s", failure.message);
+}
+
+/* The structures of all lights stood at first: batches count them again. */
+static void forget_whole(struct frame_report *report)
+{
+    if (report->counts.light_batches != 1)
+        return;
+    report->counts.light_batches = report->counts.shadowed_lights = 0;
+    report->counts.events = report->counts.longest_list = 0;
+    report->counts.mean_list = 0;
+}
+
 bool light_batches_shade(const struct frame_run *run, const struct shade_desc *desc,
                          struct error *err)
 {
-    const struct light_batches *batches = &run->renderer->batches;
-    if (!batches->most || !run->frame_plan->plan.least_batches ||
-        !content_key_equals(batches->key, key_of(run)))
-        return shade_window(&run->renderer->shade, desc, err);
+    bool must_batch = needs_batches(run);
+    if (!must_batch && !shade_whole(run, desc, &must_batch, err))
+        return false;
+    if (!must_batch)
+        return true;
+    forget_whole(&run->frame->report);
     size_t count = run->state->light_count;
     uint32_t *order = calloc(count + 1, sizeof *order);
     bool *is_left_out = calloc(count + 1, sizeof *is_left_out);

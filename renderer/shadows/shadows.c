@@ -439,6 +439,8 @@ static bool prepare_within_budget(struct shadow_system *shadows,
         failure = (struct error){0};
         shadows->allowed_error = attempt == 2 ? quality->shadow_error_allowed : 0;
         if (prepare_maps(shadows, desc, &failure)) {
+            if (attempt == 2)
+                shadows->refused = exact;
             if (desc->progress && desc->progress->is_interrupted)
                 return true;
             if (attempt == 2)
@@ -447,8 +449,6 @@ static bool prepare_within_budget(struct shadow_system *shadows,
                             "transmittance farther off than %g",
                             (unsigned long long)shadows->store.budget_bytes,
                             shadows->allowed_error);
-            if (attempt == 2)
-                shadows->refused = exact;
             return true;
         }
         bool was_known = attempt == 0 && is_refused(shadows, quality);
