@@ -109,7 +109,7 @@ static bool begins_like_json(const struct gltf_package *package)
     const char *at = package->json, *end = at + package->json_length;
     if (end - at >= 3 && memcmp(at, "\xEF\xBB\xBF", 3) == 0)
         at += 3;
-    while (at < end && memchr(" \t\r\n", *at, 4))
+    while (at < end && *at && strchr(" \t\r\n", *at))
         at++;
     return at < end && *at == '{';
 }
