@@ -144,6 +144,15 @@ static bool apply_pairs(json_t *object, const struct spec_key *keys, unsigned ki
     return true;
 }
 
+/* The object that was parsed, or NULL in its place. */
+static json_t *keep_if(bool is_ok, json_t *object)
+{
+    if (is_ok)
+        return object;
+    json_decref(object);
+    return NULL;
+}
+
 enum { CAMERA_ANY = 1 };
 
 static const struct spec_key CAMERA_KEYS[] = {
@@ -196,10 +205,7 @@ json_t *camera_spec_parse(const char *text, struct failure *failure)
         else
             is_ok = apply_pair(camera, CAMERA_KEYS, CAMERA_ANY, pair, "--camera", failure);
     }
-    if (is_ok && camera_is_complete(camera, failure))
-        return camera;
-    json_decref(camera);
-    return NULL;
+    return keep_if(is_ok && camera_is_complete(camera, failure), camera);
 }
 
 enum {
@@ -251,10 +257,7 @@ json_t *light_spec_parse(const char *text, struct failure *failure)
     is_ok = (light && copy) || fail_no_memory(failure);
     is_ok = is_ok && apply_pairs(light, LIGHT_KEYS, kind, copy, "; ", "--light", failure);
     free(copy);
-    if (is_ok)
-        return light;
-    json_decref(light);
-    return NULL;
+    return keep_if(is_ok, light);
 }
 
 /* One number for grey, or three. */
@@ -308,10 +311,7 @@ json_t *clip_spec_parse(const char *text, struct failure *failure)
     }
     is_ok = is_ok && apply_pairs(clip, CLIP_KEYS, SPEC_ANY, rest, ";", "--clip", failure);
     free(copy);
-    if (is_ok)
-        return clip;
-    json_decref(clip);
-    return NULL;
+    return keep_if(is_ok, clip);
 }
 
 static const struct spec_key EDGES_KEYS[] = {
@@ -334,10 +334,7 @@ json_t *edges_spec_parse(const char *text, struct failure *failure)
         is_ok = fail_spec(failure, "--edges", text, "default, or such as crease=20;width=2");
     is_ok = is_ok && apply_pairs(edges, EDGES_KEYS, SPEC_ANY, copy, ";", "--edges", failure);
     free(copy);
-    if (is_ok)
-        return edges;
-    json_decref(edges);
-    return NULL;
+    return keep_if(is_ok, edges);
 }
 
 static const struct spec_key PART_KEYS[] = {

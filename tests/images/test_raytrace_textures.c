@@ -9,7 +9,6 @@
 #include <cmocka.h>
 
 #include "clients/glb/glb_builder.h"
-#include "renderer/accuracy/metrics.h"
 #include "tests/support/image_checks.h"
 
 enum { TEXTURE = 512 };
@@ -95,17 +94,6 @@ static struct view look(int place)
 }
 
 /* Mean of |d| over the reference's mean. */
-static double mean_error(const struct image *image, const struct image *reference)
-{
-    struct error err = {0};
-    struct image_metrics metrics;
-    if (!image_metrics_measure(
-            &(struct image_metrics_desc){.image = image, .reference = reference, .channels = 7},
-            &metrics, &err))
-        fail_msg("%s", err.message);
-    return metrics.overall.mae / metrics.overall.mean_reference;
-}
-
 static double compare_with_raster(struct renderer *renderer, const struct rig_scene *rig,
                                   struct view *view, const char *name)
 {

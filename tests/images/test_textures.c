@@ -10,7 +10,6 @@
 #include <cmocka.h>
 
 #include "clients/glb/glb_builder.h"
-#include "renderer/accuracy/metrics.h"
 #include "tests/support/image_checks.h"
 
 enum {
@@ -271,17 +270,6 @@ static void what_exceeds_the_budget_is_withheld_and_said(void **state)
     frame_finish(&again);
     rig_scene_finish(&rig, renderer);
     renderer_destroy(renderer);
-}
-
-static double mean_error(const struct image *image, const struct image *reference)
-{
-    struct error err = {0};
-    struct image_metrics metrics;
-    if (!image_metrics_measure(
-            &(struct image_metrics_desc){.image = image, .reference = reference, .channels = 7},
-            &metrics, &err))
-        fail_msg("%s", err.message);
-    return metrics.overall.mae / metrics.overall.mean_reference;
 }
 
 /* The leaf's mask is read at its finest level, 1 MiB, whatever is withheld from the camera; where

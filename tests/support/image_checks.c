@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "clients/glb/demo_scene.h"
+#include "renderer/accuracy/metrics.h"
 #include "renderer/scene/matrix.h"
 
 static const double pi = 3.14159265358979323846;
@@ -264,4 +265,15 @@ bool report_has_reused(const struct frame_report *report, const char *what)
         if (!strcmp(report->reused[i], what))
             return true;
     return false;
+}
+
+double mean_error(const struct image *image, const struct image *reference)
+{
+    struct error err = {0};
+    struct image_metrics metrics;
+    if (!image_metrics_measure(
+            &(struct image_metrics_desc){.image = image, .reference = reference, .channels = 7},
+            &metrics, &err))
+        fail_msg("%s", err.message);
+    return metrics.overall.mae / metrics.overall.mean_reference;
 }

@@ -31,6 +31,9 @@ bool view_meet_plane(const struct view *view, int x, int y, const double normal[
 const float *image_at(const struct image *image, const struct view *view, const double world[3]);
 uint32_t image_id_at(const struct image *ids, const struct view *view, const double world[3]);
 
+/* Mean absolute error of the linear colour over the mean of the reference. */
+double mean_error(const struct image *image, const struct image *reference);
+
 /* Largest difference between two F32 images over channels 0 to 2: absolute, and relative to the
  * larger value where that is above `dark`. */
 struct image_difference {
