@@ -310,16 +310,16 @@ static bool check_names(const struct view_document *document, json_t *members,
     return true;
 }
 
-static bool check_scenes(json_t *canonical, const struct view_patch *patch, struct error *err)
+static bool check_scenes(json_t *members, const struct view_scenes *scenes, struct error *err)
 {
-    json_t *parts = json_object_get(canonical, "parts"), *part;
+    json_t *parts = json_object_get(members, "parts"), *part;
     const char *name;
     json_object_foreach(parts, name, part)
     {
         const char *id = json_string_value(json_object_get(part, "scene"));
-        if (!patch->has_scene || !id || patch->has_scene(patch->context, id))
+        if (!scenes->has || !id || scenes->has(scenes->context, id))
             continue;
-        struct json_node root = json_root(canonical, err), of_parts = json_member(&root, "parts");
+        struct json_node root = json_root(members, err), of_parts = json_member(&root, "parts");
         struct json_node member = json_member(&of_parts, name);
         struct json_node scene = json_member(&member, "scene");
         return json_refuse(&scene, ERROR_NOT_FOUND, "but there is no such scene");
@@ -431,7 +431,7 @@ bool view_document_patch(struct view_document *document, const struct view_patch
     const json_t *old = json_object_get(document->members, "overrides");
     const json_t *added = json_object_get(canonical, "overrides");
     bool is_good = canonical && check_names(document, fragment, patch->names, err) &&
-                   check_scenes(canonical, patch, err);
+                   check_scenes(canonical, &patch->scenes, err);
     for (int i = 0; is_good && i < OVERRIDE_LISTS; i++)
         is_good = check_count(json_object_get(old, override_lists[i]),
                               json_object_get(added, override_lists[i]), override_lists[i], err);
@@ -500,6 +500,12 @@ bool view_document_check_names(const struct view_document *document, const struc
                                struct error *err)
 {
     return check_names(document, document->members, names, err);
+}
+
+bool view_document_check_scenes(const struct view_document *document,
+                                const struct view_scenes *scenes, struct error *err)
+{
+    return check_scenes(document->members, scenes, err);
 }
 
 void view_document_part_scenes(const struct view_document *document, struct part_scenes *scenes)

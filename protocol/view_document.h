@@ -30,6 +30,12 @@ struct view_document;
 struct view_document *view_document_create(const char *json, size_t length, struct error *err);
 void view_document_destroy(struct view_document *document); /* accepts NULL */
 
+/* Whether there is such a scene, for parts; `has` NULL: not asked. */
+struct view_scenes {
+    bool (*has)(void *context, const char *id);
+    void *context;
+};
+
 /* Applies a merge patch, whole or not at all; borrows it. Costs what the patch touches, whatever
  * else the view holds. replaces_camera: the member `camera` is not merged but replaces the old
  * one. names: what the scene holds, or NULL. */
@@ -37,9 +43,7 @@ struct view_patch {
     json_t *json; /* required */
     bool replaces_camera;
     const struct view_names *names;
-    /* Optional: whether there is such a scene, for parts. */
-    bool (*has_scene)(void *context, const char *id);
-    void *context;
+    struct view_scenes scenes;
 };
 MUST_CHECK bool view_document_patch(struct view_document *document, const struct view_patch *patch,
                                     struct error *err);
@@ -50,6 +54,10 @@ MUST_CHECK json_t *view_patch_load(const char *json, size_t length, struct error
 /* ERROR_NOT_FOUND at the first node or material of the whole document that the scene lacks. */
 MUST_CHECK bool view_document_check_names(const struct view_document *document,
                                           const struct view_names *names, struct error *err);
+
+/* ERROR_NOT_FOUND at the first part of the whole document whose scene is not there. */
+MUST_CHECK bool view_document_check_scenes(const struct view_document *document,
+                                           const struct view_scenes *scenes, struct error *err);
 
 /* The scenes of its parts. */
 void view_document_part_scenes(const struct view_document *document, struct part_scenes *scenes);

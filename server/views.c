@@ -193,15 +193,14 @@ static struct view *view_create(struct views *views, const char *json, size_t le
     return NULL;
 }
 
-static bool has_scenes_of_parts(struct views *views, const struct view *view, struct error *err)
+static bool has_scene(void *context, const char *id)
 {
-    struct part_scenes scenes;
-    view_document_part_scenes(view->document, &scenes);
-    for (int i = 0; i < scenes.count; i++)
-        if (!scene_store_has(views->desc.store, scenes.ids[i]))
-            return error_set_at(err, ERROR_NOT_FOUND, "/parts", "there is no scene '%s'",
-                                scenes.ids[i]);
-    return true;
+    return scene_store_has(context, id);
+}
+
+static struct view_scenes scenes_of(const struct views *views)
+{
+    return (struct view_scenes){.has = has_scene, .context = views->desc.store};
 }
 
 /* Under the mutex; takes read, which is NULL when the names are here already. */
@@ -218,9 +217,10 @@ static bool add_view(struct views *views, struct view *view, struct scene_names 
         views->names = view->names = read;
     }
     size_t bytes = view_document_bytes(view->document);
+    struct view_scenes scenes = scenes_of(views);
     if (!has_room(views, view->address, bytes, err) ||
         (view->names && !view_document_check_names(view->document, view->names->names, err)) ||
-        !has_scenes_of_parts(views, view, err))
+        !view_document_check_scenes(view->document, &scenes, err))
         return false;
     struct view **last = &views->oldest;
     while (*last)
@@ -304,20 +304,13 @@ json_t *views_get(struct views *views, const char *id, bool is_whole, struct err
 
 /* ---- changing ---- */
 
-static bool has_scene(void *context, const char *id)
-{
-    const struct views *views = context;
-    return scene_store_has(views->desc.store, id);
-}
-
 /* Under the mutex. */
 static bool patch_view(struct views *views, struct view *view, const struct view_patch *patch,
                        struct error *err)
 {
     struct view_patch with_names = *patch;
     with_names.names = view->names ? view->names->names : NULL;
-    with_names.has_scene = has_scene;
-    with_names.context = views;
+    with_names.scenes = scenes_of(views);
     size_t before = view_document_bytes(view->document);
     if (views->totals.document_bytes > LIMIT_VIEWS_BYTES)
         return error_set(err, ERROR_TOO_LARGE, "all views together have over %llu bytes",

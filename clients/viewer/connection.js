@@ -23,7 +23,7 @@ export class Connection {
         button({ text: "Try now", onclick: () => this.actions.retry() }));
       this.#say(true);
     }
-    if (state === "on" && this.isLost) {
+    if (state !== "wait" && !isLost && this.isLost) { // there again, if only to refuse
       this.#say(false);
       clearUnreached();
       announce("The server is back");

@@ -237,8 +237,8 @@ export class Live extends EventTarget {
     if (this.#wanted && isSame(wanted, this.#wanted)) return false;
     const isOther = wanted.scene !== this.#wanted?.scene;
     this.#wanted = wanted;
-    if (isOther) this.#open();
-    else this.#line?.update(wanted);
+    if (isOther || !this.#line) this.#open();
+    else this.#line.update(wanted);
     return true;
   }
 
@@ -273,14 +273,17 @@ export class Live extends EventTarget {
     line.open(this.#wanted).catch((problem) => this.#refused(line, problem));
   }
 
-  /** No view: say why; try again where that can help. */
+  /** No view: say why; try again where that can help. Without a line, the next change tries. */
   #refused(line, problem) {
     if (line.isClosed) return;
-    if (problem.status === 0 || problem.status === 503) this.#lost(line);
-    else {
-      this.#tell("state", { state: "off", label: "refused" });
-      this.#tell("problem", problem);
+    if (problem.status === 0 || problem.status === 503) {
+      this.#lost(line);
+      return;
     }
+    line.close();
+    this.#line = null;
+    this.#tell("state", { state: "off", label: "refused" });
+    this.#tell("problem", problem);
   }
 
   /** Where there was no view, the server was not there or had no room: no fault of the line. */

@@ -31,6 +31,7 @@ import { Vitrail } from "./vitrail.js";
 
 const STREAM = { budget_ms: 120, rest_ms: 200 };
 const BAD_EDITS = ["invalid_request", "not_found", "unsupported", "too_large"];
+const PART_GONE = /^\/parts(\/[^/]*\/scene)?$/; // of whose picture there is none
 const LINES = ["socket", "stream", "stills"];
 
 class Viewer {
@@ -238,10 +239,17 @@ class Viewer {
       this.opening.sceneGone();
       return;
     }
-    if (problem.code === "not_found" && problem.pointer === "/parts") { // no edit is to blame
-      showProblem(problem, "The scene of a part was removed from the server");
+    if (problem.code === "not_found" && PART_GONE.test(problem.pointer ?? "") && this.model.scene) {
+      if (isFirst) // the second picture follows the first
+        this.opening.partsGone().catch(() => false)
+          .then((isMended) => isMended || this.#blame(problem, isFirst));
       return;
     }
+    this.#blame(problem, isFirst);
+  }
+
+  /** The last edit of the view, or the technique that is compared with. */
+  #blame(problem, isFirst) {
     showProblem(problem, isFirst ? "The server refuses this view" : `No picture with ${this.comparison.technique}`);
     if (!isFirst) this.comparison.show("");
     else if (BAD_EDITS.includes(problem.code)) this.model.refuse();

@@ -92,6 +92,19 @@ export class Model extends EventTarget {
       .map(([name, { scene, parent }]) => [name, scene, parent]));
   }
 
+  /** Scenes of parts that came with an undo or a link, and are not known here. */
+  get unknownScenes() {
+    const ids = Object.values(this.view.parts).map(({ scene }) => scene);
+    return new Set(ids.filter((id) => !this.#partScenes.has(id)));
+  }
+
+  /** What they hold, by id. */
+  learnScenes(scenes) {
+    for (const [id, described] of scenes) this.#partScenes.set(id, described);
+    this.#assembled = "";
+    this.#followParts();
+  }
+
   /** After any change of the view: other parts are other nodes. */
   #followParts() {
     if (this.#assembled === this.#partsKey) return;
@@ -321,10 +334,10 @@ export class Model extends EventTarget {
     return name;
   }
 
-  /** Takes a part out, with what hangs on it and the edits of what is in it. */
-  removePart(name) {
-    this.edit(`Remove ${name}`, (view) => {
-      const gone = [name];
+  /** Takes parts out, with what hangs on them and the edits of what is in them. */
+  removeParts(names) {
+    this.edit(`Remove ${names.join(", ")}`, (view) => {
+      const gone = [...names];
       for (const part of gone) {
         for (const [other, { parent }] of Object.entries(view.parts))
           if (parent === part || parent?.startsWith(`${part}/`)) gone.push(other);

@@ -13,6 +13,7 @@ export class Opening {
    */
   constructor(client, model, address, tells) {
     Object.assign(this, { client, model, address, tells });
+    model.addEventListener("parts", () => this.#learn());
   }
 
   /** The scene and view that the address names; false when it names none, or what shows already. */
@@ -36,6 +37,7 @@ export class Opening {
       this.model.aspect = this.tells.aspect();
       this.model.open(summary, outline, known, parts);
       this.#gone = null;
+      this.#dropParts(this.model.unknownScenes);
     } catch (problem) {
       showProblem(problem, "The scene cannot be opened");
     }
@@ -52,10 +54,47 @@ export class Opening {
     return { summary, outline };
   }
 
-  /** The scenes of the parts that a link names, by id. */
+  /** The scenes of the parts that a link names, by id, as far as the server has them. */
   async #partsOf(state) {
     const ids = new Set(Object.values(state?.view?.parts ?? {}).map(({ scene }) => scene));
-    return new Map(await Promise.all([...ids].map(async (id) => [id, await this.#described(id)])));
+    return this.#describedOf(ids);
+  }
+
+  async #describedOf(ids) {
+    const found = await Promise.all([...ids].map(async (id) => [id,
+      await this.#described(id).catch((problem) => {
+        if (problem.code !== "not_found") throw problem;
+        return null;
+      })]));
+    return new Map(found.filter(([, described]) => described));
+  }
+
+  /** Takes out what is of scenes that the server does not have; false when nothing is. */
+  #dropParts(ids) {
+    const names = Object.entries(this.model.view.parts).filter(([, { scene }]) => ids.has(scene))
+      .map(([name]) => name);
+    if (!names.length) return false;
+    this.model.removeParts(names);
+    showProblem(new Error("Their scenes were removed from the server. Bring them again and undo."),
+      `Without ${names.join(", ")}`);
+    return true;
+  }
+
+  /** An undo brought parts back whose scenes were not here when the picture was opened. */
+  async #learn() {
+    const wanted = this.model.unknownScenes;
+    if (!wanted.size) return;
+    const found = await this.#describedOf(wanted).catch(() => new Map());
+    if (found.size && this.model.scene) this.model.learnScenes(found);
+  }
+
+  /** No picture for want of a part's scene: goes on without it. False when all are there. */
+  async partsGone() {
+    const { scene } = this.model;
+    const here = new Set((await this.client.scenes()).map(({ id }) => id));
+    if (this.model.scene !== scene) return true; // another one shows by now
+    const ids = new Set(Object.values(this.model.view.parts).map((part) => part.scene));
+    return this.#dropParts(new Set([...ids].filter((id) => !here.has(id))));
   }
 
   /** Somebody removed the scene that shows. What was made of it is kept, should it come back. */

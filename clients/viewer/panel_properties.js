@@ -66,7 +66,7 @@ export class PropertiesPanel {
           onclick: () => this.model.setVisible(index, !isVisible) }),
         button({ text: "Fit", icon: "fit", onclick: () => this.actions.fitNode(index) }),
         node.isPart && button({ text: "Remove", icon: "remove",
-          onclick: () => this.model.removePart(node.part) })));
+          onclick: () => this.model.removeParts([node.part]) })));
   }
 
   #control(make, index, member, more) {

@@ -244,6 +244,9 @@ class Parts(support.unittest.TestCase):
         ):
             problem = self.problem({"parts": parts}, status)
             self.assertEqual(pointer, problem["pointer"], problem)
+            members = {"scene": self.room, "parts": parts}
+            made = self.daemon.request("POST", "/v1/views", members)
+            self.assertEqual((status, pointer), (made.status, made.json()["pointer"]))
 
     def test_parts_that_do_not_fit_together_are_told_when_they_are_drawn(self):
         for parts, status, word in (

@@ -3,18 +3,25 @@
 from page import PageTest, support
 
 
-class Parts(PageTest):
+MESSAGE = "return document.querySelector('.message')?.innerText"
+
+
+def tool(root="Tool"):
+    """A blade below a node of that name."""
+    document = support.triangle_document("Blade")
+    document["nodes"] = [{"name": root, "children": [1], "translation": [0, 1, 1]},
+                         {"name": "Blade", "mesh": 0}]
+    document["materials"] = [{"name": "Steel", "doubleSided": True, "pbrMetallicRoughness": {
+        "baseColorFactor": [0.2, 0.4, 0.9, 1]}}]
+    document["meshes"][0]["primitives"][0]["material"] = 0
+    return support.multipart({"tool.glb": support.glb(document, support.TRIANGLE)})
+
+
+class WithTool(PageTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        document = support.triangle_document("Blade")
-        document["nodes"] = [{"name": "Tool", "children": [1], "translation": [0, 1, 1]},
-                             {"name": "Blade", "mesh": 0}]
-        document["materials"] = [{"name": "Steel", "doubleSided": True, "pbrMetallicRoughness": {
-            "baseColorFactor": [0.2, 0.4, 0.9, 1]}}]
-        document["meshes"][0]["primitives"][0]["material"] = 0
-        files = support.multipart({"tool.glb": support.glb(document, support.TRIANGLE)})
-        cls.tool = cls.daemon.post_scene(*files).json()["id"]
+        cls.tool = cls.daemon.post_scene(*tool()).json()["id"]
 
     def add(self, below=None):
         self.panel("tree")
@@ -33,6 +40,8 @@ class Parts(PageTest):
     def text(self):
         return self.browser.run("return document.getElementById('panel-properties').innerText")
 
+
+class Parts(WithTool):
     def test_a_part_is_added_moved_edited_and_taken_out(self):
         first = self.load()
         added = self.changed_by(self.add)
@@ -99,6 +108,53 @@ class Parts(PageTest):
         self.changed_by(self.add)
         self.changed_by(self.add)
         self.assertEqual(["tool", "tool 2"], sorted(self.view()["parts"]))
+
+
+class GoneParts(WithTool):
+    expects_refusal = True
+
+    def setUp(self):
+        super().setUp()
+        self.tool = self.daemon.post_scene(*tool("Lost")).json()["id"]
+
+    def forget(self):
+        self.assertEqual(204, self.daemon.request("DELETE", f"/v1/scenes/{self.tool}").status)
+
+    def key(self, key):
+        self.browser.run("document.getElementById('surface').dispatchEvent("
+                         "new KeyboardEvent('keydown', { key: arguments[0], bubbles: true }));",
+                         key)
+
+    def test_a_part_whose_scene_goes_is_taken_out_and_an_undo_brings_it_back_with_it(self):
+        self.load()
+        self.changed_by(self.add)
+        self.changed_by(lambda: self.enter("Position X", 0.5, "#panel-properties"))
+        self.key("Escape")
+        with_part = self.changed_by(lambda: self.key("2"))
+        self.changed_by(lambda: self.key("1"))
+        self.forget()
+        without = self.changed_by(lambda: self.key("2"))
+        self.assertNotEqual(with_part, without)
+        self.assertIn("Without tool", self.browser.wait(MESSAGE, "a message"))
+        self.assertEqual({}, self.view()["parts"])
+        self.assertNotIn("tool", self.rows())
+        self.daemon.post_scene(*tool("Lost"))
+        self.assertEqual(with_part, self.changed_by(lambda: self.press("Undo")))
+        self.assertEqual(0.5, self.view()["parts"]["tool"]["matrix"][12])
+
+    def test_a_link_with_a_part_that_is_gone_shows_the_rest(self):
+        first = self.load()
+        self.changed_by(self.add)
+        self.key("Escape")
+        self.settle()
+        self.browser.run("return new Promise((done) => setTimeout(done, 600))")  # written late
+        self.forget()
+        self.assertEqual(first, self.reload_link())
+        self.assertIn("Without tool", self.browser.wait(MESSAGE, "a message"))
+        self.assertEqual({}, self.view()["parts"])
+        self.daemon.post_scene(*tool("Lost"))
+        self.changed_by(lambda: self.press("Undo"))
+        self.assertIn("tool", self.rows())
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What goes wrong around the viewer: servers that stop, scenes that go, files that are too much."""
+import base64
 import json
 import os
 import re
@@ -98,6 +99,23 @@ class Going(Trouble):
             self.browser.wait("return document.title.startsWith('again.glb')", "it is open again")
         self.settle()
         self.assertFalse(self.view()["overrides"]["nodes"]["#2"]["visible"])
+
+
+class Refused(Trouble):
+    def open_link(self, state):
+        text = base64.urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
+        self.browser.go(f"http://127.0.0.1:{self.daemon.port}/#scene={self.scene}&view={text}")
+
+    def test_a_first_view_that_is_refused_is_tried_again_when_it_is_mended(self):
+        self.open_link({"view": {"quality": {"shadows": "painted"}}})
+        self.assertIn("painted", self.browser.wait(MESSAGE, "a message"))
+        self.assertEqual("refused", self.browser.run(LINK))
+        self.assertEqual(1, self.browser.run(MESSAGES))
+        self.panel("render")
+        self.enter("Shadows", "map", "#panel-render")
+        self.settle()
+        self.assertEqual("live", self.browser.run(LINK))
+        self.assertEqual("map", self.view()["quality"]["shadows"])
 
 
 class Bringing(Trouble):
