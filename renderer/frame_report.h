@@ -37,8 +37,8 @@ struct report_bytes {
 };
 
 /* All in bytes but level_bias, in levels, coarse_count and compressed_count, in textures,
- * compressed_rmse and upload_ms. All 0: the scene has none. Ray-traced frames read them from the
- * scene's file, mapped: what they may read. */
+ * compressed_rmse and upload_ms. All 0: the scene has none. Ray-traced frames read the levels from
+ * the scene's file, mapped, never compressed: resident_bytes are what the GPU would hold. */
 struct report_textures {
     uint64_t budget_bytes, resident_bytes; /* of all scenes */
     uint64_t wanted_bytes;                 /* of the levels that the frame asked for */

@@ -38,29 +38,68 @@ static void read_ahead(struct texture_pool *pool, size_t from)
     }
 }
 
+/* What another frame's motion began stays where it is in nobody's way; what this frame waits for is
+ * brought to its end. */
+static void settle_incoming(struct texture_pool *pool, uint64_t bytes,
+                            struct texture_spending *spending)
+{
+    struct texture_incoming *in = &pool->incoming;
+    struct stored_texture *t = in->of;
+    if (!t)
+        return;
+    if (texture_is_missing(t) && in->top == t->granted && in->is_packed == t->packs) {
+        texture_advance(in, spending);
+        texture_install(in);
+        return;
+    }
+    bool is_surpassed =
+        t->full.texture.name && t->full.is_packed == in->is_packed && t->full.top <= in->top;
+    for (size_t i = 0; i < pool->count; i++)
+        if (pool->textures[i]->granted == TEXTURE_UNNEEDED)
+            bytes += pool->textures[i]->full.texture.size_bytes;
+    if (texture_is_missing(t) || is_surpassed ||
+        bytes + in->texture.size_bytes > pool->budget_bytes)
+        texture_abandon(in);
+}
+
+static uint64_t size_granted(const struct stored_texture *t)
+{
+    return texture_granted_from(t, t->granted);
+}
+
+/* Textures that are missing: those that become smaller with it, or the others. */
+static bool bring_missing(struct texture_pool *pool, bool shrinking,
+                          struct texture_spending *spending, struct error *err)
+{
+    for (size_t i = 0; i < pool->wish_count; i++) {
+        struct stored_texture *t = pool->textures[i];
+        if (!texture_is_missing(t) || (shrinking && size_granted(t) >= t->full.texture.size_bytes))
+            continue;
+        read_ahead(pool, i + 1);
+        if (!texture_replace(t, t->granted, spending, err))
+            return false;
+    }
+    return true;
+}
+
+/* All that makes room goes first: what nobody needs, what takes a smaller form, what is too fine.
+ */
 bool texture_bring_all(struct texture_pool *pool, struct texture_spending *spending,
                        struct error *err)
 {
     uint64_t bytes = texture_bytes_to_be(pool);
-    texture_abandon(&pool->incoming);
-    if (!texture_drop_unneeded(pool, bytes, err))
+    settle_incoming(pool, bytes, spending);
+    if (!texture_drop_unneeded(pool, bytes, err) || !bring_missing(pool, true, spending, err))
         return false;
     for (size_t i = 0; i < pool->wish_count && bytes > pool->budget_bytes; i++) {
         struct stored_texture *t = pool->textures[i];
         if (!is_too_fine(t))
             continue;
-        bytes -= t->full.texture.size_bytes - texture_granted_from(t, t->granted);
+        bytes -= t->full.texture.size_bytes - size_granted(t);
         if (!texture_replace(t, t->granted, spending, err))
             return false;
     }
-    for (size_t i = 0; i < pool->wish_count; i++) {
-        if (!texture_is_missing(pool->textures[i]))
-            continue;
-        read_ahead(pool, i + 1);
-        if (!texture_replace(pool->textures[i], pool->textures[i]->granted, spending, err))
-            return false;
-    }
-    return true;
+    return bring_missing(pool, false, spending, err);
 }
 
 /* ---- some ---- */
@@ -85,9 +124,10 @@ static bool are_read(struct texture_pool *pool, struct stored_texture *t, uint32
     struct texture_packing what;
     if (t->packs)
         return !texture_needs_packing(t, top, &what) || texture_packer_ask(pool->packer, &what);
-    uint32_t end = t->needs_levels ? present_top(t) : top + 1;
+    uint32_t end = t->needs_levels ? t->level_count : top + 1u;
     for (uint32_t level = top; level < end; level++)
         all &=
+            texture_has_level(t, level, false) ||
             texture_reader_ask(pool->reader, texture_level_pixels(t, level), level_bytes(t, level));
     return all;
 }

@@ -192,7 +192,8 @@ static bool bring(struct texture_pool *pool, const struct texture_wish *wish,
     if (spending.written_bytes)
         glFinish(); /* what the device is still busy with counts, too */
     report->upload_ms = wall_ms() - spending.begin_ms;
-    if (wish->may_be_coarse && spending.written_bytes >= pool->pace.chunk_bytes)
+    if (wish->may_be_coarse &&
+        texture_pace_is_told(&pool->pace, spending.written_bytes, spending.limit_bytes))
         texture_note_pace(&pool->pace, pool->upload_ms, spending.written_bytes, report->upload_ms);
     return is_good;
 }
@@ -207,6 +208,7 @@ bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *
 {
     bool is_good = true;
     *report = (struct report_textures){.budget_bytes = pool->budget_bytes};
+    pool->most_bytes = pool->resident_bytes;
     if (!has_all(pool, wish, report)) {
         if (!pool->reader && !(pool->reader = texture_reader_create(err)))
             return false;
@@ -235,7 +237,7 @@ bool texture_pool_plan(struct texture_pool *pool, const struct texture_wish *wis
         const struct stored_texture *t = pool->textures[i];
         if (t->wanted == TEXTURE_UNNEEDED)
             continue;
-        report->resident_bytes += texture_bytes_from(t, t->granted, false);
+        report->resident_bytes += texture_granted_from(t, t->granted);
         report->coarse_count += t->granted > t->wanted;
     }
     return true;

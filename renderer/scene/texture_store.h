@@ -53,13 +53,14 @@ struct texture_wish {
  * budget, opaque colours are compressed (renderer/scene/texture_blocks.h), on other threads, if the
  * pool is to; where that is not enough, every texture is withheld the same number of levels, and
  * gets one back while there is room, in the order of the demands and images: the same wish is
- * granted the same levels. A frame that may be coarse reads no file. ERROR_OVER_BUDGET when not
- * even the coarsest levels fit. */
+ * granted the same levels. A frame that may be coarse reads no file, but for the first 16 px of
+ * textures that have nothing on the GPU, where there was no room to keep them. ERROR_OVER_BUDGET
+ * when not even the coarsest levels fit. */
 MUST_CHECK bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,
                                      struct report_textures *report, struct error *err);
 
 /* What texture_pool_prepare would grant, for a frame that reads the scene's file instead: nothing
- * comes or goes. report: resident_bytes are of what is granted. */
+ * comes or goes. report: resident_bytes are of what is granted, blocks where these are. */
 MUST_CHECK bool texture_pool_plan(struct texture_pool *pool, const struct texture_wish *wish,
                                   struct report_textures *report, struct error *err);
 /* Of the last wish that named the store: the finest level, or TEXTURE_UNNEEDED. */

@@ -70,6 +70,7 @@ struct texture_pace {
 
 struct texture_pool {
     uint64_t budget_bytes, upload_bytes, resident_bytes, floor_bytes, clock;
+    uint64_t most_bytes; /* resident at once in the last call, for tests */
     double upload_ms;
     struct texture_pace pace;
     struct texture_reader *reader; /* NULL: nothing was coarse yet */
@@ -112,9 +113,13 @@ const uint8_t *texture_level_pixels(const struct stored_texture *t, uint32_t lev
 
 MUST_CHECK bool texture_measure_pace(struct texture_pace *pace, double upload_ms,
                                      struct error *err);
+/* Whether so many bytes, of as many as were allowed, are enough to tell it. */
+bool texture_pace_is_told(const struct texture_pace *pace, uint64_t bytes, uint64_t limit_bytes);
 /* A call of so many bytes took so long, drawing excluded. */
 void texture_note_pace(struct texture_pace *pace, double upload_ms, uint64_t bytes, double ms);
 
+/* On the GPU in this form, so that it need not be read. */
+bool texture_has_level(const struct stored_texture *t, uint32_t level, bool is_packed);
 /* What of the blocks of such a texture is not on the GPU: false, all of it is. */
 bool texture_needs_packing(const struct stored_texture *t, uint32_t top,
                            struct texture_packing *what);
@@ -128,7 +133,7 @@ void texture_advance(struct texture_incoming *incoming, struct texture_spending 
 bool texture_is_complete(const struct texture_incoming *incoming);
 void texture_install(struct texture_incoming *incoming); /* in the place of what was there */
 void texture_abandon(struct texture_incoming *incoming);
-/* All of these in one call, whatever is spent; waits for blocks. */
+/* All of these in one call, whatever is spent; waits for blocks. Abandons what comes for it. */
 MUST_CHECK bool texture_replace(struct stored_texture *t, uint32_t top,
                                 struct texture_spending *spending, struct error *err);
 /* Where there is room for floors; `may_read`: of the scene's file. */

@@ -81,6 +81,13 @@ static void set_chunk(struct texture_pace *pace, double upload_ms)
                                              : (uint64_t)bytes;
 }
 
+/* A call takes whole rows, at least one: half a chunk or more. What is less says more of calls
+ * than of bytes; but the limit may be less than a row. */
+bool texture_pace_is_told(const struct texture_pace *pace, uint64_t bytes, uint64_t limit_bytes)
+{
+    return bytes > 0 && (bytes >= pace->chunk_bytes / 2 || bytes >= limit_bytes);
+}
+
 void texture_note_pace(struct texture_pace *pace, double upload_ms, uint64_t bytes, double ms)
 {
     double found = (double)bytes / fmax(ms, 1e-3);
@@ -143,9 +150,12 @@ static bool make_texture(struct stored_texture *t, uint32_t top, bool is_packed,
                          },
                          err))
         return false;
+    struct texture_pool *pool = t->store->pool;
     texture->size_bytes = texture_bytes_from(t, top, is_packed);
-    t->store->pool->resident_bytes += texture->size_bytes;
+    pool->resident_bytes += texture->size_bytes;
     t->store->full_bytes += texture->size_bytes;
+    if (pool->most_bytes < pool->resident_bytes)
+        pool->most_bytes = pool->resident_bytes;
     return true;
 }
 
@@ -169,6 +179,11 @@ static const struct texture_levels_held *source_of(const struct stored_texture *
     return has_level(t, &t->full, level) && t->full.is_packed == is_packed ? &t->full
            : has_level(t, &t->floor, level) && !is_packed                  ? &t->floor
                                                                            : NULL;
+}
+
+bool texture_has_level(const struct stored_texture *t, uint32_t level, bool is_packed)
+{
+    return source_of(t, level, is_packed) != NULL;
 }
 
 bool texture_needs_packing(const struct stored_texture *t, uint32_t top,
@@ -304,12 +319,15 @@ void texture_abandon(struct texture_incoming *in)
 bool texture_replace(struct stored_texture *t, uint32_t top, struct texture_spending *spending,
                      struct error *err)
 {
+    struct texture_pool *pool = t->store->pool;
     struct texture_incoming in;
     struct texture_spending all = {.limit_bytes = UINT64_MAX, .limit_ms = INFINITY};
     struct texture_packing what;
     struct texture_packed packed = {0};
+    if (pool->incoming.of == t) /* it was to take over what goes */
+        texture_abandon(&pool->incoming);
     if (t->packs && texture_needs_packing(t, top, &what))
-        packed = texture_packer_take(t->store->pool->packer, &what);
+        packed = texture_packer_take(pool->packer, &what);
     if (!texture_begin(t, top, &packed, &in, err))
         return false;
     texture_advance(&in, &all);

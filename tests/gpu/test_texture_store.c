@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: MIT */
+/* The pool of textures from within: its budget while textures change their form, what frames in
+ * motion read, what a frame at rest leaves of their uploads, and how the pace is learnt. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <epoxy/gl.h>
+
+#include "renderer/gl/context.h"
+#include "renderer/scene/texture_store_internal.h"
+
+enum { IMAGES = 16, SIDE = 512, BUDGET = 4 << 20, SKIPPED = 77, KEYS = 2 * IMAGES };
+
+static struct gl_context *context;
+
+/* ---- a scene of so many opaque colours ---- */
+
+struct rig {
+    struct scene scene;
+    struct scene_image images[IMAGES];
+    struct scene_texture textures[IMAGES];
+    struct scene_material materials[IMAGES];
+    uint8_t *pixels;
+    struct texture_pool *pool;
+    struct texture_store *store;
+};
+
+static void add_image(struct rig *rig, int index, uint32_t width, uint32_t height)
+{
+    uint64_t own = texture_levels_bytes(width, height, 0), at = own * (uint64_t)index;
+    rig->images[index] = (struct scene_image){
+        .width_px = width,
+        .height_px = height,
+        .offset_bytes = at,
+        .levels_offset_bytes = {0, at + own - texture_levels_bytes(width, height, 1)},
+        .least_alpha = 255};
+    rig->textures[index] = (struct scene_texture){.image = index,
+                                                  .mag_filter = GL_LINEAR,
+                                                  .min_filter = GL_LINEAR_MIPMAP_LINEAR,
+                                                  .wrap_s = GL_REPEAT,
+                                                  .wrap_t = GL_REPEAT};
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
+        rig->materials[index].textures[slot].texture = slot ? -1 : index;
+}
+
+static void open_rig(struct rig *rig, uint32_t width, uint32_t height, bool compresses)
+{
+    struct error err = {0};
+    uint64_t bytes = IMAGES * texture_levels_bytes(width, height, 0);
+    uint32_t seed = 1;
+    *rig = (struct rig){.pixels = malloc(bytes)};
+    assert_non_null(rig->pixels);
+    for (uint64_t i = 0; i < bytes; i++)
+        rig->pixels[i] = (uint8_t)((seed = seed * 1664525 + 1013904223) >> 24);
+    for (int i = 0; i < IMAGES; i++)
+        add_image(rig, i, width, height);
+    rig->scene = (struct scene){.images = rig->images,
+                                .image_count = IMAGES,
+                                .textures = rig->textures,
+                                .texture_count = IMAGES,
+                                .materials = rig->materials,
+                                .material_count = IMAGES,
+                                .pixels = rig->pixels,
+                                .pixel_bytes = bytes};
+    rig->pool = texture_pool_create(&(struct texture_pool_desc){.budget_bytes = BUDGET,
+                                                                .upload_ms = 1000,
+                                                                .compresses = compresses},
+                                    &err);
+    assert_non_null(rig->pool);
+    rig->store = texture_store_create(rig->pool, &rig->scene, &err);
+    assert_non_null(rig->store);
+}
+
+static void close_rig(struct rig *rig)
+{
+    texture_store_destroy(rig->store);
+    texture_pool_destroy(rig->pool);
+    free(rig->pixels);
+}
+
+/* Of images [first, end) this level; of others none. */
+static struct report_textures prepare(struct rig *rig, int first, int end, uint8_t level,
+                                      bool may_be_coarse)
+{
+    struct error err = {0};
+    struct report_textures report;
+    uint8_t levels[KEYS];
+    memset(levels, TEXTURE_UNNEEDED, sizeof levels);
+    for (int i = first; i < end; i++)
+        levels[texture_key((uint32_t)i, true)] = level;
+    const struct texture_demand demand = {.store = rig->store, .levels = levels};
+    const struct texture_wish wish = {
+        .demands = &demand, .count = 1, .may_be_coarse = may_be_coarse};
+    if (!texture_pool_prepare(rig->pool, &wish, &report, &err))
+        fail_msg("%s", err.message);
+    assert_true(report.resident_bytes <= BUDGET);
+    return report;
+}
+
+static struct stored_texture *texture_of(const struct rig *rig, int image)
+{
+    return &rig->store->textures[texture_key((uint32_t)image, true)];
+}
+
+static void skip_without_blocks(void)
+{
+    if (!texture_device_packs())
+        skip();
+}
+
+/* ---- what is promised ---- */
+
+static void textures_that_change_form_keep_the_budget(void **state)
+{
+    (void)state;
+    skip_without_blocks();
+    struct rig rig;
+    open_rig(&rig, SIDE, SIDE, true);
+    uint64_t blocks = texture_blocks_bytes(SIDE, SIDE, 0);
+    struct report_textures report = prepare(&rig, IMAGES - 2, IMAGES, 0, false);
+    assert_int_equal(report.compressed_count, 0);
+    assert_true(report.resident_bytes > BUDGET / 2);
+    report = prepare(&rig, 0, IMAGES, 0, false);
+    assert_int_equal(report.compressed_count, IMAGES);
+    assert_true(rig.pool->most_bytes <= BUDGET);
+    report = prepare(&rig, 0, 2, 0, false);
+    assert_int_equal(report.compressed_count, 0);
+    assert_true(rig.pool->most_bytes <= BUDGET + blocks); /* the self that is replaced */
+    close_rig(&rig);
+}
+
+/* Colours were compressed; a moving frame takes them back whole. What it writes the reader has
+ * read. */
+static void frames_in_motion_read_no_level_that_blocks_stand_for(void **state)
+{
+    (void)state;
+    skip_without_blocks();
+    struct rig rig;
+    open_rig(&rig, SIDE, SIDE, true);
+    prepare(&rig, 0, IMAGES, 0, false);
+    struct stored_texture *t = texture_of(&rig, 0);
+    assert_true(t->full.is_packed);
+    for (int i = 0; i < 10000 && t->full.is_packed; i++) {
+        prepare(&rig, 0, 1, 0, true);
+        if (rig.pool->incoming.of == t || !t->full.is_packed)
+            break;
+    }
+    for (uint32_t level = 0; level < t->floor.top; level++)
+        assert_true(texture_reader_ask(rig.pool->reader, texture_level_pixels(t, level),
+                                       4ull * texture_level_side(SIDE, level) *
+                                           texture_level_side(SIDE, level)));
+    close_rig(&rig);
+}
+
+/* What rays read is of the levels that the rasteriser would have, and counts as these do. */
+static void a_plan_counts_what_is_granted(void **state)
+{
+    (void)state;
+    skip_without_blocks();
+    struct rig rig;
+    struct error err = {0};
+    struct report_textures report;
+    open_rig(&rig, SIDE, SIDE, true);
+    const struct texture_demand demand = {.store = rig.store};
+    const struct texture_wish wish = {.demands = &demand, .count = 1};
+    assert_true(texture_pool_plan(rig.pool, &wish, &report, &err));
+    assert_int_equal(report.resident_bytes, IMAGES * texture_blocks_bytes(SIDE, SIDE, 0));
+    assert_int_equal(report.wanted_bytes, IMAGES * texture_levels_bytes(SIDE, SIDE, 0));
+    assert_int_equal(report.coarse_count + report.level_bias, 0);
+    close_rig(&rig);
+}
+
+/* Rows of 10,000 px: a call writes one of them, less than a chunk and more than the limit. */
+static void a_low_pace_is_learnt_anew_from_wide_rows(void **state)
+{
+    (void)state;
+    enum { WIDE = 10000, LOW = 20000 };
+    struct rig rig;
+    open_rig(&rig, WIDE, 64, false);
+    prepare(&rig, 0, 1, 3, false);
+    rig.pool->upload_ms = 1;
+    rig.pool->pace = (struct texture_pace){.bytes_per_ms = LOW, .chunk_bytes = 64 << 10};
+    double most = LOW;
+    for (int i = 0; i < 4000 && most <= LOW; i++) {
+        prepare(&rig, 0, 1, 0, true);
+        if (rig.pool->pace.bytes_per_ms > most)
+            most = rig.pool->pace.bytes_per_ms;
+    }
+    assert_true(most > LOW);
+    close_rig(&rig);
+}
+
+/* In motion until something is on its way. */
+static void begin_incoming(struct rig *rig, int image)
+{
+    rig->pool->upload_bytes = 1 << 20;
+    rig->pool->pace.chunk_bytes = 64 << 10;
+    for (int i = 0; i < 10000 && rig->pool->incoming.of != texture_of(rig, image); i++)
+        prepare(rig, image, image + 1, 0, true);
+    assert_ptr_equal(rig->pool->incoming.of, texture_of(rig, image));
+}
+
+static void a_frame_at_rest_leaves_the_uploads_of_one_in_motion(void **state)
+{
+    (void)state;
+    struct rig rig;
+    open_rig(&rig, SIDE, SIDE, false);
+    prepare(&rig, 1, 2, 0, false);
+    begin_incoming(&rig, 0);
+    uint32_t level = rig.pool->incoming.level, row = rig.pool->incoming.row;
+    prepare(&rig, 1, 2, 0, false); /* all of it is there */
+    prepare(&rig, 2, 3, 2, false); /* a little comes */
+    assert_ptr_equal(rig.pool->incoming.of, texture_of(&rig, 0));
+    assert_int_equal(rig.pool->incoming.level, level);
+    assert_int_equal(rig.pool->incoming.row, row);
+    struct report_textures report = prepare(&rig, 0, 1, 0, false); /* the rest of it */
+    assert_null(rig.pool->incoming.of);
+    assert_int_equal(texture_of(&rig, 0)->full.top, 0);
+    assert_true(report.written_bytes > 0);
+    assert_true(report.written_bytes < texture_levels_bytes(SIDE, SIDE, 0));
+    close_rig(&rig);
+}
+
+/* Those give way where there is no room for both. */
+static void uploads_of_a_frame_in_motion_give_way_to_the_budget(void **state)
+{
+    (void)state;
+    struct rig rig;
+    open_rig(&rig, SIDE, SIDE, false);
+    begin_incoming(&rig, 0);
+    struct report_textures report = prepare(&rig, 1, 4, 1, false);
+    assert_int_equal(report.level_bias, 0);
+    report = prepare(&rig, 2, 5, 0, false);
+    assert_int_equal(report.coarse_count, 1); /* 4.2 MB do not fit */
+    assert_true(rig.pool->most_bytes <= BUDGET + texture_levels_bytes(SIDE, SIDE, 0));
+    assert_null(rig.pool->incoming.of);
+    close_rig(&rig);
+}
+
+int main(void)
+{
+    struct error err = {0};
+    context = gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
+    if (!context)
+        return SKIPPED;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(textures_that_change_form_keep_the_budget),
+        cmocka_unit_test(frames_in_motion_read_no_level_that_blocks_stand_for),
+        cmocka_unit_test(a_plan_counts_what_is_granted),
+        cmocka_unit_test(a_low_pace_is_learnt_anew_from_wide_rows),
+        cmocka_unit_test(a_frame_at_rest_leaves_the_uploads_of_one_in_motion),
+        cmocka_unit_test(uploads_of_a_frame_in_motion_give_way_to_the_budget),
+    };
+    int failures = cmocka_run_group_tests(tests, NULL, NULL);
+    gl_context_destroy(context);
+    return failures;
+}
