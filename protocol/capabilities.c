@@ -266,6 +266,7 @@ static json_t *write_limits(uint64_t max_upload_bytes)
     json_put_integer(&writer, "parts", LIMIT_PARTS);
     json_put_integer(&writer, "part_scenes", LIMIT_PART_SCENES);
     json_put_integer(&writer, "outputs", LIMIT_OUTPUTS);
+    json_put_integer(&writer, "socket_message_bytes", LIMIT_SOCKET_MESSAGE_BYTES);
     json_put_integer(&writer, "name_bytes", LIMIT_NAME_BYTES);
     json_put_integer(&writer, "upload_bytes", max_upload_bytes);
     json_put_integer(&writer, "upload_files", LIMIT_UPLOAD_FILES);
@@ -298,6 +299,7 @@ static json_t *write_texts(const char *const *texts)
 }
 
 static const char *const overlays[] = {"highlight", "edges", NULL}; /* members of a request */
+static const char *const indexed[] = {"lights", NULL}; /* lists that patches change one by one */
 
 json_t *capabilities_to_json(const struct capabilities *capabilities)
 {
@@ -312,6 +314,7 @@ json_t *capabilities_to_json(const struct capabilities *capabilities)
     json_put(&writer, "tone_mappings", write_names(request_tone_mapping_name, 0));
     json_put(&writer, "outputs", write_names(request_output_name, 0));
     json_put(&writer, "overlays", write_texts(overlays));
+    json_put(&writer, "indexed_patches", write_texts(indexed));
     json_put(&writer, "formats", write_names(request_format_name, REQUEST_FORMAT_PNG));
     json_put(&writer, "extensions", write_texts(capabilities->extensions));
     return json_writer_take(&writer);

@@ -60,8 +60,7 @@ static void count_bytes(struct view_document *document)
 
 /* ---- merging (RFC 7396) ---- */
 
-/* What target becomes under the patch; a new reference, NULL without memory. target may be NULL. */
-static json_t *merge(const json_t *target, json_t *patch)
+json_t *view_merge(const json_t *target, json_t *patch)
 {
     if (!json_is_object(patch))
         return json_deep_copy(patch);
@@ -76,8 +75,8 @@ static json_t *merge(const json_t *target, json_t *patch)
         if (json_is_null(value))
             json_object_del(merged, key);
         else
-            has_failed =
-                json_object_set_new(merged, key, merge(json_object_get(merged, key), value)) != 0;
+            has_failed = json_object_set_new(merged, key,
+                                             view_merge(json_object_get(merged, key), value)) != 0;
     }
     return json_take_unless(merged, has_failed);
 }
@@ -107,7 +106,7 @@ static json_t *merge_camera(const json_t *target, json_t *patch)
     for (int form = 0; names_any && form < CAMERA_FORMS; form++)
         for (int i = 0; i < 4 && camera_forms[form][i] && !names_form(patch, form); i++)
             json_object_del(base, camera_forms[form][i]);
-    json_t *merged = base ? merge(base, patch) : NULL;
+    json_t *merged = base ? view_merge(base, patch) : NULL;
     json_decref(base);
     return merged;
 }
@@ -134,7 +133,7 @@ static bool put_overrides_list(json_t *fragment, const char *list, const json_t 
     json_object_foreach(patch, key, value)
     {
         if (!json_is_null(value) &&
-            !put(entries, key, merge(json_object_get(old, key), value), err))
+            !put(entries, key, view_merge(json_object_get(old, key), value), err))
             return false;
     }
     return true;
@@ -173,6 +172,12 @@ static bool is_of_image(const char *key)
            strcmp(key, "format") == 0 || strcmp(key, "quality_percent") == 0;
 }
 
+/* Whether a member of a patch names lights one by one, instead of being all of them. */
+static bool names_lights(const char *key, const json_t *value)
+{
+    return strcmp(key, "lights") == 0 && json_is_object(value);
+}
+
 static bool put_member(const struct view_document *document, const struct view_patch *patch,
                        const char *key, json_t *value, json_t *fragment, struct error *err)
 {
@@ -189,8 +194,13 @@ static bool put_member(const struct view_document *document, const struct view_p
         return put_overrides(fragment, old, value, err);
     if (json_is_null(value))
         return true;
+    if (names_lights(key, value)) {
+        struct json_node root = json_root(patch->json, err), member = json_member(&root, key);
+        json_t *touched = view_lights_touched(old, &member);
+        return touched && put(fragment, key, touched, err);
+    }
     if (strcmp(key, "camera") != 0 || !json_is_object(value))
-        return put(fragment, key, merge(old, value), err);
+        return put(fragment, key, view_merge(old, value), err);
     return put(fragment, key,
                patch->replaces_camera ? json_deep_copy(value) : merge_camera(old, value), err);
 }
@@ -396,6 +406,10 @@ static void install(struct view_document *document, json_t *canonical, json_t *p
     json_object_foreach(patch, key, value)
     {
         json_t *found = json_object_get(canonical, key);
+        if (names_lights(key, value)) {
+            view_lights_install(json_object_get(document->members, key), found, value);
+            continue;
+        }
         if (strcmp(key, "overrides") != 0) {
             if (found && strcmp(key, "scene") != 0)
                 json_object_set(document->members, key, found);
@@ -428,6 +442,8 @@ bool view_document_patch(struct view_document *document, const struct view_patch
         return false;
     json_t *fragment = make_fragment(document, patch, err);
     json_t *canonical = fragment ? canonicalise(fragment, &bytes, err) : NULL;
+    if (fragment && !canonical && json_is_object(json_object_get(patch->json, "lights")))
+        view_lights_point(json_object_get(patch->json, "lights"), err);
     const json_t *old = json_object_get(document->members, "overrides");
     const json_t *added = json_object_get(canonical, "overrides");
     bool is_good = canonical && check_names(document, fragment, patch->names, err) &&
@@ -457,11 +473,13 @@ json_t *view_patch_load(const char *json, size_t length, struct error *err)
 static bool begin(struct view_document *document, json_t *body, struct error *err)
 {
     struct json_node root = json_root(body, err), scene = json_member(&root, "scene");
+    struct json_node lights = json_member(&root, "lights");
     json_t *smallest = NULL;
-    size_t bytes;
+    size_t bytes, count;
     if (!json_is_object(body))
         return json_refuse(&root, ERROR_INVALID_REQUEST, "must be an object");
-    if (!json_expect_present(&scene))
+    if (!json_expect_present(&scene) ||
+        !json_expect_array(&lights, LIMIT_REQUEST_LIGHTS, &count)) /* patches may name some */
         return false;
     smallest = json_pack("{s:O}", "scene", scene.value);
     document->members = smallest ? canonicalise(smallest, &bytes, err) : NULL;

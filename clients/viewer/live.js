@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Keeps one picture in step with one description of it, by the best line there is: a WebSocket, else
 // a multipart stream with patches beside it, else still images. Every line drops what is overtaken.
-import { isSame, mergePatch } from "./members.js";
+import { isSame, mergePatch, viewPatch } from "./members.js";
 import { VitrailError } from "./vitrail.js";
 
 const REST_MS = 180; // without a change for so long, the exact picture is due
 const RETRY_MS = [500, 1000, 2000, 5000, 10000];
+const MESSAGE_CHARS = 300_000; // up the socket, which takes 1 MiB; what is longer goes as a request
 const TRIES = 2; // of a line that never showed a frame, before another kind is taken
 
 /** What all lines have in common. Events: "frame", "problem", "lost"; details below. */
@@ -34,6 +35,7 @@ class Line extends EventTarget {
 class SocketLine extends Line {
   static label = "live";
   hasOpened = false;
+  isWaiting = false; // for a request: nothing is sent meanwhile
 
   async open(wanted) {
     this.sent = wanted;
@@ -46,7 +48,10 @@ class SocketLine extends Line {
       this.update(this.wanted ?? wanted);
     });
     this.socket.addEventListener("frame", (event) => this.#take(event.detail));
-    this.socket.addEventListener("problem", (event) => this.tell("problem", event.detail));
+    this.socket.addEventListener("problem", ({ detail }) => {
+      if (detail.id !== null) this.#lookAgain();
+      this.tell("problem", detail);
+    });
     this.socket.addEventListener("close", (event) => this.tell("lost", event.detail));
   }
 
@@ -61,13 +66,44 @@ class SocketLine extends Line {
 
   update(wanted) {
     this.wanted = wanted;
-    if (!this.socket?.isOpen || !this.hasOpened) return;
+    if (!this.socket?.isOpen || !this.hasOpened || this.isWaiting) return;
     const { camera: before, ...sentRest } = this.sent;
     const { camera, ...rest } = wanted;
-    const patch = mergePatch(sentRest, rest);
+    const patch = viewPatch(sentRest, rest);
+    if (patch && JSON.stringify(patch).length > MESSAGE_CHARS) {
+      this.#patchLong(patch, wanted);
+      return;
+    }
     if (patch) this.socket.patch(patch, 1);
     if (mergePatch(before, camera)) this.socket.camera(camera);
     this.sent = wanted;
+  }
+
+  /** What is too long for a message goes as a request, and messages wait for it. */
+  async #patchLong(patch, wanted) {
+    const sent = { ...wanted, camera: this.sent.camera };
+    this.isWaiting = true;
+    try {
+      await this.view.patch(patch);
+      this.sent = sent;
+      this.isWaiting = false;
+      this.update(this.wanted);
+    } catch (problem) {
+      this.isWaiting = false;
+      this.tell("problem", problem);
+      this.#lookAgain();
+    }
+  }
+
+  /** A message was refused, and those behind it perhaps not: goes on from what the view is, once
+   * something else is wanted. */
+  async #lookAgain() {
+    if (this.isWaiting) return;
+    const refused = this.wanted;
+    this.isWaiting = true;
+    this.sent = (await this.view.get().catch(() => null))?.view ?? this.sent;
+    this.isWaiting = false;
+    if (this.wanted !== refused) this.update(this.wanted);
   }
 
   close() {
@@ -120,11 +156,11 @@ class StreamLine extends Line {
     try {
       while (!this.isClosed) {
         const next = this.wanted;
-        const patch = mergePatch(this.sent, next);
+        const patch = viewPatch(this.sent, next);
         if (!patch) break;
         if (patch.camera) patch.camera = { ortho_height: null, ...next.camera };
-        this.sent = next;
         await this.view.patch(patch);
+        this.sent = next;
       }
     } catch (problem) {
       this.tell("problem", problem);

@@ -21,3 +21,27 @@ export function mergePatch(from, to) {
   }
   return Object.keys(patch).length ? patch : undefined;
 }
+
+/** The patch by index that makes one list of lights of another (docs/views.md), where what goes is
+ * one piece; else the whole list. */
+function lightsPatch(from, to) {
+  const gone = from.length - to.length;
+  let start = 0;
+  while (start < Math.min(from.length, to.length) && isEqual(from[start], to[start])) start++;
+  if (gone > 0)
+    return isEqual(from.slice(start + gone), to.slice(start))
+      ? Object.fromEntries(from.slice(0, gone).map((_, i) => [start + i, null])) : to;
+  const patch = {};
+  for (let i = start; i < to.length; i++) {
+    const change = from[i]?.type === to[i].type ? mergePatch(from[i], to[i]) : to[i];
+    if (change) patch[i] = change;
+  }
+  return patch;
+}
+
+/** As mergePatch, of members of a view: of its lights, only those that changed. */
+export function viewPatch(from, to) {
+  const patch = mergePatch(from, to);
+  if (patch?.lights && from.lights?.length) patch.lights = lightsPatch(from.lights, to.lights);
+  return patch;
+}

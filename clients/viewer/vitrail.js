@@ -17,6 +17,7 @@ export class VitrailError extends Error {
     this.pointer = problem.pointer ?? null;
     this.requestId = problem.request_id ?? null;
     this.revision = problem.revision ?? null;
+    this.id = problem.id ?? null; // of a socket's message that is refused
   }
 }
 

@@ -28,7 +28,7 @@ def needs(path):
 
 
 def run_tests():
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]], verbosity=2)
 
 
 # ---- scenes ----

@@ -150,6 +150,61 @@ class Patching(ViewTest):
         self.patch(view, {"overrides": None})
         self.assertEqual({"nodes": {}, "materials": {}}, self.members(view)["overrides"])
 
+    def lit(self):
+        return self.make(lights=[{"type": "point", "position": [i, 1, 0]} for i in range(4)])
+
+    def places(self, view):
+        return [(one["type"], one["position"][0]) for one in self.members(view)["lights"]]
+
+    def test_lights_change_come_and_go_by_their_index(self):
+        view = self.lit()
+        before = self.members(view)["lights"]
+        self.assertEqual(200, self.patch(view, {"lights": {"2": {"intensity": 7}}}).status)
+        self.assertEqual([*before[:2], {**before[2], "intensity": 7}, before[3]],
+                         self.members(view)["lights"])
+        self.patch(view, {"lights": {"2": {"intensity": None}}})
+        self.assertEqual(before, self.members(view)["lights"])
+        disk = {"type": "disk", "position": [9, 1, 0], "direction": [0, -1, 0], "radius": 2}
+        self.patch(view, {"lights": {"5": {**disk, "position": [8, 1, 0]}, "0": None, "4": disk,
+                                     "1": disk, "2": None}})
+        self.assertEqual([("disk", 9), ("point", 3), ("disk", 9), ("disk", 8)], self.places(view))
+        self.patch(view, {"lights": {str(i): None for i in range(4)}})
+        self.assertEqual([], self.members(view)["lights"])
+        self.patch(view, {"lights": {"0": disk}})
+        self.assertEqual([("disk", 9)], self.places(view))
+
+    def test_bad_patches_of_single_lights_are_refused_by_their_index(self):
+        view = self.lit()
+        before = self.members(view)
+        light = {"type": "point", "position": [0, 0, 0]}
+        for lights, pointer, word in (
+            ({"3": {"intensity": -1}}, "/lights/3/intensity", "-1"),
+            ({"1": None, "3": {"radius": 1}}, "/lights/3/radius", "point light has none"),
+            ({"0": {"color": [1, 1, 1]}, "2": {"type": "point"}}, "/lights/2/position", "absent"),
+            ({"4": {"intensity": 1}}, "/lights/4/type", "absent"),
+            ({"5": light}, "/lights", "without gaps"), ({"4": None}, "/lights/4", "4 lights"),
+            ({"01": light}, "/lights/01", "4 lights"), ({"-1": light}, "/lights/-1", "4 lights"),
+            ({"first": light}, "/lights/first", "4 lights"), ({"": light}, "/lights/", "4 lights"),
+            ({"99999999999999999999": light}, "/lights/99999999999999999999", "4 lights"),
+            ({"0": 7}, "/lights/0", "a light or null"), ({"0": []}, "/lights/0", "a light or null"),
+        ):
+            reply = self.patch(view, {"lights": lights, "exposure_ev": 1})
+            self.assertEqual((400, pointer), (reply.status, reply.json()["pointer"]), reply.body)
+            self.assertIn(word, reply.json()["detail"])
+            self.assertTrue(reply.json()["detail"].startswith(pointer), reply.body)
+        self.assertEqual(before, self.members(view))
+        made = self.ask("POST", "", {"scene": self.scene, "lights": {"0": light}})
+        self.assertEqual((400, "/lights"), (made.status, made.json()["pointer"]))
+
+    def test_there_are_never_more_lights_than_the_limit(self):
+        light = {"type": "point", "position": [0, 0, 0]}
+        view = self.make(lights=[light] * 65536)
+        for lights, status in (({"65536": light}, 413), ({"65536": light, "0": None}, 200),
+                               ({"65535": {"intensity": 3}}, 200)):
+            self.assertEqual(status, self.patch(view, {"lights": lights}).status, lights)
+        last = self.members(view)["lights"]
+        self.assertEqual((65536, 3), (len(last), last[-1]["intensity"]))
+
     def test_a_patch_may_change_the_form_of_the_camera(self):
         view = self.make(camera={**LOOK, "fov_y_deg": 30})
         self.assertEqual(200, self.patch(view, {"camera": {"fit": "top"}}).status)

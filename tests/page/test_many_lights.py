@@ -82,6 +82,48 @@ class ManyLights(PageTest):
         support.wait_until(lambda: (self.view()["lights"] or [{}])[0].get("intensity") == 12,
                            "the lamp is edited")
 
+    def sent(self):
+        """Lengths of the patches that went up the socket since it was asked last."""
+        return self.browser.run("""const patches = window.patches ?? [];
+          if (!window.patches) {
+            const send = WebSocket.prototype.send;
+            WebSocket.prototype.send = function (text) {
+              if (JSON.parse(text).type === 'patch') window.patches.push(text.length);
+              return send.call(this, text);
+            };
+          }
+          window.patches = [];
+          return patches;""")
+
+    def wait_for_lights(self, is_right, what):
+        support.wait_until(lambda: is_right(self.view()["lights"]), what, timeout_s=60)
+        lengths = self.sent()
+        self.assertTrue(all(length < 300 for length in lengths), lengths)
+        return len(lengths)
+
+    def test_an_edit_sends_only_the_light_that_changed(self):
+        def intensity(value):
+            self.enter("Intensity", value, "#panel-lights")
+        self.sent()
+        intensity(12)
+        self.wait_for_lights(lambda lights: lights and lights[0]["intensity"] == 12,
+                             "all lights are the view's, by one request")
+        before = self.view()["lights"]
+        intensity(14)
+        self.assertEqual(1, self.wait_for_lights(lambda lights: lights[0]["intensity"] == 14,
+                                                 "the lamp is edited"))
+        self.head(5)
+        self.browser.keys("Enter")
+        self.press("Remove", "#panel-lights")
+        self.assertEqual(1, self.wait_for_lights(lambda lights: len(lights) == COUNT,
+                                                 "a light is gone"))
+        self.press("Add a disk light", "#panel-lights")
+        self.assertEqual(1, self.wait_for_lights(lambda lights: len(lights) == COUNT + 1,
+                                                 "a light is new"))
+        lights = self.view()["lights"]
+        self.assertEqual([{**before[0], "intensity": 14}, *before[1:5], *before[6:]], lights[:-1])
+        self.assertEqual("disk", lights[-1]["type"])
+
     def test_opening_and_editing_one_of_them_is_quick(self):
         times = self.browser.run("""
           const panel = document.getElementById('panel-lights');

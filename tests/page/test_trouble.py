@@ -117,6 +117,30 @@ class Refused(Trouble):
         self.assertEqual("live", self.browser.run(LINK))
         self.assertEqual("map", self.view()["quality"]["shadows"])
 
+    def test_what_was_refused_with_a_bad_edit_is_sent_again_without_it(self):
+        for kind in (0, 1):  # socket, stream
+            self.browser.go(f"http://127.0.0.1:{self.daemon.port}/")
+            exposure = self.browser.run("""const [scene, kind] = arguments;
+              const { Live } = await import('/viewer/live.js');
+              const { Vitrail } = await import('/viewer/vitrail.js');
+              const live = new Live(new Vitrail(), kind);
+              const good = { scene, width: 64, height: 48, camera: { fit: 'iso' }, stream: {} };
+              const next = (type) => new Promise((done) =>
+                live.addEventListener(type, ({ detail }) => done(detail), { once: true }));
+              live.show(good);
+              await next('frame');
+              live.show({ ...good, exposure_ev: 2, tone_mapping: 'sepia' });
+              const { pointer } = await next('problem');
+              const shown = new Promise((done) => live.addEventListener('frame', async () => {
+                const { view } = await live.view.get();
+                if (view.exposure_ev === 2) done(view.exposure_ev);
+              }));
+              live.show({ ...good, exposure_ev: 2 });
+              const found = await shown;
+              live.stop();
+              return [pointer, found];""", self.scene, kind)
+            self.assertEqual(["/tone_mapping", 2], exposure)
+
 
 class Bringing(Trouble):
     def write(self, folder, files):
