@@ -65,6 +65,11 @@ class CliViews(support.ServiceTest):
                          shown["clip_planes"])
         self.assertEqual(["third"], list(shown["parts"]))
         self.assertEqual(30, shown["edges"]["crease_deg"])
+        self.run_cli("view", "patch", view, "--light", "point:pos=0,0,5",
+                     "--light", "point:pos=0,1,5")
+        self.run_cli("view", "patch", view, "--set", "/lights/1/intensity=7")
+        lights = json.loads(self.run_cli("view", "show", view, "--json"))["view"]["lights"]
+        self.assertEqual([1, 7], [light["intensity"] for light in lights])
 
     def test_an_image_is_that_of_the_server(self):
         view = self.create()
