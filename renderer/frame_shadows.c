@@ -12,11 +12,11 @@ static bool is_pause_due(void *run)
     return frame_run_is_pause_due(run);
 }
 
-/* What failed is told as rays tell that they are not wanted. */
-static bool serve_pause(void *run)
+/* Rays only learn that they are to end: why is told where they began. */
+static bool serve_pause(void *context)
 {
-    struct error unheard = {0};
-    return frame_run_pause(run, true, &unheard);
+    const struct frame_run *run = context;
+    return frame_run_pause(run, true, &run->renderer->shadow_rays.failure);
 }
 
 bool frame_shadows_begin(const struct frame_run *run, struct error *err)

@@ -159,6 +159,7 @@ struct batch_pause {
     const struct batch *batch;
     const struct frame_run *run;
     const struct shade_pause *outer;
+    bool *must_restart; /* set where they no longer fit: with fewer of them */
 };
 
 static bool is_pause_due(const void *context)
@@ -170,10 +171,17 @@ static bool is_pause_due(const void *context)
 static bool serve_pause(const void *context, struct error *err)
 {
     const struct batch_pause *pause = context;
+    const struct batch *batch = pause->batch;
     struct frame_report unseen = {0}; /* the report has all that from the first time */
-    return pause->outer->serve(pause->outer->context, err) &&
-           prepare_shadows(pause->run, pause->batch->is_left_out, &unseen, err) &&
-           upload_lights(pause->batch, pause->run, err);
+    struct error failure = {0};
+    if (!pause->outer->serve(pause->outer->context, err))
+        return false;
+    if (prepare_shadows(pause->run, batch->is_left_out, &unseen, &failure))
+        return upload_lights(batch, pause->run, err);
+    *pause->must_restart = failure.code == ERROR_OVER_BUDGET && batch->structures >= 2;
+    if (*pause->must_restart)
+        pause->run->renderer->batches.most = batch->structures / 2;
+    return error_set(err, failure.code, "%s", failure.message);
 }
 
 /* What a window counted, as it was before its first batch; but what was built was built. */
@@ -183,39 +191,59 @@ static void restore_report(struct frame_report *report, const struct frame_repor
     report->counts = before->counts;
     report->counts.shadow_maps_built = built;
     report->byte_count = before->byte_count;
+    report->reused_count = before->reused_count;
+    report->warning_count = before->warning_count;
+}
+
+/* Lights the window with the lights from batch->first on. Must_restart: with fewer structures at
+ * once than the batches before it, or its own beginning; from the first light on, then, so that
+ * sums are those of later frames, to the bit. */
+static bool run_batch(struct batch *batch, const struct frame_run *run,
+                      const struct shade_desc *desc, bool is_first_window, bool *must_restart,
+                      struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    struct frame_report *report = &run->frame->report, part;
+    struct error failure = {0};
+    struct shade_desc place = *desc;
+    size_t most = renderer->batches.most;
+    const struct batch_pause in_batch = {
+        .batch = batch, .run = run, .outer = desc->pause, .must_restart = must_restart};
+    const struct shade_pause pause = {
+        .context = &in_batch, .is_due = is_pause_due, .serve = serve_pause};
+    *must_restart = false;
+    if (!prepare_batch(batch, run, &part, err))
+        return false;
+    *must_restart = batch->first > 0 && renderer->batches.most < most;
+    if (*must_restart) {
+        report->counts.shadow_maps_built += part.counts.shadow_maps_built;
+        return true;
+    }
+    add_report(&part, is_first_window, report);
+    place.is_continued = batch->first > 0;
+    place.continues = batch->end < batch->light_count;
+    place.pause = desc->pause ? &pause : NULL;
+    return (upload_lights(batch, run, &failure) &&
+            shade_window(&renderer->shade, &place, &failure)) ||
+           *must_restart || error_set(err, failure.code, "%s", failure.message);
 }
 
 static bool run_batches(struct batch *batch, const struct frame_run *run,
                         const struct shade_desc *desc, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    struct frame_report *report = &run->frame->report, part;
-    bool is_first_window = report->counts.light_batches == 0;
+    struct frame_report *report = &run->frame->report;
+    bool is_first_window = report->counts.light_batches == 0, must_restart = false;
     const struct frame_report before = *report;
     uint64_t count = 0;
-    const struct batch_pause in_batch = {.batch = batch, .run = run, .outer = desc->pause};
-    const struct shade_pause pause = {
-        .context = &in_batch, .is_due = is_pause_due, .serve = serve_pause};
     for (batch->first = 0; batch->first < batch->light_count; batch->first = batch->end) {
-        struct shade_desc place = *desc;
-        size_t most = renderer->batches.most;
-        if (!prepare_batch(batch, run, &part, err))
+        if (!run_batch(batch, run, desc, is_first_window, &must_restart, err))
             return false;
-        if (batch->first > 0 && renderer->batches.most < most) {
-            /* from the first light on: sums are those of later frames, to the bit */
+        count++;
+        if (must_restart) {
             restore_report(report, &before);
-            report->counts.shadow_maps_built += part.counts.shadow_maps_built;
             batch->end = 0;
             count = 0;
-            continue;
         }
-        add_report(&part, is_first_window, report);
-        place.is_continued = batch->first > 0;
-        place.continues = batch->end < batch->light_count;
-        place.pause = desc->pause ? &pause : NULL;
-        count++;
-        if (!upload_lights(batch, run, err) || !shade_window(&renderer->shade, &place, err))
-            return false;
     }
     if (is_first_window) {
         report->counts.light_batches = count;
@@ -223,7 +251,7 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
                     "the shadows of %llu lights exceed their budget of %llu bytes together: made "
                     "and used in %llu batches",
                     (unsigned long long)report->counts.shadowed_lights,
-                    (unsigned long long)shadow_system_budget_bytes(renderer->shadows),
+                    (unsigned long long)shadow_system_budget_bytes(run->renderer->shadows),
                     (unsigned long long)count);
     }
     return true;
@@ -270,10 +298,13 @@ static bool shade_whole(const struct frame_run *run, const struct shade_desc *de
         .run = run, .outer = desc->pause, .must_batch = must_batch};
     const struct shade_pause pause = {
         .context = &in_whole, .is_due = is_whole_pause_due, .serve = serve_whole_pause};
+    uint64_t *slices = &run->frame->report.counts.light_slices, slices_before = *slices;
     place.pause = desc->pause ? &pause : NULL;
     *must_batch = false;
-    return shade_window(&run->renderer->shade, &place, &failure) || *must_batch ||
-           error_set(err, failure.code, "%s", failure.message);
+    bool ok = shade_window(&run->renderer->shade, &place, &failure);
+    if (*must_batch)
+        *slices = slices_before; /* they come again */
+    return ok || *must_batch || error_set(err, failure.code, "%s", failure.message);
 }
 
 /* The structures of all lights stood at first: batches count them again. */

@@ -18,6 +18,7 @@ bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_d
 {
     traced_shadows_end(traced);
     traced->window_bytes = 0;
+    traced->failure = (struct error){0};
     traced->rays = raytrace_shadows_create(desc, is_shadowed, &traced->stats, err);
     return traced->rays != NULL;
 }
@@ -276,8 +277,12 @@ bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *
                                           .table = traced->arrays[TABLE],
                                           .filters = traced->arrays[FILTERS],
                                           .capacity = traced->filter_capacity};
-    if (!raytrace_shadows_trace(traced->rays, &traced->window, &slice, &traced->stats, err) ||
-        !reserve(&traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI, points * 8,
+    struct error ended = {0};
+    if (!raytrace_shadows_trace(traced->rays, &traced->window, &slice, &traced->stats, &ended)) {
+        const struct error *cause = traced->failure.code ? &traced->failure : &ended;
+        return error_set(err, cause->code, "%s", cause->message);
+    }
+    if (!reserve(&traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI, points * 8,
                  err) ||
         !reserve(&traced->filters, &traced->filter_view, "shadow.traced.filters", GL_RG32UI,
                  slice.filter_count * 8, err))

@@ -22,6 +22,7 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
 
     struct raytrace_shadows *rays; /* of the frame */
     struct interlude pause;        /* the frame's, for its rays */
+    struct error failure;          /* what ended the frame in one of them */
     struct raytrace_stats stats;
 
     struct raytrace_shadow_points window;
