@@ -199,28 +199,59 @@ static bool list_all(struct renderer *renderer, const struct opened_view *opened
     return is_good;
 }
 
-bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const struct view *view,
-                      const struct renderer_warm_up_desc *desc, bool *is_complete,
-                      struct error *err)
+/* What pictures of the view may be drawn by, the likeliest first; a camera elsewhere may have
+ * `auto` choose another. None where all are traced. */
+static size_t list_techniques(const struct renderer *renderer, const struct view *view,
+                              const struct plan *plan, enum view_shadows techniques[2])
 {
-    struct opened_view opened;
-    struct program_list list = {0};
-    struct view rasterised = *view;
-    if (rasterised.quality.shadows == VIEW_SHADOWS_AUTO) /* where rays are not taken */
-        rasterised.quality.shadows = VIEW_SHADOWS_DEEP;
-    assert(!renderer->is_paused);
-    bool is_good = open_view(renderer, scene_key, &rasterised, &opened, err) &&
-                   list_all(renderer, &opened, &list, err);
-    bool has_built = false;
-    *is_complete = true;
-    for (size_t i = 0; is_good && *is_complete && i < list.count; i++) {
-        const struct program_desc program = program_list_desc(&list.items[i]);
+    bool is_open = plan->choice.is_open && renderer->automatic.policy == AUTO_MEASURED;
+    techniques[0] = view->quality.shadows;
+    if (techniques[0] != VIEW_SHADOWS_AUTO)
+        return 1;
+    if (!is_open && plan->requirements[PLAN_NEED_TRACED].is_met)
+        return 0;
+    bool has_traced_shadows = is_open && plan->choice.takes_traced_shadows;
+    techniques[0] = has_traced_shadows ? VIEW_SHADOWS_RAYTRACED_SHADOWS : VIEW_SHADOWS_DEEP;
+    techniques[1] = has_traced_shadows ? VIEW_SHADOWS_DEEP : VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    return is_open ? 2 : 1;
+}
+
+/* Compiles what is listed, until it shall stop. */
+static bool compile(struct renderer *renderer, const struct program_list *list,
+                    const struct renderer_warm_up_desc *desc, bool *is_complete, struct error *err)
+{
+    bool is_good = true, has_built = false;
+    for (size_t i = 0; is_good && *is_complete && i < list->count; i++) {
+        const struct program_desc program = program_list_desc(&list->items[i]);
         if (program_cache_find(renderer->programs, &program) == PROGRAM_IN_MEMORY)
             continue;
         *is_complete = !has_built || !desc->shall_stop(desc->context);
         is_good = !*is_complete || program_cache_get(renderer->programs, &program, err);
         has_built = true;
     }
+    return is_good;
+}
+
+bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      const struct renderer_warm_up_desc *desc, bool *is_complete,
+                      struct error *err)
+{
+    struct opened_view opened;
+    struct program_list list = {0};
+    enum view_shadows techniques[2];
+    struct view drawn = *view;
+    assert(!renderer->is_paused);
+    *is_complete = true;
+    if (!open_view(renderer, scene_key, view, &opened, err))
+        return false;
+    size_t count = list_techniques(renderer, view, &opened.plan->plan, techniques);
+    bool is_good = true;
+    for (size_t i = 0; is_good && i < count; i++) {
+        drawn.quality.shadows = techniques[i];
+        is_good = open_view(renderer, scene_key, &drawn, &opened, err) &&
+                  list_all(renderer, &opened, &list, err);
+    }
+    is_good = is_good && compile(renderer, &list, desc, is_complete, err);
     program_list_finish(&list);
     return is_good;
 }
@@ -248,16 +279,13 @@ static void count_caches(const struct renderer *renderer, const struct program_c
     report->counts.plans_reused = 1 - report->counts.plans_made;
 }
 
-bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
-                     struct frame *frame, struct error *err)
+/* only_builds: of struct frame_run. */
+static bool make_frame(struct renderer *renderer, const char *scene_key, const struct view *view,
+                       bool only_builds, struct frame *frame, struct error *err)
 {
     double begin_ms = wall_ms();
     struct opened_view opened;
     struct program_cache_stats before;
-    *frame = (struct frame){0};
-    if (renderer->is_paused)
-        return (renderer = frame_pause_other(renderer, err)) &&
-               renderer_render(renderer, scene_key, view, frame, err);
     uint64_t plans_made = renderer->plans.misses;
     renderer->aside = (struct program_cache_stats){0};
     program_cache_get_stats(renderer->programs, &before);
@@ -272,8 +300,9 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
         .state = opened.state,
         .camera = &opened.camera,
         .frame = frame,
+        .only_builds = only_builds,
     };
-    bool ok = create_outputs(&opened.view, frame, err) && frame_run(&run, err);
+    bool ok = (only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
     if (ok)
         fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
     report_choice(&opened.plan->plan.choice, &frame->report);
@@ -290,4 +319,22 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     if (!ok)
         frame_finish(frame);
     return ok;
+}
+
+bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct frame *frame, struct error *err)
+{
+    *frame = (struct frame){0};
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_render(renderer, scene_key, view, frame, err);
+    return make_frame(renderer, scene_key, view, false, frame, err);
+}
+
+bool renderer_build(struct renderer *renderer, const char *scene_key, const struct view *view,
+                    struct frame *frame, struct error *err)
+{
+    assert(!renderer->is_paused);
+    *frame = (struct frame){0};
+    return make_frame(renderer, scene_key, view, true, frame, err);
 }

@@ -51,15 +51,26 @@ static int grid_side(int samples)
     return samples == 0 ? 2 : (int)lround(sqrt(samples));
 }
 
-static void report_trace(const struct raytrace_stats *stats, const struct view *view,
-                         const struct scene_state *state, const char *because,
+static const char *form_of(const struct view *view)
+{
+    return view->quality.reference ? "reference" : "raytraced";
+}
+
+static void report_build(const struct raytrace_stats *stats, const char *form, const char *because,
                          struct frame_report *report)
 {
-    const char *form = view->quality.reference ? "reference" : "raytraced";
     if (stats->is_scene_reused)
         report_add_reused(report, "raytrace.build");
     else
         report_add_pass(report, "raytrace.build", because, form, stats->build_ms, REPORT_SHADOW);
+}
+
+static void report_trace(const struct raytrace_stats *stats, const struct view *view,
+                         const struct scene_state *state, const char *because,
+                         struct frame_report *report)
+{
+    const char *form = form_of(view);
+    report_build(stats, form, because, report);
     report_add_pass(report, "raytrace.trace", because, form, stats->trace_ms, REPORT_SHADE);
     report_add_bytes(report, "raytrace", stats->scene_bytes);
     report->counts.shadowed_lights = count_casting(view, state);
@@ -103,6 +114,21 @@ bool frame_raytrace(const struct frame_run *run, const char *because, const uint
     if (renderer_used_bytes(renderer) > renderer->budget_bytes)
         renderer_forget_traced(renderer, NULL);
     return ok;
+}
+
+bool frame_raytrace_build(const struct frame_run *run, const char *because, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    struct raytrace_stats stats;
+    const struct raytrace_desc desc = {
+        .view = run->view, .state = run->state, .camera = run->camera, .cache = renderer->traced};
+    frame_claim_traced(renderer, run->scene->key);
+    if (!raytrace_build(&desc, &stats, err))
+        return false;
+    report_build(&stats, form_of(run->view), because, &run->frame->report);
+    if (renderer_used_bytes(renderer) > renderer->budget_bytes)
+        renderer_forget_traced(renderer, NULL);
+    return true;
 }
 
 void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report)

@@ -18,6 +18,10 @@ struct frame_run; /* renderer/frame_run.h */
 MUST_CHECK bool frame_raytrace(const struct frame_run *run, const char *because,
                                const uint8_t *texture_levels, struct error *err);
 
+/* Builds what that keeps, and traces nothing. */
+MUST_CHECK bool frame_raytrace_build(const struct frame_run *run, const char *because,
+                                     struct error *err);
+
 /* Keeps the ray tracer's structure for this scene, and no other. */
 void frame_claim_traced(struct renderer *renderer, const char *scene_key);
 

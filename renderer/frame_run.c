@@ -39,6 +39,8 @@ static bool trace(const struct frame_run *run, struct error *err)
 {
     const char *because = run->frame_plan->plan.requirements[PLAN_NEED_TRACED].because;
     uint8_t *levels;
+    if (run->only_builds)
+        return frame_raytrace_build(run, because, err);
     bool ok =
         frame_textures_plan_traced(run, &levels, err) && frame_raytrace(run, because, levels, err);
     free(levels);
@@ -425,6 +427,8 @@ static bool run_steps(const struct frame_run *run, struct error *err)
         return false;
     if (!walk_frame(run, err))
         return false;
+    if (run->only_builds)
+        return gl_context_check(run->renderer->context, "building structures", err);
     if (needs(run, PLAN_NEED_COLOR) && !upload_lights(run, err))
         return false;
     return (!is_rasterised(run) || run_windows(run, err)) &&

@@ -134,8 +134,17 @@ MUST_CHECK bool renderer_pick(struct renderer *renderer, const char *scene_key,
 MUST_CHECK bool renderer_explain(struct renderer *renderer, const char *scene_key,
                                  const struct view *view, struct plan *plan, struct error *err);
 
+/* Builds what frames of such a view keep for those after them, its shadow structures or the ray
+ * tracer's scene, and draws no picture: the surfaces that are kept stay. frame: empty but for the
+ * report, which says what was built. An interlude may end it as it ends a frame. Not while a frame
+ * is paused. */
+MUST_CHECK bool renderer_build(struct renderer *renderer, const char *scene_key,
+                               const struct view *view, struct frame *frame, struct error *err);
+
 /* Compiles the programs that frames of such a view may need, wherever their camera is and whatever
- * their size; those of maps and lists where `shadows` is auto. Not while a frame is paused. Clip
+ * their size. Where `shadows` is auto: those of maps, where the device was measured also those of
+ * traced shadows, first what it takes for this view; none where every picture is ray traced. Not
+ * while a frame is paused. Clip
  * planes, outputs, samples and the form of the camera are those of the view. *is_complete: false
  * where it stopped before the last; a call compiles at least one, so repeated ones come to an end.
  */

@@ -74,7 +74,8 @@ static void warm_up(struct service *service, const char *id)
     if (service->config->no_warm_up || atomic_load(&service->is_draining))
         return;
     struct render_task *task =
-        warm_up_task(service->store, supervisor_next_ticket(service->supervisor), id, &ignored);
+        warm_up_task(service->store, supervisor_next_ticket(service->supervisor),
+                     &(struct warm_up_desc){.scene = id}, &ignored);
     if (task)
         supervisor_warm_up(service->supervisor, task);
 }

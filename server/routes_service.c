@@ -100,6 +100,17 @@ static json_t *programs_json(const struct supervisor_totals *totals)
                      integer(totals->programs_kept_bytes));
 }
 
+/* What was done before anyone asked. */
+static json_t *warm_ups_json(const struct warm_up_totals *totals)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "done", integer(totals->done), "dropped",
+                     integer(totals->dropped), "interrupted", integer(totals->interrupted),
+                     "pictures", integer(totals->pictures), "shadow_maps_built",
+                     integer(totals->shadow_maps_built), "ray_structures_built",
+                     integer(totals->ray_structures_built), "programs_built",
+                     integer(totals->programs_built));
+}
+
 static json_t *decodes_json(const struct decode_totals *totals)
 {
     return json_pack("{s:o,s:o,s:o,s:o}", "decoded", integer(totals->decoded), "refused",
@@ -140,16 +151,16 @@ static void run_stats(struct service *service, struct http_exchange *exchange, c
     struct metrics_totals metrics = metrics_get_totals(service->metrics);
     reply_json(
         exchange, 200,
-        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,s:o,s:o}",
+        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}",
                   "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
                   uptime_s(service), "http", "requests", integer(metrics.requests), "in_flight",
                   integer(http.requests_in_flight), "connections", integer(http.connections),
                   "upload_bytes", integer(metrics.upload_bytes), "scenes", "stored",
                   integer(scenes.scenes), "decoded_bytes", integer(scenes.decoded_bytes), "renders",
                   renders_json(&renders), "worker", worker_json(service, &renders), "cache",
-                  cache_json(&renders), "programs", programs_json(&renders), "decodes",
-                  decodes_json(&decodes), "views", views_json(service), "frames_kept",
-                  integer(frames_count(service->frames))));
+                  cache_json(&renders), "programs", programs_json(&renders), "warm_ups",
+                  warm_ups_json(&renders.warm_ups), "decodes", decodes_json(&decodes), "views",
+                  views_json(service), "frames_kept", integer(frames_count(service->frames))));
 }
 
 /* ---- metrics ---- */
@@ -223,8 +234,8 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)r.programs_kept},
         {"vitrail_shader_programs_kept_bytes", "Their size.", false, NULL,
          (double)r.programs_kept_bytes},
-        {"vitrail_warm_ups_total", "Scenes drawn once before anyone asked.", true, NULL,
-         (double)r.warm_ups},
+        {"vitrail_warm_ups_total", "Scenes made ready before anyone asked.", true, NULL,
+         (double)r.warm_ups.done},
         {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.scenes},
         {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)s.decoded_bytes},
         {"vitrail_decodes_total", "Uploads decoded, by result.", true, "result=\"done\"",

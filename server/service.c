@@ -133,8 +133,9 @@ void service_warm_up(struct service *service)
     size_t most = service->config->no_warm_up ? 0 : (size_t)service->config->warm_at_start;
     size_t count = most ? scene_store_recent(service->store, ids, most) : 0;
     for (size_t i = 0; i < count; i++) {
-        struct render_task *task = warm_up_task(
-            service->store, supervisor_next_ticket(service->supervisor), ids[i], &ignored);
+        struct render_task *task =
+            warm_up_task(service->store, supervisor_next_ticket(service->supervisor),
+                         &(struct warm_up_desc){.scene = ids[i], .is_at_start = true}, &ignored);
         if (task)
             supervisor_warm_up(service->supervisor, task);
     }

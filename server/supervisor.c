@@ -25,12 +25,14 @@ static void wake(struct supervisor *supervisor)
 static void end_task(struct supervisor *supervisor, struct render_task *task)
 {
     bool is_good = task->outcome.problem.code == ERROR_NONE;
+    if (warm_up_is_step(task->question))
+        warm_up_count(&supervisor->totals.warm_ups, task->outcome.answer);
     if (warm_up_continue(task)) {
         task->ticket = ++supervisor->next_ticket;
         warm_ups_add(&supervisor->warm_ups, task);
         return;
     }
-    supervisor->totals.warm_ups += is_good && warm_up_is_step(task->question);
+    supervisor->totals.warm_ups.done += is_good && warm_up_is_step(task->question);
     if (task->question)
         supervisor->totals.answered += is_good;
     else if (is_good)
@@ -155,8 +157,6 @@ bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, 
         is_good = error_set(err, ERROR_OVERLOADED, "%d renders are waiting, which is the limit",
                             LIMIT_QUEUE_DEPTH);
     supervisor->asked_ms = now_ms();
-    if (is_good && !task->question)
-        warm_ups_note_drawn(&supervisor->warm_ups, task->scene);
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_good)
         wake(supervisor);
@@ -255,6 +255,7 @@ struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
     totals.waiting = supervisor->queue.count;
     totals.in_flight = (uint64_t)supervisor->flights.count;
     totals.quarantined = (uint64_t)quarantine_count(&supervisor->quarantine);
+    totals.warm_ups.dropped = supervisor->warm_ups.dropped;
     totals.oldest_wait_s = 1e-6 * (double)(now - render_queue_oldest_us(&supervisor->queue, now));
     pthread_mutex_unlock(&supervisor->mutex);
     return totals;

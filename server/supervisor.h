@@ -38,8 +38,8 @@ uint64_t supervisor_next_ticket(struct supervisor *supervisor); /* never 0, neve
 MUST_CHECK bool supervisor_submit(struct supervisor *supervisor, struct render_task *task,
                                   struct error *err);
 
-/* Takes a task of warm_up_task: sent once the worker has been idle; where a render of its scene
- * comes first, its programs alone are left to do. */
+/* Takes a task of warm_up_task: sent once the worker has been idle; where an image of its scene
+ * is made before, less is left to do (server/warm_up.h). */
 void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task);
 
 /* Ends a waiting task with ERROR_OVERLOADED. A render that the worker has ends so a little later,
@@ -59,13 +59,21 @@ MUST_CHECK bool supervisor_is_ready(struct supervisor *supervisor, struct error 
 /* False while no worker has ever been ready. */
 bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device);
 
+/* What warm-ups did (server/warm_up.h), since the start. */
+struct warm_up_totals {
+    uint64_t done, dropped, interrupted; /* scenes; interrupted: times that one gave way */
+    uint64_t pictures;                   /* drawn */
+    uint64_t shadow_maps_built, ray_structures_built;
+    uint64_t programs_built; /* compiled, or taken from the program folder */
+};
+
 struct supervisor_totals {
     uint64_t rendered, failed, cancelled, retried;
     uint64_t answered; /* questions, such as steps of trade-offs; in none of the others */
     uint64_t worker_starts, worker_crashes, worker_timeouts;
     uint64_t waiting, in_flight, quarantined;
     double oldest_wait_s;
-    uint64_t warm_ups;   /* done */
+    struct warm_up_totals warm_ups;
     uint64_t overlapped; /* renders that began while an earlier one was being encoded */
     uint64_t programs_built, programs_reused;    /* of shaders, by the worker that runs */
     uint64_t programs_loaded;                    /* likewise: from the state directory */

@@ -25,6 +25,7 @@ static void take_image(struct supervisor *supervisor, struct render_task *task,
     if (problem.code == ERROR_NONE) {
         quarantine_forgive(&supervisor->quarantine, task->scene);
         supervisor->has_rendered = true;
+        warm_ups_note_drawn(&supervisor->warm_ups, task->scene);
         frame_stats_promise(task->outcome.stats, &task->promise);
     }
     supervisor_refuse(supervisor, task, &problem); /* which, without a problem, is its success */

@@ -112,6 +112,20 @@ bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
     return ok;
 }
 
+bool raytrace_build(const struct raytrace_desc *desc, struct raytrace_stats *stats,
+                    struct error *err)
+{
+    struct rt_scene own = {0}, *scene;
+    double begin_ms = wall_ms();
+    *stats = (struct raytrace_stats){0};
+    if (!rt_job_take_scene(desc, &own, &scene, &stats->is_scene_reused, err))
+        return false;
+    stats->build_ms = wall_ms() - begin_ms;
+    stats->scene_bytes = rt_scene_size_bytes(scene);
+    rt_scene_finish(&own);
+    return true;
+}
+
 /* Mean over the light's area. */
 static void probe_light(struct rt_lighting *lighting, const struct state_light *light,
                         const double point[3], double out[3])

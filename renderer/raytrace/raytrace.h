@@ -56,6 +56,11 @@ struct raytrace_stats {
 MUST_CHECK bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
                                 struct raytrace_stats *stats, struct error *err);
 
+/* Builds what such a render keeps in the cache, and traces nothing. stats: build_ms,
+ * is_scene_reused, scene_bytes. */
+MUST_CHECK bool raytrace_build(const struct raytrace_desc *desc, struct raytrace_stats *stats,
+                               struct error *err);
+
 /* A surface on a camera ray. */
 struct raytrace_layer {
     uint32_t node, material;

@@ -22,21 +22,28 @@ def demo_scene():
             return stream.read()
 
 
-class WarmUp(unittest.TestCase):
+class Case(unittest.TestCase):
+    AUTO = "raster"
+
     def setUp(self):
-        self.daemon = support.Daemon("--auto", "raster", program=REAL, warms_up=True)
+        self.daemon = support.Daemon("--auto", self.AUTO, program=REAL, warms_up=True)
         self.addCleanup(self.daemon.__exit__)
         support.wait_until(lambda: self.daemon.raw("GET", "/readyz").status == 200, "a device", 180)
 
     def post(self, content):
         return self.daemon.request("POST", "/v1/scenes", content, GLB).json()["id"]
 
-    def counts(self, scene, **members):
-        reply = self.daemon.request("POST", "/v1/renders", {"scene": scene, "width": 320,
-                                                            "height": 240, **members})
+    def frame(self, reply):
+        """What the stats say of an image."""
         self.assertEqual(200, reply.status, reply.body[:300])
         link = reply.header("Link")
-        return self.daemon.request("GET", link[1:link.index(">")]).json()["counts"]
+        return self.daemon.request("GET", link[1:link.index(">")]).json()
+
+    def render(self, scene, **members):
+        return self.frame(self.daemon.request("POST", "/v1/renders", {"scene": scene, **members}))
+
+    def counts(self, scene, **members):
+        return self.render(scene, **{"width": 320, "height": 240, **members})["counts"]
 
     def metric(self, name):
         for line in self.daemon.raw("GET", "/metrics").body.decode().splitlines():
@@ -49,12 +56,20 @@ class WarmUp(unittest.TestCase):
         while self.metric("vitrail_warm_ups_total") < count:
             self.assertLess(time.monotonic(), deadline, self.daemon.log())
             time.sleep(0.1)
+        self.assertEqual(count, self.daemon.stats()["warm_ups"]["done"])
+        return self.daemon.stats()["warm_ups"]
 
+
+class WarmUp(Case):
     def test_the_first_frame_of_a_warm_scene_compiles_and_builds_nothing(self):
         scene = self.post(demo_scene())
         self.wait_for_warm_ups(1)
         built = self.metric("vitrail_shader_programs_built_total")
         self.assertGreater(built, 0)
+        done = self.daemon.stats()["warm_ups"]
+        self.assertEqual(2, done["pictures"])  # at rest, and in motion
+        self.assertEqual(0, done["ray_structures_built"])
+        self.assertLessEqual(done["programs_built"], built)
         counts = self.counts(scene)
         self.assertEqual(0, counts["programs_built"])
         self.assertGreater(counts["programs_reused"], 0)
@@ -83,7 +98,7 @@ class WarmUp(unittest.TestCase):
         counts = self.counts(scene)
         self.assertGreater(counts["programs_built"], 0)
         rendered = self.daemon.stats()["renders"]["rendered"]
-        self.wait_for_warm_ups(1)
+        self.assertEqual(0, self.wait_for_warm_ups(1)["pictures"])
         self.assertEqual(rendered, self.daemon.stats()["renders"]["rendered"])
         quick = {"samples": 1, "shadow_taps": 1}
         self.assertEqual(0, self.counts(scene, quality=quick)["programs_built"])
@@ -99,11 +114,61 @@ class WarmUp(unittest.TestCase):
         self.wait_for_warm_ups(2)
         self.assertEqual(0, self.counts(scene, quality={"samples": 1})["programs_built"])
 
+    def test_what_an_image_at_once_did_not_need_is_built_afterwards(self):
+        scene = self.post(demo_scene())
+        self.counts(scene, quality={"shadows": "none"})
+        done = self.wait_for_warm_ups(1)
+        self.assertEqual(0, done["pictures"])
+        self.assertGreater(done["shadow_maps_built"], 0)
+        counts = self.counts(scene)
+        self.assertEqual(0, counts["shadow_maps_built"])
+        self.assertEqual(done["shadow_maps_built"], counts["shadow_maps_reused"])
+        self.assertEqual(0, counts["programs_built"])
+
+    def test_a_render_that_fails_leaves_all_of_it(self):
+        scene = self.post(support.triangle())
+        reply = self.daemon.request("POST", "/v1/renders", {
+            "scene": scene, "materials": {"overrides": [{"material": "nothing", "opacity": 0.5}]}})
+        self.assertGreaterEqual(reply.status, 400, reply.body[:300])
+        self.assertEqual(2, self.wait_for_warm_ups(1)["pictures"])
+
     def test_a_scene_that_is_gone_is_not_warmed_up(self):
         scene = self.post(support.triangle())
         self.daemon.request("DELETE", "/v1/scenes/" + scene)
         time.sleep(1)
         self.assertEqual(0, self.metric("vitrail_warm_ups_total"))
+
+
+class WarmAuto(Case):
+    """By what auto takes at the default size, on the device as it was measured."""
+    AUTO = "measured"
+
+    def check(self, frame):
+        self.assertTrue(frame["chosen"]["because"].startswith("auto: forecast"), frame["chosen"])
+        self.assertEqual(0, frame["counts"]["programs_built"])
+        self.assertEqual(0, frame["counts"]["shadow_maps_built"])
+        self.assertNotIn("raytrace.build", [step["pass"] for step in frame["plan"]])
+
+    def test_whatever_auto_takes_is_there_for_the_first_frame(self):
+        scene = self.post(demo_scene())
+        done = self.wait_for_warm_ups(1)
+        self.assertGreater(done["shadow_maps_built"] + done["ray_structures_built"], 0)
+        self.check(self.render(scene))
+        view = self.daemon.request("POST", "/v1/views", {"scene": scene}).json()["id"]
+        self.check(self.frame(self.daemon.request("GET", f"/v1/views/{view}/image")))
+
+
+class WarmRays(Case):
+    AUTO = "raytraced"
+
+    def test_where_all_is_traced_no_map_is_built_and_no_program_compiled(self):
+        scene = self.post(demo_scene())
+        done = self.wait_for_warm_ups(1)
+        self.assertEqual({"done": 1, "dropped": 0, "interrupted": 0, "pictures": 1,
+                          "shadow_maps_built": 0, "ray_structures_built": 1, "programs_built": 0},
+                         done)
+        frame = self.render(scene, width=64, height=48)
+        self.assertIn("raytrace.build", frame["reused"])
 
 
 class WarmStart(unittest.TestCase):
@@ -154,7 +219,7 @@ class WarmStart(unittest.TestCase):
             self.assertEqual(2, self.warmed(daemon, 2))
             counts = self.counts(daemon, ids[-1])
             self.assertEqual(0, counts["programs_built"])
-            self.assertEqual(1, counts["plans_reused"])
+            self.assertEqual(4, daemon.stats()["warm_ups"]["pictures"])
         with self.start("--warm-at-start", "4") as daemon:
             self.assertEqual(3, self.warmed(daemon, 3))  # the first gave no image
         with self.start("--warm-at-start", "0") as daemon:

@@ -332,6 +332,12 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
     return true;
 }
 
+bool renderer_build(struct renderer *renderer, const char *scene_key, const struct view *view,
+                    struct frame *frame, struct error *err)
+{
+    return renderer_render(renderer, scene_key, view, frame, err);
+}
+
 bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const struct view *view,
                       const struct renderer_warm_up_desc *desc, bool *is_complete,
                       struct error *err)
