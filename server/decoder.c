@@ -94,18 +94,8 @@ static bool write_blob(void *context, uint64_t offset_bytes, const void *bytes, 
                        struct error *err)
 {
     const int *fd = context;
-    const char *from = bytes;
-    while (size_bytes > 0) {
-        ssize_t written = pwrite(*fd, from, size_bytes, (off_t)offset_bytes);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written < 0)
-            return error_set(err, ERROR_IO, "writing the scene: %s", strerror(errno));
-        from += written;
-        offset_bytes += (uint64_t)written;
-        size_bytes -= (size_t)written;
-    }
-    return true;
+    return ipc_pwrite_all(*fd, bytes, size_bytes, offset_bytes, err) ||
+           error_wrap(err, "storing the scene");
 }
 
 /* The last bytes may be a gap. */

@@ -5,8 +5,8 @@
 
 #include <pthread.h>
 #include <stdlib.h>
-#include <time.h>
 
+#include "server/clock.h"
 #include "server/frame_image.h"
 
 enum { THREADS_MAX = 8 };
@@ -32,17 +32,10 @@ void encode_task_destroy(struct encode_task *task)
     free(task);
 }
 
-static double now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
-}
-
 static bool encode(struct encode_task *task, struct error *err)
 {
     struct image image = {0};
-    double began = now_ms();
+    double began = now_fine_ms();
     bool is_good = frame_image_init(&image, &task->frame, &task->request, task->format, err) &&
                    image_encode(&image,
                                 &(struct image_encode_desc){
@@ -51,7 +44,7 @@ static bool encode(struct encode_task *task, struct error *err)
                                     .description = "Rendered by Vitrail " VITRAIL_VERSION},
                                 &task->bytes, &task->size_bytes, err);
     image_finish(&image);
-    task->stats.timings_ms[FRAME_TIMING_ENCODE] = now_ms() - began;
+    task->stats.timings_ms[FRAME_TIMING_ENCODE] = now_fine_ms() - began;
     return is_good;
 }
 

@@ -44,6 +44,11 @@ enum http_method http_request_method(const struct http_exchange *exchange)
     return exchange->method;
 }
 
+const char *http_request_method_name(const struct http_exchange *exchange)
+{
+    return exchange->method_name;
+}
+
 const char *http_request_path(const struct http_exchange *exchange)
 {
     return exchange->path;
@@ -212,8 +217,8 @@ void http_reply_error(struct http_exchange *exchange, const struct error *proble
     int status = error_code_http_status(problem->code);
     if (status >= 500)
         log_write(exchange->server->log, status == 503 ? LOG_WARNING : LOG_ERROR,
-                  "%s %s %s: %s: %s", exchange->id, http_method_name(exchange->method),
-                  exchange->path, error_code_name(problem->code), problem->message);
+                  "%s %s %s: %s: %s", exchange->id, exchange->method_name, exchange->path,
+                  error_code_name(problem->code), problem->message);
     if (status == 503 && !has_header(exchange, "Retry-After"))
         http_reply_header(exchange, "Retry-After", "2");
     char *text = problem_to_json(problem, exchange->id);
@@ -314,6 +319,10 @@ static struct http_exchange *exchange_create(struct http_server *server,
     exchange->connection = connection;
     exchange->watched = connection_context(connection);
     exchange->method = method_from_name(method);
+    snprintf(exchange->method_name, sizeof exchange->method_name, "%s", method);
+    for (char *at = exchange->method_name; *at; at++)
+        if (*at < '!' || *at > '~')
+            *at = '?';
     choose_request_id(exchange);
     atomic_fetch_add(&server->in_flight, 1);
     return exchange;

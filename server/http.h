@@ -70,6 +70,8 @@ struct http_server_totals http_server_get_totals(struct http_server *server);
 
 /* ---- the request; texts live as long as the exchange ---- */
 enum http_method http_request_method(const struct http_exchange *exchange);
+/* As the client wrote it, at most 23 characters of printable ASCII; for people. */
+const char *http_request_method_name(const struct http_exchange *exchange);
 const char *http_request_path(const struct http_exchange *exchange); /* percent-decoded, without
                                                                         query */
 const char *http_request_query(const struct http_exchange *exchange, const char *name); /* NULL when

@@ -49,6 +49,7 @@ struct http_exchange {
     struct MHD_Connection *connection;
     struct http_watched *watched;
     enum http_method method;
+    char method_name[24]; /* as the client wrote it, cut to fit; printable ASCII */
     char *path;
     char id[REQUEST_ID_BYTES];
     uint64_t announced_bytes, body_bytes;

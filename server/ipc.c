@@ -277,17 +277,31 @@ void ipc_mapping_finish(struct ipc_mapping *mapping)
     *mapping = (struct ipc_mapping){0};
 }
 
-bool ipc_write_all(int fd, const void *bytes, size_t size_bytes, struct error *err)
+/* offset_bytes: NULL writes where the descriptor stands. */
+static bool write_all(int fd, const void *bytes, size_t size_bytes, const uint64_t *offset_bytes,
+                      struct error *err)
 {
     const char *at = bytes;
-    while (size_bytes > 0) {
-        ssize_t written = write(fd, at, size_bytes);
+    for (size_t done = 0; done < size_bytes;) {
+        ssize_t written =
+            offset_bytes ? pwrite(fd, at + done, size_bytes - done, (off_t)(*offset_bytes + done))
+                         : write(fd, at + done, size_bytes - done);
         if (written < 0 && errno == EINTR)
             continue;
         if (written < 0)
             return error_set(err, ERROR_IO, "write: %s", strerror(errno));
-        at += written;
-        size_bytes -= (size_t)written;
+        done += (size_t)written;
     }
     return true;
+}
+
+bool ipc_write_all(int fd, const void *bytes, size_t size_bytes, struct error *err)
+{
+    return write_all(fd, bytes, size_bytes, NULL, err);
+}
+
+bool ipc_pwrite_all(int fd, const void *bytes, size_t size_bytes, uint64_t offset_bytes,
+                    struct error *err)
+{
+    return write_all(fd, bytes, size_bytes, &offset_bytes, err);
 }

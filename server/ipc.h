@@ -7,6 +7,7 @@
 #include <jansson.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "protocol/error.h"
 
@@ -62,6 +63,8 @@ MUST_CHECK bool ipc_mapping_init(struct ipc_mapping *mapping, int fd, struct err
 void ipc_mapping_finish(struct ipc_mapping *mapping); /* accepts zeroed */
 
 /* Writes everything, whatever the interruptions. */
+MUST_CHECK bool ipc_pwrite_all(int fd, const void *bytes, size_t size_bytes, uint64_t offset_bytes,
+                               struct error *err);
 MUST_CHECK bool ipc_write_all(int fd, const void *bytes, size_t size_bytes, struct error *err);
 
 #endif

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "protocol/limits.h"
+#include "server/clock.h"
 #include "server/views_internal.h"
 
 enum { BEAT_MS = 15000 };
@@ -83,7 +84,7 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
     }
     live->flight = FLIGHT_NONE;
     live->is_unwanted = false;
-    live->shown_ms = views_now_ms();
+    live->shown_ms = now_ms();
     if (image && live->watcher_count > 0) {
         show(&live->newest, &(struct live_frame){.image = image,
                                                  .number = ++live->frame_number,
@@ -297,7 +298,7 @@ struct watcher *watcher_create(struct views *views, const struct watcher_desc *d
     if (is_good) {
         struct live *live = &view->live;
         *watcher = (struct watcher){
-            .next = live->watchers, .view = view, .desc = *desc, .beat_ms = views_now_ms()};
+            .next = live->watchers, .view = view, .desc = *desc, .beat_ms = now_ms()};
         if (live->watcher_count == 0)
             live->scale = FIRST_SCALE;
         live->watchers = watcher;
@@ -334,7 +335,7 @@ void watcher_destroy(struct watcher *watcher)
     views->watcher_count--;
     if (view->live.watcher_count == 0)
         forget_frames(&view->live);
-    view->used_ms = views_now_ms();
+    view->used_ms = now_ms();
     view_release(view);
     pthread_mutex_unlock(&views->mutex);
     free(watcher);
@@ -378,7 +379,7 @@ void watcher_look(struct watcher *watcher, bool wants_frame, struct watcher_news
     news->is_beat_due = watcher->is_beat_due;
     watcher->is_beat_due = false;
     if (news->has_frame || news->has_revision || news->has_problem)
-        watcher->beat_ms = views_now_ms();
+        watcher->beat_ms = now_ms();
     pthread_mutex_unlock(&view->views->mutex);
 }
 

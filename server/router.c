@@ -106,7 +106,7 @@ static void open_exchange(void *context, struct http_exchange *exchange)
         return;
     }
     error_set(&problem, ERROR_METHOD_NOT_ALLOWED, "%s cannot be done to '%.200s'",
-              http_method_name(method), http_request_path(exchange));
+              http_request_method_name(exchange), http_request_path(exchange));
     http_reply_error(exchange, &problem);
 }
 
@@ -125,7 +125,7 @@ static void close_exchange(void *context, struct http_exchange *exchange)
     metrics_count_request(service->metrics, route, http_request_method(exchange),
                           http_reply_status(exchange), seconds);
     log_write(service->log, LOG_INFO, "%s %s %s %d %.1f ms", http_request_id(exchange),
-              http_method_name(http_request_method(exchange)), http_request_path(exchange),
+              http_request_method_name(exchange), http_request_path(exchange),
               http_reply_status(exchange), 1e3 * seconds);
     if (routed && routed->destroy)
         routed->destroy(routed->data);
@@ -149,6 +149,23 @@ void *route_attached(struct http_exchange *exchange)
 {
     const struct routed *routed = http_exchange_data(exchange);
     return routed->data;
+}
+
+static void client_left(void *context, uint64_t ticket)
+{
+    supervisor_cancel(context, ticket);
+}
+
+void reply_by_worker(struct service *service, struct http_exchange *exchange,
+                     struct render_task *task)
+{
+    struct error problem = {0};
+    http_wait(exchange, client_left, service->supervisor, task->ticket);
+    if (supervisor_submit(service->supervisor, task, &problem))
+        return;
+    render_task_destroy(task);
+    http_reply_error(exchange, &problem);
+    http_resume(exchange);
 }
 
 void reply_json(struct http_exchange *exchange, int status, json_t *json)

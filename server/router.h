@@ -36,6 +36,12 @@ struct http_service router_service(struct service *service);
 void route_attach(struct http_exchange *exchange, void *data, void (*destroy)(void *data));
 void *route_attached(struct http_exchange *exchange);
 
+/* Leaves the exchange open until the task is done, whose `done` replies and resumes it. Takes the
+ * task. When the client leaves, the task is cancelled. */
+struct render_task;
+void reply_by_worker(struct service *service, struct http_exchange *exchange,
+                     struct render_task *task);
+
 /* Replies as JSON; takes the reference, and answers ERROR_NO_MEMORY when it is NULL. */
 void reply_json(struct http_exchange *exchange, int status, json_t *json);
 

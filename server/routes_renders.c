@@ -170,11 +170,6 @@ static void rendered(void *context, struct render_outcome *outcome)
     http_resume(post->exchange);
 }
 
-static void client_left(void *context, uint64_t ticket)
-{
-    supervisor_cancel(context, ticket);
-}
-
 /* ---- the request ---- */
 
 static bool prepare(struct render_post *post, struct render_task *task, struct error *err)
@@ -233,12 +228,7 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
     task->ticket = supervisor_next_ticket(service->supervisor);
     task->context = post;
     task->done = rendered;
-    http_wait(exchange, client_left, service->supervisor, task->ticket);
-    if (supervisor_submit(service->supervisor, task, &problem))
-        return;
-    render_task_destroy(task);
-    http_reply_error(exchange, &problem);
-    http_resume(exchange);
+    reply_by_worker(service, exchange, task);
 }
 
 static void run_frame(struct service *service, struct http_exchange *exchange, const char *id)

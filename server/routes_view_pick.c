@@ -71,11 +71,6 @@ static void picked(void *context, struct render_outcome *outcome)
     http_resume(get->exchange);
 }
 
-static void client_left(void *context, uint64_t ticket)
-{
-    supervisor_cancel(context, ticket);
-}
-
 /* ---- the request ---- */
 
 static bool read_query(const struct http_exchange *exchange, struct pick_desc *desc,
@@ -176,12 +171,7 @@ static void run_pick(struct service *service, struct http_exchange *exchange, co
         http_reply_error(exchange, &problem);
         return;
     }
-    http_wait(exchange, client_left, service->supervisor, task->ticket);
-    if (supervisor_submit(service->supervisor, task, &problem))
-        return;
-    render_task_destroy(task);
-    http_reply_error(exchange, &problem);
-    http_resume(exchange);
+    reply_by_worker(service, exchange, task);
 }
 
 const struct route routes_view_pick[] = {

@@ -11,6 +11,7 @@
 
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
+#include "server/ipc.h"
 #include "server/multipart.h"
 #include "server/negotiate.h"
 
@@ -30,18 +31,10 @@ struct upload {
 static bool spool_write(struct upload *upload, const void *bytes, size_t size_bytes,
                         struct error *err)
 {
-    const char *at = bytes;
     digest_write(upload->digest, bytes, size_bytes);
-    while (size_bytes > 0) {
-        ssize_t written = pwrite(upload->fd, at, size_bytes, (off_t)upload->end_bytes);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written < 0)
-            return error_set(err, ERROR_IO, "storing the upload: %s", strerror(errno));
-        at += written;
-        size_bytes -= (size_t)written;
-        upload->end_bytes += (uint64_t)written;
-    }
+    if (!ipc_pwrite_all(upload->fd, bytes, size_bytes, (uint64_t)upload->end_bytes, err))
+        return error_wrap(err, "storing the upload");
+    upload->end_bytes += size_bytes;
     return true;
 }
 

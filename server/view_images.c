@@ -7,10 +7,10 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "protocol/limits.h"
+#include "server/clock.h"
 #include "server/ipc.h"
 #include "server/task_scenes.h"
 
@@ -52,13 +52,6 @@ struct view_images {
     uint64_t next_ticket;
     struct view_images_totals totals;
 };
-
-static double now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
-}
 
 /* ---- images ---- */
 
@@ -116,7 +109,7 @@ static struct view_image *make_image(const struct making *making, struct render_
     memcpy(stats->view, making->view, sizeof making->view);
     stats->revision = making->revision;
     image->cost_ms = stats->timings_ms[FRAME_TIMING_TOTAL] + stats->timings_ms[FRAME_TIMING_ENCODE];
-    frame_stats_close(stats, outcome->queue_ms, now_ms() - making->asked_ms);
+    frame_stats_close(stats, outcome->queue_ms, now_fine_ms() - making->asked_ms);
     image->queue_ms = stats->timings_ms[FRAME_TIMING_QUEUE];
     image->total_ms = stats->timings_ms[FRAME_TIMING_TOTAL];
     image->width_px = stats->width;
@@ -246,7 +239,7 @@ static struct making *making_create(struct view_images *images,
                               .format = request->format,
                               .is_passing = request->is_passing,
                               .render = supervisor_next_ticket(images->desc.supervisor),
-                              .asked_ms = now_ms()};
+                              .asked_ms = now_fine_ms()};
     memcpy(making->tag, request->tag, sizeof making->tag);
     if (request->view)
         memcpy(making->view, request->view, strnlen(request->view, sizeof making->view - 1));

@@ -10,17 +10,11 @@
 #include <time.h>
 
 #include "protocol/limits.h"
+#include "server/clock.h"
 #include "server/negotiate.h"
 #include "server/views_internal.h"
 
 enum { LOOK_MS = 1000 /* at least this often for what is idle */ };
-
-int64_t views_now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 /* ---- names of scenes; under the mutex ---- */
 
@@ -100,7 +94,7 @@ struct view *views_find(struct views *views, const char *id, struct error *err)
 {
     for (struct view *view = views->oldest; view; view = view->next)
         if (strcmp(view->id, id) == 0) {
-            view->used_ms = views_now_ms();
+            view->used_ms = now_ms();
             return view;
         }
     error_set(err, ERROR_NOT_FOUND, "there is no view '%.64s'; idle ones are forgotten after %d s",
@@ -119,7 +113,7 @@ static json_t *summarise(const struct view *view)
     return json_pack("{s:s,s:s,s:I,s:i,s:i,s:i,s:s,s:f,s:i}", "id", view->id, "scene",
                      view_document_scene(view->document), "revision", (json_int_t)view->revision,
                      "width", width, "height", height, "watchers", view->live.watcher_count,
-                     "created", created, "idle_s", 1e-3 * (double)(views_now_ms() - view->used_ms),
+                     "created", created, "idle_s", 1e-3 * (double)(now_ms() - view->used_ms),
                      "expires_s", view->views->desc.config->view_idle_s);
 }
 
@@ -179,7 +173,7 @@ static struct view *view_create(struct views *views, const char *json, size_t le
     view->references = 1;
     view->revision = 1;
     view->made_unix_s = (int64_t)time(NULL);
-    view->used_ms = view->changed_ms = views_now_ms();
+    view->used_ms = view->changed_ms = now_ms();
     view->live.scale = 1;
     snprintf(view->address, sizeof view->address, "%s", address);
     view->document = view_document_create(json, length, err);
@@ -320,7 +314,7 @@ static bool patch_view(struct views *views, struct view *view, const struct view
     views->totals.document_bytes += view_document_bytes(view->document) - before;
     views->totals.patches++;
     view->revision++;
-    view->changed_ms = views_now_ms();
+    view->changed_ms = now_ms();
     live_tell(view);
     views_poke(views);
     return true;
@@ -426,7 +420,7 @@ void views_poke(struct views *views)
 /* Under the mutex: forgets what is idle, collects what watchers need. */
 static struct launch *look_around(struct views *views, int64_t *until_ms)
 {
-    int64_t now = views_now_ms(), idle_ms = 1000ll * views->desc.config->view_idle_s;
+    int64_t now = now_ms(), idle_ms = 1000ll * views->desc.config->view_idle_s;
     struct launch *launches = NULL;
     for (struct view *view = views->oldest, *next; view; view = next) {
         next = view->next;
@@ -451,7 +445,7 @@ static void *views_run(void *argument)
     struct views *views = argument;
     pthread_mutex_lock(&views->mutex);
     while (!views->is_stopping) {
-        int64_t until_ms = views_now_ms() + LOOK_MS;
+        int64_t until_ms = now_ms() + LOOK_MS;
         views->is_poked = false;
         struct launch *launches = look_around(views, &until_ms);
         pthread_mutex_unlock(&views->mutex);

@@ -73,8 +73,6 @@ struct views {
     struct views_totals totals;
 };
 
-int64_t views_now_ms(void);
-
 /* All under the mutex. */
 struct view *views_find(struct views *views, const char *id, struct error *err); /* and use it */
 void view_release(struct view *view);

@@ -171,10 +171,24 @@ static void socket_destroy(struct websocket *socket)
     free(socket);
 }
 
+/* A goodbye has a code of two bytes, or nothing (RFC 6455, 5.5.1); wslay takes half a code for
+ * none.
+ */
+static void frame_begins(wslay_event_context_ptr framing,
+                         const struct wslay_event_on_frame_recv_start_arg *arg, void *context)
+{
+    (void)framing;
+    if (arg->opcode == WSLAY_CONNECTION_CLOSE && arg->payload_length == 1)
+        websocket_close(context, WSLAY_CODE_PROTOCOL_ERROR, "");
+}
+
 static bool socket_begin(struct websocket *socket)
 {
-    static const struct wslay_event_callbacks callbacks = {
-        .recv_callback = receive, .send_callback = transmit, .on_msg_recv_callback = received};
+    static const struct wslay_event_callbacks callbacks = {.recv_callback = receive,
+                                                           .send_callback = transmit,
+                                                           .on_frame_recv_start_callback =
+                                                               frame_begins,
+                                                           .on_msg_recv_callback = received};
     if (wslay_event_context_server_init(&socket->framing, &callbacks, socket) != 0)
         return false;
     wslay_event_config_set_max_recv_msg_length(socket->framing, socket->loop->desc.max_text_bytes);

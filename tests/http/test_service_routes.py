@@ -55,6 +55,7 @@ class Routes(support.ServiceTest):
                     (405, "method_not_allowed"), (reply.status, reply.code), (method, path)
                 )
                 self.assertEqual(allow, reply.header("Allow"))
+                self.assertTrue(reply.json()["detail"].startswith(f"{method} cannot be done"))
             reply = self.daemon.request("OPTIONS", path)
             self.assertEqual((204, allow), (reply.status, reply.header("Allow")))
         self.assertEqual(405, self.daemon.request("GET", "/v1/renders").status)

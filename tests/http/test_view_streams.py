@@ -256,6 +256,15 @@ class Sockets(WatchTest):
             "binary": (1003, lambda c: c.send_frame(BINARY, b"x")),
             "not UTF-8": (1007, lambda c: c.send_frame(TEXT, b"\xff\xfe")),
             "too long": (1009, lambda c: c.send_frame(TEXT, b"x", length=1 << 30)),
+            "half a code": (1002, lambda c: c.send_frame(CLOSE, b"\x03")),
+            "no code": (None, lambda c: c.send_frame(CLOSE, b"")),
+            "a code of no use": (1002, lambda c: c.send_frame(CLOSE, b"\x03\xed")),
+            "a reason that is not UTF-8": (1007, lambda c: c.send_frame(CLOSE, b"\x03\xe8\xff")),
+            "a length in too many bytes": (1002, lambda c: c.peer.sendall(
+                b"\x81\xfe\0\x02\0\0\0\0{}")),
+            "too long in pieces": (1009, lambda c: (
+                c.send_frame(TEXT, b"x" * (1 << 20), first=0),
+                c.send_frame(0, b"x", length=2))),
             "a goodbye": (1000, lambda c: c.send_frame(CLOSE, b"\x03\xe8bye")),
         }
         view = self.make()

@@ -151,21 +151,6 @@ static void caps_lie_where_rays_come_into_bodies(void **state)
     assert_true(all_caps > 2000);
 }
 
-static double share_of_differing(const struct image *a, const struct image *b, double tolerance)
-{
-    int differing = 0;
-    for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
-        bool differs = false;
-        for (int k = 0; k < 3; k++) {
-            double p = (double)((const float *)a->pixels)[4 * i + k];
-            double q = (double)((const float *)b->pixels)[4 * i + k];
-            differs |= !(fabs(p - q) <= tolerance * (0.05 + q));
-        }
-        differing += differs;
-    }
-    return differing / (double)(SIDE_PX * SIDE_PX);
-}
-
 /* Rasterised with maps and traced, the pictures are the same, light on caps and their shadows
  * included; with media, too. */
 static void every_technique_shows_the_same_caps(void **state)
@@ -189,7 +174,7 @@ static void every_technique_shows_the_same_caps(void **state)
         for (int i = 0; i < 3; i++) {
             view.quality.shadows = techniques[i];
             struct image image = shoot_color(*state, &rig, &view);
-            double share = share_of_differing(&image, &exact, 0.02);
+            double share = image_share_differing(&image, &exact, 0.02, 0.05);
             print_message("media %d, technique %d: %.2f %% differ\n", are_media, i, 100 * share);
             save_picture(&image, "caps_compared");
             assert_true(share < (i ? 0.01 : 0.03));

@@ -10,7 +10,7 @@
 
 #include "renderer/raytrace/raytrace.h"
 #include "tests/support/closed_form_scenes.h"
-#include "tests/support/render_support.h"
+#include "tests/support/image_checks.h"
 
 enum { SIDE_PX = 160 };
 
@@ -95,22 +95,6 @@ static struct frame render(struct renderer *renderer, const char *key, enum view
     return frame;
 }
 
-/* Share of pixels whose largest channel difference exceeds tolerance * (1 + value). */
-static double share_of_differing(const struct image *a, const struct image *b, double tolerance)
-{
-    int differing = 0;
-    for (int y = 0; y < SIDE_PX; y++) {
-        for (int x = 0; x < SIDE_PX; x++) {
-            const float *p = image_pixel_f32(a, x, y), *q = image_pixel_f32(b, x, y);
-            bool differs = false;
-            for (int k = 0; k < 4; k++)
-                differs |= !(fabs((double)p[k] - (double)q[k]) <= tolerance * (1 + (double)q[k]));
-            differing += differs;
-        }
-    }
-    return (double)differing / (SIDE_PX * SIDE_PX);
-}
-
 /* Away from the borders of panes the deep map is exact, so only pixels whose ray passes within a
  * texel of a border may differ: 12 panes at 2048 texels leave under 1 % of them. */
 static void deep_shadows_equal_the_ground_truth(void **state)
@@ -126,8 +110,8 @@ static void deep_shadows_equal_the_ground_truth(void **state)
         assert_true(rig_scene_from_glb(&rig, *state, "panes", scene.glb, scene.size_bytes, &err));
         struct frame truth = render(*state, rig.key, VIEW_SHADOWS_RAYTRACED, "Floor");
         struct frame deep = render(*state, rig.key, VIEW_SHADOWS_DEEP, "Floor");
-        double share = share_of_differing(&deep.outputs[VIEW_OUTPUT_COLOR],
-                                          &truth.outputs[VIEW_OUTPUT_COLOR], 1e-3);
+        double share = image_share_differing(&deep.outputs[VIEW_OUTPUT_COLOR],
+                                             &truth.outputs[VIEW_OUTPUT_COLOR], 1e-3, 1);
         printf("seed %d: %.2f %% of pixels differ by more than 1e-3\n", (int)seed, 100 * share);
         if (seed == 1) {
             save_picture(&deep.outputs[VIEW_OUTPUT_COLOR], "panes_deep");
@@ -168,7 +152,7 @@ static void shading_equals_the_ground_truth(void **state)
     view.quality.reference = true;
     struct raytrace_desc desc = {.view = &view, .state = &scene_state, .camera = &camera};
     assert_true(raytrace_render(&desc, &truth, NULL, &err));
-    double share = share_of_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &truth, 2e-3);
+    double share = image_share_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &truth, 2e-3, 1);
     printf("room: %.2f %% of pixels differ by more than 2e-3\n", 100 * share);
     save_picture(&frame.outputs[VIEW_OUTPUT_COLOR], "room_raster");
     save_picture(&truth, "room_raytraced");

@@ -15,33 +15,18 @@
 #include "renderer/raytrace/rt_scene.h"
 #include "renderer/scene/matrix.h"
 #include "tests/support/closed_form_internal.h"
-#include "tests/support/render_support.h"
+#include "tests/support/image_checks.h"
 
 enum { SIDE_PX = 160 };
 
-static struct frame shoot(struct renderer *renderer, const struct rig_scene *rig,
-                          const struct view *view)
+static struct frame frame_of(struct renderer *renderer, const struct rig_scene *rig,
+                             const struct view *view)
 {
     struct frame frame;
     struct error err = {0};
     if (!renderer_render(renderer, rig->key, view, &frame, &err))
         fail_msg("%s", err.message);
     return frame;
-}
-
-static double share_of_differing(const struct image *a, const struct image *b, double tolerance)
-{
-    int differing = 0;
-    for (int y = 0; y < a->height_px; y++) {
-        for (int x = 0; x < a->width_px; x++) {
-            const float *p = image_pixel_f32(a, x, y), *q = image_pixel_f32(b, x, y);
-            bool differs = false;
-            for (int k = 0; k < 4; k++)
-                differs |= !(fabs((double)p[k] - (double)q[k]) <= tolerance * (1 + (double)q[k]));
-            differing += differs;
-        }
-    }
-    return (double)differing / (a->width_px * a->height_px);
 }
 
 static void open_scene(struct rig_scene *rig, struct renderer *renderer,
@@ -68,11 +53,11 @@ static void compare_forms(struct renderer *renderer, struct closed_form_scene *s
     struct rig_scene rig;
     open_scene(&rig, renderer, scene);
     struct view view = make_view(camera, 1);
-    struct frame production = shoot(renderer, &rig, &view);
+    struct frame production = frame_of(renderer, &rig, &view);
     view.quality.reference = true;
-    struct frame reference = shoot(renderer, &rig, &view);
-    double share = share_of_differing(&production.outputs[VIEW_OUTPUT_COLOR],
-                                      &reference.outputs[VIEW_OUTPUT_COLOR], 1e-4);
+    struct frame reference = frame_of(renderer, &rig, &view);
+    double share = image_share_differing(&production.outputs[VIEW_OUTPUT_COLOR],
+                                         &reference.outputs[VIEW_OUTPUT_COLOR], 1e-4, 1);
     printf("%s: %.3f %% of pixels differ by more than 1e-4\n", name, 100 * share);
     save_picture(&production.outputs[VIEW_OUTPUT_COLOR], "forms_production");
     assert_true(share <= 1e-3);
@@ -112,7 +97,7 @@ static void production_samples_where_the_rasteriser_does(void **state)
     open_scene(&rig, *state, &scene);
     struct view view = make_view("Room", 4);
     view.quality.shadows = VIEW_SHADOWS_NONE;
-    struct frame raster = shoot(*state, &rig, &view);
+    struct frame raster = frame_of(*state, &rig, &view);
     struct scene_state scene_state;
     struct camera camera;
     struct image traced;
@@ -121,7 +106,7 @@ static void production_samples_where_the_rasteriser_does(void **state)
     struct raytrace_desc desc = {
         .view = &view, .state = &scene_state, .camera = &camera, .samples_per_side = 2};
     assert_true(raytrace_render(&desc, &traced, NULL, &err));
-    double share = share_of_differing(&raster.outputs[VIEW_OUTPUT_COLOR], &traced, 5e-3);
+    double share = image_share_differing(&raster.outputs[VIEW_OUTPUT_COLOR], &traced, 5e-3, 1);
     printf("room at 4 samples: %.2f %% of pixels differ by more than 5e-3\n", 100 * share);
     save_picture(&traced, "forms_samples_traced");
     save_picture(&raster.outputs[VIEW_OUTPUT_COLOR], "forms_samples_raster");
@@ -325,7 +310,7 @@ static bool has_reused(const struct frame *frame)
 static bool renders_reusing(struct renderer *renderer, const struct rig_scene *rig,
                             const struct view *view)
 {
-    struct frame frame = shoot(renderer, rig, view);
+    struct frame frame = frame_of(renderer, rig, view);
     bool reused = has_reused(&frame);
     frame_finish(&frame);
     return reused;
@@ -351,14 +336,14 @@ static void an_unchanged_scene_is_kept(void **state)
         .material = "#0", .has_base_color = true, .base_color = {1, 0, 0, 0.5f}};
     view.materials = &red;
     view.material_override_count = 1;
-    struct frame kept = shoot(*state, &rig, &view);
+    struct frame kept = frame_of(*state, &rig, &view);
     assert_true(has_reused(&kept));
     struct view_node_override gone = {.node = "Pane", .has_visible = true};
     view.nodes = &gone;
     view.node_override_count = 1;
     assert_false(renders_reusing(*state, &rig, &view));
     view.node_override_count = 0;
-    struct frame rebuilt = shoot(*state, &rig, &view);
+    struct frame rebuilt = frame_of(*state, &rig, &view);
     assert_false(has_reused(&rebuilt));
     assert_memory_equal(kept.outputs[VIEW_OUTPUT_COLOR].pixels,
                         rebuilt.outputs[VIEW_OUTPUT_COLOR].pixels, 16 * 16 * 4 * sizeof(float));

@@ -21,20 +21,6 @@
 
 enum { SIDE_PX = 160 };
 
-static double share_of_differing(const struct image *a, const struct image *b, double tolerance)
-{
-    int differing = 0;
-    for (int i = 0; i < a->width_px * a->height_px; i++) {
-        const float *p = image_pixel_f32(a, i % a->width_px, i / a->width_px);
-        const float *q = image_pixel_f32(b, i % a->width_px, i / a->width_px);
-        bool differs = false;
-        for (int k = 0; k < 4; k++)
-            differs |= !(fabs((double)p[k] - (double)q[k]) <= tolerance * (1 + (double)q[k]));
-        differing += differs;
-    }
-    return (double)differing / (a->width_px * a->height_px);
-}
-
 /* Share of pixels that differ from the picture that is traced as a whole. */
 static double compare(struct renderer *renderer, const struct rig_scene *rig, struct view view,
                       const char *name, double tolerance)
@@ -47,7 +33,7 @@ static double compare(struct renderer *renderer, const struct rig_scene *rig, st
     assert_false(report_has_pass(&frame.report, "shadow.depth", NULL));
     view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
     struct image whole = shoot_color(renderer, rig, &view);
-    double share = share_of_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &whole, tolerance);
+    double share = image_share_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &whole, tolerance, 1);
     printf("%s: %.3f %% of pixels differ by more than %g; %llu rays\n", name, 100 * share,
            tolerance, (unsigned long long)frame.report.counts.shadow_rays);
     save_picture(&frame.outputs[VIEW_OUTPUT_COLOR], "raytraced_shadows");
@@ -72,7 +58,7 @@ static double compare_bare(struct renderer *renderer, const struct rig_scene *ri
     struct raytrace_desc desc = {
         .view = &view, .state = &state, .camera = &camera, .samples_per_side = 2};
     assert_true(raytrace_render(&desc, &traced, NULL, &err));
-    double share = share_of_differing(&raster, &traced, tolerance);
+    double share = image_share_differing(&raster, &traced, tolerance, 1);
     image_finish(&traced);
     image_finish(&raster);
     scene_state_finish(&state);

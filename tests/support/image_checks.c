@@ -267,6 +267,23 @@ bool report_has_reused(const struct frame_report *report, const char *what)
     return false;
 }
 
+double image_share_differing(const struct image *a, const struct image *b, double tolerance,
+                             double least)
+{
+    int differing = 0;
+    for (int y = 0; y < a->height_px; y++) {
+        for (int x = 0; x < a->width_px; x++) {
+            const float *p = image_pixel_f32(a, x, y), *q = image_pixel_f32(b, x, y);
+            bool differs = false;
+            for (int k = 0; k < 4; k++)
+                differs |=
+                    !(fabs((double)p[k] - (double)q[k]) <= tolerance * (least + (double)q[k]));
+            differing += differs;
+        }
+    }
+    return (double)differing / (a->width_px * a->height_px);
+}
+
 double mean_error(const struct image *image, const struct image *reference)
 {
     struct error err = {0};

@@ -34,6 +34,10 @@ uint32_t image_id_at(const struct image *ids, const struct view *view, const dou
 /* Mean absolute error of the linear colour over the mean of the reference. */
 double mean_error(const struct image *image, const struct image *reference);
 
+/* Share of pixels with a channel that differs by more than tolerance * (least + its value in b). */
+double image_share_differing(const struct image *a, const struct image *b, double tolerance,
+                             double least);
+
 /* Largest difference between two F32 images over channels 0 to 2: absolute, and relative to the
  * larger value where that is above `dark`. */
 struct image_difference {
