@@ -187,28 +187,52 @@ bool shadow_store_reserve(struct shadow_store *store, enum shadow_pool_kind kind
     return grow_pool(store, kind, count, err);
 }
 
+/* Gives the end of a pool back, that nobody has. */
+static bool trim_pool(struct shadow_store *store, enum shadow_pool_kind kind, struct error *err)
+{
+    struct shadow_pool *pool = &store->pools[kind];
+    uint64_t before = pool->ranges.capacity;
+    if (shadow_ranges_is_empty(&pool->ranges)) {
+        finish_pool(pool);
+        return true;
+    }
+    shadow_ranges_trim(&pool->ranges);
+    return pool->ranges.capacity == before || resize_pool(store, kind, pool->ranges.capacity, err);
+}
+
+static bool trim_pools(struct shadow_store *store, struct error *err)
+{
+    for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
+        if (!trim_pool(store, (enum shadow_pool_kind)kind, err))
+            return false;
+    return true;
+}
+
 bool shadow_store_trim(struct shadow_store *store, struct error *err)
 {
     bool has_any = false;
     for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++) {
-        struct shadow_pool *pool = &store->pools[kind];
-        struct shadow_ranges *ranges = &pool->ranges;
-        uint64_t before = ranges->capacity;
-        if (shadow_ranges_is_empty(ranges)) {
-            finish_pool(pool);
-            continue;
-        }
-        has_any = true;
-        if (shadow_ranges_capacity_for(ranges, before) > before + before / 2)
-            continue; /* more than half is in front of the last that is taken */
-        shadow_ranges_trim(ranges);
-        if (ranges->capacity < before &&
-            !resize_pool(store, (enum shadow_pool_kind)kind, ranges->capacity, err))
-            return false;
+        const struct shadow_ranges *ranges = &store->pools[kind].ranges;
+        has_any |= !shadow_ranges_is_empty(ranges);
+        if (shadow_ranges_capacity_for(ranges, ranges->capacity) <=
+                ranges->capacity + ranges->capacity / 2 &&
+            !trim_pool(store, (enum shadow_pool_kind)kind, err))
+            return false; /* else more than half is in front of the last that is taken */
     }
     if (!has_any)
         shadow_store_clear(store);
     return true;
+}
+
+/* What was used longest ago goes, and then what pools grew beyond their last structure: by how much
+ * depends on the order in which others came and went, and is to refuse nothing. */
+static bool find_room(struct shadow_store *store, uint64_t bytes, const char *what,
+                      struct error *err)
+{
+    while (!fits(store, bytes) && make_room(store))
+        continue;
+    return fits(store, bytes) || (trim_pools(store, err) && fits(store, bytes)) ||
+           over_budget(store, bytes, what, err);
 }
 
 bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, uint64_t count,
@@ -217,6 +241,7 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
     enum { LEAST = 4096 }; /* elements of a pool's first buffer */
     struct shadow_pool *pool = &store->pools[kind];
     uint64_t most = most_elements(store);
+    bool is_trimmed = false;
     if (count > most)
         return error_set(
             err, ERROR_OVER_BUDGET, "one light needs %llu elements of '%s', this device reads %llu",
@@ -243,7 +268,11 @@ bool shadow_store_take(struct shadow_store *store, enum shadow_pool_kind kind, u
             if (!grow_pool(store, kind, wanted, err))
                 return false;
         } else if (!make_room(store)) {
-            return over_budget(store, more_bytes, stream_kinds[kind][0].label, err);
+            if (is_trimmed)
+                return over_budget(store, more_bytes, stream_kinds[kind][0].label, err);
+            if (!trim_pools(store, err))
+                return false;
+            is_trimmed = true;
         }
     }
 }
@@ -279,9 +308,8 @@ bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uin
     if (target->name && target->width == resolution && (uint64_t)target->layers >= layers)
         return true;
     gl_texture_finish(target);
-    while (!fits(store, bytes))
-        if (!make_room(store))
-            return over_budget(store, bytes, "shadow.target", err);
+    if (!find_room(store, bytes, "shadow.target", err))
+        return false;
     return gl_texture_init(target,
                            &(struct gl_texture_desc){.label = "shadow.target",
                                                      .format = GL_DEPTH_COMPONENT32F,
@@ -298,6 +326,11 @@ void shadow_store_trim_target(struct shadow_store *store)
         gl_texture_finish(&store->target);
 }
 
+void shadow_store_drop_target(struct shadow_store *store)
+{
+    gl_texture_finish(&store->target);
+}
+
 bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, struct error *err)
 {
     struct shadow_pool *pool = &store->pools[SHADOW_POOL_EVENTS];
@@ -305,9 +338,8 @@ bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, st
     bool *keeps = stream == SHADOW_STREAM_OBJECT ? &store->keeps_objects : &store->keeps_media;
     if (*keeps)
         return true;
-    while (!fits(store, stream_bytes(kind, pool->ranges.capacity)))
-        if (!make_room(store))
-            return over_budget(store, stream_bytes(kind, pool->ranges.capacity), kind->label, err);
+    if (!find_room(store, stream_bytes(kind, pool->ranges.capacity), kind->label, err))
+        return false;
     if (pool->ranges.capacity && !resize_stream(pool, kind, (int)stream, pool->ranges.capacity,
                                                 store->limits->is_software, err))
         return false;
@@ -317,10 +349,7 @@ bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, st
 
 bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, struct error *err)
 {
-    while (!fits(store, bytes))
-        if (!make_room(store))
-            return over_budget(store, bytes, "the memory of their construction", err);
-    return true;
+    return find_room(store, bytes, "the memory of their construction", err);
 }
 
 const struct gl_texture *shadow_store_view(const struct shadow_store *store,

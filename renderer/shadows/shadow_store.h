@@ -69,8 +69,9 @@ MUST_CHECK bool shadow_store_give(struct shadow_store *store, enum shadow_pool_k
 /* Makes store->target at least so many layers of this resolution; its contents are lost. */
 MUST_CHECK bool shadow_store_reserve_target(struct shadow_store *store, int resolution,
                                             uint64_t layers, struct error *err);
-/* Frees a target that is too large to keep for the next edit. */
+/* Frees a target that is too large to keep for the next edit, or any. */
 void shadow_store_trim_target(struct shadow_store *store);
+void shadow_store_drop_target(struct shadow_store *store);
 /* From now on events have this optional stream. */
 MUST_CHECK bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream,
                                   struct error *err);

@@ -261,6 +261,8 @@ static struct build_batch next_batch(const struct shadow_system *shadows, size_t
     if (most > (uint64_t)shadows->store.limits->max_texture_layers)
         most = (uint64_t)shadows->store.limits->max_texture_layers;
     struct build_batch batch = {&shadows->builds[first], 0};
+    if (shadows->is_frugal)
+        wanted = 1;
     for (uint64_t layers = 0; first + batch.count < shadows->build_count && batch.count < wanted;
          batch.count++) {
         struct shadow_build *build = &batch.builds[batch.count];
@@ -330,12 +332,15 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
     char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
     struct bands bands = bands_begin(shadows->build_count, progress ? 1 : 0, 1);
     size_t first = 0;
-    bool ok = reserve_pools(shadows, err) && reserve_target(shadows, err), is_over = false;
+    bool ok = shadows->is_frugal || (reserve_pools(shadows, err) && reserve_target(shadows, err));
+    bool is_over = false;
     shadow_reasons(shadows->builds, shadows->build_count, desc, opaque, transparent);
     while (ok && !is_over && bands_next(&bands)) {
         double begin_ms = wall_ms();
         for (size_t end = bands.first + bands.count; ok && first < end;) {
             struct build_batch batch = next_batch(shadows, first, end - first);
+            if (shadows->is_frugal) /* none larger than this structure's */
+                shadow_store_drop_target(&shadows->store);
             ok = build_batch(shadows, &batch, &scene, opaque, transparent, err);
             first += batch.count;
         }
@@ -426,24 +431,38 @@ int shadow_resolution(const struct view_quality *quality, const struct gl_limits
     return wanted < limits->max_texture_size ? wanted : limits->max_texture_size;
 }
 
-/* Once more in an empty, unfragmented store; and where the quality allows for an error, with
- * compressed lists. */
+/* Exact lists, and where the quality allows for an error, compressed ones. Each beside what stands,
+ * as many at a time as the clock says, and where they exceed the budget once more in an empty
+ * store, one after the other: so that the budget alone decides, by the least that they take. */
+enum { ATTEMPTS = 4 };
+static bool is_compressed_in(int attempt)
+{
+    return attempt >= ATTEMPTS / 2;
+}
+
+static void begin_attempt(struct shadow_system *shadows, int attempt, double allowed_error)
+{
+    shadows->is_frugal = attempt % 2 == 1;
+    shadows->allowed_error = is_compressed_in(attempt) ? allowed_error : 0;
+    if (shadows->is_frugal)
+        drop_all(shadows);
+}
+
 static bool prepare_within_budget(struct shadow_system *shadows,
                                   const struct shadow_prepare_desc *desc,
                                   struct frame_report *report, struct error *err)
 {
     const struct view_quality *quality = desc->quality;
+    bool may_compress = quality->shadow_error_allowed > 0 && !shadow_compress_is_asked(quality);
     struct error failure = {0};
     struct content_key exact = {{0, 0}};
-    for (int attempt = 0; attempt < 3; attempt++) {
+    for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
         failure = (struct error){0};
-        shadows->allowed_error = attempt == 2 ? quality->shadow_error_allowed : 0;
+        begin_attempt(shadows, attempt, quality->shadow_error_allowed);
         if (prepare_maps(shadows, desc, &failure)) {
-            if (attempt == 2)
+            if (is_compressed_in(attempt))
                 shadows->refused = exact;
-            if (desc->progress && desc->progress->is_interrupted)
-                return true;
-            if (attempt == 2)
+            if (is_compressed_in(attempt) && !(desc->progress && desc->progress->is_interrupted))
                 report_warn(report,
                             "exact shadow lists exceed the budget of %llu bytes: compressed, no "
                             "transmittance farther off than %g",
@@ -452,18 +471,13 @@ static bool prepare_within_budget(struct shadow_system *shadows,
             return true;
         }
         bool was_known = attempt == 0 && is_refused(shadows, quality);
-        if (attempt < 2)
+        if (!is_compressed_in(attempt))
             exact = key_of_all(shadows);
         drop_builds(shadows);
-        if (failure.code != ERROR_OVER_BUDGET)
-            break;
-        bool may_compress = quality->shadow_error_allowed > 0 && !asks_nodes(shadows, quality);
-        if (attempt == 1 && !may_compress)
+        if (failure.code != ERROR_OVER_BUDGET || (attempt + 1 == ATTEMPTS / 2 && !may_compress))
             break;
         if (was_known)
-            attempt = 1;
-        else
-            drop_all(shadows);
+            attempt = ATTEMPTS / 2 - 1;
     }
     shadows->refused = (struct content_key){{0, 0}};
     return error_set(err, failure.code, "%s", failure.message);

@@ -26,7 +26,8 @@ struct shadow_system {
     size_t build_count, build_capacity;
     size_t done_count; /* with a shadow_progress: of builds, those that stand */
     int resolution, taps;
-    double allowed_error;       /* of lists that take the place of exact ones; 0: none do */
+    double allowed_error; /* of lists that take the place of exact ones; 0: none do */
+    bool is_frugal;       /* they are built one by one, each with no more memory than it needs */
     struct content_key refused; /* of the maps whose exact lists last exceeded the budget */
     size_t kept_exact;          /* lights that were to be compressed and have lists with objects */
     bool has_cut_lamp;          /* a light stands in too many media, where they are cut away */

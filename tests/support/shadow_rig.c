@@ -311,7 +311,8 @@ bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
                                        .gpu = rig->gpu,
                                        .state = &rig->state,
                                        .arena = rig->arena,
-                                       .quality = quality};
+                                       .quality = quality,
+                                       .progress = rig->progress};
     memcpy(desc.eye, eye, sizeof desc.eye);
     ok = shadow_system_prepare(rig->shadows, &desc, &rig->report, err);
     gpu_timeline_collect(rig->timeline, &rig->report);

@@ -58,7 +58,8 @@ struct shadow_rig {
     const struct pane_scene *panes; /* borrowed while it is asked about */
     struct scene scene;             /* copy, so that the scene may end before the rig's */
     double eye[3];
-    float crease[2]; /* of queries from now on: shadow_probe_desc */
+    float crease[2];                  /* of queries from now on: shadow_probe_desc */
+    struct shadow_progress *progress; /* of preparations from now on; NULL: all at once */
     struct view_quality quality;
     struct frame_report report;
 };
