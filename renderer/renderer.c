@@ -51,7 +51,8 @@ static struct texture_pool *create_textures(const struct renderer_desc *desc,
         err);
 }
 
-/* Without a folder that can be used, programs are compiled at every start. */
+/* After the self-test: a device that is refused leaves nothing there, and none of its files is
+ * tried. Without a folder that can be used, programs are compiled at every start. */
 static void keep_programs(struct renderer *renderer, const struct renderer_desc *desc)
 {
     const struct gl_limits *limits = gl_context_limits(renderer->context);
@@ -92,10 +93,9 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     if (!renderer->context)
         goto fail;
     renderer->programs = program_cache_create(desc->shader_dump_dir, err);
-    if (renderer->programs)
-        keep_programs(renderer, desc);
     if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
         goto fail;
+    keep_programs(renderer, desc);
     renderer->own_scenes.textures = create_textures(desc, renderer->budget_bytes, err);
     renderer->timeline = gpu_timeline_create(renderer->context, err);
     if (!renderer->own_scenes.textures || !renderer->timeline || !create_own(renderer, err))

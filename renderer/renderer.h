@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The renderer: owns one headless GPU context, the GPU side of the scene cache, and every
  * technique. Thread: all functions on the one thread that called renderer_create (the GL
- * thread). */
+ * thread); a thread has at most one at a time. */
 #ifndef VITRAIL_RENDERER_RENDERER_H
 #define VITRAIL_RENDERER_RENDERER_H
 
@@ -62,7 +62,8 @@ struct renderer_info {
 };
 
 /* Creates the context and runs the self-test (fragment side effects, compute, timers).
- * ERROR_NO_DEVICE says which step failed and what was found. */
+ * ERROR_NO_DEVICE says which step failed and what was found; ERROR_INTERNAL, and nothing happens,
+ * where the thread has a GL context: it would no longer be current, and its owner not know. */
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err);
 void renderer_destroy(struct renderer *renderer);
 

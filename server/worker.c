@@ -514,6 +514,7 @@ int worker_main(int socket)
     ipc_message_finish(&message);
     if (is_good) {
         say_hello(&worker);
+        send_totals(&worker);
         run(&worker);
     } else {
         send_message(&worker,

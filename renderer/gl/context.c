@@ -190,6 +190,10 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
         error_set(err, ERROR_NO_MEMORY, "GL context");
         return NULL;
     }
+    if (eglGetCurrentContext() != EGL_NO_CONTEXT) {
+        error_set(err, ERROR_INTERNAL, "this thread has a GL context already: one renderer each");
+        goto fail;
+    }
     context->is_strict = desc->is_strict;
     if (!choose_display(context, desc->device, err) || !create_context(context, err))
         goto fail;

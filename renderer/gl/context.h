@@ -30,6 +30,7 @@ struct gl_limits {
     bool has_true_timers; /* set by the self-test */
 };
 
+/* ERROR_INTERNAL where another one, of whomever, is current on the thread. */
 struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct error *err);
 void gl_context_destroy(struct gl_context *context);
 

@@ -23,12 +23,6 @@ enum {
 
 static const double filter = 0.9999; /* of a layer */
 
-struct fixture {
-    struct renderer *shipped;    /* as users have it */
-    struct renderer *to_the_end; /* takes every step that llvmpipe gives */
-    struct renderer *unlimited;  /* walks everything at once */
-};
-
 struct stack { /* of glass: triangles over all floors, or closed bodies */
     int count;
     double low, high; /* m */
@@ -243,19 +237,19 @@ static void check_cases(struct renderer *renderer)
 
 static void lights_taps_and_lists_together_lose_nothing(void **state)
 {
-    check_cases(((struct fixture *)*state)->shipped);
+    check_cases(*state);
 }
 
 /* So the bounds are bounds, and do not live by what is left between them and the limit. */
 static void steps_are_counted_high_enough_for_every_step_of_the_device(void **state)
 {
-    check_cases(((struct fixture *)*state)->to_the_end);
+    check_cases(*state);
 }
 
 /* What the pieces are for; on devices without such a limit there is nothing to see. */
 static void one_dispatch_for_all_would_lose_light(void **state)
 {
-    struct renderer *renderer = ((struct fixture *)*state)->unlimited;
+    struct renderer *renderer = *state;
     struct renderer_info info;
     renderer_get_info(renderer, &info);
     if (!info.is_software)
@@ -313,7 +307,7 @@ static void the_longest_lists_of_a_pixel_are_whole(void **state)
     for (int samples = 1; samples <= 4; samples += 3)
         for (int i = 0; i < 3; i++) {
             double way = i == 0 ? 0 : i == 1 ? 0.15 : 1.15; /* m inside of bodies */
-            check_layers(((struct fixture *)*state)->shipped, &stacks[i], samples,
+            check_layers(*state, &stacks[i], samples,
                          pow((double)(float)filter, i == 2 ? layers - 2 : layers) *
                              pow(0.9, way / 1000));
         }
@@ -321,7 +315,7 @@ static void the_longest_lists_of_a_pixel_are_whole(void **state)
 
 static void outputs_count_all_lights(void **state)
 {
-    struct renderer *renderer = ((struct fixture *)*state)->shipped;
+    struct renderer *renderer = *state;
     struct rig_scene scene;
     struct shot shot = {65536, false, false, 1, 1, VIEW_LIGHT_LISTS_CLUSTERED, VIEW_OUTPUT_LIGHTS};
     open_scene(&scene, renderer, &(struct stack){0});
@@ -329,43 +323,42 @@ static void outputs_count_all_lights(void **state)
     rig_scene_finish(&scene, renderer);
 }
 
-static struct renderer *create(uint32_t loop_steps)
+static int set_up(void **state, uint32_t loop_steps)
 {
     struct error err = {0};
-    struct renderer *renderer =
+    *state =
         renderer_create(&(struct renderer_desc){.is_strict = true, .loop_steps = loop_steps}, &err);
-    if (!renderer)
+    if (!*state)
         fail_msg("%s", err.message);
-    return renderer;
-}
-
-static int setup(void **state)
-{
-    static struct fixture fixture;
-    fixture.shipped = render_rig_create(); /* skips where there is no device */
-    fixture.to_the_end = create(DEVICE_STEPS);
-    fixture.unlimited = create(NO_LIMIT);
-    *state = &fixture;
     return 0;
 }
 
-static int teardown(void **state)
+/* Takes every step that llvmpipe gives. */
+static int set_up_to_the_end(void **state)
 {
-    struct fixture *fixture = *state;
-    renderer_destroy(fixture->shipped);
-    renderer_destroy(fixture->to_the_end);
-    renderer_destroy(fixture->unlimited);
-    return 0;
+    return set_up(state, DEVICE_STEPS);
+}
+
+/* Walks everything at once. */
+static int set_up_unlimited(void **state)
+{
+    return set_up(state, NO_LIMIT);
 }
 
 int main(void)
 {
+    /* The first skips where there is no device. */
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lights_taps_and_lists_together_lose_nothing),
-        cmocka_unit_test(steps_are_counted_high_enough_for_every_step_of_the_device),
-        cmocka_unit_test(one_dispatch_for_all_would_lose_light),
-        cmocka_unit_test(the_longest_lists_of_a_pixel_are_whole),
-        cmocka_unit_test(outputs_count_all_lights),
+        cmocka_unit_test_setup_teardown(lights_taps_and_lists_together_lose_nothing,
+                                        render_rig_setup, render_rig_teardown),
+        cmocka_unit_test_setup_teardown(steps_are_counted_high_enough_for_every_step_of_the_device,
+                                        set_up_to_the_end, render_rig_teardown),
+        cmocka_unit_test_setup_teardown(one_dispatch_for_all_would_lose_light, set_up_unlimited,
+                                        render_rig_teardown),
+        cmocka_unit_test_setup_teardown(the_longest_lists_of_a_pixel_are_whole, render_rig_setup,
+                                        render_rig_teardown),
+        cmocka_unit_test_setup_teardown(outputs_count_all_lights, render_rig_setup,
+                                        render_rig_teardown),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,7 +14,7 @@
 #include "renderer/gl/selftest.h"
 #include "tests/support/image_checks.h"
 
-enum { SKIPPED = 77 };
+enum { SKIPPED = 77, PROOF = 2 /* programs of the self-test, which come from no file */ };
 
 static struct gl_context *context;
 static char folder[] = "/tmp/vitrail-programs-XXXXXX";
@@ -194,20 +194,24 @@ static struct picture take_picture(void)
 static void a_second_start_compiles_nothing_and_draws_the_same(void **state)
 {
     (void)state;
+    struct error err = {0};
     if (!gl_context_limits(context)->program_formats)
         skip();
+    gl_context_destroy(context); /* a thread has one */
     struct picture first = take_picture(), second = take_picture();
     assert_true(first.built > 10);
     assert_int_equal(first.loaded, 0);
-    assert_int_equal(first.info.programs_kept, first.info.programs_built);
+    assert_int_equal(first.info.programs_kept, first.info.programs_built - PROOF);
     assert_true(first.info.programs_kept_bytes > 0);
     assert_int_equal(second.built, 0);
     assert_int_equal(second.loaded, first.built);
-    assert_int_equal(second.info.programs_built, 0); /* nor by the self-test */
+    assert_int_equal(second.info.programs_built, PROOF);
     assert_int_equal(second.info.programs_kept, first.info.programs_kept);
     assert_int_equal(second.hash, first.hash);
     print_message("%d programs, %.1f MB\n", (int)first.info.programs_kept,
                   1e-6 * (double)first.info.programs_kept_bytes);
+    context = gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
+    assert_non_null(context);
 }
 
 static int create_folder(void **state)

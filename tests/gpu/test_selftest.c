@@ -63,6 +63,21 @@ static void software_timers_are_not_believed(void **unused)
     assert_false(limits->has_true_timers);
 }
 
+static void a_thread_has_one_context(void **unused)
+{
+    (void)unused;
+    struct error err = {0};
+    assert_null(gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err));
+    assert_int_equal(ERROR_INTERNAL, err.code);
+    err = (struct error){0};
+    assert_true(gl_context_check(context, "going on", &err)); /* the first is as it was */
+    run_selftest();
+    gl_context_destroy(context);
+    context = gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
+    assert_non_null(context);
+    run_selftest();
+}
+
 int main(void)
 {
     struct error err = {0};
@@ -75,6 +90,7 @@ int main(void)
         cmocka_unit_test(this_device_passes),
         cmocka_unit_test(it_passes_again_and_within_the_budget_of_a_start),
         cmocka_unit_test(software_timers_are_not_believed),
+        cmocka_unit_test(a_thread_has_one_context),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     gl_context_destroy(context);
