@@ -8,7 +8,7 @@
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/scene/matrix.h"
 
-enum { BATCH_FRAGMENTS = 4096 }; /* 2 MB: what a core's cache holds */
+enum { BATCH_FRAGMENTS = 4096 }; /* 1.2 MB with all that belongs to them */
 
 static const double SAME_SURFACE = 0.02; /* of the depth, as shade_pixels.comp.glsl has it */
 
@@ -18,7 +18,8 @@ bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, str
     batch->light_counts = calloc(desc->scene->state->light_count + 1, sizeof *batch->light_counts);
     batch->jobs = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->jobs);
     batch->sorted = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->sorted);
-    if (!batch->light_counts || !batch->jobs || !batch->sorted)
+    batch->blocks = calloc(1, sizeof *batch->blocks);
+    if (!batch->light_counts || !batch->jobs || !batch->sorted || !batch->blocks)
         return error_set(err, ERROR_NO_MEMORY, "%d waiting shadow rays", RT_BATCH_JOBS_MAX);
     return rt_packet_init(&batch->packet, desc->scene, err) && rt_hits_init(&batch->scratch, err);
 }
@@ -26,11 +27,14 @@ bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, str
 void rt_batch_finish(struct rt_batch *batch)
 {
     free(batch->fragments);
+    free(batch->shadings);
+    free(batch->starts);
     free(batch->steps);
     free(batch->sample_ends);
     free(batch->pixels);
     free(batch->jobs);
     free(batch->sorted);
+    free(batch->blocks);
     free(batch->light_counts);
     rt_packet_finish(&batch->packet);
     rt_hits_finish(&batch->scratch);
@@ -50,20 +54,35 @@ static bool reserve(void **array, size_t *capacity, size_t count, size_t item_by
     return true;
 }
 
+static bool reserve_fragments(struct rt_batch *batch, size_t count)
+{
+    size_t capacities[3] = {batch->fragment_capacity, batch->fragment_capacity,
+                            batch->fragment_capacity};
+    if (count <= batch->fragment_capacity)
+        return true;
+    void *fragments = batch->fragments, *shadings = batch->shadings, *starts = batch->starts;
+    bool ok = reserve(&fragments, &capacities[0], count, sizeof *batch->fragments) &&
+              reserve(&shadings, &capacities[1], count, sizeof *batch->shadings) &&
+              reserve(&starts, &capacities[2], count, sizeof *batch->starts);
+    batch->fragments = fragments;
+    batch->shadings = shadings;
+    batch->starts = starts;
+    if (ok)
+        batch->fragment_capacity = capacities[0];
+    return ok;
+}
+
 static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
 {
-    void *fragments = batch->fragments, *steps = batch->steps;
-    void *ends = batch->sample_ends, *pixels = batch->pixels;
+    void *steps = batch->steps, *ends = batch->sample_ends, *pixels = batch->pixels;
     size_t hits = sample->hits->count;
     bool ok =
-        reserve(&fragments, &batch->fragment_capacity, batch->fragment_count + hits,
-                sizeof *batch->fragments) &&
+        reserve_fragments(batch, batch->fragment_count + hits) &&
         reserve(&steps, &batch->step_capacity, batch->step_count + hits + 1,
                 sizeof *batch->steps) &&
         reserve(&ends, &batch->sample_capacity, batch->sample_count + 1,
                 sizeof *batch->sample_ends) &&
         reserve(&pixels, &batch->pixel_capacity, batch->pixel_count + 1, sizeof *batch->pixels);
-    batch->fragments = fragments;
     batch->steps = steps;
     batch->sample_ends = ends;
     batch->pixels = pixels;
@@ -128,35 +147,13 @@ static void add_to_fragment(struct rt_fragment *fragment, const struct rt_sample
     fragment->sum.count++;
 }
 
-/* view_z: metres along the view direction. */
-static void find_footprint(const struct rt_batch *batch, const struct rt_hit *hit, double view_z,
-                           const double direction[3], struct rt_footprint *footprint)
+void rt_batch_footprint(const struct rt_batch *batch, const struct rt_hit *hit, double view_z,
+                        const double direction[3], struct rt_footprint *footprint)
 {
     double way[2][3], scale = batch->desc.camera->is_orthographic ? 1 : view_z;
     for (int i = 0; i < 6; i++)
         way[i / 3][i % 3] = batch->desc.way[i / 3][i % 3] * scale;
     rt_footprint_find(batch->desc.scene, hit, (const double(*)[3])way, direction, footprint);
-}
-
-/* Any single sample would shift shadows and textures by up to half a pixel; the middle of all of
- * them is the pixel's middle inside a surface. */
-static void place_in_the_middle(const struct rt_batch *batch, struct rt_fragment *fragment)
-{
-    double count = fragment->sum.count, relative[3];
-    fragment->hit.u = fragment->sum.u / count;
-    fragment->hit.v = fragment->sum.v / count;
-    for (int k = 0; k < 3; k++) {
-        fragment->point[k] = fragment->sum.point[k] / count;
-        fragment->view[k] = -fragment->sum.direction[k];
-        relative[k] =
-            fragment->point[k] + batch->desc.scene->origin[k] - batch->desc.camera->eye[k];
-    }
-    vec3_normalize(fragment->view);
-    rt_scene_normal(batch->desc.scene, &fragment->hit, fragment->normal);
-    fragment->view_z = -vec3_dot(relative, batch->desc.camera->back);
-    if (batch->desc.scene->meshes[fragment->hit.mesh].has_textures)
-        find_footprint(batch, &fragment->hit, fragment->view_z, fragment->view,
-                       &fragment->footprint);
 }
 
 static void begin_media(struct rt_batch *batch, const struct rt_sample *sample, double sigma[3])
@@ -171,7 +168,7 @@ static void filter_unseen(const struct rt_batch *batch, const struct rt_hit *hit
                           const double direction[3], double through[3])
 {
     struct rt_footprint footprint;
-    find_footprint(batch, hit, hit->t, direction, &footprint); /* t is depth */
+    rt_batch_footprint(batch, hit, hit->t, direction, &footprint); /* t is depth */
     rt_filter_unseen(batch->desc.scene, hit, &footprint, direction, through);
 }
 
@@ -198,7 +195,7 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
         if (hit->is_left_unseen)
             filter_unseen(batch, hit, sample->ray->direction, through);
         bool is_opaque = hit->is_opaque;
-        if (hit->is_hidden || (!is_opaque && scene->meshes[hit->mesh].item->class_ == STATE_MASKED))
+        if (hit->is_hidden || (!is_opaque && scene->meshes[hit->mesh].class_ == STATE_MASKED))
             continue;
         struct rt_step *step = &batch->steps[batch->step_count++];
         step->fragment = find_fragment(batch, sample, hit, is_opaque, i);
@@ -233,15 +230,15 @@ static void composite(const struct rt_batch *batch, size_t first, size_t end, do
             through[k] *= (double)step->through[k];
         if (step->fragment == RT_BACKGROUND)
             break;
-        const struct rt_fragment *fragment = &batch->fragments[step->fragment];
-        if (fragment->is_opaque) {
-            memcpy(behind, fragment->radiance, sizeof fragment->radiance);
+        const struct rt_shading *shading = &batch->shadings[step->fragment];
+        if (batch->fragments[step->fragment].is_opaque) {
+            memcpy(behind, shading->radiance, sizeof shading->radiance);
             behind[3] = 1;
             break;
         }
         for (int k = 0; k < 3; k++) {
-            sum[k] += through[k] * fragment->surface.alpha * fragment->radiance[k];
-            through[k] *= fragment->filter[k];
+            sum[k] += through[k] * shading->alpha * shading->radiance[k];
+            through[k] *= shading->filter[k];
         }
     }
     for (int k = 0; k < 3; k++)
@@ -268,8 +265,6 @@ static void write_pixels(const struct rt_batch *batch, struct image *image)
 
 void rt_batch_shade(struct rt_batch *batch, struct image *image)
 {
-    for (size_t i = 0; i < batch->fragment_count; i++)
-        place_in_the_middle(batch, &batch->fragments[i]);
     rt_batch_light(batch);
     write_pixels(batch, image);
     batch->fragment_count = batch->step_count = batch->sample_count = batch->pixel_count = 0;

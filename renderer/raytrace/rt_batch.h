@@ -18,25 +18,31 @@ struct rt_texel { /* where another sample of the pixel meets the surface */
     float u, v;
 };
 
-struct rt_fragment { /* one surface in one pixel */
+struct rt_fragment { /* one surface in one pixel, as samples gather it */
     struct rt_hit hit;
-    struct rt_surface surface;
-    double point[3], view[3];      /* relative to rt_scene.origin; unit, to the viewer */
-    double normal[3];              /* rt_scene_normal */
-    struct rt_footprint footprint; /* of the pixel, or its part; where the mesh has_textures */
-    double radiance[3];            /* out, nt, before coverage */
-    double filter[3];              /* of what lies behind */
-    double view_z;
     int x, y;
     int part; /* of the pixel; rt_sample */
     bool is_opaque;
-    struct { /* over the samples that show the triangle of `hit`: rt_batch_shade takes the mean */
+    struct { /* over the samples that show the triangle of `hit`: rt_batch_light takes the mean */
         double u, v, point[3], direction[3];
         int count;
     } sum;
     struct rt_texel texels[RT_TEXELS_MAX - 1]; /* the base colour is the mean over these and hit,
                                               where a texture has no levels of detail */
     int texel_count;
+};
+
+struct rt_shading {     /* of a fragment: what compositing needs, and shadow rays add to */
+    double radiance[3]; /* out, nt, before coverage */
+    double filter[3];   /* of what lies behind; of transparent ones */
+    double alpha;
+};
+
+struct rt_start {    /* of a fragment's shadow rays; one line of the cache */
+    double point[3]; /* relative to rt_scene.origin */
+    double lift[3];  /* the surface's normal, rt_scene.nudge_m long */
+    uint32_t mesh, triangle;
+    uint32_t leaves_out; /* rt_ray's */
 };
 
 #define RT_BACKGROUND UINT32_MAX
@@ -50,6 +56,7 @@ struct rt_ray_job { /* one shadow ray, waiting */
     uint32_t fragment, light;
     float direction[3], distance_m;
     float weight[3]; /* radiance that the light adds where nothing is between */
+    bool is_opaque;  /* the fragment */
 };
 
 struct rt_job;
@@ -69,10 +76,14 @@ struct rt_batch_desc {
 struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_batch_desc desc;
     struct rt_fragment *fragments;
+    struct rt_shading *shadings; /* of each fragment; likewise starts */
+    struct rt_start *starts;
     struct rt_step *steps;
     uint32_t *sample_ends; /* of each sample's steps */
     int (*pixels)[2];
-    struct rt_ray_job *jobs, *sorted;
+    struct rt_ray_job *jobs;
+    uint32_t *sorted; /* numbers of jobs */
+    struct rt_lamp_blocks *blocks;
     uint32_t *light_counts; /* of waiting jobs, by light, one more than lights */
     size_t fragment_count, step_count, sample_count, pixel_count, job_count;
     size_t fragment_capacity, step_capacity, sample_capacity, pixel_capacity;
@@ -98,6 +109,10 @@ MUST_CHECK bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sam
 
 /* Whether it is time to shade; only between pixels. */
 bool rt_batch_is_full(const struct rt_batch *batch);
+
+/* The batch's footprint of the pixel at a hit. view_z: metres along the view direction. */
+void rt_batch_footprint(const struct rt_batch *batch, const struct rt_hit *hit, double view_z,
+                        const double direction[3], struct rt_footprint *footprint);
 
 /* Lights all surfaces, writes the pixels and empties the batch. */
 void rt_batch_shade(struct rt_batch *batch, struct image *image);

@@ -9,31 +9,43 @@
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/scene/matrix.h"
 
-static void add_light(struct rt_fragment *fragment, const struct rt_ray_job *job,
+/* A surface being lit. */
+struct lit {
+    uint32_t index; /* of the fragment */
+    const struct rt_fragment *fragment;
+    double point[3], view[3]; /* relative to rt_scene.origin; unit, to the viewer */
+    double view_z;
+    struct rt_surface *surface;
+    struct rt_footprint footprint; /* of the pixel, or its part; where the mesh samples textures */
+    struct rt_reflector *reflector;
+};
+
+static void add_light(struct rt_shading *shading, const struct rt_ray_job *job,
                       const double transmittance[3])
 {
     for (int k = 0; k < 3; k++)
-        fragment->radiance[k] += (double)job->weight[k] * transmittance[k];
+        shading->radiance[k] += (double)job->weight[k] * transmittance[k];
 }
 
 /* From just off the surface on the light's side to just before the light: f32 may misplace both,
  * and a caster that the light touches, by nudge_m. */
-static void place_ray(const struct rt_batch *batch, const struct rt_ray_job *job,
-                      struct rt_ray *ray)
+static void place_ray(const struct rt_scene *scene, const struct rt_start *start,
+                      const struct rt_ray_job *job, struct rt_ray *ray)
 {
-    const struct rt_fragment *fragment = &batch->fragments[job->fragment];
-    const double *normal = fragment->normal;
-    struct rt_arrival arrival = {.distance_m = (double)job->distance_m};
+    double size = scene->size_m, distance = (double)job->distance_m;
+    bool is_far = !isfinite(job->distance_m);
     for (int k = 0; k < 3; k++)
-        arrival.direction[k] = (double)job->direction[k];
-    rt_shadow_ray(batch->desc.scene, &arrival, fragment->point, &fragment->hit, ray);
-    double nudge = batch->desc.scene->nudge_m;
-    if (isfinite(job->distance_m))
-        ray->t_max = rt_max(ray->t_max - 8 * nudge, ray->t_min);
-    if (vec3_dot(normal, arrival.direction) < 0)
-        nudge = -nudge;
+        ray->direction[k] = (double)job->direction[k];
+    double side = vec3_dot(start->lift, ray->direction) < 0 ? -1 : 1;
     for (int k = 0; k < 3; k++)
-        ray->origin[k] += normal[k] * nudge;
+        ray->origin[k] = start->point[k] + side * start->lift[k];
+    double end = is_far ? size : distance * (1 - 1e-9); /* as rt_shadow_ray has it */
+    ray->t_min = scene->epsilon * rt_min(end, size);
+    ray->t_max = is_far ? end : rt_max(end - 8 * scene->nudge_m, ray->t_min);
+    ray->culls_back_faces = ray->only_media = false;
+    ray->skip_mesh = start->mesh;
+    ray->skip_triangle = start->triangle;
+    ray->leaves_out = start->leaves_out;
 }
 
 static void light_media(struct rt_batch *batch, const struct rt_ray_job *job, double sigma[3])
@@ -46,133 +58,201 @@ static void light_media(struct rt_batch *batch, const struct rt_ray_job *job, do
     struct rt_arrival arrival = {.distance_m = (double)job->distance_m};
     for (int k = 0; k < 3; k++)
         arrival.direction[k] = (double)job->direction[k];
-    rt_light_media(batch->desc.scene, &arrival, batch->fragments[job->fragment].point,
-                   &batch->scratch, sigma);
+    rt_light_media(batch->desc.scene, &arrival, batch->starts[job->fragment].point, &batch->scratch,
+                   sigma);
 }
 
-static void trace_jobs(struct rt_batch *batch, const struct rt_ray_job *jobs, size_t count)
+static void trace_jobs(struct rt_batch *batch, const uint32_t *numbers, size_t count)
 {
     struct rt_packet *packet = &batch->packet;
+    const struct rt_scene *scene = batch->desc.scene;
+    const bool has_media = scene->state->medium_count;
     packet->count = (int)count;
-    for (size_t i = 0; i < count; i++)
-        place_ray(batch, &jobs[i], &packet->rays[i]);
+    for (size_t i = 0; i < count; i++) {
+        const struct rt_ray_job *job = &batch->jobs[numbers[i]];
+        place_ray(scene, &batch->starts[job->fragment], job, &packet->rays[i]);
+    }
     rt_packet_occlude(packet);
     for (size_t i = 0; i < count; i++) {
         const struct rt_hits *hits = &packet->hits[i];
+        const struct rt_ray_job *job = &batch->jobs[numbers[i]];
         double transmittance[3] = {1, 1, 1}, sigma[3];
         batch->has_overflowed |= hits->has_overflowed;
         if (packet->is_occluded[i])
             continue;
-        if (hits->count || batch->desc.scene->state->medium_count) {
-            light_media(batch, &jobs[i], sigma);
-            rt_path_transmittance(batch->desc.scene, hits, &packet->rays[i], sigma,
+        if (has_media)
+            light_media(batch, job, sigma);
+        if (has_media || hits->count)
+            rt_path_transmittance(scene, hits, &packet->rays[i], sigma,
                                   batch->desc.view->quality.blend_filter, transmittance);
-        }
-        add_light(&batch->fragments[jobs[i].fragment], &jobs[i], transmittance);
+        add_light(&batch->shadings[job->fragment], job, transmittance);
     }
     batch->shadow_rays += count;
 }
 
-/* Jobs sorted by light, in the order of their surfaces: neighbours go together. */
-static void flush_jobs(struct rt_batch *batch)
+/* Sorts the jobs by light, in the order of their surfaces: neighbours go together, and what lies
+ * behind panes, often metres away, goes apart from the panes. counts: of each light's jobs, on
+ * return where they end. */
+static void sort_jobs(struct rt_batch *batch, uint32_t *counts)
 {
-    size_t lights = batch->desc.scene->state->light_count;
-    uint32_t *counts = batch->light_counts, first = 0;
-    for (size_t i = 0; i < lights; i++) {
+    uint32_t first = 0;
+    for (size_t i = 0; i < batch->desc.scene->state->light_count; i++) {
         uint32_t count = counts[i];
         counts[i] = first;
         first += count;
     }
-    for (size_t i = 0; i < batch->job_count; i++)
-        batch->sorted[counts[batch->jobs[i].light]++] = batch->jobs[i];
+    for (int opaque = 1; opaque >= 0; opaque--)
+        for (size_t i = 0; i < batch->job_count; i++)
+            if (batch->jobs[i].is_opaque == opaque)
+                batch->sorted[counts[batch->jobs[i].light]++] = (uint32_t)i;
+}
+
+static void flush_jobs(struct rt_batch *batch)
+{
+    size_t lights = batch->desc.scene->state->light_count;
+    uint32_t *counts = batch->light_counts;
+    sort_jobs(batch, counts);
     batch->is_cancelled = rt_job_is_cancelled(batch->desc.job);
-    for (size_t i = 0; i < batch->job_count && !batch->is_cancelled;) {
-        size_t end = i + 1;
-        while (end < batch->job_count && end - i < RT_LANES &&
-               batch->sorted[end].light == batch->sorted[i].light)
-            end++;
-        trace_jobs(batch, &batch->sorted[i], end - i);
-        i = end;
-    }
+    size_t i = 0;
+    for (size_t light = 0; light < lights && !batch->is_cancelled; light++)
+        for (size_t end; i < counts[light]; i = end) {
+            end = i + RT_LANES < counts[light] ? i + RT_LANES : counts[light];
+            trace_jobs(batch, &batch->sorted[i], end - i);
+        }
     memset(counts, 0, lights * sizeof *counts);
     batch->job_count = 0;
 }
 
-/* What the light adds to the surface, at once or after its shadow ray. */
-static void ask(struct rt_batch *batch, uint32_t index, const struct rt_ray_job *arriving,
-                double gain)
+/* What the light adds to the surface, at once or after its shadow ray. job: all but its weight. */
+static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job *job, double gain)
 {
-    struct rt_fragment *fragment = &batch->fragments[index];
-    const struct state_light *light = &batch->desc.scene->state->lights[arriving->light];
-    struct rt_ray_job job = *arriving;
-    double l[3] = {(double)job.direction[0], (double)job.direction[1], (double)job.direction[2]};
+    const struct rt_lamp *lamp = &batch->desc.lamps->lamps[job->light];
+    double l[3] = {(double)job->direction[0], (double)job->direction[1], (double)job->direction[2]};
     double reflected[3];
-    rt_reflect(&fragment->surface, fragment->view, l, reflected);
-    if (reflected[0] <= 0 && reflected[1] <= 0 && reflected[2] <= 0)
+    if (!rt_reflect(lit->reflector, l, reflected))
         return;
     for (int k = 0; k < 3; k++)
-        job.weight[k] = (float)(reflected[k] * gain * (double)light->color[k]);
-    if (!light->casts_shadow || batch->desc.view->quality.shadows == VIEW_SHADOWS_NONE) {
-        add_light(fragment, &job, (const double[3]){1, 1, 1});
+        job->weight[k] = (float)(reflected[k] * gain * (double)lamp->color[k]);
+    if (!lamp->casts_shadow || batch->desc.view->quality.shadows == VIEW_SHADOWS_NONE) {
+        add_light(&batch->shadings[job->fragment], job, (const double[3]){1, 1, 1});
         return;
     }
-    if (batch->job_count == RT_BATCH_JOBS_MAX)
-        flush_jobs(batch);
-    batch->jobs[batch->job_count++] = job;
-    batch->light_counts[job.light]++;
+    batch->light_counts[job->light]++;
+    batch->job_count++; /* it is in its place */
 }
 
-static void ask_area(struct rt_batch *batch, uint32_t index, uint32_t light)
+/* Where the next job goes. */
+static struct rt_ray_job *begin_job(struct rt_batch *batch, const struct lit *lit, uint32_t light)
 {
-    const struct rt_fragment *fragment = &batch->fragments[index];
+    if (batch->job_count == RT_BATCH_JOBS_MAX)
+        flush_jobs(batch);
+    struct rt_ray_job *job = &batch->jobs[batch->job_count];
+    job->fragment = lit->index;
+    job->light = light;
+    job->is_opaque = lit->fragment->is_opaque;
+    return job;
+}
+
+static void ask_area(struct rt_batch *batch, const struct lit *lit, uint32_t light)
+{
+    const struct rt_fragment *fragment = lit->fragment;
     struct rt_light_sample sample = {.count = batch->desc.lamps->lamps[light].samples,
                                      .seed = rt_job_seed(fragment->x, fragment->y, 0) + light};
     for (; sample.index < sample.count; sample.index++) {
         struct rt_arrival arrival;
         rt_light_arrive(&batch->desc.scene->state->lights[light], &sample,
-                        batch->desc.scene->origin, fragment->point, &arrival);
-        struct rt_ray_job job = {
-            .fragment = index, .light = light, .distance_m = (float)arrival.distance_m};
+                        batch->desc.scene->origin, lit->point, &arrival);
+        if (arrival.gain <= 0)
+            continue;
+        struct rt_ray_job *job = begin_job(batch, lit, light);
+        job->distance_m = (float)arrival.distance_m;
         for (int k = 0; k < 3; k++)
-            job.direction[k] = (float)arrival.direction[k];
-        if (arrival.gain > 0)
-            ask(batch, index, &job, arrival.gain);
+            job->direction[k] = (float)arrival.direction[k];
+        ask(batch, lit, job, arrival.gain);
     }
 }
 
-static void ask_lights(struct rt_batch *batch, uint32_t index)
+static void ask_light(struct rt_batch *batch, const struct lit *lit, uint32_t light,
+                      const float point[3])
 {
-    const struct rt_fragment *fragment = &batch->fragments[index];
     const struct rt_lamps *lamps = batch->desc.lamps;
-    struct rt_lamp_list list = rt_lamps_near(lamps, fragment->x, fragment->y, fragment->view_z);
-    float point[3] = {(float)fragment->point[0], (float)fragment->point[1],
-                      (float)fragment->point[2]};
-    batch->surfaces++;
-    batch->lights_listed += list.counts[0] + list.counts[1];
-    for (int run = 0; run < 2; run++) {
-        for (size_t i = 0; i < list.counts[run]; i++) {
-            uint32_t light = list.items[run][i];
-            if (lamps->lamps[light].is_area) {
-                batch->lights_reaching++;
-                ask_area(batch, index, light);
-                continue;
-            }
-            struct rt_ray_job job = {.fragment = index, .light = light};
-            float gain = rt_lamp_arrive(lamps, light, point, job.direction, &job.distance_m);
-            if (gain <= 0)
-                continue;
-            batch->lights_reaching++;
-            ask(batch, index, &job, (double)gain);
-        }
+    if (lamps->lamps[light].is_area) {
+        ask_area(batch, lit, light);
+        return;
     }
+    struct rt_ray_job *job = begin_job(batch, lit, light);
+    float gain = rt_lamp_arrive(lamps, light, point, job->direction, &job->distance_m);
+    if (gain > 0)
+        ask(batch, lit, job, (double)gain);
+    else
+        batch->lights_reaching--;
+}
+
+static void ask_lights(struct rt_batch *batch, const struct lit *lit)
+{
+    const struct rt_lamps *lamps = batch->desc.lamps;
+    const struct rt_lamp_list list =
+        rt_lamps_near(lamps, lit->fragment->x, lit->fragment->y, lit->view_z);
+    float point[3], normal[3];
+    for (int k = 0; k < 3; k++) {
+        point[k] = (float)lit->point[k];
+        normal[k] = lit->reflector->transmits ? 0 : (float)lit->surface->normal[k];
+    }
+    batch->surfaces++;
+    batch->lights_listed += list.count;
+    for (size_t first = 0; first < list.count; first += RT_BLOCK_LIGHTS) {
+        uint32_t lights[RT_BLOCK_LIGHTS];
+        size_t reaching, count;
+        count = rt_lamps_look(rt_lamps_block(lamps, batch->blocks, &list, first), point, normal,
+                              lights, &reaching);
+        batch->lights_reaching += reaching;
+        for (size_t i = 0; i < count; i++)
+            ask_light(batch, lit, lights[i], point);
+    }
+}
+
+/* Any single sample would shift shadows and textures by up to half a pixel; the middle of all of
+ * them is the pixel's middle inside a surface. */
+static void place_in_the_middle(struct rt_batch *batch, struct rt_fragment *fragment,
+                                struct lit *lit, double normal[3])
+{
+    const struct rt_scene *scene = batch->desc.scene;
+    double count = fragment->sum.count, relative[3];
+    fragment->hit.u = fragment->sum.u / count;
+    fragment->hit.v = fragment->sum.v / count;
+    for (int k = 0; k < 3; k++) {
+        lit->point[k] = fragment->sum.point[k] / count;
+        lit->view[k] = -fragment->sum.direction[k];
+        relative[k] = lit->point[k] + scene->origin[k] - batch->desc.camera->eye[k];
+    }
+    vec3_normalize(lit->view);
+    rt_scene_normal(scene, &fragment->hit, normal);
+    lit->view_z = -vec3_dot(relative, batch->desc.camera->back);
+    if (scene->meshes[fragment->hit.mesh].slots)
+        rt_batch_footprint(batch, &fragment->hit, lit->view_z, lit->view, &lit->footprint);
+}
+
+static void start_rays(struct rt_batch *batch, const struct lit *lit, const double normal[3])
+{
+    const struct rt_hit *hit = &lit->fragment->hit;
+    struct rt_start *start = &batch->starts[lit->index];
+    for (int k = 0; k < 3; k++) {
+        start->point[k] = lit->point[k];
+        start->lift[k] = normal[k] * batch->desc.scene->nudge_m;
+    }
+    start->mesh = hit->mesh;
+    start->triangle = hit->triangle;
+    start->leaves_out = rt_path_left_out(batch->desc.scene, hit);
 }
 
 /* Of a sampler without levels of detail one sample of a texture that is finer than the pixel would
  * flicker. */
-static void average_base(const struct rt_scene *scene, struct rt_fragment *fragment)
+static void average_base(const struct rt_scene *scene, const struct lit *lit)
 {
-    struct rt_surface *surface = &fragment->surface;
-    int32_t texture = surface->material->textures[SCENE_TEXTURE_BASE_COLOR].texture;
+    struct rt_surface *surface = lit->surface;
+    const struct rt_fragment *fragment = lit->fragment;
+    const struct scene_material *material = scene->meshes[fragment->hit.mesh].material;
+    int32_t texture = material->textures[SCENE_TEXTURE_BASE_COLOR].texture;
     double sum[4] = {surface->base[0], surface->base[1], surface->base[2], surface->alpha};
     if (texture < 0 || rt_texture_has_levels(&scene->state->scene->textures[texture]))
         return;
@@ -182,43 +262,55 @@ static void average_base(const struct rt_scene *scene, struct rt_fragment *fragm
                                    .u = (double)fragment->texels[i].u,
                                    .v = (double)fragment->texels[i].v};
         double base[4];
-        rt_surface_base(scene, &hit, &fragment->footprint, base);
+        rt_surface_base(scene, &hit, &lit->footprint, base);
         for (int k = 0; k < 4; k++)
             sum[k] += base[k];
     }
     for (int k = 0; k < 3; k++)
         surface->base[k] = sum[k] / (fragment->texel_count + 1);
-    if (surface->material->alpha_mode == SCENE_BLEND)
+    if (material->alpha_mode == SCENE_BLEND)
         surface->alpha = sum[3] / (fragment->texel_count + 1);
 }
 
 static void begin_fragment(struct rt_batch *batch, uint32_t index)
 {
     struct rt_fragment *fragment = &batch->fragments[index];
-    struct rt_surface *surface = &fragment->surface;
+    struct rt_shading *shading = &batch->shadings[index];
     const struct scene_state *state = batch->desc.scene->state;
-    rt_surface_evaluate(batch->desc.scene, &fragment->hit, &fragment->footprint, surface);
-    average_base(batch->desc.scene, fragment);
+    const struct scene_material *material = batch->desc.scene->meshes[fragment->hit.mesh].material;
+    struct lit lit;
+    struct rt_surface surface;
+    struct rt_reflector reflector;
+    double normal[3];
+    lit.index = index;
+    lit.fragment = fragment;
+    lit.surface = &surface;
+    lit.reflector = &reflector;
+    place_in_the_middle(batch, fragment, &lit, normal);
+    rt_surface_evaluate(batch->desc.scene, &fragment->hit, &lit.footprint, &surface);
+    average_base(batch->desc.scene, &lit);
     if (fragment->is_opaque)
-        surface->alpha = 1, surface->transmission = 0;
+        surface.alpha = 1, surface.transmission = 0;
     else
-        rt_surface_view_filter(surface, fabs(vec3_dot(surface->normal, fragment->view)),
-                               fragment->hit.is_front, fragment->filter);
-    memcpy(fragment->radiance, surface->emissive, sizeof fragment->radiance);
-    if (surface->material->flags & SCENE_MATERIAL_UNLIT) {
+        rt_surface_view_filter(&surface, fabs(vec3_dot(surface.normal, lit.view)),
+                               fragment->hit.is_front, shading->filter);
+    shading->alpha = surface.alpha;
+    memcpy(shading->radiance, surface.emissive, sizeof shading->radiance);
+    if (material->flags & SCENE_MATERIAL_UNLIT) {
         for (int k = 0; k < 3; k++)
-            fragment->radiance[k] += surface->base[k];
+            shading->radiance[k] += surface.base[k];
         return;
     }
     if (state->has_environment)
-        rt_reflect_hemisphere(state, surface, fragment->view, fragment->radiance);
-    ask_lights(batch, index);
+        rt_reflect_hemisphere(state, &surface, lit.view, shading->radiance);
+    rt_reflector_init(&reflector, &surface, lit.view);
+    start_rays(batch, &lit, normal);
+    ask_lights(batch, &lit);
 }
 
 void rt_batch_light(struct rt_batch *batch)
 {
-    for (uint32_t i = 0; i < batch->fragment_count && !batch->is_cancelled; i++) {
+    for (uint32_t i = 0; i < batch->fragment_count && !batch->is_cancelled; i++)
         begin_fragment(batch, i);
-    }
     flush_jobs(batch);
 }

@@ -15,15 +15,31 @@ struct rt_lamp {
     float inverse_range;             /* 0: unbounded */
     uint32_t samples;                /* 1, or points of an area light */
     enum scene_light_type type;
-    bool is_area;
+    bool is_area, casts_shadow;
+    float color[3];
+};
+
+/* Lights side by side: most of those listed for a surface do not reach it, and are told together.
+ */
+enum { RT_BLOCK_LIGHTS = 32 };
+struct rt_lamp_block {
+    size_t key; /* of the list and the part of it that is here; rt_lamps_block */
+    size_t count;
+    uint32_t lights[RT_BLOCK_LIGHTS];
+    /* the light, or of directional ones the way to it, seen from: position - moves * point */
+    float x[RT_BLOCK_LIGHTS], y[RT_BLOCK_LIGHTS], z[RT_BLOCK_LIGHTS], moves[RT_BLOCK_LIGHTS];
+    float axis_x[RT_BLOCK_LIGHTS], axis_y[RT_BLOCK_LIGHTS], axis_z[RT_BLOCK_LIGHTS]; /* of travel */
+    float inverse_square[RT_BLOCK_LIGHTS]; /* of the range; 0: it has none */
+    float edge[RT_BLOCK_LIGHTS];   /* of the cone: its cosine's signed square, -FLT_MAX without */
+    float behind[RT_BLOCK_LIGHTS]; /* likewise the least that a surface may look its way */
 };
 
 struct rt_lamps { /* zeroed before init */
     const struct scene_state *state;
     struct rt_lamp *lamps; /* by light */
     struct clusters clusters;
-    double (*sigma)[3]; /* by light: rt_media_at; NULL without media */
-    uint32_t *all;      /* every light's number; NULL where the clusters are asked */
+    double (*sigma)[3];        /* by light: rt_media_at; NULL without media */
+    struct rt_lamp_block *all; /* every light, in order; NULL where the clusters are asked */
     int height_px;
 };
 
@@ -33,10 +49,29 @@ void rt_lamps_finish(struct rt_lamps *lamps); /* accepts zeroed */
 
 /* Lights that may reach what the pixel (y down) shows at a depth: two runs of light numbers. */
 struct rt_lamp_list {
+    size_t cluster;
     const uint32_t *items[2];
     size_t counts[2];
+    size_t count; /* of both; with `all` items are NULL */
 };
 struct rt_lamp_list rt_lamps_near(const struct rt_lamps *lamps, int x, int y, double view_z);
+
+/* Neighbouring surfaces ask the same lists. Zeroed before use; one thread's. */
+enum { RT_BLOCKS_KEPT = 16 };
+struct rt_lamp_blocks {
+    struct rt_lamp_block kept[RT_BLOCKS_KEPT];
+};
+
+/* The lights of the list from `first`, a multiple of RT_BLOCK_LIGHTS, on. Valid until the next. */
+const struct rt_lamp_block *rt_lamps_block(const struct rt_lamps *lamps,
+                                           struct rt_lamp_blocks *blocks,
+                                           const struct rt_lamp_list *list, size_t first);
+
+/* Lights of the block that reach the point by range and cone, and from the side that the normal is
+ * on; all of them, and a few more by rounding. normal: zero for any side. lights: out, in order.
+ * reaching: out, how many reach it from whichever side. Returns how many are in lights. */
+size_t rt_lamps_look(const struct rt_lamp_block *block, const float point[3], const float normal[3],
+                     uint32_t lights[RT_BLOCK_LIGHTS], size_t *reaching);
 
 /* Irradiance on a facing plane over the light's colour, before shadows; direction: unit, to the
  * light. Not of area lights. */

@@ -25,14 +25,12 @@ void rt_lighting_finish(struct rt_lighting *lighting)
 void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arrival,
                    const double point[3], const struct rt_hit *on, struct rt_ray *ray)
 {
-    double diagonal[3];
     *ray = (struct rt_ray){.skip_mesh = on ? on->mesh : UINT32_MAX,
                            .skip_triangle = on ? on->triangle : UINT32_MAX,
                            .leaves_out = on ? rt_path_left_out(scene, on) : 0};
     memcpy(ray->origin, point, sizeof ray->origin);
     memcpy(ray->direction, arrival->direction, sizeof ray->direction);
-    vec3_sub(scene->state->bounds_max, scene->state->bounds_min, diagonal);
-    double size = 4 * vec3_length(diagonal), distance = arrival->distance_m;
+    double size = scene->size_m, distance = arrival->distance_m;
     /* a light on a caster's plane is not behind it by the rounding of f64 */
     ray->t_max = isfinite(distance) ? distance * (1 - 1e-9) : size;
     ray->t_min = scene->epsilon * rt_min(ray->t_max, size);
@@ -72,14 +70,10 @@ void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arr
 /* Adds the light of one sample. */
 static void add_arrival(struct rt_lighting *lighting, const struct state_light *light,
                         const struct rt_arrival *arrival, const struct rt_hit *hit,
-                        const struct rt_surface *surface, const double point[3],
-                        const double view[3], double out[3])
+                        const struct rt_reflector *reflector, const double point[3], double out[3])
 {
     double reflected[3], transmittance[3] = {1, 1, 1};
-    if (arrival->gain <= 0)
-        return;
-    rt_reflect(surface, view, arrival->direction, reflected);
-    if (reflected[0] <= 0 && reflected[1] <= 0 && reflected[2] <= 0)
+    if (arrival->gain <= 0 || !rt_reflect(reflector, arrival->direction, reflected))
         return;
     if (light->casts_shadow && lighting->view->quality.shadows != VIEW_SHADOWS_NONE)
         rt_transmittance(lighting, arrival, point, hit, transmittance);
@@ -97,6 +91,8 @@ void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
             out[k] = surface->base[k] + surface->emissive[k];
         return;
     }
+    struct rt_reflector reflector;
+    rt_reflector_init(&reflector, surface, view);
     memcpy(out, surface->emissive, 3 * sizeof *out);
     if (state->has_environment)
         rt_reflect_hemisphere(state, surface, view, out);
@@ -108,7 +104,7 @@ void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
         for (; sample.index < sample.count; sample.index++) {
             struct rt_arrival arrival;
             rt_light_arrive(light, &sample, lighting->scene->origin, point, &arrival);
-            add_arrival(lighting, light, &arrival, hit, surface, point, view, out);
+            add_arrival(lighting, light, &arrival, hit, &reflector, point, out);
         }
     }
 }

@@ -10,11 +10,35 @@
 struct packet_context { /* Embree hands its first member to filters */
     struct RTCIntersectContext embree;
     struct rt_packet *packet;
+    uint32_t first; /* lane of the packet that Embree calls ray 0 */
 };
 
 /* Where a packet's parts lie (Embree 3, rtcore_ray.h): arrays of N in the order of the members of
  * RTCRay and RTCHit. The header has accessors for C++ only. */
-enum { RAY_DIRECTION = 4, RAY_TFAR = 8, RAY_ID = 10, HIT_TRIANGLE = 5, HIT_MESH = 6 };
+enum {
+    RAY_ORIGIN = 0,
+    RAY_TNEAR = 3,
+    RAY_DIRECTION = 4,
+    RAY_TFAR = 8,
+    RAY_MASK = 9,
+    RAY_ID = 10,
+    RAY_MEMBERS = 12,
+    HIT_TRIANGLE = 5,
+    HIT_MESH = 6,
+    HIT_MEMBERS = 8,
+};
+
+/* Rays of one call of Embree's, 16 or 8. What all calls have alike is set once. */
+struct rt_query {
+    union {
+        struct RTCRayHit16 sixteen;
+        struct RTCRayHit8 eight;
+        float floats[(RAY_MEMBERS + HIT_MEMBERS) * 16];
+        uint32_t words[(RAY_MEMBERS + HIT_MEMBERS) * 16];
+    };
+    _Alignas(64) int valid[RT_LANES];
+    unsigned width;
+};
 
 static uint32_t packet_word(const void *packet, unsigned n, unsigned member, unsigned lane)
 {
@@ -71,7 +95,8 @@ static bool put_aside(struct rt_packet *packet, uint32_t lane, const struct rt_c
 static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunctionNArguments *args,
                         unsigned i)
 {
-    uint32_t lane = packet_word(args->ray, args->N, RAY_ID, i);
+    uint32_t first = ((const struct packet_context *)args->context)->first;
+    uint32_t lane = first + packet_word(args->ray, args->N, RAY_ID, i);
     const struct rt_candidate candidate = {packet_float(args->ray, args->N, RAY_TFAR, i),
                                            packet_word(args->hit, args->N, HIT_MESH, i),
                                            packet_word(args->hit, args->N, HIT_TRIANGLE, i)};
@@ -107,59 +132,82 @@ bool rt_packet_init(struct rt_packet *packet, const struct rt_scene *scene, stru
                                                                         different cache lines of a
                                                                        page */
     struct rt_hit *hits = aligned_alloc(64, RT_LANES * per_lane * sizeof *hits);
-    if (!hits)
+    packet->query = aligned_alloc(64, sizeof *packet->query);
+    packet->hits[0].hits = hits;
+    if (!hits || !packet->query)
         return error_set(err, ERROR_NO_MEMORY, "hits of a packet of rays");
     packet->scene = scene;
     for (size_t i = 0; i < RT_LANES; i++)
         packet->hits[i].hits = hits + i * per_lane;
+    memset(packet->query, 0, sizeof *packet->query);
+    packet->query->width = scene->lanes == 8 ? 8 : RT_LANES;
+    for (unsigned i = 0; i < packet->query->width; i++) {
+        packet->query->words[RAY_MASK * packet->query->width + i] = UINT32_MAX;
+        packet->query->words[RAY_ID * packet->query->width + i] = i;
+    }
     return true;
 }
 
 void rt_packet_finish(struct rt_packet *packet)
 {
     free(packet->hits[0].hits);
+    free(packet->query);
+    packet->query = NULL;
     memset(packet->hits, 0, sizeof packet->hits);
 }
 
 /* slack: how far beyond both ends hits are wanted, because f64 decides about them, over t. */
-static void fill_lane(struct RTCRay8 *rays, int lane, const struct rt_ray *ray, double slack)
+static inline void fill_lane(float *rays, unsigned width, unsigned lane, const struct rt_ray *ray,
+                             double slack)
 {
-    rays->org_x[lane] = (float)ray->origin[0];
-    rays->org_y[lane] = (float)ray->origin[1];
-    rays->org_z[lane] = (float)ray->origin[2];
-    rays->dir_x[lane] = (float)ray->direction[0];
-    rays->dir_y[lane] = (float)ray->direction[1];
-    rays->dir_z[lane] = (float)ray->direction[2];
-    rays->tnear[lane] = (float)(ray->t_min * (1 - slack));
-    rays->tfar[lane] = ray->t_max < (double)FLT_MAX ? (float)(ray->t_max * (1 + slack)) : FLT_MAX;
-    rays->time[lane] = 0;
-    rays->mask[lane] = UINT32_MAX;
-    rays->id[lane] = (unsigned)lane;
-    rays->flags[lane] = 0;
+    float *at = rays + lane;
+    for (unsigned k = 0; k < 3; k++) {
+        at[(RAY_ORIGIN + k) * width] = (float)ray->origin[k];
+        at[(RAY_DIRECTION + k) * width] = (float)ray->direction[k];
+    }
+    at[RAY_TNEAR * width] = (float)(ray->t_min * (1 - slack));
+    at[RAY_TFAR * width] =
+        ray->t_max < (double)FLT_MAX ? (float)(ray->t_max * (1 + slack)) : FLT_MAX;
 }
 
-static struct RTCRay lane_ray(const struct RTCRay8 *rays, int lane)
+/* Rays of the packet from `first` on, as many as fit. */
+static void fill(const struct rt_packet *packet, unsigned first, double slack)
 {
-    return (struct RTCRay){.org_x = rays->org_x[lane],
-                           .org_y = rays->org_y[lane],
-                           .org_z = rays->org_z[lane],
-                           .dir_x = rays->dir_x[lane],
-                           .dir_y = rays->dir_y[lane],
-                           .dir_z = rays->dir_z[lane],
-                           .tnear = rays->tnear[lane],
-                           .tfar = rays->tfar[lane],
-                           .mask = rays->mask[lane],
-                           .id = rays->id[lane]};
+    struct rt_query *query = packet->query;
+    unsigned count = (unsigned)packet->count - first;
+    count = count < query->width ? count : query->width;
+    if (query->width == RT_LANES) /* a constant is worth it */
+        for (unsigned i = 0; i < count; i++)
+            fill_lane(query->floats, RT_LANES, i, &packet->rays[first + i], slack);
+    else
+        for (unsigned i = 0; i < count; i++)
+            fill_lane(query->floats, query->width, i, &packet->rays[first + i], slack);
+    for (unsigned i = 0; i < query->width; i++)
+        query->valid[i] = i < count ? -1 : 0;
 }
 
-static void begin(struct rt_packet *packet, struct RTCRay8 *rays, int valid[RT_LANES], double slack)
+static struct RTCRay lane_ray(const struct rt_query *query, unsigned lane)
 {
-    for (int i = 0; i < RT_LANES; i++) {
-        valid[i] = i < packet->count ? -1 : 0;
+    const float *at = query->floats + lane;
+    const unsigned w = query->width;
+    return (struct RTCRay){.org_x = at[RAY_ORIGIN * w],
+                           .org_y = at[(RAY_ORIGIN + 1) * w],
+                           .org_z = at[(RAY_ORIGIN + 2) * w],
+                           .dir_x = at[RAY_DIRECTION * w],
+                           .dir_y = at[(RAY_DIRECTION + 1) * w],
+                           .dir_z = at[(RAY_DIRECTION + 2) * w],
+                           .tnear = at[RAY_TNEAR * w],
+                           .tfar = at[RAY_TFAR * w],
+                           .mask = UINT32_MAX,
+                           .id = lane};
+}
+
+static void forget_hits(struct rt_packet *packet)
+{
+    for (int i = 0; i < packet->count; i++) {
         packet->hits[i].count = 0;
         packet->hits[i].has_overflowed = false;
         packet->waiting_counts[i] = 0;
-        fill_lane(rays, i, &packet->rays[valid[i] ? i : 0], slack);
     }
 }
 
@@ -184,25 +232,27 @@ static bool is_kept(const struct rt_hits *hits, uint32_t mesh, uint32_t triangle
 }
 
 /* False where the ray's nearest opaque candidate does not end it, so that more may lie behind. */
-static bool finish_ray(struct rt_packet *packet, int lane, const struct RTCRayHit8 *query)
+static bool finish_ray(struct rt_packet *packet, int lane)
 {
     struct rt_hits *hits = &packet->hits[lane];
-    uint32_t mesh = query->hit.geomID[lane], triangle = query->hit.primID[lane];
-    bool is_ended = mesh == RTC_INVALID_GEOMETRY_ID || is_kept(hits, mesh, triangle) ||
-                    rt_scene_add_hit(packet->scene, &packet->rays[lane], mesh, triangle, hits);
+    const struct rt_candidate *end = &packet->ends[lane];
+    bool is_ended =
+        end->mesh == RTC_INVALID_GEOMETRY_ID || is_kept(hits, end->mesh, end->triangle) ||
+        rt_scene_add_hit(packet->scene, &packet->rays[lane], end->mesh, end->triangle, hits);
     if (!is_ended)
         return false;
-    add_waiting(packet, lane, query->ray.tfar[lane]);
+    add_waiting(packet, lane, end->t);
     rt_scene_order_hits(packet->scene, hits);
     return true;
 }
 
-static void prefetch(const struct rt_packet *packet, const struct RTCRayHit8 *query)
+static void prefetch(const struct rt_packet *packet)
 {
     for (int step = 0; step < 2; step++) {
         for (int i = 0; i < packet->count; i++) {
-            if (query->hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
-                rt_scene_prefetch(packet->scene, query->hit.geomID[i], query->hit.primID[i], step);
+            const struct rt_candidate *end = &packet->ends[i];
+            if (end->mesh != RTC_INVALID_GEOMETRY_ID)
+                rt_scene_prefetch(packet->scene, end->mesh, end->triangle, step);
             for (int k = 0; step == 1 && k < packet->waiting_counts[i]; k++)
                 rt_scene_prefetch(packet->scene, packet->waiting[i][k].mesh,
                                   packet->waiting[i][k].triangle, step);
@@ -210,71 +260,102 @@ static void prefetch(const struct rt_packet *packet, const struct RTCRayHit8 *qu
     }
 }
 
-static void intersect(struct rt_packet *packet, struct RTCRayHit8 *query, bool is_filtering_all)
+static void intersect_lanes(struct rt_packet *packet, struct packet_context *context,
+                            unsigned count)
+{
+    struct rt_query *query = packet->query;
+    const unsigned w = query->width;
+    uint32_t *meshes = query->words + (RAY_MEMBERS + HIT_MESH) * w;
+    uint32_t *triangles = query->words + (RAY_MEMBERS + HIT_TRIANGLE) * w;
+    float *ends = query->floats + RAY_TFAR * w;
+    for (unsigned i = 0; i < w; i++)
+        meshes[i] = RTC_INVALID_GEOMETRY_ID;
+    if (packet->scene->lanes == 16)
+        rtcIntersect16(query->valid, packet->scene->scene, &context->embree, &query->sixteen);
+    else if (packet->scene->lanes == 8)
+        rtcIntersect8(query->valid, packet->scene->scene, &context->embree, &query->eight);
+    for (unsigned i = 0; packet->scene->lanes == 1 && i < count; i++) {
+        struct RTCRayHit one = {.ray = lane_ray(query, i),
+                                .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
+        rtcIntersect1(packet->scene->scene, &context->embree, &one);
+        ends[i] = one.ray.tfar;
+        meshes[i] = one.hit.geomID;
+        triangles[i] = one.hit.primID;
+    }
+    for (unsigned i = 0; i < count; i++)
+        packet->ends[context->first + i] =
+            (struct rt_candidate){.t = ends[i], .mesh = meshes[i], .triangle = triangles[i]};
+}
+
+static void intersect(struct rt_packet *packet, bool is_filtering_all)
 {
     struct packet_context context = {.packet = packet};
-    _Alignas(32) int valid[RT_LANES];
-    begin(packet, &query->ray, valid, 1e-4);
+    const unsigned width = packet->query->width, count = (unsigned)packet->count;
     rtcInitIntersectContext(&context.embree);
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     if (is_filtering_all)
         context.embree.filter = filter_lanes;
-    for (int i = 0; i < RT_LANES; i++) {
-        query->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-        if (is_filtering_all)
-            query->ray.tnear[i] = 0;
+    forget_hits(packet);
+    for (; context.first < count; context.first += width) {
+        fill(packet, context.first, 1e-4);
+        for (unsigned i = 0; is_filtering_all && i < width; i++)
+            packet->query->floats[RAY_TNEAR * width + i] = 0;
+        unsigned rest = count - context.first;
+        intersect_lanes(packet, &context, rest < width ? rest : width);
     }
-    if (packet->scene->has_packets)
-        rtcIntersect8(valid, packet->scene->scene, &context.embree, query);
-    for (int i = 0; !packet->scene->has_packets && i < packet->count; i++) {
-        struct RTCRayHit one = {.ray = lane_ray(&query->ray, i),
-                                .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
-        rtcIntersect1(packet->scene->scene, &context.embree, &one);
-        query->ray.tfar[i] = one.ray.tfar;
-        query->hit.geomID[i] = one.hit.geomID;
-        query->hit.primID[i] = one.hit.primID;
-    }
-    prefetch(packet, query);
+    prefetch(packet);
 }
 
 /* Opaque surfaces that are seen from one side end rays here from both: few rays meet them from
  * behind. Where one does, it is traced again and neighbouring packets look at each hit. */
 void rt_packet_collect(struct rt_packet *packet)
 {
-    enum { WARY_PACKETS = 16 };
-    _Alignas(32) struct RTCRayHit8 query;
+    enum { WARY_RAYS = 128 };
     bool is_filtering_all = filters_all(packet), has_passed = false;
-    intersect(packet, &query, is_filtering_all);
-    packet->wary -= packet->wary > 0;
+    intersect(packet, is_filtering_all);
+    packet->wary -= packet->wary < packet->count ? packet->wary : packet->count;
     for (int i = 0; i < packet->count; i++) {
-        if (finish_ray(packet, i, &query))
+        if (finish_ray(packet, i))
             continue;
         has_passed = true;
         rt_scene_collect(packet->scene, &packet->rays[i], &packet->hits[i]);
     }
     if (has_passed && !is_filtering_all)
-        packet->wary = WARY_PACKETS;
+        packet->wary = WARY_RAYS;
+}
+
+static void occlude_lanes(struct rt_packet *packet, struct packet_context *context, unsigned count)
+{
+    struct rt_query *query = packet->query;
+    float *ends = query->floats + RAY_TFAR * query->width;
+    if (packet->scene->lanes == 16)
+        rtcOccluded16(query->valid, packet->scene->scene, &context->embree, &query->sixteen.ray);
+    else if (packet->scene->lanes == 8)
+        rtcOccluded8(query->valid, packet->scene->scene, &context->embree, &query->eight.ray);
+    for (unsigned i = 0; packet->scene->lanes == 1 && i < count; i++) {
+        struct RTCRay one = lane_ray(query, i);
+        rtcOccluded1(packet->scene->scene, &context->embree, &one);
+        ends[i] = one.tfar;
+    }
+    for (unsigned i = 0; i < count; i++)
+        packet->is_occluded[context->first + i] = ends[i] < 0; /* -inf, says Embree */
 }
 
 void rt_packet_occlude(struct rt_packet *packet)
 {
     struct packet_context context = {.packet = packet};
-    _Alignas(32) struct RTCRay8 rays;
-    _Alignas(32) int valid[RT_LANES];
-    begin(packet, &rays, valid, 0);
+    const unsigned width = packet->query->width, count = (unsigned)packet->count;
     rtcInitIntersectContext(&context.embree);
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     if (packet->scene->clip_plane_count)
         context.embree.filter = filter_lanes;
-    if (packet->scene->has_packets)
-        rtcOccluded8(valid, packet->scene->scene, &context.embree, &rays);
-    for (int i = 0; !packet->scene->has_packets && i < packet->count; i++) {
-        struct RTCRay one = lane_ray(&rays, i);
-        rtcOccluded1(packet->scene->scene, &context.embree, &one);
-        rays.tfar[i] = one.tfar;
+    forget_hits(packet);
+    for (; context.first < count; context.first += width) {
+        unsigned rest = count - context.first;
+        fill(packet, context.first, 0);
+        occlude_lanes(packet, &context, rest < width ? rest : width);
     }
     for (int i = 0; i < packet->count; i++) {
-        packet->is_occluded[i] = rays.tfar[i] < 0; /* -inf, says Embree */
         if (packet->is_occluded[i])
             continue;
         add_waiting(packet, i, INFINITY);

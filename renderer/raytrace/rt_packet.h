@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* Eight rays at once: Embree walks its tree for all of them, in f32; every transparent surface they
- * meet is recomputed in f64 and kept. Thread: one per packet. */
+/* Sixteen rays at once, as many together as the processor has lanes for (rt_scene.lanes): Embree
+ * walks its tree for all of them, in f32; every transparent surface they meet is recomputed in f64
+ * and kept. Thread: one per packet. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
 
 #include "renderer/raytrace/rt_scene.h"
 
-enum { RT_LANES = 8, RT_WAITING_MAX = 24 };
+enum { RT_LANES = 16, RT_WAITING_MAX = 24 };
 
-struct rt_candidate { /* a transparent triangle that Embree found on a ray */
+struct rt_candidate { /* a triangle that Embree found on a ray */
     float t;
     uint32_t mesh, triangle;
 };
@@ -19,8 +20,10 @@ struct rt_packet { /* zeroed before init */
     struct rt_hits hits[RT_LANES]; /* out, in order; parts of one allocation, the first one's */
     bool is_occluded[RT_LANES];    /* out of rt_packet_occlude: an opaque surface is between */
     int count;
-    struct rt_candidate waiting[RT_LANES][RT_WAITING_MAX]; /* until the ray's end is known */
+    struct rt_candidate ends[RT_LANES]; /* of each ray: its nearest opaque one; mesh may be none */
+    struct rt_candidate waiting[RT_LANES][RT_WAITING_MAX]; /* transparent, until the end is known */
     int waiting_counts[RT_LANES];
+    struct rt_query *query; /* owned; rays as Embree has them */
     int wary; /* so many packets more look at each opaque hit: a ray met one that it passes */
 };
 

@@ -62,39 +62,64 @@ void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
 
 uint32_t rt_path_left_out(const struct rt_scene *scene, const struct rt_hit *on)
 {
-    const struct state_item *item = scene->meshes[on->mesh].item;
-    return scene->state->materials[item->material].no_self_shadow ? item->node + 1u : 0;
+    const struct rt_mesh *mesh = &scene->meshes[on->mesh];
+    return mesh->no_self_shadow ? mesh->node + 1 : 0;
 }
 
 bool rt_path_leaves_out(const struct rt_scene *scene, const struct rt_ray *ray,
                         const struct rt_hit *hit)
 {
-    return ray->leaves_out && scene->meshes[hit->mesh].item->node + 1u == ray->leaves_out;
+    return ray->leaves_out && scene->meshes[hit->mesh].node + 1 == ray->leaves_out;
 }
 
 /* Clipped away, or a hole of the mask. */
 static bool is_no_filter(const struct rt_scene *scene, const struct rt_hit *hit)
 {
-    return hit->is_hidden || scene->meshes[hit->mesh].item->class_ == STATE_MASKED;
+    return hit->is_hidden || scene->meshes[hit->mesh].class_ == STATE_MASKED;
 }
 
 /* Whether the filter before this one, as light comes, is of the same node, which casts once. */
 static bool is_repeated(const struct rt_scene *scene, const struct rt_hits *hits, size_t i)
 {
-    const struct state_item *item = scene->meshes[hits->hits[i].mesh].item, *before;
-    if (!scene->state->materials[item->material].cast_once)
+    const struct rt_mesh *mesh = &scene->meshes[hits->hits[i].mesh], *before;
+    if (!mesh->cast_once)
         return false;
     do
         if (++i == hits->count)
             return false;
     while (is_no_filter(scene, &hits->hits[i]));
-    before = scene->meshes[hits->hits[i].mesh].item;
-    return before->node == item->node && scene->state->materials[before->material].cast_once;
+    before = &scene->meshes[hits->hits[i].mesh];
+    return before->node == mesh->node && before->cast_once;
 }
 
-void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
-                           const struct rt_ray *ray, const double sigma_end[3],
-                           enum view_blend_filter blend, double out[3])
+/* What the light on the ray loses to one surface. */
+static void cross_filter(const struct rt_scene *scene, const struct rt_hit *hit,
+                         const struct rt_ray *ray, enum view_blend_filter blend, double out[3])
+{
+    const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
+    struct rt_surface surface;
+    double own[3], normal[3];
+    const double *filter = mesh->filter;
+    if (!mesh->is_filter_plain) {
+        rt_surface_evaluate_filter(scene, hit, &surface);
+        rt_scene_normal(scene, hit, normal);
+        /* the light comes from the far end of this ray: it enters where the ray sees the back */
+        rt_surface_light_filter(&surface, fabs(vec3_dot(normal, ray->direction)), !hit->is_front,
+                                blend, own);
+        filter = own;
+    }
+    for (int k = 0; k < 3; k++)
+        out[k] *= filter[k];
+}
+
+static bool is_filter(const struct rt_scene *scene, const struct rt_hits *hits, size_t i)
+{
+    return !is_no_filter(scene, &hits->hits[i]) && !is_repeated(scene, hits, i);
+}
+
+static void path_through_media(const struct rt_scene *scene, const struct rt_hits *hits,
+                               const struct rt_ray *ray, const double sigma_end[3],
+                               enum view_blend_filter blend, double out[3])
 {
     double sigma[3] = {0}, range[2], t = 0;
     rt_scene_kept_range(scene, ray, range);
@@ -103,7 +128,6 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
             rt_media_cross(scene, &hits->hits[i], sigma);
     for (int k = 0; k < 3; k++)
         sigma[k] = sigma_end[k] - sigma[k]; /* at the point, from what holds at the light */
-    out[0] = out[1] = out[2] = 1;
     for (size_t i = 0; i < hits->count; i++) {
         const struct rt_hit *hit = &hits->hits[i];
         if (rt_path_leaves_out(scene, ray, hit))
@@ -111,18 +135,23 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
         rt_media_pass(sigma, ray, range, t, hit->t, out);
         rt_media_cross(scene, hit, sigma);
         t = hit->t;
-        if (is_no_filter(scene, hit) || is_repeated(scene, hits, i))
-            continue;
-        struct rt_surface surface;
-        double filter[3], normal[3];
-        rt_surface_evaluate_filter(scene, hit, &surface);
-        rt_scene_normal(scene, hit, normal);
-        /* the light comes from the far end of this ray: it enters where the ray sees the back */
-        rt_surface_light_filter(&surface, fabs(vec3_dot(normal, ray->direction)), !hit->is_front,
-                                blend, filter);
-        for (int k = 0; k < 3; k++)
-            out[k] *= filter[k];
+        if (is_filter(scene, hits, i))
+            cross_filter(scene, hit, ray, blend, out);
     }
     if (ray->t_max < INFINITY)
         rt_media_pass(sigma, ray, range, t, ray->t_max, out);
+}
+
+void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *hits,
+                           const struct rt_ray *ray, const double sigma_end[3],
+                           enum view_blend_filter blend, double out[3])
+{
+    out[0] = out[1] = out[2] = 1;
+    if (scene->state->medium_count) {
+        path_through_media(scene, hits, ray, sigma_end, blend, out);
+        return;
+    }
+    for (size_t i = 0; i < hits->count; i++)
+        if (!rt_path_leaves_out(scene, ray, &hits->hits[i]) && is_filter(scene, hits, i))
+            cross_filter(scene, &hits->hits[i], ray, blend, out);
 }

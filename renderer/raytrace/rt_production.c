@@ -83,8 +83,8 @@ static bool trace_tile(struct tracer *tracer, int tile)
     int x0 = tile % shared->columns * TILE_PX, y0 = tile / shared->columns * TILE_PX;
     int pixels[RT_LANES][2], count = 0;
     for (int i = 0; i < TILE_PX * TILE_PX; i++) {
-        /* blocks of 4 x 2 pixels are what one packet sees at 1 sample */
-        int block = i / 8, x = x0 + block % 4 * 4 + i % 4, y = y0 + block / 4 * 2 + i % 8 / 4;
+        /* blocks of 4 x 4 pixels are what one packet sees at 1 sample */
+        int block = i / 16, x = x0 + block % 4 * 4 + i % 4, y = y0 + block / 4 * 4 + i % 16 / 4;
         if (x < image->width_px && y < image->height_px) {
             pixels[count][0] = x;
             pixels[count++][1] = y;

@@ -8,59 +8,62 @@
 static const double pi = 3.14159265358979323846;
 static const double min_alpha = 1e-3;
 
-static double schlick(double cosine)
+void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const double view[3])
 {
-    double c = rt_min(rt_max(1 - cosine, 0), 1), c2 = c * c;
-    return c2 * c2 * c;
-}
-
-static double ggx(double n_dot_h, double n_dot_l, double n_dot_v, double alpha)
-{
-    double a2 = alpha * alpha;
-    double f = n_dot_h * n_dot_h * (a2 - 1) + 1;
-    double d = a2 / (pi * f * f);
-    double visibility = n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2) +
-                        n_dot_l * sqrt(n_dot_v * n_dot_v * (1 - a2) + a2);
-    return d * 0.5 / rt_max(visibility, 1e-10);
-}
-
-static void half_vector(const double a[3], const double b[3], double h[3])
-{
-    for (int k = 0; k < 3; k++)
-        h[k] = a[k] + b[k];
-    vec3_normalize(h);
-}
-
-/* f * cosine of appendix B.3, and the mirrored lobe of KHR_materials_transmission. */
-void rt_reflect(const struct rt_surface *s, const double v[3], const double l[3], double out[3])
-{
-    double alpha = rt_max(s->roughness * s->roughness, min_alpha);
-    double n_dot_v = rt_max(vec3_dot(s->normal, v), 1e-4), n_dot_l = vec3_dot(s->normal, l);
-    double h[3];
-    if (n_dot_l > 0) {
-        half_vector(l, v, h);
-        double lobe = ggx(rt_min(rt_max(vec3_dot(s->normal, h), 0), 1), n_dot_l, n_dot_v, alpha);
-        double w = schlick(vec3_dot(v, h)), fresnel = rt_surface_fresnel(s, vec3_dot(v, h));
-        for (int k = 0; k < 3; k++) {
-            double diffuse = s->base[k] * (1 - s->transmission) / pi;
-            double dielectric = diffuse + (lobe - diffuse) * fresnel;
-            double metal = lobe * (s->base[k] + (1 - s->base[k]) * w);
-            out[k] = (dielectric + (metal - dielectric) * s->metallic) * n_dot_l;
-        }
-        return;
+    double alpha = rt_max(s->roughness * s->roughness, min_alpha), a2 = alpha * alpha;
+    double n_dot_v = rt_max(vec3_dot(s->normal, view), 1e-4);
+    double edge = rt_min(50 * s->f0, 1) - s->f0, dielectric = 1 - s->metallic;
+    memcpy(r->normal, s->normal, sizeof r->normal);
+    memcpy(r->view, view, sizeof r->view);
+    r->n_dot_v = n_dot_v;
+    r->alpha_square = a2;
+    r->seen = sqrt(n_dot_v * n_dot_v * (1 - a2) + a2);
+    r->transmits = s->transmission > 0 && s->metallic < 1;
+    for (int k = 0; k < 3; k++) {
+        double diffuse = s->base[k] * (1 - s->transmission) / pi * dielectric;
+        double through = s->base[k] * s->transmission * dielectric;
+        r->diffuse[k] = diffuse * (1 - s->f0);
+        r->diffuse_edge[k] = diffuse * edge;
+        r->specular[k] = dielectric * s->f0 + s->metallic * s->base[k];
+        r->specular_edge[k] = dielectric * edge + s->metallic * (1 - s->base[k]);
+        r->through[k] = through * (1 - s->f0);
+        r->through_edge[k] = through * edge;
     }
-    out[0] = out[1] = out[2] = 0;
-    if (s->transmission <= 0 || s->metallic >= 1)
-        return;
-    double mirrored[3];
-    for (int k = 0; k < 3; k++)
-        mirrored[k] = l[k] - 2 * n_dot_l * s->normal[k];
-    half_vector(mirrored, v, h);
-    double lobe =
-        ggx(rt_min(rt_max(vec3_dot(s->normal, h), 0), 1), rt_max(-n_dot_l, 1e-4), n_dot_v, alpha);
-    double fresnel = rt_surface_fresnel(s, vec3_dot(v, h));
-    for (int k = 0; k < 3; k++)
-        out[k] = s->base[k] * s->transmission * (1 - fresnel) * (1 - s->metallic) * lobe * -n_dot_l;
+}
+
+/* D and V of appendix B.3.2 and B.3.3 between l and v, and Schlick's power at their half vector. */
+static double ggx(const struct rt_reflector *r, const double l[3], double n_dot_l, double *w)
+{
+    double h[3] = {l[0] + r->view[0], l[1] + r->view[1], l[2] + r->view[2]};
+    double square = vec3_dot(h, h), inverse = square > 0 ? 1 / sqrt(square) : 0;
+    double n_dot_h = rt_min(rt_max(vec3_dot(r->normal, h) * inverse, 0), 1);
+    double c = rt_min(rt_max(1 - vec3_dot(r->view, h) * inverse, 0), 1), c2 = c * c;
+    double a2 = r->alpha_square, f = n_dot_h * n_dot_h * (a2 - 1) + 1;
+    double visibility = r->n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2) + n_dot_l * r->seen;
+    *w = c2 * c2 * c;
+    return 0.5 * a2 / (pi * f * f * rt_max(visibility, 1e-10));
+}
+
+bool rt_reflect(const struct rt_reflector *r, const double l[3], double out[3])
+{
+    double n_dot_l = vec3_dot(r->normal, l), w;
+    if (n_dot_l > 0) {
+        double lobe = ggx(r, l, n_dot_l, &w);
+        for (int k = 0; k < 3; k++)
+            out[k] = (r->diffuse[k] - w * r->diffuse_edge[k] +
+                      lobe * (r->specular[k] + w * r->specular_edge[k])) *
+                     n_dot_l;
+    } else {
+        double mirrored[3];
+        if (!r->transmits)
+            return false;
+        for (int k = 0; k < 3; k++)
+            mirrored[k] = l[k] - 2 * n_dot_l * r->normal[k];
+        double lobe = ggx(r, mirrored, rt_max(-n_dot_l, 1e-4), &w);
+        for (int k = 0; k < 3; k++)
+            out[k] = (r->through[k] - w * r->through_edge[k]) * lobe * -n_dot_l;
+    }
+    return out[0] > 0 || out[1] > 0 || out[2] > 0;
 }
 
 /* Karis 2014, "Physically Based Shading on Mobile". */

@@ -1,13 +1,33 @@
 /* SPDX-License-Identifier: MIT */
-/* What part of the light that arrives a surface sends to the viewer: docs/shading.md, section 3. */
+/* What part of the light that arrives a surface sends to the viewer: docs/shading.md, section 3.
+ * Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_REFLECT_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_REFLECT_H
 
 #include "renderer/raytrace/rt_surface.h"
 
-/* f * cosine of appendix B.3, and the mirrored lobe of KHR_materials_transmission [1/sr]. v, l:
- * unit, away from the surface, to the viewer and to the light. */
-void rt_reflect(const struct rt_surface *s, const double v[3], const double l[3], double out[3]);
+/* What all lights share at a surface seen from one side. The terms of f are linear in the specular
+ * lobe and in w, the power of Schlick's approximation: diffuse - w * diffuse_edge + lobe *
+ * (specular
+ * + w * specular_edge). */
+struct rt_reflector {
+    double normal[3], view[3];          /* unit */
+    double n_dot_v;                     /* at least 1e-4 */
+    double alpha_square;                /* of the roughness' square */
+    double seen;                        /* the visibility function's root for view */
+    double diffuse[3], diffuse_edge[3]; /* 1/sr */
+    double specular[3], specular_edge[3];
+    double through[3], through_edge[3]; /* of the mirrored lobe: through - w * through_edge */
+    bool transmits;                     /* light that arrives from behind, too */
+};
+
+/* view: unit, away from the surface. */
+void rt_reflector_init(struct rt_reflector *reflector, const struct rt_surface *surface,
+                       const double view[3]);
+
+/* f * cosine of appendix B.3, and the mirrored lobe of KHR_materials_transmission [1/sr]. l: unit,
+ * to the light. False: nothing is sent, and out is not set. */
+bool rt_reflect(const struct rt_reflector *reflector, const double l[3], double out[3]);
 
 /* Adds what the hemisphere light of the state sends to the viewer [nt]. */
 void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_surface *s,

@@ -26,23 +26,59 @@ void rt_hits_finish(struct rt_hits *hits)
     *hits = (struct rt_hits){0};
 }
 
+/* Normals go by the cofactor matrix, which is the inverse transpose up to a positive scale and the
+ * mirror's sign. */
+static void find_normal_matrix(const double m[16], bool is_mirrored, double out[3][3])
+{
+    double sign = is_mirrored ? -1 : 1;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        for (int c = 0; c < 3; c++) {
+            int a = 4 * ((c + 1) % 3), b = 4 * ((c + 2) % 3);
+            out[i][c] = sign * (m[a + j] * m[b + k] - m[b + j] * m[a + k]);
+        }
+    }
+}
+
+static uint32_t sampled_slots(const struct rt_scene *scene, const struct rt_mesh *mesh)
+{
+    const uint32_t uv = SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1;
+    uint32_t slots = 0;
+    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        int32_t texture = mesh->material->textures[slot].texture;
+        if (texture >= 0 && scene->state->scene->textures[texture].image >= 0 &&
+            (mesh->primitive->flags & uv))
+            slots |= 1u << slot;
+    }
+    return slots;
+}
+
 static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
-                      const struct state_item *item)
+                      const struct state_item *item, enum view_blend_filter blend)
 {
     const struct state_geometry geometry = state_geometry_of(scene->state, item);
-    const struct scene_material *m = &scene->state->materials[item->material].base;
+    const struct state_material *material = &scene->state->materials[item->material];
+    const struct scene_material *m = &material->base;
     mesh->item = item;
     mesh->triangles = geometry.indices + geometry.primitive->first_index;
     mesh->class_ = item->class_;
     mesh->is_mirrored = item->is_mirrored;
     mesh->is_medium = item->is_medium;
     mesh->is_double_sided = m->flags & SCENE_MATERIAL_DOUBLE_SIDED;
-    mesh->has_textures = false;
-    for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
-        mesh->has_textures |= m->textures[slot].texture >= 0;
+    mesh->material = m;
+    mesh->node = item->node;
+    mesh->no_self_shadow = material->no_self_shadow;
+    mesh->cast_once = material->cast_once;
+    mesh->primitive = geometry.primitive;
+    mesh->streams = scene_of_primitive(scene->state->scene, mesh->primitive);
+    mesh->normals = geometry.normals;
+    find_normal_matrix(geometry.world, item->is_mirrored, mesh->normal_matrix);
+    mesh->slots = sampled_slots(scene, mesh);
+    mesh->is_filter_plain = rt_surface_plain_filter(mesh, blend, mesh->filter);
 }
 
-static bool add_mesh(struct rt_scene *scene, const struct state_item *item, struct error *err)
+static bool add_mesh(struct rt_scene *scene, const struct state_item *item,
+                     enum view_blend_filter blend, struct error *err)
 {
     const struct state_geometry from = state_geometry_of(scene->state, item);
     const struct scene_primitive *p = from.primitive;
@@ -55,7 +91,7 @@ static bool add_mesh(struct rt_scene *scene, const struct state_item *item, stru
                                                 RTC_FORMAT_UINT3, 12, p->index_count / 3);
     scene->mesh_count++;
     scene->vertex_bytes += p->vertex_count * sizeof *mesh->positions;
-    bind_item(scene, mesh, item);
+    bind_item(scene, mesh, item, blend);
     if (!mesh->positions || !vertices || !indices) {
         rtcReleaseGeometry(geometry);
         return error_set(err, ERROR_NO_MEMORY, "ray tracing %u vertices", p->vertex_count);
@@ -130,7 +166,10 @@ static uint64_t geometry_key(const struct scene_state *state)
 static void bind_view(struct rt_scene *scene, const struct scene_state *state,
                       const struct view *view)
 {
+    double diagonal[3];
+    vec3_sub(state->bounds_max, state->bounds_min, diagonal);
     scene->state = state;
+    scene->size_m = 4 * vec3_length(diagonal);
     scene->clip_planes = view->clip_planes;
     scene->clip_plane_count = view->clip_plane_count;
     scene->cuts = view->cuts;
@@ -147,7 +186,7 @@ bool rt_scene_rebind(struct rt_scene *scene, const struct scene_state *state,
     size_t mesh = 0;
     for (size_t i = 0; i < state->item_count; i++)
         if (state->items[i].casts_shadow)
-            bind_item(scene, &scene->meshes[mesh++], &state->items[i]);
+            bind_item(scene, &scene->meshes[mesh++], &state->items[i], view->quality.blend_filter);
     return true;
 }
 
@@ -197,14 +236,17 @@ bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, cons
         goto fail;
     }
     rtcSetDeviceMemoryMonitorFunction(scene->device, count_memory, scene);
-    scene->has_packets =
-        rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
+    scene->lanes =
+        rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)  ? 16
+        : rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8
+                                                                                         : 1;
     scene->scene = rtcNewScene(scene->device);
     rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_MEDIUM); /* no spatial splits */
     for (size_t i = 0; i < state->item_count; i++)
         if (state->items[i].casts_shadow &&
-            (!add_mesh(scene, &state->items[i], err) || !add_mask(scene, &state->items[i], err)))
+            (!add_mesh(scene, &state->items[i], view->quality.blend_filter, err) ||
+             !add_mask(scene, &state->items[i], err)))
             goto fail;
     rtcCommitScene(scene->scene);
     if (rtcGetDeviceError(scene->device) != RTC_ERROR_NONE) {

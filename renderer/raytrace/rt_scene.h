@@ -18,7 +18,16 @@ struct rt_mesh { /* one state item, triangles only */
     /* what each hit asks for, at hand */
     enum state_class class_;
     bool is_mirrored, is_medium, is_double_sided;
-    bool has_textures; /* of its material */
+    const struct scene_material *material;   /* of the state */
+    const struct scene_primitive *primitive; /* a cap's own */
+    const struct scene *streams;             /* that the vertices count into */
+    const float *normals;                    /* likewise, or a cap's */
+    double normal_matrix[3][3];              /* of normals to world, up to a positive scale */
+    uint32_t node;
+    bool no_self_shadow, cast_once; /* of the material */
+    uint32_t slots;                 /* 1 << enum scene_texture_slot: those that are sampled */
+    bool is_filter_plain;           /* every crossing multiplies light by `filter`, at any angle */
+    double filter[3];
 };
 
 struct rt_scene {
@@ -29,12 +38,13 @@ struct rt_scene {
     size_t mesh_count;
     struct rt_mask *masks; /* by image; of those that masked materials take their alpha from */
     size_t mask_count;
-    uint64_t key;     /* of the geometry: what the Embree scene was built from */
-    bool has_packets; /* the processor has what rays in packets of 8 need */
+    uint64_t key; /* of the geometry: what the Embree scene was built from */
+    int lanes;    /* rays that the processor traces together: 16, 8 or 1 */
     atomic_llong embree_bytes;
     uint64_t vertex_bytes;
     double origin[3];        /* world; centre of the scene, so that f32 keeps its precision */
     double epsilon;          /* relative tolerance of "strictly nearer", as the rasteriser's */
+    double size_m;           /* rays to lights infinitely far away are this long */
     double nudge_m;          /* how far f32 may misplace a point of the scene */
     struct rt_image *images; /* of the state's scene */
     struct rt_texel_tables tables;

@@ -15,10 +15,7 @@ struct place {
     const struct rt_scene *scene;
     const struct rt_hit *hit;
     const struct rt_footprint *footprint; /* NULL: finest levels */
-    const struct state_item *item;
-    const struct scene_material *material;
-    const struct scene_primitive *primitive;
-    const struct scene *streams; /* that the vertices count into */
+    const struct rt_mesh *mesh;
     uint32_t vertices[3];
     struct {
         bool is_known;
@@ -29,19 +26,16 @@ struct place {
 static struct place find_place(const struct rt_scene *scene, const struct rt_hit *hit,
                                const struct rt_footprint *footprint)
 {
-    const struct state_item *item = scene->meshes[hit->mesh].item;
+    const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
     struct place place;
     place.scene = scene;
     place.hit = hit;
     place.footprint = footprint;
-    place.item = item;
-    place.material = &scene->state->materials[item->material].base;
-    place.primitive = state_geometry_of(scene->state, item).primitive;
-    place.streams = scene_of_primitive(scene->state->scene, place.primitive);
+    place.mesh = mesh;
     place.texcoords[0].is_known = place.texcoords[1].is_known = false;
     for (size_t k = 0; k < 3; k++)
-        place.vertices[k] = place.primitive->first_vertex +
-                            scene->meshes[hit->mesh].triangles[3 * (size_t)hit->triangle + k];
+        place.vertices[k] =
+            mesh->primitive->first_vertex + mesh->triangles[3 * (size_t)hit->triangle + k];
     return place;
 }
 
@@ -59,16 +53,14 @@ static void interpolate(const struct place *place, const float *stream, int widt
 
 static bool slot_is_sampled(const struct place *place, int slot)
 {
-    const struct scene_texture_ref *ref = &place->material->textures[slot];
-    const uint32_t uv = SCENE_PRIMITIVE_HAS_TEXCOORDS_0 | SCENE_PRIMITIVE_HAS_TEXCOORDS_1;
-    return ref->texture >= 0 && place->scene->state->scene->textures[ref->texture].image >= 0 &&
-           (place->primitive->flags & uv);
+    return place->mesh->slots >> slot & 1;
 }
 
 static const double (*texcoords_of(struct place *place, uint32_t set))[2]
 {
     double(*at)[2] = place->texcoords[set].at;
-    const float *stream = set ? place->streams->texcoords_1 : place->streams->texcoords_0;
+    const float *stream =
+        set ? place->mesh->streams->texcoords_1 : place->mesh->streams->texcoords_0;
     const struct rt_footprint *footprint = place->footprint;
     if (place->texcoords[set].is_known)
         return (const double(*)[2])at;
@@ -90,7 +82,7 @@ static bool find_slot(struct place *place, int slot, struct rt_texture_lookup *l
 {
     if (!slot_is_sampled(place, slot))
         return false;
-    const struct scene_texture_ref *ref = &place->material->textures[slot];
+    const struct scene_texture_ref *ref = &place->mesh->material->textures[slot];
     const struct scene_texture *texture = &place->scene->state->scene->textures[ref->texture];
     const double(*from)[2] = texcoords_of(place, ref->texcoord);
     lookup->image = &place->scene->images[texture->image];
@@ -122,16 +114,16 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
 {
     static const double slack = 1e-9;
     struct place place = find_place(scene, hit, NULL);
-    const struct scene_material *m = place.material;
+    const struct scene_material *m = place.mesh->material;
     double alpha = 1, cutoff = (double)m->alpha_cutoff, factor = (double)m->base_color[3];
     struct rt_texture_lookup lookup;
     struct rt_texel_square square;
     bool is_found = find_slot(&place, SCENE_TEXTURE_BASE_COLOR, &lookup);
     if (is_found)
         rt_texture_find_finest(&lookup, &square);
-    if (place.primitive->flags & SCENE_PRIMITIVE_HAS_COLORS) {
+    if (place.mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS) {
         double color[4];
-        interpolate(&place, place.streams->colors, 4, color);
+        interpolate(&place, place.mesh->streams->colors, 4, color);
         factor *= color[3];
     }
     const struct rt_mask *mask = is_found ? &scene->masks[lookup.texture->image] : NULL;
@@ -153,10 +145,10 @@ static void find_base(struct place *place, double base[4])
 {
     double color[4] = {1, 1, 1, 1};
     sample_slot(place, SCENE_TEXTURE_BASE_COLOR, base);
-    if (place->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS)
-        interpolate(place, place->streams->colors, 4, color);
+    if (place->mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS)
+        interpolate(place, place->mesh->streams->colors, 4, color);
     for (int k = 0; k < 4; k++)
-        base[k] = clamp01(base[k] * (double)place->material->base_color[k] * color[k]);
+        base[k] = clamp01(base[k] * (double)place->mesh->material->base_color[k] * color[k]);
 }
 
 void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit,
@@ -166,28 +158,13 @@ void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit,
     find_base(&place, base);
 }
 
-/* Normals go by the cofactor matrix, which is the inverse transpose up to a positive scale and the
- * mirror's sign. */
-static void transform_normal(const struct place *place, const double m[16], const double in[3],
-                             double out[3])
-{
-    double sign = place->item->is_mirrored ? -1 : 1;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        out[i] = 0;
-        for (int c = 0; c < 3; c++) {
-            int a = 4 * ((c + 1) % 3), b = 4 * ((c + 2) % 3);
-            out[i] += sign * (m[a + j] * m[b + k] - m[b + j] * m[a + k]) * in[c];
-        }
-    }
-}
-
 /* Direction in which one texture coordinate grows, from the triangle's own edges. */
 static bool triangle_tangents(const struct place *place, double tangent[3], double bitangent[3])
 {
-    const struct scene_texture_ref *ref = &place->material->textures[SCENE_TEXTURE_NORMAL];
-    const float *stream = ref->texcoord ? place->streams->texcoords_1 : place->streams->texcoords_0;
-    const uint32_t *vertices = place->vertices, first = place->primitive->first_vertex;
+    const struct scene_texture_ref *ref = &place->mesh->material->textures[SCENE_TEXTURE_NORMAL];
+    const float *stream =
+        ref->texcoord ? place->mesh->streams->texcoords_1 : place->mesh->streams->texcoords_0;
+    const uint32_t *vertices = place->vertices, first = place->mesh->primitive->first_vertex;
     const double(*position)[3] =
         (const double(*)[3])place->scene->meshes[place->hit->mesh].positions;
     double uv[3][2], e1[3], e2[3];
@@ -215,18 +192,18 @@ static bool triangle_tangents(const struct place *place, double tangent[3], doub
 
 static bool tangent_frame(const struct place *place, const double n[3], double t[3], double b[3])
 {
-    if (!(place->primitive->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
+    if (!(place->mesh->primitive->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
         return triangle_tangents(place, t, b) && vec3_normalize(t) && vec3_normalize(b);
     double local[4];
-    interpolate(place, place->streams->tangents, 4, local);
-    mat4_transform_direction(place->scene->state->world[place->item->node], local, t);
+    interpolate(place, place->mesh->streams->tangents, 4, local);
+    mat4_transform_direction(place->scene->state->world[place->mesh->item->node], local, t);
     double along = vec3_dot(t, n);
     for (int k = 0; k < 3; k++)
         t[k] -= n[k] * along;
     if (!vec3_normalize(t))
         return false;
     vec3_cross(n, t, b);
-    double sign = local[3] * (place->item->is_mirrored ? -1 : 1);
+    double sign = local[3] * (place->mesh->item->is_mirrored ? -1 : 1);
     for (int k = 0; k < 3; k++)
         b[k] *= sign;
     return true;
@@ -235,10 +212,10 @@ static bool tangent_frame(const struct place *place, const double n[3], double t
 static void evaluate_normal(struct place *place, double normal[3])
 {
     double local[3];
-    const struct scene_material *m = place->material;
-    const struct state_geometry geometry = state_geometry_of(place->scene->state, place->item);
-    interpolate(place, geometry.normals, 3, local);
-    transform_normal(place, geometry.world, local, normal);
+    const struct scene_material *m = place->mesh->material;
+    interpolate(place, place->mesh->normals, 3, local);
+    for (int i = 0; i < 3; i++)
+        normal[i] = vec3_dot(place->mesh->normal_matrix[i], local);
     if (!vec3_normalize(normal))
         rt_scene_normal(place->scene, place->hit, normal);
     for (int k = 0; k < 3 && !place->hit->is_front; k++)
@@ -259,7 +236,7 @@ static void evaluate_normal(struct place *place, double normal[3])
 
 static void evaluate_filter(struct place *place, struct rt_surface *surface)
 {
-    const struct scene_material *m = place->material;
+    const struct scene_material *m = place->mesh->material;
     double base[4], texel[4];
     surface->material = m;
     find_base(place, base);
@@ -270,10 +247,11 @@ static void evaluate_filter(struct place *place, struct rt_surface *surface)
         return;
     sample_slot(place, SCENE_TEXTURE_TRANSMISSION, texel);
     surface->transmission = (double)m->transmission * texel[0];
-    if (m->thickness <= 0 || place->item->is_medium)
+    if (m->thickness <= 0 || place->mesh->item->is_medium)
         return; /* the inside of a medium attenuates, not its surface: rt_path.h */
     sample_slot(place, SCENE_TEXTURE_THICKNESS, texel);
-    surface->thickness_m = (double)m->thickness * texel[1] * (double)place->item->length_scale;
+    surface->thickness_m =
+        (double)m->thickness * texel[1] * (double)place->mesh->item->length_scale;
 }
 
 void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
@@ -283,11 +261,30 @@ void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hi
     evaluate_filter(&place, surface);
 }
 
+bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter blend,
+                             double filter[3])
+{
+    const uint32_t looked_at = 1u << SCENE_TEXTURE_BASE_COLOR | 1u << SCENE_TEXTURE_TRANSMISSION |
+                               1u << SCENE_TEXTURE_THICKNESS;
+    const struct scene_material *m = mesh->material;
+    struct place place = {.mesh = mesh};
+    struct rt_surface surface;
+    if (mesh->class_ != STATE_TRANSPARENT || m->pass_through == SCENE_PASS_SLAB ||
+        m->pass_through == SCENE_PASS_EDGE || (mesh->slots & looked_at) ||
+        (mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS))
+        return false;
+    evaluate_filter(&place, &surface);
+    if (surface.thickness_m > 0) /* what enters is attenuated, what leaves is not */
+        return false;
+    rt_surface_light_filter(&surface, 1, false, blend, filter);
+    return true;
+}
+
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          const struct rt_footprint *footprint, struct rt_surface *surface)
 {
     struct place place = find_place(scene, hit, footprint);
-    const struct scene_material *m = place.material;
+    const struct scene_material *m = place.mesh->material;
     double texel[4];
     evaluate_filter(&place, surface);
     evaluate_normal(&place, surface->normal);

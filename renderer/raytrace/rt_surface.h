@@ -28,6 +28,11 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
 void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
                                 struct rt_surface *surface);
 
+/* Whether light loses the same at every place, from both sides and at any angle, to all crossings
+ * of a mesh; then `filter` is rt_surface_light_filter's. mesh: bound to its material. */
+bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter blend,
+                             double filter[3]);
+
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          const struct rt_footprint *footprint, struct rt_surface *surface);
 

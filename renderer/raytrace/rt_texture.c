@@ -3,6 +3,7 @@
 #include "renderer/raytrace/rt_texture.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "renderer/raytrace/rt_math.h"
 
@@ -128,8 +129,8 @@ struct level_pair {
     bool is_nearest; /* of texels */
 };
 
-/* Eq. 8.4: the binary logarithm of the longer side of the pixel in texels of level 0;
- * -infinity where it has none. */
+/* Eq. 8.4: the binary logarithm of the longer side of the pixel in texels of level 0, or 0 where it
+ * is shorter than one. */
 static double level_of_detail(const struct rt_texture_lookup *lookup)
 {
     double longest = 0;
@@ -138,7 +139,7 @@ static double level_of_detail(const struct rt_texture_lookup *lookup)
         double v = lookup->per_pixel[step][1] * lookup->image->height_px;
         longest = rt_max(longest, u * u + v * v);
     }
-    return 0.5 * (double)log2f((float)longest);
+    return longest > 1 ? 0.5 * (double)log2f((float)longest) : 0; /* all the same: magnified */
 }
 
 bool rt_texture_has_levels(const struct scene_texture *texture)
@@ -174,14 +175,16 @@ static struct level_pair choose_levels(const struct rt_texture_lookup *lookup)
 static void add_square(const struct rt_texel_square *square, const double *linear,
                        const double *unorm, double weight, double out[4])
 {
+    double sum[4] = {out[0], out[1], out[2], out[3]}; /* in registers: out may be of the tables */
     for (int i = 0; i < square->count; i++) {
         const uint8_t *texel = square->texels[i];
-        const double numbers[4] = {linear[texel[0]], linear[texel[1]], linear[texel[2]],
-                                   unorm[texel[3]]};
         double w = weight * square->weights[i];
-        for (int k = 0; k < 4; k++)
-            out[k] += w * numbers[k];
+        sum[0] += w * linear[texel[0]];
+        sum[1] += w * linear[texel[1]];
+        sum[2] += w * linear[texel[2]];
+        sum[3] += w * unorm[texel[3]];
     }
+    memcpy(out, sum, sizeof sum);
 }
 
 void rt_texture_sample(const struct rt_texture_lookup *lookup, const struct rt_texel_tables *tables,

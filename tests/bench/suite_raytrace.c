@@ -62,36 +62,48 @@ static void kernel_finish(struct kernel *kernel)
     rt_scene_finish(&kernel->scene);
 }
 
-static void set_lane(struct RTCRay8 *ray, int lane, const struct rt_ray *from)
+/* Member by member, as Embree lays out packets of n rays. */
+static void set_lane(float *rays, unsigned n, unsigned lane, const struct rt_ray *from)
 {
-    ray->org_x[lane] = (float)from->origin[0];
-    ray->org_y[lane] = (float)from->origin[1];
-    ray->org_z[lane] = (float)from->origin[2];
-    ray->dir_x[lane] = (float)from->direction[0];
-    ray->dir_y[lane] = (float)from->direction[1];
-    ray->dir_z[lane] = (float)from->direction[2];
-    ray->tnear[lane] = (float)from->t_min;
-    ray->tfar[lane] = (float)from->t_max;
-    ray->mask[lane] = UINT32_MAX;
+    const uint32_t mask = UINT32_MAX;
+    for (unsigned k = 0; k < 3; k++) {
+        rays[k * n + lane] = (float)from->origin[k];
+        rays[(4 + k) * n + lane] = (float)from->direction[k];
+    }
+    rays[3 * n + lane] = (float)from->t_min;
+    rays[8 * n + lane] = (float)from->t_max;
+    memcpy(&rays[9 * n + lane], &mask, sizeof mask);
 }
 
 static void ask_kernel(struct kernel *kernel, const struct rt_ray *rays, bool is_shadow)
 {
     struct RTCIntersectContext context;
-    _Alignas(32) struct RTCRayHit8 query = {0};
-    _Alignas(32) int valid[RT_LANES];
+    union {
+        _Alignas(64) struct RTCRayHit16 sixteen;
+        struct RTCRayHit8 eight;
+        float floats[20 * 16];
+        uint32_t words[20 * 16];
+    } query = {0};
+    _Alignas(64) int valid[RT_LANES];
+    const unsigned n = kernel->scene.lanes == 16 ? 16 : 8;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     memcpy(kernel->packet.rays, rays, sizeof kernel->packet.rays); /* as ask_ours must */
-    for (int i = 0; i < RT_LANES; i++) {
-        valid[i] = -1;
-        set_lane(&query.ray, i, &kernel->packet.rays[i]);
-        query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    for (unsigned first = 0; first < RT_LANES; first += n) {
+        for (unsigned i = 0; i < n; i++) {
+            valid[i] = -1;
+            set_lane(query.floats, n, i, &kernel->packet.rays[first + i]);
+            query.words[18 * n + i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        if (is_shadow && n == 16)
+            rtcOccluded16(valid, kernel->scene.scene, &context, &query.sixteen.ray);
+        else if (is_shadow)
+            rtcOccluded8(valid, kernel->scene.scene, &context, &query.eight.ray);
+        else if (n == 16)
+            rtcIntersect16(valid, kernel->scene.scene, &context, &query.sixteen);
+        else
+            rtcIntersect8(valid, kernel->scene.scene, &context, &query.eight);
     }
-    if (is_shadow)
-        rtcOccluded8(valid, kernel->scene.scene, &context, &query.ray);
-    else
-        rtcIntersect8(valid, kernel->scene.scene, &context, &query);
 }
 
 static void ask_ours(struct kernel *kernel, const struct rt_ray *rays, bool is_shadow)
@@ -104,7 +116,7 @@ static void ask_ours(struct kernel *kernel, const struct rt_ray *rays, bool is_s
         rt_packet_collect(&kernel->packet);
 }
 
-/* Camera rays of blocks of 4 x 2 pixels, then a ray from each one's last surface to a light. */
+/* Camera rays of blocks of 4 x 4 pixels, then a ray from each one's last surface to a light. */
 static size_t make_rays(struct kernel *ours, const struct traced *traced, struct rt_ray *camera,
                         struct rt_ray *shadow)
 {
@@ -113,7 +125,7 @@ static size_t make_rays(struct kernel *ours, const struct traced *traced, struct
     struct rt_job job = {.desc = &desc, .scene = &ours->scene, .image = &image};
     const struct state_light *light = &traced->state.lights[0];
     size_t count = 0;
-    for (int y = 0; y + 1 < image.height_px; y += 2) {
+    for (int y = 0; y + 3 < image.height_px; y += 4) {
         for (int x = 0; x + 3 < image.width_px; x += 4) {
             for (int i = 0; i < RT_LANES; i++)
                 rt_job_camera_ray(&job, x + i % 4 + 0.5, y + i / 4 + 0.5, &camera[count + i]);
@@ -186,7 +198,7 @@ static bool run_rays(struct bench *bench, const struct bench_scene *scene, struc
     ok = ok && traced_init(&traced, scene, &view, err) &&
          kernel_init(&kernels[0], &traced, false, err) &&
          kernel_init(&kernels[1], &traced, true, err);
-    if (ok && kernels[0].scene.has_packets) {
+    if (ok && kernels[0].scene.lanes > 1) {
         count = make_rays(&kernels[0], &traced, rays[0], rays[1]);
         for (struct rounds rounds = rounds_begin(bench); rounds_next(&rounds);)
             for (int i = 0; i < 4; i++) {

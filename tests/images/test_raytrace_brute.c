@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* A hundredth of the camera and shadow rays of real pictures against all triangles one by one, in
- * f64: the reference (one ray at a time) and production (packets) alike. Exact means: the same
- * triangles at distances equal to 1e-9. A ray that passes the border of a triangle nearer than f32
- * tells vertices apart (rt_scene.nudge_m) may count that triangle or not; nothing else about it is
- * left open. Rays are counted whole: none is dropped. */
+ * f64: the reference (one ray at a time) and production (packets of every width) alike. Exact
+ * means: the same triangles at distances equal to 1e-9. A ray that passes the border of a triangle
+ * nearer than f32 tells vertices apart (rt_scene.nudge_m) may count that triangle or not; nothing
+ * else about it is left open. Rays are counted whole: none is dropped. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -186,32 +186,56 @@ static void count_ray(struct tally *tally, bool is_right, size_t hits, bool is_d
     tally->doubtful += is_doubtful;
 }
 
+enum {
+    WIDTHS = 3,
+    LANE = 10
+}; /* packets of 16, twice 8, and rays one by one; that one is judged */
+
 struct brute {
     const struct rt_scene *scene;
     struct meetings all;
     struct rt_hits hits;
-    struct rt_packet packet;
+    struct rt_scene by_width[WIDTHS]; /* the scene, but for its lanes */
+    struct rt_packet packets[WIDTHS];
     struct tally camera, shadow, camera_packet, shadow_packet;
 };
 
-/* The packet's first ray alone, after meet_all of it. Opaque surfaces are ordered in f32 there. */
-static void check_packet(struct brute *brute, const struct rt_ray *ray, bool is_shadow)
+static void brute_packets_init(struct brute *brute, const struct rt_scene *scene)
 {
-    struct rt_packet *packet = &brute->packet;
-    struct tally *tally = is_shadow ? &brute->shadow_packet : &brute->camera_packet;
-    double spread = 4 * brute->scene->nudge_m;
-    bool is_doubtful = false, is_right;
-    packet->count = 1;
-    packet->rays[0] = *ray;
-    if (!is_shadow) {
-        rt_packet_collect(packet);
-        is_right = agrees(brute->scene, &brute->all, &packet->hits[0], spread, &tally->worst,
-                          &is_doubtful);
-        count_ray(tally, is_right, packet->hits[0].count, is_doubtful);
-        return;
+    static const int lanes[WIDTHS] = {16, 8, 1};
+    struct error err = {0};
+    for (int i = 0; i < WIDTHS; i++) {
+        brute->by_width[i] = *scene;
+        brute->by_width[i].lanes = lanes[i] < scene->lanes ? lanes[i] : scene->lanes;
+        assert_true(rt_packet_init(&brute->packets[i], &brute->by_width[i], &err));
     }
-    rt_packet_occlude(packet);
+}
+
+static void fill_lanes(struct rt_packet *packet, const struct rt_ray *ray)
+{
+    packet->count = LANE + 1;
+    for (int i = 0; i <= LANE; i++)
+        packet->rays[i] = *ray;
+}
+
+/* Whether the packet says of its last ray what all triangles say. Opaque surfaces are ordered in
+ * f32 there. */
+static bool sees_right(struct brute *brute, struct rt_packet *packet, const struct rt_ray *ray,
+                       struct tally *tally, bool *is_doubtful)
+{
+    fill_lanes(packet, ray);
+    rt_packet_collect(packet);
+    return agrees(brute->scene, &brute->all, &packet->hits[LANE], 4 * brute->scene->nudge_m,
+                  &tally->worst, is_doubtful);
+}
+
+static bool shades_right(struct brute *brute, struct rt_packet *packet, const struct rt_ray *ray,
+                         struct tally *tally, bool *is_doubtful)
+{
+    double spread = 4 * brute->scene->nudge_m;
     bool is_blocked = false, may_be = false;
+    fill_lanes(packet, ray);
+    rt_packet_occlude(packet);
     for (size_t i = 0; i < brute->all.count; i++) {
         const struct meeting *m = &brute->all.items[i];
         bool is_sure = m->border_m > brute->scene->nudge_m && m->t > ray->t_min + spread &&
@@ -219,13 +243,24 @@ static void check_packet(struct brute *brute, const struct rt_ray *ray, bool is_
         is_blocked |= m->is_end && is_sure;
         may_be |= m->is_end;
     }
-    if (packet->is_occluded[0])
-        is_right = may_be;
-    else
-        is_right = !is_blocked && agrees(brute->scene, &brute->all, &packet->hits[0], spread,
-                                         &tally->worst, &is_doubtful);
-    count_ray(tally, is_right, packet->is_occluded[0] ? 0 : packet->hits[0].count,
-              is_doubtful || (may_be && !is_blocked));
+    *is_doubtful |= may_be && !is_blocked;
+    if (packet->is_occluded[LANE])
+        return may_be;
+    return !is_blocked && agrees(brute->scene, &brute->all, &packet->hits[LANE], spread,
+                                 &tally->worst, is_doubtful);
+}
+
+/* After meet_all of the ray. */
+static void check_packet(struct brute *brute, const struct rt_ray *ray, bool is_shadow)
+{
+    struct tally *tally = is_shadow ? &brute->shadow_packet : &brute->camera_packet;
+    bool is_doubtful = false, is_right = true;
+    for (int i = 0; i < WIDTHS; i++)
+        is_right &= (is_shadow ? shades_right : sees_right)(brute, &brute->packets[i], ray, tally,
+                                                            &is_doubtful);
+    const struct rt_packet *packet = &brute->packets[0];
+    bool is_dark = is_shadow && packet->is_occluded[LANE];
+    count_ray(tally, is_right, is_dark ? 0 : packet->hits[LANE].count, is_doubtful);
 }
 
 static void check_reference(struct brute *brute, const struct rt_ray *ray, bool is_shadow)
@@ -343,7 +378,7 @@ static void check_picture(const char *name, const struct imported_scene *importe
     struct rt_job job = {.desc = &desc, .scene = &scene, .image = &image};
     struct brute brute = {.scene = &scene};
     assert_true(rt_hits_init(&brute.hits, &err));
-    assert_true(rt_packet_init(&brute.packet, &scene, &err));
+    brute_packets_init(&brute, &scene);
     for (int y = 0; y < view->height_px; y++) {
         for (int x = 0; x < view->width_px; x++) {
             struct rt_ray ray;
@@ -360,7 +395,8 @@ static void check_picture(const char *name, const struct imported_scene *importe
     check_masks(&scene, &solid, &holes);
     assert_true(!has_masks || (solid > 1000 && holes > 1000));
     free(brute.all.items);
-    rt_packet_finish(&brute.packet);
+    for (int i = 0; i < WIDTHS; i++)
+        rt_packet_finish(&brute.packets[i]);
     rt_hits_finish(&brute.hits);
     rt_scene_finish(&scene);
     scene_state_finish(&state);
