@@ -7,6 +7,7 @@
 #include "renderer/frame_pause.h"
 #include "renderer/frame_programs.h"
 #include "renderer/frame_run.h"
+#include "renderer/light_batches.h"
 #include "renderer/plan/view_key.h"
 #include "renderer/scene_parts.h"
 #include "renderer/wall_clock.h"
@@ -149,7 +150,10 @@ static struct frame_programs_desc programs_of(const struct renderer *renderer,
         .camera = &opened->camera,
         .limits = gl_context_limits(renderer->context),
         .gpu = opened->scene->gpu,
+        .loop_steps = renderer->shade.loop_steps,
         .scans_on_host = shadow_system_scans_on_host(renderer->shadows),
+        .is_in_batches = light_batches_are_known(renderer, opened->scene->key, &opened->view,
+                                                 opened->state, plan),
     };
 }
 

@@ -6,20 +6,24 @@
 #include "renderer/gl/program_list.h"
 #include "renderer/plan/frame_plan.h"
 
-struct frame_programs_desc { /* all required but the flag */
+struct frame_programs_desc { /* all required but the flags */
     const struct frame_plan *plan;
     const struct view *view;
     const struct scene_state *state;
     const struct camera *camera;
     const struct gl_limits *limits;
     const struct scene_gpu *gpu;
-    bool scans_on_host; /* shadow_system_scans_on_host */
+    uint64_t loop_steps; /* of struct shade */
+    bool scans_on_host;  /* shadow_system_scans_on_host */
+    bool is_in_batches;  /* light_batches_are_known */
 };
 
 /* Every program that a frame of the plan may need, under the pass that needs it; those that all
- * such frames need are not conditional. Left out is what only a budget that is exceeded on the way
- * calls for: lists that are compressed then, lights that are shaded in more parts than the plan
- * tells. Thread: GL. */
+ * such frames need are not conditional: which lights make a batch, and whether the lights of a
+ * point are too many for one dispatch, is told while drawing. Left out is what only a budget that
+ * is exceeded on the way for the first time calls for: lists that are compressed then, lights in
+ * batches where the plan knows of none; and of batches of lights of more than
+ * SHADOW_FEATURE_SETS_MAX kinds some. Thread: GL. */
 MUST_CHECK bool frame_programs_list(const struct frame_programs_desc *desc,
                                     struct program_list *list, struct error *err);
 

@@ -6,15 +6,21 @@
 #include <string.h>
 
 /* What must be the same for batches of one frame to fit in the next. */
-static struct content_key key_of(const struct frame_run *run)
+static struct content_key key_of(const char *scene_key, const struct view *view,
+                                 const struct scene_state *state)
 {
-    const struct view_quality *quality = &run->view->quality;
+    const struct view_quality *quality = &view->quality;
     struct content_key key = content_key_begin();
-    content_key_add_text(&key, run->scene->key);
-    content_key_add(&key, &run->state->light_count, sizeof run->state->light_count);
+    content_key_add_text(&key, scene_key);
+    content_key_add(&key, &state->light_count, sizeof state->light_count);
     content_key_add(&key, &quality->shadow_resolution, sizeof quality->shadow_resolution);
     content_key_add(&key, &quality->shadows, sizeof quality->shadows);
     return key;
+}
+
+static struct content_key key_of_run(const struct frame_run *run)
+{
+    return key_of(run->scene->key, run->view, run->state);
 }
 
 static bool is_due(const void *run)
@@ -50,7 +56,7 @@ bool light_batches_prepare(const struct frame_run *run, struct error *err)
 {
     struct light_batches *batches = &run->renderer->batches;
     const struct shadow_needs *needs = &run->frame_plan->shadows;
-    struct content_key key = key_of(run);
+    struct content_key key = key_of_run(run);
     struct error failure = {0};
     size_t structures = 0;
     if (!content_key_equals(batches->key, key))
@@ -261,7 +267,7 @@ static bool needs_batches(const struct frame_run *run)
 {
     const struct light_batches *batches = &run->renderer->batches;
     return batches->most && run->frame_plan->plan.least_batches &&
-           content_key_equals(batches->key, key_of(run));
+           content_key_equals(batches->key, key_of_run(run));
 }
 
 /* A pause while all lights shine at once: others may have driven out structures for which there is
@@ -339,4 +345,15 @@ bool light_batches_shade(const struct frame_run *run, const struct shade_desc *d
     free(order);
     free(is_left_out);
     return ok;
+}
+
+bool light_batches_are_known(const struct renderer *renderer, const char *scene_key,
+                             const struct view *view, const struct scene_state *state,
+                             const struct frame_plan *plan)
+{
+    size_t structures = 0;
+    for (size_t i = 0; i < plan->shadows.light_count; i++)
+        structures += plan->shadows.lights[i].has_structure;
+    return renderer->batches.most && structures > renderer->batches.most &&
+           content_key_equals(renderer->batches.key, key_of(scene_key, view, state));
 }

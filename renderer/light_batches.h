@@ -17,4 +17,9 @@ MUST_CHECK bool light_batches_prepare(const struct frame_run *run, struct error 
 MUST_CHECK bool light_batches_shade(const struct frame_run *run, const struct shade_desc *desc,
                                     struct error *err);
 
+/* Whether frames of the plan are lit in batches, as far as the frames before tell. */
+bool light_batches_are_known(const struct renderer *renderer, const char *scene_key,
+                             const struct view *view, const struct scene_state *state,
+                             const struct frame_plan *plan);
+
 #endif

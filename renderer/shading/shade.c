@@ -142,9 +142,10 @@ static const char entries_file[] = "shade_fragments.comp.glsl",
                   pixels_file[] = "shade_pixels.comp.glsl";
 
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
-                         bool is_in_parts, bool is_conditional, struct program_list *list)
+                         enum shade_parts parts, bool is_conditional, struct program_list *list)
 {
-    struct light_slice slice = {.is_whole = true, .is_first = true, .is_last = !is_in_parts};
+    struct light_slice slice = {
+        .is_whole = parts != SHADE_IN_SLICES, .is_first = true, .is_last = parts == SHADE_AT_ONCE};
     for (int for_pixels = !facts->has_entries; for_pixels < 2; for_pixels++) {
         char defines[DEFINES_BYTES];
         const char *file = for_pixels ? pixels_file : entries_file;
@@ -155,10 +156,10 @@ void shade_list_programs(const struct window_frame *frame, const struct shade_fa
     }
 }
 
-static uint32_t count_taps(const struct shade_desc *desc)
+static uint32_t count_taps(const struct window_frame *frame, bool is_traced)
 {
-    int taps = desc->frame->view->quality.shadow_taps;
-    return desc->traced ? 1 : taps ? (uint32_t)taps : 4;
+    int taps = frame->view->quality.shadow_taps;
+    return is_traced ? 1 : taps ? (uint32_t)taps : 4;
 }
 
 static const struct gl_program *prepare_program(struct shade *shade, const struct shade_desc *desc,
@@ -181,7 +182,7 @@ static const struct gl_program *prepare_program(struct shade *shade, const struc
         window_set_world_axes(frame, program);
     gl_program_set_f3(program, "u_sky", frame->state->sky);
     gl_program_set_f3(program, "u_ground", frame->state->ground);
-    gl_program_set_f(program, "u_taps", (float)count_taps(desc));
+    gl_program_set_f(program, "u_taps", (float)count_taps(frame, desc->traced));
     gl_program_set_u2(program, "u_light_slice", slice->first, slice->count);
     gl_program_set_u2(program, "u_light_part", slice->is_first, slice->is_last);
     gl_buffer_bind_storage(&shade->lights, BIND_LIGHTS);
@@ -342,22 +343,68 @@ static uint64_t count_shadowed(const struct shade_desc *desc)
     return count;
 }
 
-static struct loop_lights loops_of(const struct shade_desc *desc)
+/* Without what only drawing tells. */
+static struct loop_lights loops_before(const struct window_frame *frame, bool is_traced)
 {
-    const struct window_frame *frame = desc->frame;
-    const struct pixel_lists *pixels = desc->pixels;
     struct loop_lights loops = {
-        .shadowed = count_shadowed(desc),
-        .longest_list = frame->report->counts.longest_list,
-        .taps = desc->traced ? 0 : count_taps(desc),
+        .taps = is_traced ? 0 : count_taps(frame, false),
         .points = (uint32_t)frame->needs->area_samples,
         .walks_lists = frame->view->quality.shadows == VIEW_SHADOWS_DEEP_LINKED,
         .surfaces = (uint32_t)frame->targets->samples,
-        .besides = loop_steps_of_layers(pixels->longest, pixels->may_surround),
     };
     for (uint32_t i = 0; i < frame->state->scene->material_count; i++)
         loops.walks_lists |= frame->state->materials[i].no_self_shadow;
     return loops;
+}
+
+static struct loop_lights loops_of(const struct shade_desc *desc)
+{
+    const struct pixel_lists *pixels = desc->pixels;
+    struct loop_lights loops = loops_before(desc->frame, desc->traced);
+    loops.shadowed = count_shadowed(desc);
+    loops.longest_list = desc->frame->report->counts.longest_list;
+    loops.besides = loop_steps_of_layers(pixels->longest, pixels->may_surround);
+    return loops;
+}
+
+/* They have no end, so that every list has them. */
+static size_t count_everywhere(const struct scene_state *state)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < state->light_count; i++)
+        count += state->lights[i].type == SCENE_LIGHT_DIRECTIONAL || !(state->lights[i].range > 0);
+    return count;
+}
+
+/* Whether rays to all lights from all points may be more than one upload holds. */
+static bool may_exceed_rays(const struct shade_parts_desc *desc)
+{
+    const struct window_frame *frame = desc->frame;
+    uint64_t points = (uint64_t)frame->view->width_px * (uint64_t)frame->view->height_px *
+                      (uint64_t)frame->targets->samples;
+    uint64_t each = frame->needs->area_samples > 1 ? (uint64_t)frame->needs->area_samples : 1;
+    if (desc->has_layers || points > TRACED_POINTS_MAX)
+        points = TRACED_POINTS_MAX;
+    return frame->state->light_count * each > TRACED_FILTERS_MAX / points;
+}
+
+int shade_list_parts(const struct shade_parts_desc *desc, bool may[SHADE_PARTS])
+{
+    enum { LONG = 4096 };
+    const struct window_frame *frame = desc->frame;
+    struct loop_lights least = loops_before(frame, desc->is_traced), most = least;
+    bool can = frame->view->quality.light_lists != VIEW_LIGHT_LISTS_LINKED;
+    most.shadowed = desc->shadowed_count;
+    most.longest_list = LONG;
+    most.besides = desc->has_layers ? loop_steps_of_layers(LONG, false) : 0;
+    bool must = can && count_everywhere(frame->state) > loop_steps_room(&least, desc->loop_steps);
+    bool may_slice =
+        must || (can && (frame->state->light_count > loop_steps_room(&most, desc->loop_steps) ||
+                         (desc->is_traced && may_exceed_rays(desc))));
+    may[SHADE_AT_ONCE] = !must && !desc->is_in_batches;
+    may[SHADE_IN_BATCHES] = !must && desc->is_in_batches;
+    may[SHADE_IN_SLICES] = may_slice;
+    return !must + may_slice;
 }
 
 /* Long light lists are walked in several dispatches, each going on with the sums of the one before

@@ -51,10 +51,23 @@ struct shade_facts {
     bool has_entries, has_media, may_surround; /* of struct pixel_lists */
 };
 struct shade_facts shade_facts_of(const struct shade_desc *desc);
-/* The programs that shade such a window; of frame what geometry_list_transparent needs.
- * is_in_parts: lights in several batches. Thread: any. */
+/* Lights of a window at once, batch by batch, or piece by piece of their lists. */
+enum shade_parts { SHADE_AT_ONCE, SHADE_IN_BATCHES, SHADE_IN_SLICES, SHADE_PARTS };
+/* The programs that shade such a window; of frame what geometry_list_transparent needs. Thread:
+ * any. */
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
-                         bool is_in_parts, bool is_conditional, struct program_list *list);
+                         enum shade_parts parts, bool is_conditional, struct program_list *list);
+
+struct shade_parts_desc {
+    const struct window_frame *frame; /* required; as above */
+    uint64_t loop_steps;              /* required; of struct shade */
+    size_t shadowed_count;            /* lights whose shadow is looked up, at most */
+    bool is_traced, is_in_batches, has_layers;
+};
+/* Which of them windows of a frame may take: slices where the lights that are everywhere are too
+ * many for one dispatch, or all lights at one point behind lists of 4096 events and below as many
+ * layers, which only drawing finds. Returns how many. Thread: any. */
+int shade_list_parts(const struct shade_parts_desc *desc, bool may[SHADE_PARTS]);
 
 struct shade_lights_desc {
     const struct scene_state *state;     /* required */

@@ -157,7 +157,8 @@ static void add_optional(struct shadow_feature_sets *sets, const struct shadow_m
     shadow_features_add(&sets->always, map);
 }
 
-struct shadow_feature_sets shadow_list_features(const struct shadow_programs_desc *desc)
+static struct shadow_feature_sets list_features(const struct shadow_programs_desc *desc,
+                                                bool in_batches)
 {
     struct shadow_feature_sets sets = {0};
     for (size_t i = 0; i < desc->needs->light_count; i++) {
@@ -166,10 +167,20 @@ struct shadow_feature_sets shadow_list_features(const struct shadow_programs_des
         if (!need->has_structure)
             continue;
         shadow_map_describe(&map, need, desc->state, desc->quality, 0);
-        if (is_always_seen(&desc->state->lights[i]))
+        if (!in_batches && is_always_seen(&desc->state->lights[i]))
             shadow_features_add(&sets.always, &map);
         else
             add_optional(&sets, &map);
     }
     return sets;
+}
+
+struct shadow_feature_sets shadow_list_features(const struct shadow_programs_desc *desc)
+{
+    return list_features(desc, false);
+}
+
+struct shadow_feature_sets shadow_list_batch_features(const struct shadow_programs_desc *desc)
+{
+    return list_features(desc, true);
 }

@@ -47,5 +47,7 @@ struct shadow_feature_sets {
     bool has_more; /* than there is room for: `always` has them */
 };
 struct shadow_feature_sets shadow_list_features(const struct shadow_programs_desc *desc);
+/* Those of batches of these lights, any of which may be without any other: all are optional. */
+struct shadow_feature_sets shadow_list_batch_features(const struct shadow_programs_desc *desc);
 
 #endif

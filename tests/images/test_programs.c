@@ -26,6 +26,20 @@ static void open_demo(struct program_case *c)
     rig_demo_open(&c->rig, c->renderer, "demo", 64);
 }
 
+/* With little memory, or few steps of loops; 0: as usual. */
+static void open_short(struct program_case *c, uint64_t gpu_budget_bytes, uint64_t loop_steps)
+{
+    struct error err = {0};
+    *c = (struct program_case){
+        .renderer = renderer_create(&(struct renderer_desc){.is_strict = true,
+                                                            .gpu_budget_bytes = gpu_budget_bytes,
+                                                            .loop_steps = loop_steps},
+                                    &err)};
+    if (!c->renderer)
+        fail_msg("%s", err.message);
+    rig_demo_open(&c->rig, c->renderer, "demo", 64);
+}
+
 static void open_panes(struct program_case *c, int count)
 {
     static const double colors[2][4] = {{0.8, 0.5, 0.25, 1}, {0.5, 1, 0.5, 1}};
@@ -212,6 +226,86 @@ static void media_and_bare_floors_build_what_is_listed(void **state)
     close_case(&c);
 }
 
+/* Whether some listed program has the define and, in_memory, was needed. */
+static bool lists(const struct program_case *c, const struct view *view, const char *define,
+                  bool in_memory)
+{
+    struct program_list list = {0};
+    bool has = false;
+    list_programs(c, view, &list);
+    for (size_t i = 0; i < list.count; i++)
+        has |= strstr(list.items[i].defines, define) &&
+               (!in_memory || list.items[i].place == PROGRAM_IN_MEMORY);
+    program_list_finish(&list);
+    return has;
+}
+
+/* Of the demo's lights, spots, points and a sun, a batch has some kinds or others. */
+static void batches_build_what_is_listed(void **state)
+{
+    (void)state;
+    for (int mib = 4; mib <= 8; mib++) { /* of the GPU, half of it for shadows */
+        struct program_case c;
+        open_short(&c, (uint64_t)mib << 20, 0);
+        for (int samples = 1; samples <= 4; samples += 3) {
+            struct view view = small_view();
+            view.quality.shadow_resolution = 128;
+            view.quality.samples = samples;
+            bool was_listed = lists(&c, &view, "HAS_LIGHT_PARTS", false);
+            if (was_listed) /* else how much is too much is only known from then on */
+                assert_true(check_programs(&c, &view) > 0);
+            struct frame frame;
+            shoot(c.renderer, &c.rig, &view, &frame);
+            assert_in_range(frame.report.counts.light_batches, 2, 100);
+            frame_finish(&frame);
+            assert_true(lists(&c, &view, "HAS_LIGHT_PARTS", true));
+            assert_int_equal(check_programs(&c, &view), 0);
+        }
+        close_case(&c);
+    }
+}
+
+/* More lights at a point than the steps of a dispatch are enough for; and too few steps only where
+ * layers are many. */
+static void slices_build_what_is_listed(void **state)
+{
+    static const uint64_t steps[] = {400, 1000, 2000, 3000, 4500};
+    int sliced = 0;
+    (void)state;
+    for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) {
+        struct program_case c;
+        open_short(&c, 0, steps[i]);
+        for (int samples = 1; samples <= 4; samples += 3) {
+            static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_DEEP,
+                                                           VIEW_SHADOWS_RAYTRACED_SHADOWS};
+            for (int t = 0; t < 3; t++) {
+                struct view view = small_view();
+                view.quality.samples = samples;
+                view.quality.shadows = techniques[t];
+                struct frame frame;
+                struct error err = {0};
+                if (!renderer_render(c.renderer, c.rig.key, &view, &frame, &err))
+                    continue; /* not one light has room */
+                sliced += frame.report.counts.light_slices > 1;
+                assert_int_equal(frame.report.counts.light_slices > 1,
+                                 lists(&c, &view, "HAS_LIGHT_SLICE", true));
+                frame_finish(&frame);
+                assert_int_equal(check_programs(&c, &view), 0);
+            }
+        }
+        close_case(&c);
+    }
+    assert_in_range(sliced, 4, 20);
+    struct program_case c;
+    open_short(&c, 0, 2000);
+    struct view view = small_view();
+    assert_true(check_programs(&c, &view) > 0);
+    close_case(&c);
+    open_demo(&c);
+    assert_false(lists(&c, &view, "HAS_LIGHT_SLICE", false)); /* 12 lights never are too many */
+    close_case(&c);
+}
+
 /* ---- warm scenes ---- */
 
 static bool never(void *context)
@@ -332,6 +426,8 @@ int main(void)
         cmocka_unit_test(lists_outputs_and_cameras_build_what_is_listed),
         cmocka_unit_test(cuts_and_compression_build_what_is_listed),
         cmocka_unit_test(media_and_bare_floors_build_what_is_listed),
+        cmocka_unit_test(batches_build_what_is_listed),
+        cmocka_unit_test(slices_build_what_is_listed),
         cmocka_unit_test(no_picture_of_a_warm_scene_compiles),
         cmocka_unit_test(warming_up_gives_way_and_goes_on),
     };
