@@ -79,6 +79,56 @@ static bool read_auto(const struct json_node *root, struct device_auto *automati
     return is_good;
 }
 
+static json_t *write_blocks_speed(const struct device_blocks *blocks)
+{
+    if (!blocks->is_measured)
+        return json_null();
+    struct json_writer writer = json_writer_begin();
+    json_put_number(&writer, "whole_ns", blocks->whole_ns);
+    json_put_number(&writer, "bc1_ns", blocks->bc1_ns);
+    json_put_number(&writer, "bc3_ns", blocks->bc3_ns);
+    json_put_number(&writer, "encode_bytes_per_ms", blocks->encode_bytes_per_ms);
+    return json_writer_take(&writer);
+}
+
+static json_t *write_blocks(const struct device_blocks *blocks)
+{
+    struct json_writer writer = json_writer_begin();
+    json_put_text(&writer, "policy", blocks->policy[0] ? blocks->policy : "off");
+    json_put(&writer, "from_levels",
+             blocks->from_levels ? json_integer(blocks->from_levels) : json_null());
+    json_put_text_or_null(&writer, "note", blocks->note);
+    json_put(&writer, "speed", write_blocks_speed(blocks));
+    return json_writer_take(&writer);
+}
+
+static bool read_blocks(const struct json_node *root, struct device_blocks *blocks)
+{
+    struct json_node node = json_member(root, "texture_blocks");
+    if (!node.value)
+        return true;
+    if (!json_expect_object(&node, NULL))
+        return false;
+    struct json_node policy = json_member(&node, "policy"), note = json_member(&node, "note");
+    struct json_node from = json_member(&node, "from_levels"), speed = json_member(&node, "speed");
+    if (!json_read_text(&policy, blocks->policy, sizeof blocks->policy) ||
+        !json_read_text(&note, blocks->note, sizeof blocks->note) ||
+        !json_read_int(&from, 0, 32, &blocks->from_levels))
+        return false;
+    blocks->is_measured = speed.value != NULL;
+    if (!blocks->is_measured)
+        return true;
+    if (!json_expect_object(&speed, NULL))
+        return false;
+    struct json_node whole = json_member(&speed, "whole_ns"), bc1 = json_member(&speed, "bc1_ns");
+    struct json_node bc3 = json_member(&speed, "bc3_ns");
+    struct json_node encode = json_member(&speed, "encode_bytes_per_ms");
+    return json_read_number(&whole, 0, INFINITY, &blocks->whole_ns) &&
+           json_read_number(&bc1, 0, INFINITY, &blocks->bc1_ns) &&
+           json_read_number(&bc3, 0, INFINITY, &blocks->bc3_ns) &&
+           json_read_number(&encode, 0, INFINITY, &blocks->encode_bytes_per_ms);
+}
+
 json_t *device_capabilities_to_json(const struct device_capabilities *device)
 {
     struct json_writer writer = json_writer_begin();
@@ -99,6 +149,7 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put_bool(&writer, "program_binaries", device->has_program_binaries);
     json_put_bool(&writer, "robust", device->is_robust);
     json_put(&writer, "auto", write_auto(&device->automatic));
+    json_put(&writer, "texture_blocks", write_blocks(&device->blocks));
     return json_writer_take(&writer);
 }
 
@@ -147,7 +198,8 @@ bool device_capabilities_from_json(json_t *json, struct device_capabilities *dev
            json_read_bool(&coverage, &device->has_post_depth_coverage) &&
            json_read_bool(&binaries, &device->has_program_binaries) &&
            json_read_bool(&compression, &device->compresses_textures) &&
-           json_read_bool(&robust, &device->is_robust) && read_auto(&root, &device->automatic);
+           json_read_bool(&robust, &device->is_robust) && read_auto(&root, &device->automatic) &&
+           read_blocks(&root, &device->blocks);
 }
 
 /* ---- techniques ---- */

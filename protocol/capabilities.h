@@ -27,6 +27,16 @@ struct device_auto {
     double pixel_ns, lookup_ns, texel_ns, event_ns, camera_ray_ns, shadow_ray_ns, triangle_ns;
 };
 
+/* Compressed textures, and what the device was measured to gain by them. */
+struct device_blocks {
+    char policy[16];                    /* "off", "on", "auto" */
+    char note[CAPABILITIES_TEXT_BYTES]; /* where the numbers are from, or why there are none */
+    int from_levels;                    /* that the budget would withhold else; 0: never */
+    bool is_measured;                   /* the numbers are there */
+    double whole_ns, bc1_ns, bc3_ns;    /* of one sample */
+    double encode_bytes_per_ms;         /* of RGBA8, on one thread */
+};
+
 /* The device as the worker found it. Fixed size, so that it can be kept and sent by value. */
 struct device_capabilities {
     char vendor[CAPABILITIES_NAME_BYTES], renderer[CAPABILITIES_NAME_BYTES],
@@ -41,6 +51,7 @@ struct device_capabilities {
     bool has_true_timers, has_post_depth_coverage, is_robust;
     bool has_program_binaries; /* the driver gives compiled programs, to be kept */
     struct device_auto automatic;
+    struct device_blocks blocks;
 };
 
 struct capabilities {

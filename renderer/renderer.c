@@ -47,7 +47,7 @@ static struct texture_pool *create_textures(const struct renderer_desc *desc,
                                                         : gpu_budget_bytes / 2,
                                     .upload_bytes = desc->texture_upload_bytes,
                                     .upload_ms = desc->texture_upload_ms,
-                                    .compresses = desc->compresses_textures},
+                                    .compresses_from = desc->compresses_textures ? 1 : 0},
         err);
 }
 
@@ -175,6 +175,16 @@ void renderer_set_auto(struct renderer *renderer, const struct auto_settings *se
 void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude)
 {
     renderer->interlude = interlude;
+}
+
+void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels)
+{
+    texture_pool_set_compression(renderer->scenes->textures, from_levels);
+}
+
+bool renderer_samples_blocks(const struct renderer *renderer)
+{
+    return texture_pool_samples_blocks(renderer->scenes->textures);
 }
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)

@@ -26,7 +26,7 @@ struct renderer_desc {
                                       MiB */
     double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
     bool compresses_textures;      /* opaque colours where their budget is exceeded, before levels
-                                      are withheld; where the device can */
+                                      are withheld; see renderer_set_texture_compression */
     const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
                                       there */
     const char *program_folder;    /* optional, borrowed during create: where compiled programs are
@@ -51,7 +51,7 @@ struct renderer_info {
     bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;
     bool is_robust;                              /* context reports resets */
-    bool compresses_textures;                    /* asked to, and able to */
+    bool compresses_textures;                    /* asked to, at whatever level, and able to */
     bool is_software;                            /* the rasteriser runs on our own processors */
     uint64_t programs_built, programs_reused;    /* since the start: compiled, and found compiled */
     uint64_t programs_loaded;                    /* taken from the program folder */
@@ -69,6 +69,11 @@ void renderer_destroy(struct renderer *renderer);
 
 /* What `shadows: auto` goes by from now on; until then it is rasterised. */
 void renderer_set_auto(struct renderer *renderer, const struct auto_settings *settings);
+
+/* Opaque colours are compressed where their budget would withhold so many levels else: 1 or more;
+ * 0: never. Without effect where the device samples no blocks. */
+void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels);
+bool renderer_samples_blocks(const struct renderer *renderer);
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info);
 

@@ -18,7 +18,16 @@
 #include "protocol/limits.h"
 #include "server/warm_up.h"
 
-enum key_kind { KEY_TEXT, KEY_PATH, KEY_BYTES, KEY_INT, KEY_BOOL, KEY_LEVEL, KEY_AUTO };
+enum key_kind {
+    KEY_TEXT,
+    KEY_PATH,
+    KEY_BYTES,
+    KEY_INT,
+    KEY_BOOL,
+    KEY_LEVEL,
+    KEY_AUTO,
+    KEY_COMPRESSION
+};
 
 struct key {
     const char *name; /* as in the file and, with dashes, as a flag; VITRAIL_NAME in the environment
@@ -49,8 +58,8 @@ static const struct key keys[] = {
      "levels of textures brought for one frame of a view in motion"},
     {"texture-upload-ms", KEY_INT, AT(texture_upload_ms), 1, 1000,
      "time that such a frame spends on them"},
-    {"texture-compression", KEY_BOOL, AT(texture_compression), 0, 0,
-     "beyond their budget, compress colours of textures before levels are withheld"},
+    {"texture-compression", KEY_COMPRESSION, AT(texture_compression), 0, 0,
+     "colours of textures beyond their budget: on, off, or auto (where the device gains by it)"},
     {"max-upload-bytes", KEY_BYTES, AT(max_upload_bytes), 1 << 10, INT64_MAX,
      "one upload, all its files together"},
     {"decode-memory-bytes", KEY_BYTES, AT(decode_memory_bytes), 64 << 20, INT64_MAX,
@@ -84,6 +93,7 @@ enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
 static_assert((int)KEY_COUNT <= (int)CONFIG_KEYS_MAX, "config.origins is too small");
 
 static const char *const auto_names[] = {"raster", "measured", "raytraced"};
+static const char *const compression_names[] = {"off", "on", "auto"};
 static const char *const level_names[] = {"error", "warning", "info", "debug"};
 
 static void *field_of(struct config *config, const struct key *key)
@@ -174,6 +184,26 @@ static bool parse_auto(const char *text, enum config_auto *automatic)
     return false;
 }
 
+/* Also what a switch takes. */
+static bool parse_compression(const char *text, enum config_compression *compression)
+{
+    bool is_on = false, is_auto = strcasecmp(text, "auto") == 0;
+    if (!is_auto && !parse_bool(text, &is_on))
+        return false;
+    *compression = is_auto ? CONFIG_COMPRESSION_AUTO
+                   : is_on ? CONFIG_COMPRESSION_ON
+                           : CONFIG_COMPRESSION_OFF;
+    return true;
+}
+
+/* A flag that has no value, but "true". */
+static bool is_bare(const struct key *key, const char *next)
+{
+    enum config_compression ignored;
+    return key->kind == KEY_BOOL ||
+           (key->kind == KEY_COMPRESSION && !(next && parse_compression(next, &ignored)));
+}
+
 static bool config_set(struct config *config, const struct key *key, const char *value,
                        const char *origin, struct error *err)
 {
@@ -208,6 +238,9 @@ static bool config_set(struct config *config, const struct key *key, const char 
     case KEY_AUTO:
         is_good = parse_auto(value, field);
         break;
+    case KEY_COMPRESSION:
+        is_good = parse_compression(value, field);
+        break;
     }
     if (!is_good)
         return error_set(err, ERROR_INVALID_REQUEST, "%s (%s): '%s' is not a valid value (%s)",
@@ -241,6 +274,7 @@ static void set_defaults(struct config *config, char **environment)
         .gpu_budget_bytes = 4ull << 30,
         .texture_upload_bytes = 16 << 20,
         .texture_upload_ms = 4,
+        .texture_compression = CONFIG_COMPRESSION_AUTO,
         .program_bytes = 256 << 20,
         .max_upload_bytes = LIMIT_UPLOAD_BYTES,
         .decode_memory_bytes = 16ull << 30,
@@ -359,7 +393,7 @@ static bool read_flags(struct config *config, int argc, char **argv, const char 
         if (!is_file && !key)
             return error_set(err, ERROR_INVALID_REQUEST,
                              "unknown flag '%s' (--help lists the flags)", argv[i]);
-        if (key && key->kind == KEY_BOOL && !is_joined) {
+        if (key && !is_joined && is_bare(key, argv[i + 1])) {
             if (!is_first && !config_set(config, key, "true", "flag", err))
                 return false;
             continue;
@@ -484,6 +518,9 @@ static void print_value(const struct config *config, const struct key *key, FILE
         break;
     case KEY_AUTO:
         fprintf(out, "%s", auto_names[*(const enum config_auto *)field]);
+        break;
+    case KEY_COMPRESSION:
+        fprintf(out, "%s", compression_names[*(const enum config_compression *)field]);
         break;
     case KEY_LEVEL:
         fprintf(out, "%s", level_names[*(const enum log_level *)field]);

@@ -21,6 +21,12 @@ enum config_auto { CONFIG_AUTO_RASTER, CONFIG_AUTO_MEASURED, CONFIG_AUTO_RAYTRAC
 enum config_action { CONFIG_SERVE, CONFIG_CHECK, CONFIG_PRINT, CONFIG_VERSION, CONFIG_HELP };
 
 /* Fixed size, so it is handed down by const pointer and freed by nobody. */
+enum config_compression {
+    CONFIG_COMPRESSION_OFF,
+    CONFIG_COMPRESSION_ON,   /* before any level is withheld */
+    CONFIG_COMPRESSION_AUTO, /* where the device gains by it, before many are */
+};
+
 struct config {
     enum config_action action;
     char listen[CONFIG_TEXT_BYTES];      /* HOST:PORT as given */
@@ -33,16 +39,16 @@ struct config {
     char state_dir[CONFIG_PATH_BYTES];
     uint64_t cache_bytes; /* of scenes mapped by the worker */
     uint64_t gpu_budget_bytes;
-    uint64_t texture_budget_bytes; /* 0 = half of the GPU's */
-    uint64_t texture_upload_bytes; /* of one frame in motion */
-    int texture_upload_ms;         /* likewise */
-    bool texture_compression;      /* beyond the budget, before levels are withheld */
-    uint64_t max_upload_bytes;     /* of one upload, all files */
-    uint64_t decode_memory_bytes;  /* of one decoder */
-    int device;                    /* 0 = choose; N = the N-th EGL device */
-    bool no_warm_up;               /* stored scenes are not drawn before someone asks */
-    int warm_at_start;             /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
-    int rest_s;                    /* idle until structures are let go; 0: they stay */
+    uint64_t texture_budget_bytes;               /* 0 = half of the GPU's */
+    uint64_t texture_upload_bytes;               /* of one frame in motion */
+    int texture_upload_ms;                       /* likewise */
+    enum config_compression texture_compression; /* of colours beyond the budget */
+    uint64_t max_upload_bytes;                   /* of one upload, all files */
+    uint64_t decode_memory_bytes;                /* of one decoder */
+    int device;                                  /* 0 = choose; N = the N-th EGL device */
+    bool no_warm_up;        /* stored scenes are not drawn before someone asks */
+    int warm_at_start;      /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
+    int rest_s;             /* idle until structures are let go; 0: they stay */
     uint64_t program_bytes; /* of compiled programs in the state directory; 0: none are kept */
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     enum config_auto automatic;

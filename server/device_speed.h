@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The speed of the worker's device, measured once and kept in a file: another driver, processor or
- * build measures anew, and so does a file that is damaged or gone. Thread: GL. */
+/* The speed of the worker's device, measured once and kept in a file (server/speed_file.h). Thread:
+ * GL. */
 #ifndef VITRAIL_SERVER_DEVICE_SPEED_H
 #define VITRAIL_SERVER_DEVICE_SPEED_H
 
 #include "protocol/capabilities.h"
 #include "renderer/calibrate.h"
+#include "renderer/texture_speed.h"
 
 struct device_speed_desc {
     struct renderer *renderer; /* required */
@@ -15,6 +16,11 @@ struct device_speed_desc {
 /* Reads it, or measures and writes it. A failure to write is told in `note` alone. */
 MUST_CHECK bool device_speed_find(struct device_speed *speed, const struct device_speed_desc *desc,
                                   char note[CAPABILITIES_TEXT_BYTES], struct error *err);
+
+/* Likewise of textures; zeroed where the device samples none that are compressed. */
+MUST_CHECK bool texture_speed_find(struct texture_speed *speed,
+                                   const struct device_speed_desc *desc,
+                                   char note[CAPABILITIES_TEXT_BYTES], struct error *err);
 
 /* The file, for tests: false where it cannot be read or is of another device. */
 MUST_CHECK bool device_speed_load(struct device_speed *speed, const char *path, const char *key);

@@ -18,8 +18,10 @@ bool image_tag_make(struct supervisor *supervisor, const char *build_id, const c
     snprintf(automatic, sizeof automatic, "%s %.17g %.17g %.17g %.17g %.17g",
              device.automatic.policy, device.automatic.frame_ms, device.automatic.shade,
              device.automatic.maps, device.automatic.trace, device.automatic.build);
-    const char *parts[] = {canonical,       build_id,       device.vendor,
-                           device.renderer, device.version, automatic};
+    char blocks[32]; /* what decides about compressed textures */
+    snprintf(blocks, sizeof blocks, "%d", device.blocks.from_levels);
+    const char *parts[] = {canonical,      build_id,  device.vendor, device.renderer,
+                           device.version, automatic, blocks};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         digest_write(digest, parts[i], strlen(parts[i]) + 1);
     tag[0] = '"';

@@ -334,6 +334,16 @@ void device_auto_from_settings(const struct auto_settings *settings, struct devi
     automatic->triangle_ns = speed->build * costs->built_triangle;
 }
 
+/* The numbers alone. */
+void device_blocks_from_speed(const struct texture_speed *speed, struct device_blocks *blocks)
+{
+    blocks->is_measured = texture_speed_is_known(speed);
+    blocks->whole_ns = speed->whole_ns;
+    blocks->bc1_ns = speed->bc1_ns;
+    blocks->bc3_ns = speed->bc3_ns;
+    blocks->encode_bytes_per_ms = speed->encode_bytes_per_ms;
+}
+
 void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings)
 {
     *settings = (struct auto_settings){.policy = AUTO_RASTER};

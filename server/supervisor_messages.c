@@ -109,6 +109,20 @@ static void log_speed(struct supervisor *supervisor, const struct device_auto *a
                   automatic->note[0] ? ", " : "", automatic->note);
 }
 
+static void log_blocks(struct supervisor *supervisor, const struct device_blocks *blocks)
+{
+    if (blocks->is_measured)
+        log_write(
+            supervisor->desc.log, LOG_INFO,
+            "compressed textures: %s, from %d levels withheld (0: never); a sample takes %.3g "
+            "ns, of BC1 %.3g, of BC3 %.3g; compressing %.3g MB/s (%s)",
+            blocks->policy, blocks->from_levels, blocks->whole_ns, blocks->bc1_ns, blocks->bc3_ns,
+            blocks->encode_bytes_per_ms / 1e3, blocks->note);
+    else
+        log_write(supervisor->desc.log, LOG_INFO, "compressed textures: %s%s%s", blocks->policy,
+                  blocks->note[0] ? ", " : "", blocks->note);
+}
+
 static bool hello_message(struct supervisor *supervisor, const json_t *json, struct error *err)
 {
     struct device_capabilities device;
@@ -128,6 +142,7 @@ static bool hello_message(struct supervisor *supervisor, const json_t *json, str
     log_write(supervisor->desc.log, LOG_INFO, "the worker is ready: %s, %s", device.renderer,
               device.version);
     log_speed(supervisor, &device.automatic);
+    log_blocks(supervisor, &device.blocks);
     if (supervisor->desc.on_ready)
         supervisor->desc.on_ready(supervisor->desc.context);
     return true;

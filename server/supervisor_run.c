@@ -96,20 +96,23 @@ void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, b
 static bool send_settings(struct supervisor *supervisor, struct error *err)
 {
     const struct config *config = supervisor->desc.config;
-    char speed_file[CONFIG_PATH_BYTES + 64], program_folder[CONFIG_PATH_BYTES + 64];
+    char speed_file[CONFIG_PATH_BYTES + 64], texture_file[CONFIG_PATH_BYTES + 64];
+    char program_folder[CONFIG_PATH_BYTES + 64];
     snprintf(program_folder, sizeof program_folder, "%s/cache/programs", config->state_dir);
     snprintf(speed_file, sizeof speed_file, "%s/cache/device-speed-%d.json", config->state_dir,
              config->device);
+    snprintf(texture_file, sizeof texture_file, "%s/cache/texture-speed-%d.json", config->state_dir,
+             config->device);
     json_t *settings = json_pack(
-        "{s:s,s:i,s:I,s:I,s:I,s:i,s:b,s:I,s:s,s:s,s:I,s:i,s:s}", "op", "configure", "device",
+        "{s:s,s:i,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s}", "op", "configure", "device",
         config->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
         "texture_budget_bytes", (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,
-        "texture_compression", config->texture_compression, "cache_bytes",
+        "texture_compression", (int)config->texture_compression, "cache_bytes",
         (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "program_folder",
         config->program_bytes ? program_folder : "", "program_budget_bytes",
-        (json_int_t)config->program_bytes, "auto", (int)config->automatic, "speed_file",
-        speed_file);
+        (json_int_t)config->program_bytes, "auto", (int)config->automatic, "speed_file", speed_file,
+        "texture_file", texture_file);
     bool is_sent = settings ? ipc_send(supervisor->worker.socket, settings, NULL, 0, err)
                             : error_set(err, ERROR_NO_MEMORY, "settings of the worker");
     json_decref(settings);

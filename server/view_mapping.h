@@ -13,6 +13,7 @@
 #include "renderer/image/image.h"
 #include "renderer/image/tone_map.h"
 #include "renderer/renderer.h"
+#include "renderer/texture_speed.h"
 #include "renderer/scene/scene.h"
 #include "renderer/view.h"
 
@@ -54,6 +55,7 @@ void device_capabilities_from_info(const struct renderer_info *info,
 
 /* What `shadows: auto` goes by, to be told and read back. The note is the caller's to fill in. */
 void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic);
+void device_blocks_from_speed(const struct texture_speed *speed, struct device_blocks *blocks);
 void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings);
 
 #endif

@@ -11,6 +11,7 @@
 
 #include "protocol/utf8.h"
 #include "server/clock.h"
+#include "server/config.h"
 #include "server/device_speed.h"
 #include "server/encoder.h"
 #include "server/explain.h"
@@ -44,6 +45,7 @@ struct worker {
     struct encoder *encoder;
     struct auto_settings automatic;
     char auto_note[CAPABILITIES_TEXT_BYTES];
+    struct device_blocks blocks;
 };
 
 /* Takes the reference. A front that is gone is noticed by the next receive. */
@@ -325,6 +327,33 @@ static void set_auto(struct worker *worker, const json_t *settings)
     renderer_set_auto(worker->renderer, &worker->automatic);
 }
 
+/* A device that cannot be measured withholds levels. */
+static void set_compression(struct worker *worker, const json_t *settings)
+{
+    struct error problem = {0};
+    const char *path = json_string_value(json_object_get(settings, "texture_file"));
+    json_int_t policy = json_integer_value(json_object_get(settings, "texture_compression"));
+    struct texture_speed speed = {0};
+    struct device_blocks *blocks = &worker->blocks;
+    static const char *const names[] = {[CONFIG_COMPRESSION_OFF] = "off",
+                                        [CONFIG_COMPRESSION_ON] = "on",
+                                        [CONFIG_COMPRESSION_AUTO] = "auto"};
+    utf8_copy(blocks->policy, sizeof blocks->policy, names[policy]);
+    if (policy == CONFIG_COMPRESSION_AUTO &&
+        !texture_speed_find(
+            &speed,
+            &(struct device_speed_desc){.renderer = worker->renderer, .path = path ? path : ""},
+            blocks->note, &problem))
+        utf8_copy(blocks->note, sizeof blocks->note, problem.message);
+    blocks->from_levels = policy == CONFIG_COMPRESSION_ON ? 1
+                          : texture_speed_gains(&speed)   ? TEXTURE_SPEED_AUTO_LEVELS
+                                                          : 0;
+    if (!renderer_samples_blocks(worker->renderer))
+        blocks->from_levels = 0;
+    device_blocks_from_speed(&speed, blocks);
+    renderer_set_texture_compression(worker->renderer, (uint32_t)blocks->from_levels);
+}
+
 static bool start(struct worker *worker, const json_t *settings, struct error *err)
 {
     const char *dump_dir = json_string_value(json_object_get(settings, "dump_shaders"));
@@ -343,12 +372,12 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
             .texture_upload_bytes =
                 (uint64_t)json_integer_value(json_object_get(settings, "texture_upload_bytes")),
             .texture_upload_ms =
-                (double)json_integer_value(json_object_get(settings, "texture_upload_ms")),
-            .compresses_textures = json_is_true(json_object_get(settings, "texture_compression"))},
+                (double)json_integer_value(json_object_get(settings, "texture_upload_ms"))},
         err);
     if (!worker->renderer)
         return false;
     set_auto(worker, settings);
+    set_compression(worker, settings);
     worker->scenes = mapped_scenes_create(
         worker->renderer, (uint64_t)json_integer_value(json_object_get(settings, "cache_bytes")),
         err);
@@ -372,6 +401,7 @@ static void say_hello(struct worker *worker)
     device_capabilities_from_info(&worker->info, &device);
     device_auto_from_settings(&worker->automatic, &device.automatic);
     utf8_copy(device.automatic.note, sizeof device.automatic.note, worker->auto_note);
+    device.blocks = worker->blocks;
     /* One on the GL thread, one on each encode thread, one waiting so that the GL thread never
      * does. */
     send_message(worker,

@@ -7,9 +7,10 @@ uint64_t texture_grant_budget(const struct texture_pool *pool)
     return pool->budget_bytes - pool->budget_bytes / TEXTURE_FLOOR_SHARE;
 }
 
+/* A texture in blocks with one level more takes half of the bytes that it takes whole. */
 static uint32_t biased(const struct stored_texture *t, uint32_t bias)
 {
-    uint32_t level = t->wanted + bias, last = texture_last_level(t);
+    uint32_t level = t->wanted + (t->packs && bias ? bias - 1 : bias), last = texture_last_level(t);
     return level < last ? level : last;
 }
 
@@ -46,19 +47,33 @@ static void give_back(struct texture_pool *pool, uint32_t bias, uint64_t bytes)
         }
 }
 
+/* Whether too many levels would be withheld else: any, or so many of most textures, where all of
+ * them with one level more take twice the budget. Frames in motion go on with what stands in blocks
+ * until they want much less. */
+static bool must_pack(const struct texture_pool *pool, bool may_be_coarse)
+{
+    uint32_t from = pool->packs_from, bias = from;
+    uint64_t budget = texture_grant_budget(pool);
+    if (!texture_pool_compresses(pool))
+        return false;
+    for (size_t i = 0; may_be_coarse && i < pool->wish_count; i++)
+        if (pool->textures[i]->full.is_packed)
+            return granted_bytes(pool, from - 1) > budget / 4 * 3;
+    while (bias < TEXTURE_LEVELS_MAX && granted_bytes(pool, bias) > budget)
+        bias++;
+    return granted_bytes(pool, bias - 1) > (from > 1 ? 2 * budget : budget);
+}
+
 bool texture_grant(struct texture_pool *pool, bool may_be_coarse, struct report_textures *report,
                    struct error *err)
 {
     uint32_t bias = 0;
     uint64_t budget = texture_grant_budget(pool);
     set_packing(pool, false);
-    uint64_t bytes = report->wanted_bytes = granted_bytes(pool, 0);
-    pool->packs = pool->can_pack &&
-                  (bytes > budget || (may_be_coarse && pool->packs && bytes > budget / 4 * 3));
-    if (pool->packs) {
-        set_packing(pool, true);
-        bytes = granted_bytes(pool, 0);
-    }
+    report->wanted_bytes = granted_bytes(pool, 0);
+    pool->packs = must_pack(pool, may_be_coarse);
+    set_packing(pool, pool->packs);
+    uint64_t bytes = granted_bytes(pool, 0);
     while (bytes > budget) {
         uint64_t before = bytes;
         bytes = granted_bytes(pool, ++bias);

@@ -25,7 +25,8 @@ struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, s
     pool->budget_bytes = desc->budget_bytes;
     pool->upload_bytes = desc->upload_bytes ? desc->upload_bytes : default_upload_bytes;
     pool->upload_ms = desc->upload_ms > 0 ? desc->upload_ms : DEFAULT_UPLOAD_MS;
-    pool->can_pack = desc->compresses && texture_device_packs();
+    pool->packs_from = desc->compresses_from;
+    pool->can_pack = texture_device_packs();
     if (texture_measure_pace(&pool->pace, pool->upload_ms, err))
         return pool;
     texture_pool_destroy(pool);
@@ -44,9 +45,19 @@ void texture_pool_destroy(struct texture_pool *pool)
     free(pool);
 }
 
-bool texture_pool_compresses(const struct texture_pool *pool)
+void texture_pool_set_compression(struct texture_pool *pool, uint32_t from_levels)
+{
+    pool->packs_from = from_levels;
+}
+
+bool texture_pool_samples_blocks(const struct texture_pool *pool)
 {
     return pool->can_pack;
+}
+
+bool texture_pool_compresses(const struct texture_pool *pool)
+{
+    return pool->can_pack && pool->packs_from > 0;
 }
 
 double texture_pool_bytes_per_ms(const struct texture_pool *pool)

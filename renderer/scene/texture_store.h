@@ -13,17 +13,22 @@ struct texture_pool;  /* the budget, and what stands within it */
 struct texture_store; /* the images of one scene */
 
 struct texture_pool_desc {
-    uint64_t budget_bytes; /* required: of all levels resident at once; above it only while one
-                              texture takes the place of its coarser or finer self */
-    uint64_t upload_bytes; /* written for one frame that may be coarse; 0 means 16 MiB */
-    double upload_ms;      /* spent on that, at most, but for one call; 0 means 4 */
-    bool compresses;       /* opaque colours where a wish exceeds it, before levels are withheld */
+    uint64_t budget_bytes;    /* required: of all levels resident at once; above it only while one
+                                 texture takes the place of its coarser or finer self */
+    uint64_t upload_bytes;    /* written for one frame that may be coarse; 0 means 16 MiB */
+    double upload_ms;         /* spent on that, at most, but for one call; 0 means 4 */
+    uint32_t compresses_from; /* texture_pool_set_compression */
 };
 
 /* Measures how fast the device takes levels, 2 ms or so. */
 struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, struct error *err);
 void texture_pool_destroy(struct texture_pool *pool);              /* after all of its stores */
 double texture_pool_bytes_per_ms(const struct texture_pool *pool); /* as measured, lately */
+/* Opaque colours are compressed where a wish exceeds the budget so that so many levels or more
+ * would be withheld else; of more than 1, from most textures. 0: never. Takes effect with the next
+ * wish. */
+void texture_pool_set_compression(struct texture_pool *pool, uint32_t from_levels);
+bool texture_pool_samples_blocks(const struct texture_pool *pool); /* the device does */
 bool texture_pool_compresses(const struct texture_pool *pool);     /* asked to, and able to */
 
 /* Of a scene that fits the budget alone all levels are brought, in the place of what others did
@@ -50,10 +55,11 @@ struct texture_wish {
 };
 
 /* Makes room and brings levels, those of this frame before all others'. Where the wish exceeds the
- * budget, opaque colours are compressed (renderer/scene/texture_blocks.h), on other threads, if the
- * pool is to; where that is not enough, every texture is withheld the same number of levels, and
- * gets one back while there is room, in the order of the demands and images: the same wish is
- * granted the same levels. A frame that may be coarse reads no file, but for the first 16 px of
+ * budget, every texture is withheld the same number of levels, and gets one back while there is
+ * room, in the order of the demands and images: the same wish is granted the same levels. Where
+ * these are as many as the pool compresses from, opaque colours are compressed
+ * (renderer/scene/texture_blocks.h), on other threads, and withheld one level less than the rest:
+ * half of their bytes. A frame that may be coarse reads no file, but for the first 16 px of
  * textures that have nothing on the GPU, where there was no room to keep them. ERROR_OVER_BUDGET
  * when not even the coarsest levels fit. */
 MUST_CHECK bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,

@@ -75,8 +75,9 @@ struct texture_pool {
     struct texture_pace pace;
     struct texture_reader *reader; /* NULL: nothing was coarse yet */
     struct texture_packer *packer; /* NULL: nothing was compressed yet */
-    bool can_pack;                 /* the device samples blocks, and may */
-    bool packs;                    /* the last wish exceeded the budget */
+    bool can_pack;                 /* the device samples blocks */
+    uint32_t packs_from;           /* levels withheld; 0: never */
+    bool packs;                    /* the last wish is granted colours so */
     struct texture_store *stores;
     struct texture_incoming incoming;
     /* Scratch of one call, in its order: textures of the wish, then all others. */
@@ -146,8 +147,7 @@ void texture_drop_all(struct stored_texture *t);
 
 /* Of the budget, what frames may be granted. */
 uint64_t texture_grant_budget(const struct texture_pool *pool);
-/* Sets `granted` and `packs` of all, from what `wanted` of the wish's is. A frame that may be
- * coarse goes on with blocks until its wish is well below the budget. */
+/* Sets `granted` and `packs` of all, from what `wanted` of the wish's is. */
 MUST_CHECK bool texture_grant(struct texture_pool *pool, bool may_be_coarse,
                               struct report_textures *report, struct error *err);
 bool texture_is_missing(struct stored_texture *t);

@@ -67,10 +67,10 @@ static void open_rig(struct rig *rig, uint32_t width, uint32_t height, bool comp
                                 .material_count = IMAGES,
                                 .pixels = rig->pixels,
                                 .pixel_bytes = bytes};
-    rig->pool = texture_pool_create(&(struct texture_pool_desc){.budget_bytes = BUDGET,
-                                                                .upload_ms = 1000,
-                                                                .compresses = compresses},
-                                    &err);
+    rig->pool = texture_pool_create(
+        &(struct texture_pool_desc){
+            .budget_bytes = BUDGET, .upload_ms = 1000, .compresses_from = compresses ? 1 : 0},
+        &err);
     assert_non_null(rig->pool);
     rig->store = texture_store_create(rig->pool, &rig->scene, &err);
     assert_non_null(rig->store);
@@ -154,6 +154,37 @@ static void frames_in_motion_read_no_level_that_blocks_stand_for(void **state)
         assert_true(texture_reader_ask(rig.pool->reader, texture_level_pixels(t, level),
                                        4ull * texture_level_side(SIDE, level) *
                                            texture_level_side(SIDE, level)));
+    close_rig(&rig);
+}
+
+/* Compressed from two levels on: where one level fewer would take twice the budget. */
+static void colours_are_compressed_from_so_many_levels_on(void **state)
+{
+    (void)state;
+    skip_without_blocks();
+    struct rig rig;
+    open_rig(&rig, SIDE, SIDE, true);
+    texture_pool_set_compression(rig.pool, 2);
+    struct report_textures report = prepare(&rig, 0, IMAGES, 0, false);
+    assert_int_equal(report.level_bias, 2); /* of some: 5.3 MiB with one level withheld */
+    assert_int_equal(report.compressed_count, 0);
+    rig.pool->budget_bytes = BUDGET / 2;
+    report = prepare(&rig, 0, IMAGES, 0, false);
+    assert_int_equal(report.level_bias, 1);
+    assert_int_equal(report.compressed_count, IMAGES);
+    rig.pool->budget_bytes = BUDGET;
+    report = prepare(&rig, 0, IMAGES, 0, true); /* goes on so */
+    assert_int_equal(report.compressed_count, IMAGES);
+    report = prepare(&rig, 0, IMAGES, 0, false);
+    assert_int_equal(report.compressed_count, 0);
+    rig.pool->budget_bytes = BUDGET / 2;
+    for (uint32_t from = 0; from <= 3; from += 3) {
+        texture_pool_set_compression(rig.pool, from);
+        assert_int_equal(texture_pool_compresses(rig.pool), from > 0);
+        report = prepare(&rig, 0, IMAGES, 0, false);
+        assert_int_equal(report.compressed_count, 0);
+        assert_int_equal(report.level_bias, 2);
+    }
     close_rig(&rig);
 }
 
@@ -251,6 +282,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(textures_that_change_form_keep_the_budget),
         cmocka_unit_test(frames_in_motion_read_no_level_that_blocks_stand_for),
+        cmocka_unit_test(colours_are_compressed_from_so_many_levels_on),
         cmocka_unit_test(a_plan_counts_what_is_granted),
         cmocka_unit_test(a_low_pace_is_learnt_anew_from_wide_rows),
         cmocka_unit_test(a_frame_at_rest_leaves_the_uploads_of_one_in_motion),

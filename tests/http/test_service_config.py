@@ -71,6 +71,23 @@ class Config(unittest.TestCase):
         ):
             self.assertEqual(str(value), printed("--cache-bytes=" + text)["cache-bytes"][0])
 
+    def test_texture_compression_is_a_switch_or_a_word(self):
+        for flags, value in (
+            ([], "auto"),
+            (["--texture-compression"], "on"),
+            (["--texture-compression", "--no-warm-up"], "on"),
+            (["--texture-compression=true"], "on"),
+            (["--texture-compression=false"], "off"),
+            (["--texture-compression", "off", "--no-warm-up"], "off"),
+            (["--texture-compression=auto"], "auto"),
+        ):
+            values = printed(*flags)
+            self.assertEqual(value, values["texture-compression"][0], flags)
+            self.assertEqual("true" if flags[-1:] == ["--no-warm-up"] else "false",
+                             values["no-warm-up"][0], flags)
+        values = printed(environment={"VITRAIL_TEXTURE_COMPRESSION": "1"})
+        self.assertEqual("on", values["texture-compression"][0])
+
     def test_what_is_wrong_is_named_and_the_status_is_2(self):
         table = [
             (("--no-such",), "--no-such"),
@@ -86,6 +103,7 @@ class Config(unittest.TestCase):
             (("--listen", "example.org:1"), "neither an address"),
             (("--log-level", "loud"), "log-level"),
             (("--auto", "fastest"), "auto"),
+            (("--texture-compression=some",), "texture-compression"),
             (("stray",), "stray"),
             (("--config", "/nonexistent"), "/nonexistent"),
             (("--allow-remote=perhaps",), "allow-remote"),

@@ -12,24 +12,25 @@
 #include <cmocka.h>
 
 #include "renderer/accuracy/flip.h"
+#include "renderer/texture_speed.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/image_checks.h"
 
 enum { MIB = 1 << 20 };
 
-static struct renderer *open_renderer(uint64_t budget, bool compresses)
+/* from_levels: that would be withheld else; 0: never. */
+static struct renderer *open_renderer(uint64_t budget, uint32_t from_levels)
 {
     struct error err = {0};
-    struct renderer *renderer =
-        renderer_create(&(struct renderer_desc){.is_strict = true,
-                                                .texture_budget_bytes = budget,
-                                                .texture_upload_ms = 1000,
-                                                .compresses_textures = compresses},
-                        &err);
+    struct renderer *renderer = renderer_create(
+        &(struct renderer_desc){
+            .is_strict = true, .texture_budget_bytes = budget, .texture_upload_ms = 1000},
+        &err);
     if (!renderer && err.code == ERROR_NO_DEVICE)
         exit(77);
     if (!renderer)
         fail_msg("%s", err.message);
+    renderer_set_texture_compression(renderer, from_levels);
     return renderer;
 }
 
@@ -84,9 +85,10 @@ struct distance {
     double rmse, flip;
 };
 
-static struct distance measure(uint64_t budget, bool compresses, const struct frame *reference)
+static struct distance measure(uint64_t budget, uint32_t from_levels, bool compresses,
+                               const struct frame *reference)
 {
-    struct renderer *renderer = open_renderer(budget, compresses);
+    struct renderer *renderer = open_renderer(budget, from_levels);
     struct rig_scene rig;
     struct frame first, again;
     struct view view = view_of_wall();
@@ -102,9 +104,9 @@ static struct distance measure(uint64_t budget, bool compresses, const struct fr
     struct distance distance = {
         extreme_rmse(&again.outputs[VIEW_OUTPUT_COLOR], &reference->outputs[VIEW_OUTPUT_COLOR]),
         flip_of(&again, reference)};
-    print_message("%llu MiB of %.1f, %s: relative RMSE %.5f, FLIP %.5f; bias %u, %llu compressed "
+    print_message("%.2f MiB of %.1f, %s: relative RMSE %.5f, FLIP %.5f; bias %u, %llu compressed "
                   "(%.1f MiB, RMSE %.4f), %.0f ms\n",
-                  (unsigned long long)budget / MIB, (double)t->wanted_bytes / MIB,
+                  (double)budget / MIB, (double)t->wanted_bytes / MIB,
                   compresses ? "colours compressed" : "levels withheld", distance.rmse,
                   distance.flip, t->level_bias, (unsigned long long)t->compressed_count,
                   (double)t->compressed_bytes / MIB, t->compressed_rmse,
@@ -116,11 +118,12 @@ static struct distance measure(uint64_t budget, bool compresses, const struct fr
     return distance;
 }
 
-/* A wall from near, with a thirtieth of what it samples: levels are withheld that would be seen. */
+/* A wall from near, with a thirtieth of what it samples: levels are withheld that would be seen;
+ * `auto` compresses where there is far less. */
 static void compressed_colours_are_nearer_than_levels_withheld_that_would_be_seen(void **state)
 {
     (void)state;
-    struct renderer *renderer = open_renderer(0, true);
+    struct renderer *renderer = open_renderer(0, 1);
     struct rig_scene rig;
     struct frame reference;
     struct view view = view_of_wall();
@@ -129,9 +132,12 @@ static void compressed_colours_are_nearer_than_levels_withheld_that_would_be_see
     assert_int_equal(reference.report.textures.compressed_count, 0);
     rig_scene_finish(&rig, renderer);
     renderer_destroy(renderer);
-    struct distance withheld = measure(6 * MIB, false, &reference);
-    struct distance compressed = measure(6 * MIB, true, &reference);
+    struct distance withheld = measure(6 * MIB, TEXTURE_SPEED_AUTO_LEVELS, false, &reference);
+    struct distance compressed = measure(6 * MIB, 1, true, &reference);
     assert_true(compressed.rmse < 0.8 * withheld.rmse);
+    withheld = measure(MIB / 4, 0, false, &reference); /* a 700th */
+    compressed = measure(MIB / 4, TEXTURE_SPEED_AUTO_LEVELS, true, &reference);
+    assert_true(compressed.rmse < 0.9 * withheld.rmse && compressed.flip < withheld.flip);
     frame_finish(&reference);
 }
 

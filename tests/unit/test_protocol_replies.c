@@ -498,7 +498,15 @@ static void fill_device(struct device_capabilities *device)
                                                          .event_ns = 28,
                                                          .camera_ray_ns = 300,
                                                          .shadow_ray_ns = 234,
-                                                         .triangle_ns = 281}};
+                                                         .triangle_ns = 281},
+                                           .blocks = {.policy = "auto",
+                                                      .note = "measured at an earlier start",
+                                                      .from_levels = 5,
+                                                      .is_measured = true,
+                                                      .whole_ns = 0.5,
+                                                      .bc1_ns = 0.25,
+                                                      .bc3_ns = 0.375,
+                                                      .encode_bytes_per_ms = 150000}};
 }
 
 static void device_reads_back_as_it_was(void **state)
@@ -513,6 +521,7 @@ static void device_reads_back_as_it_was(void **state)
     json_decref(json);
 
     device.automatic = (struct device_auto){.policy = "raster"};
+    device.blocks = (struct device_blocks){.policy = "off"};
     json = device_capabilities_to_json(&device);
     assert_true(device_capabilities_from_json(json, &read, &err));
     assert_memory_equal(&read, &device, sizeof read);

@@ -21,6 +21,7 @@
 
 #include "renderer/calibrate.h"
 #include "renderer/renderer.h"
+#include "renderer/texture_speed.h"
 #include "renderer/scene/import.h"
 
 enum { SCENES_MAX = 8, DEVICE_MISSING = 64 };
@@ -76,6 +77,39 @@ void renderer_set_auto(struct renderer *renderer, const struct auto_settings *se
 {
     (void)renderer;
     (void)settings;
+}
+
+void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels)
+{
+    (void)renderer;
+    (void)from_levels;
+}
+
+bool renderer_samples_blocks(const struct renderer *renderer)
+{
+    (void)renderer;
+    return true;
+}
+
+/* A device that gains. */
+bool texture_speed_measure(struct renderer *renderer, struct texture_speed *speed,
+                           double *elapsed_ms, struct error *err)
+{
+    (void)renderer;
+    (void)err;
+    *speed = (struct texture_speed){1, 0.5, 0.75, 1e5};
+    *elapsed_ms = 0;
+    return true;
+}
+
+bool texture_speed_is_known(const struct texture_speed *speed)
+{
+    return speed->whole_ns > 0;
+}
+
+bool texture_speed_gains(const struct texture_speed *speed)
+{
+    return speed->bc1_ns < speed->whole_ns;
 }
 
 bool renderer_calibrate(struct renderer *renderer, struct calibration *calibration,
