@@ -179,40 +179,56 @@ static void check_report(const struct report_textures *report, uint64_t most)
     assert_true(report->resident_bytes > 0 && report->wanted_bytes > 0);
 }
 
+/* Views with all levels, by a renderer of its own: a thread has one at a time. */
+static void shoot_whole(struct file *file, const struct view *views, int count,
+                        struct image *references)
+{
+    struct renderer *whole = open_renderer(0, 0);
+    struct rig_scene rig;
+    open_scene(&rig, whole, file, TEXTURE, TEXTURE);
+    for (int i = 0; i < count; i++) {
+        struct frame frame;
+        shoot(whole, &rig, &views[i], &frame);
+        if (views[i].quality.shadows == VIEW_SHADOWS_MAP)
+            assert_true(frame.report.textures.resident_bytes > 64ull * TEXTURE * TEXTURE * 4);
+        references[i] = frame.outputs[VIEW_OUTPUT_COLOR];
+        frame.outputs[VIEW_OUTPUT_COLOR] = (struct image){0};
+        frame_finish(&frame);
+    }
+    rig_scene_finish(&rig, whole);
+    renderer_destroy(whole);
+}
+
 static void levels_on_demand_show_what_all_levels_show(void **state)
 {
-    struct renderer *whole = open_renderer(0, 0), *little = open_renderer(budget, 0);
-    struct rig_scene whole_rig, little_rig;
-    open_scene(&whole_rig, whole, *state, TEXTURE, TEXTURE);
+    struct view views[VIEWS];
+    struct image references[VIEWS], seen[VIEWS];
+    for (int i = 0; i < VIEWS; i++)
+        views[i] = view_number(i);
+    shoot_whole(*state, views, VIEWS, references);
+    struct renderer *little = open_renderer(budget, 0);
+    struct rig_scene little_rig;
     open_scene(&little_rig, little, *state, TEXTURE, TEXTURE);
-    struct image seen[VIEWS];
     for (int i = 0; i < VIEWS; i++) {
-        struct view view = view_number(i);
-        struct frame frame, reference;
-        shoot(whole, &whole_rig, &view, &reference);
-        shoot(little, &little_rig, &view, &frame);
-        assert_true(reference.report.textures.resident_bytes > 64ull * TEXTURE * TEXTURE * 4);
+        struct frame frame;
+        shoot(little, &little_rig, &views[i], &frame);
         check_report(&frame.report.textures, budget);
         assert_int_equal(frame.report.textures.level_bias, 0);
         assert_int_equal(frame.report.textures.pending_bytes, 0);
         assert_int_equal(frame.report.textures.coarse_count, 0);
-        assert_images_close(&reference.outputs[VIEW_OUTPUT_COLOR],
-                            &frame.outputs[VIEW_OUTPUT_COLOR], DARK, ROUNDING);
+        assert_images_close(&references[i], &frame.outputs[VIEW_OUTPUT_COLOR], DARK, ROUNDING);
+        image_finish(&references[i]);
         seen[i] = frame.outputs[VIEW_OUTPUT_COLOR];
         frame.outputs[VIEW_OUTPUT_COLOR] = (struct image){0};
-        frame_finish(&reference);
         frame_finish(&frame);
     }
     for (int i = VIEWS - 1; i >= 0; i--) { /* whatever else is resident by now */
-        struct view view = view_number(i);
-        struct image again = shoot_color(little, &little_rig, &view);
+        struct image again = shoot_color(little, &little_rig, &views[i]);
         assert_same_bits(&seen[i], &again);
         image_finish(&again);
         image_finish(&seen[i]);
     }
-    rig_scene_finish(&whole_rig, whole);
     rig_scene_finish(&little_rig, little);
-    renderer_destroy(whole);
     renderer_destroy(little);
 }
 
@@ -221,21 +237,20 @@ static void sides_that_are_no_powers_of_two_keep_their_levels(void **state)
 {
     (void)state;
     struct file file = {0};
-    struct renderer *whole = open_renderer(0, 0), *little = open_renderer(budget, 0);
-    struct rig_scene whole_rig, little_rig;
-    open_scene(&whole_rig, whole, &file, 600, 380);
-    open_scene(&little_rig, little, &file, 600, 380);
-    free(file.glb);
     struct view view = view_number(0);
-    struct image reference = shoot_color(whole, &whole_rig, &view);
-    struct image found = shoot_color(little, &little_rig, &view);
-    assert_images_close(&reference, &found, DARK, ROUNDING);
-    image_finish(&reference);
-    image_finish(&found);
-    rig_scene_finish(&whole_rig, whole);
-    rig_scene_finish(&little_rig, little);
-    renderer_destroy(whole);
-    renderer_destroy(little);
+    struct image pictures[2];
+    for (int i = 0; i < 2; i++) {
+        struct renderer *renderer = open_renderer(i ? budget : 0, 0);
+        struct rig_scene rig;
+        open_scene(&rig, renderer, &file, 600, 380);
+        pictures[i] = shoot_color(renderer, &rig, &view);
+        rig_scene_finish(&rig, renderer);
+        renderer_destroy(renderer);
+    }
+    free(file.glb);
+    assert_images_close(&pictures[0], &pictures[1], DARK, ROUNDING);
+    image_finish(&pictures[0]);
+    image_finish(&pictures[1]);
 }
 
 static bool has_warning(const struct frame_report *report, const char *text)
@@ -275,8 +290,7 @@ static void what_exceeds_the_budget_is_withheld_and_said(void **state)
 /* The leaf's mask is read at its finest level, 1 MiB, whatever is withheld from the camera; where
  * it is hidden, pictures are the same. */
 static void check_traced(struct renderer *little, const struct rig_scene *little_rig,
-                         struct renderer *whole, const struct rig_scene *whole_rig,
-                         struct view *view)
+                         const struct image *unlimited, struct view *view)
 {
     struct frame drawn, traced;
     uint64_t mask = view->node_override_count ? 0 : 4ull * TEXTURE * TEXTURE;
@@ -284,7 +298,6 @@ static void check_traced(struct renderer *little, const struct rig_scene *little
     shoot(little, little_rig, view, &drawn);
     view->quality.shadows = VIEW_SHADOWS_RAYTRACED;
     shoot(little, little_rig, view, &traced);
-    struct image unlimited = shoot_color(whole, whole_rig, view);
     const struct report_textures *a = &drawn.report.textures, *b = &traced.report.textures;
     assert_in_range(a->level_bias, 2, 5);
     assert_int_equal(b->level_bias, a->level_bias);
@@ -295,11 +308,10 @@ static void check_traced(struct renderer *little, const struct rig_scene *little
     assert_int_equal(b->pending_bytes + b->written_bytes, 0);
     assert_true(has_warning(&traced.report, "level bias"));
     double same = mean_error(&traced.outputs[VIEW_OUTPUT_COLOR], &drawn.outputs[VIEW_OUTPUT_COLOR]);
-    double lost = mean_error(&traced.outputs[VIEW_OUTPUT_COLOR], &unlimited);
+    double lost = mean_error(&traced.outputs[VIEW_OUTPUT_COLOR], unlimited);
     printf("MAE / mean %.4f against drawn, %.4f against all levels\n", same, lost);
     if (!mask)
         assert_true(same < 0.004 && lost > 3 * same);
-    image_finish(&unlimited);
     frame_finish(&drawn);
     frame_finish(&traced);
 }
@@ -307,15 +319,21 @@ static void check_traced(struct renderer *little, const struct rig_scene *little
 static void traced_pictures_are_withheld_the_same_levels(void **state)
 {
     static const struct view_node_override hidden = {.node = "#64", .has_visible = true};
-    struct renderer *little = open_renderer(TINY_TEXTURES, 0), *whole = open_renderer(0, 0);
-    struct rig_scene little_rig, whole_rig;
-    open_scene(&little_rig, little, *state, TEXTURE, TEXTURE);
-    open_scene(&whole_rig, whole, *state, TEXTURE, TEXTURE);
+    struct view views[4];
+    struct image unlimited[4];
     for (int i = 0; i < 4; i++) {
-        struct view view = view_number(i / 2 * 3);
-        view.nodes = &hidden;
-        view.node_override_count = (size_t)(i % 2);
-        check_traced(little, &little_rig, whole, &whole_rig, &view);
+        views[i] = view_number(i / 2 * 3);
+        views[i].nodes = &hidden;
+        views[i].node_override_count = (size_t)(i % 2);
+        views[i].quality = (struct view_quality){.shadows = VIEW_SHADOWS_RAYTRACED, .samples = 1};
+    }
+    shoot_whole(*state, views, 4, unlimited);
+    struct renderer *little = open_renderer(TINY_TEXTURES, 0);
+    struct rig_scene little_rig;
+    open_scene(&little_rig, little, *state, TEXTURE, TEXTURE);
+    for (int i = 0; i < 4; i++) {
+        check_traced(little, &little_rig, &unlimited[i], &views[i]);
+        image_finish(&unlimited[i]);
     }
     struct view view = view_number(0);
     struct frame truth;
@@ -326,9 +344,7 @@ static void traced_pictures_are_withheld_the_same_levels(void **state)
     assert_int_equal(truth.report.textures.wanted_bytes % (4 * TEXTURE * TEXTURE), 0);
     frame_finish(&truth);
     rig_scene_finish(&little_rig, little);
-    rig_scene_finish(&whole_rig, whole);
     renderer_destroy(little);
-    renderer_destroy(whole);
 }
 
 static void a_budget_below_the_coarsest_levels_is_refused(void **state)
@@ -393,26 +409,28 @@ static void frames_in_motion_begin_coarse_and_are_refined(void **state)
 /* After coarse frames, also of other views, and over again. */
 static void an_exact_frame_waits_for_its_levels(void **state)
 {
-    struct renderer *whole = open_renderer(0, 0), *little = open_renderer(budget, 64 << 10);
-    struct rig_scene whole_rig, little_rig;
-    open_scene(&whole_rig, whole, *state, TEXTURE, TEXTURE);
+    struct view views[VIEWS];
+    struct image references[VIEWS];
+    for (int i = 0; i < VIEWS; i++)
+        views[i] = view_number((i + 1) % VIEWS);
+    shoot_whole(*state, views, VIEWS, references);
+    struct renderer *little = open_renderer(budget, 64 << 10);
+    struct rig_scene little_rig;
     open_scene(&little_rig, little, *state, TEXTURE, TEXTURE);
     for (int i = 0; i < VIEWS; i++) {
-        struct view coarse = view_number(i), exact = view_number((i + 1) % VIEWS);
-        struct image moving, found, reference = shoot_color(whole, &whole_rig, &exact);
+        struct view coarse = view_number(i);
+        struct image moving, found;
         coarse.quality.may_be_coarse = true;
         for (int k = 0; k < 3; k++) {
             moving = shoot_color(little, &little_rig, &coarse);
             image_finish(&moving);
         }
-        found = shoot_color(little, &little_rig, &exact);
-        assert_images_close(&reference, &found, DARK, ROUNDING);
+        found = shoot_color(little, &little_rig, &views[i]);
+        assert_images_close(&references[i], &found, DARK, ROUNDING);
         image_finish(&found);
-        image_finish(&reference);
+        image_finish(&references[i]);
     }
-    rig_scene_finish(&whole_rig, whole);
     rig_scene_finish(&little_rig, little);
-    renderer_destroy(whole);
     renderer_destroy(little);
 }
 
