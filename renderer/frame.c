@@ -2,8 +2,8 @@
 /* The door to frames: the view is checked, its plan made or found, and run. */
 #include <assert.h>
 #include <stdio.h>
-#include <string.h>
 
+#include "renderer/frame_flight.h"
 #include "renderer/frame_pause.h"
 #include "renderer/frame_programs.h"
 #include "renderer/frame_run.h"
@@ -77,21 +77,6 @@ static void fill_report(const struct plan *plan, const struct resident_scene *sc
                     "%zu attenuating volumes have no closed surface that faces outward: the "
                     "thickness of their material is used",
                     state->open_volume_count);
-}
-
-/* In tests: every pass that ran is one of the plan. */
-static void check_passes(const struct plan *plan, const struct frame_report *report)
-{
-    for (int i = 0; i < report->pass_count; i++) {
-        const struct report_pass *ran = &report->passes[i];
-        int k = 0;
-        while (k < plan->pass_count && (strcmp(plan->passes[k].pass, ran->pass) != 0 ||
-                                        strcmp(plan->passes[k].technique, ran->technique) != 0))
-            k++;
-        if (k == plan->pass_count)
-            fprintf(stderr, "pass '%s' (%s) is not in the plan\n", ran->pass, ran->technique);
-        assert(k < plan->pass_count);
-    }
 }
 
 /* A view of a scene, checked and evaluated: what a plan is made from. */
@@ -283,9 +268,13 @@ static void count_caches(const struct renderer *renderer, const struct program_c
     report->counts.plans_reused = 1 - report->counts.plans_made;
 }
 
-/* only_builds: of struct frame_run. */
+struct making {
+    bool only_builds; /* of struct frame_run */
+    bool *is_done;    /* NULL where the frame is to end in the call */
+};
+
 static bool make_frame(struct renderer *renderer, const char *scene_key, const struct view *view,
-                       bool only_builds, struct frame *frame, struct error *err)
+                       const struct making *making, struct frame *frame, struct error *err)
 {
     double begin_ms = wall_ms();
     struct opened_view opened;
@@ -304,25 +293,36 @@ static bool make_frame(struct renderer *renderer, const char *scene_key, const s
         .state = opened.state,
         .camera = &opened.camera,
         .frame = frame,
-        .only_builds = only_builds,
+        .only_builds = making->only_builds,
     };
-    bool ok = (only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
+    bool ok =
+        (making->only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
     if (ok)
         fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
     report_choice(&opened.plan->plan.choice, &frame->report);
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
-    gpu_timeline_collect(renderer->timeline, &frame->report);
-    if (ok && renderer->is_strict)
-        check_passes(&opened.plan->plan, &frame->report);
-    frame->report.total_ms = wall_ms() - begin_ms - frame->report.paused_ms;
+    const struct frame_ending ending = {
+        .frame = frame, .plan = &opened.plan->plan, .begin_ms = begin_ms, .has_failed = !ok};
+    ok = frame_flight_end(renderer, &ending, making->is_done, err);
     /* textures that it brought; not within a frame, whose state and plan would go too */
     if (!renderer->other || !renderer->other->is_paused)
         renderer_evict_beside(renderer, opened.scene);
-    frame->report.resident_bytes = renderer_used_bytes(renderer);
-    if (!ok)
-        frame_finish(frame);
+    if (ok)
+        frame->report.resident_bytes = renderer_used_bytes(renderer);
     return ok;
+}
+
+bool renderer_submit(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct frame *frame, bool *is_done, struct error *err)
+{
+    *frame = (struct frame){0};
+    *is_done = true;
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_submit(renderer, scene_key, view, frame, is_done, err);
+    const struct making making = {.is_done = is_done};
+    return make_frame(renderer, scene_key, view, &making, frame, err);
 }
 
 bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -332,7 +332,7 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     if (renderer->is_paused)
         return (renderer = frame_pause_other(renderer, err)) &&
                renderer_render(renderer, scene_key, view, frame, err);
-    return make_frame(renderer, scene_key, view, false, frame, err);
+    return make_frame(renderer, scene_key, view, &(struct making){.is_done = NULL}, frame, err);
 }
 
 bool renderer_build(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -340,5 +340,5 @@ bool renderer_build(struct renderer *renderer, const char *scene_key, const stru
 {
     assert(!renderer->is_paused);
     *frame = (struct frame){0};
-    return make_frame(renderer, scene_key, view, true, frame, err);
+    return make_frame(renderer, scene_key, view, &(struct making){.only_builds = true}, frame, err);
 }

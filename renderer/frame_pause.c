@@ -30,6 +30,7 @@ static bool serve(void *context)
     const struct interlude *interlude = renderer->interlude;
     struct program_cache_stats before;
     double begin_ms = wall_ms();
+    gpu_timeline_will_wait(renderer->timeline);
     gpu_timeline_collect(renderer->timeline, pause->report); /* which others use, too */
     program_cache_get_stats(renderer->programs, &before);
     raytrace_cache_lend(renderer->traced, true);

@@ -39,6 +39,7 @@ static bool trace(const struct frame_run *run, struct error *err)
 {
     const char *because = run->frame_plan->plan.requirements[PLAN_NEED_TRACED].because;
     uint8_t *levels;
+    gpu_timeline_will_wait(run->renderer->timeline); /* rays take long */
     if (run->only_builds)
         return frame_raytrace_build(run, because, err);
     bool ok =
@@ -171,7 +172,9 @@ static bool shade(struct window_run *window, struct error *err)
 
 static bool read_color(struct window_run *window, struct error *err)
 {
-    return shade_read_color(&window->frame, &window->run->frame->outputs[VIEW_OUTPUT_COLOR], err);
+    struct renderer *renderer = window->run->renderer;
+    return shade_send_color(&renderer->shade, &window->frame, renderer->readback,
+                            &window->run->frame->outputs[VIEW_OUTPUT_COLOR], err);
 }
 
 static bool read_auxiliary(struct window_run *window, struct error *err)
@@ -419,6 +422,16 @@ static bool is_rasterised(const struct frame_run *run)
     return needs(run, PLAN_NEED_COLOR) || needs(run, PLAN_NEED_AUXILIARY);
 }
 
+/* Over the picture, which must be there. */
+static bool draw_over(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    struct frame_report *report = &run->frame->report;
+    gpu_timeline_will_wait(renderer->timeline);
+    gpu_timeline_collect(renderer->timeline, report); /* lines in the order of passes */
+    return readback_collect(renderer->readback, report, err) && frame_overlay(run, err);
+}
+
 static bool run_steps(const struct frame_run *run, struct error *err)
 {
     const struct plan *plan = &run->frame_plan->plan;
@@ -432,7 +445,7 @@ static bool run_steps(const struct frame_run *run, struct error *err)
     if (needs(run, PLAN_NEED_COLOR) && !upload_lights(run, err))
         return false;
     return (!is_rasterised(run) || run_windows(run, err)) &&
-           (!needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err));
+           (!needs(run, PLAN_NEED_OVERLAY) || draw_over(run, err));
 }
 
 bool frame_run(const struct frame_run *run, struct error *err)

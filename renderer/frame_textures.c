@@ -209,6 +209,7 @@ static bool bring(struct frame_textures *textures, const struct frame_run *run,
         return error_set(err, ERROR_NO_MEMORY, "textures of %u parts", parts);
     const struct texture_wish wish = {.demands = demands,
                                       .count = list_demands(textures->wanted, run, demands),
+                                      .timeline = run->renderer->timeline,
                                       .may_be_coarse = run->view->quality.may_be_coarse};
     bool is_good = texture_pool_prepare(run->renderer->scenes->textures, &wish, report, err);
     free(demands);

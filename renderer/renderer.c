@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/frame_flight.h"
 #include "renderer/gl/selftest.h"
 #include "renderer/renderer_internal.h"
 #include "renderer/scene_parts.h"
@@ -98,8 +99,11 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     keep_programs(renderer, desc);
     renderer->own_scenes.textures = create_textures(desc, renderer->budget_bytes, err);
     renderer->timeline = gpu_timeline_create(renderer->context, err);
-    if (!renderer->own_scenes.textures || !renderer->timeline || !create_own(renderer, err))
+    renderer->readback = readback_create(desc->defers_frames, err);
+    if (!renderer->own_scenes.textures || !renderer->timeline || !renderer->readback ||
+        !create_own(renderer, err))
         goto fail;
+    frame_flight_init(renderer);
     renderer->shadows = shadow_system_create(
         &(struct shadow_system_desc){
             .programs = renderer->programs,
@@ -131,6 +135,7 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .context = renderer->context,
         .programs = renderer->programs,
         .timeline = renderer->timeline,
+        .readback = renderer->readback,
         .shadows = renderer->shadows,
         .traced = renderer->traced,
         .scenes = renderer->scenes,
@@ -159,6 +164,8 @@ void renderer_destroy(struct renderer *renderer)
     scene_cache_finish(&renderer->own_scenes);
     finish_own(renderer);
     shadow_system_destroy(renderer->shadows);
+    frame_flight_finish(renderer);
+    readback_destroy(renderer->readback);
     gpu_timeline_destroy(renderer->timeline);
     program_cache_destroy(renderer->programs);
     program_store_close(renderer->program_store);
@@ -232,8 +239,8 @@ static uint64_t own_bytes(const struct renderer *renderer)
 uint64_t renderer_used_bytes(const struct renderer *renderer)
 {
     return scene_cache_size_bytes(renderer->scenes) + shadow_system_size_bytes(renderer->shadows) +
-           raytrace_cache_size_bytes(renderer->traced) + own_bytes(renderer) +
-           (renderer->other ? own_bytes(renderer->other) : 0);
+           raytrace_cache_size_bytes(renderer->traced) + readback_size_bytes(renderer->readback) +
+           own_bytes(renderer) + (renderer->other ? own_bytes(renderer->other) : 0);
 }
 
 static bool is_traced(const struct renderer *renderer, const char *key)

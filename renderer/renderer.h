@@ -38,6 +38,8 @@ struct renderer_desc {
                             LOOP_STEPS_MAX (renderer/shading/loop_steps.h) */
     uint32_t first_band; /* tests: pixels or list entries of the first piece of a shading pass that
                             others may interrupt; 0 means BAND_FIRST (renderer/shading/bands.h) */
+    bool defers_frames;  /* tests: what renderer_submit may leave under way is never there before it
+                            is waited for, as on the slowest device */
     bool is_strict;      /* tests: a GL error or undefined-behaviour message aborts */
 };
 
@@ -120,6 +122,29 @@ const struct scene *renderer_get_scene(struct renderer *renderer, const char *sc
  * create anew). */
 MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, struct error *err);
+
+/* The same in two halves: the first ends when the device has got all its work, so that the next
+ * frame can be begun meanwhile, with the same bits. *is_done: the frame is finished, and nothing is
+ * left to collect, as where the device works while it is asked, with auxiliary outputs, overlays
+ * and rays, and within an interlude. Else `frame` is the renderer's until renderer_collect, its
+ * scenes are not. One frame is in flight at a time: the next one collects it through the arrival
+ * (below), or is finished at once itself. Failures as those of renderer_render. */
+MUST_CHECK bool renderer_submit(struct renderer *renderer, const char *scene_key,
+                                const struct view *view, struct frame *frame, bool *is_done,
+                                struct error *err);
+/* Whether nothing is in flight that is not there, after waiting so long at most. */
+bool renderer_wait(struct renderer *renderer, int timeout_ms);
+/* Ends the frame in flight, of which there must be one: waits for what is not there. */
+MUST_CHECK bool renderer_collect(struct renderer *renderer, struct error *err);
+
+/* Called while a later frame is submitted, once the one in flight is there, and before the device
+ * is waited for on other grounds: it must call renderer_collect and nothing else of this header.
+ * Borrowed; NULL: none. */
+struct frame_arrival {
+    void *context;
+    void (*collect)(void *context); /* required */
+};
+void renderer_set_arrival(struct renderer *renderer, const struct frame_arrival *arrival);
 
 /* From now on frames stop for what is due, and go on with the same bits (but those of deep-linked
  * with `faithful`, which has no bits of its own): at most where a tile of rays is done, a band of

@@ -10,6 +10,7 @@
 #include "renderer/renderer.h"
 #include "renderer/scene_cache.h"
 #include "renderer/shading/aov.h"
+#include "renderer/shading/readback.h"
 #include "renderer/shading/shade.h"
 
 struct kept_state { /* zeroed = none: of the last frame */
@@ -30,6 +31,12 @@ struct light_batches { /* zeroed: nothing is known */
     size_t most; /* structures at once; 0: all */
 };
 
+struct frame_flight { /* zeroed: none (renderer/frame_flight.h) */
+    struct frame *frame;
+    struct plan *plan; /* owned; of a strict renderer */
+    double begin_ms;
+};
+
 struct renderer {
     struct renderer *other; /* makes frames while one is paused, and back; NULL: not made yet */
     bool is_beside;         /* it is the other of one that was created before it */
@@ -37,6 +44,7 @@ struct renderer {
     struct program_cache *programs;
     struct program_store *program_store; /* NULL: none */
     struct gpu_timeline *timeline;
+    struct readback *readback;
     struct draw_arena *arena;
     struct frame_textures *textures; /* of the frame that runs, or NULL */
     struct light_lists *lists;
@@ -57,9 +65,11 @@ struct renderer {
     uint64_t budget_bytes;
     struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
-    const struct interlude *interlude; /* borrowed; NULL: frames are made in one piece */
-    bool is_paused;                    /* its frame is: others go to `other` */
-    struct program_cache_stats aside;  /* what others did while the frame was paused */
+    const struct interlude *interlude;   /* borrowed; NULL: frames are made in one piece */
+    bool is_paused;                      /* its frame is: others go to `other` */
+    struct frame_flight flight;          /* not of one beside */
+    const struct frame_arrival *arrival; /* borrowed; NULL: none */
+    struct program_cache_stats aside;    /* what others did while the frame was paused */
 };
 
 /* One that shares the context, programs, scenes and shadow structures of another. NULL with err. */

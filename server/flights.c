@@ -32,12 +32,17 @@ void flights_remove(struct flights *flights, int index)
             (size_t)(flights->count - index) * sizeof flights->list[0]);
 }
 
-bool flights_is_any_encoding(const struct flights *flights)
+static int find_state(const struct flights *flights, enum flight_state state)
 {
     for (int i = 0; i < flights->count; i++)
-        if (flights->list[i].state == FLIGHT_ENCODING)
-            return true;
-    return false;
+        if (flights->list[i].state == state)
+            return i;
+    return -1;
+}
+
+bool flights_is_any(const struct flights *flights, enum flight_state state)
+{
+    return find_state(flights, state) >= 0;
 }
 
 int flights_find(const struct flights *flights, uint64_t ticket)
@@ -59,6 +64,9 @@ bool flights_note(struct flight *flight, const char *op, int64_t now_ms)
     } else if (strcmp(op, "resumed") == 0) {
         flight->state = FLIGHT_BEGUN;
         since_ms = now_ms - flight->ran_ms;
+    } else if (strcmp(op, "submitted") == 0) {
+        flight->state = FLIGHT_ON_DEVICE;
+        since_ms = flight->since_ms;
     } else if (strcmp(op, "rendered") == 0) {
         flight->state = FLIGHT_ENCODING;
     } else {
@@ -68,31 +76,46 @@ bool flights_note(struct flight *flight, const char *op, int64_t now_ms)
     return true;
 }
 
-static int find_state(const struct flights *flights, enum flight_state state)
+static bool is_begun(const struct flight *flight)
 {
-    for (int i = 0; i < flights->count; i++)
-        if (flights->list[i].state == state)
-            return i;
-    return -1;
+    return flight->state == FLIGHT_BEGUN || flight->state == FLIGHT_ON_DEVICE;
 }
 
-int flights_guilty(const struct flights *flights)
+void flights_note_free_device(struct flights *flights, int64_t now_ms)
+{
+    for (int i = 0; i < flights->count; i++)
+        if (is_begun(&flights->list[i]))
+            flights->list[i].since_ms = now_ms;
+}
+
+void flights_note_lost(struct flights *flights, int index)
+{
+    for (int i = 0; i < flights->count; i++)
+        if (is_begun(&flights->list[i]))
+            flights->list[i].state = i == index ? FLIGHT_BEGUN : FLIGHT_SENT;
+}
+
+int flights_guilty(const struct flights *flights, bool is_late)
 {
     int begun = find_state(flights, FLIGHT_BEGUN), paused = find_state(flights, FLIGHT_PAUSED);
+    int on_device = find_state(flights, FLIGHT_ON_DEVICE);
+    if (on_device >= 0 && (begun < 0 || (is_late && on_device < begun)))
+        return on_device;
     return begun >= 0 ? begun : paused >= 0 ? paused : flights->count > 0 ? 0 : -1;
 }
 
 int64_t flight_limit_ms(const struct flight *flight, int64_t limit_ms)
 {
-    bool is_own = flight->task->limit_ms > 0 && flight->state == FLIGHT_BEGUN;
+    bool is_own = flight->task->limit_ms > 0 && is_begun(flight);
     return is_own ? flight->task->limit_ms : limit_ms;
 }
 
 int64_t flights_deadline(const struct flights *flights, int64_t limit_ms, int64_t last_event_ms)
 {
     int64_t earliest = INT64_MAX;
-    bool has_begun = find_state(flights, FLIGHT_BEGUN) >= 0;
-    bool has_paused = find_state(flights, FLIGHT_PAUSED) >= 0;
+    bool has_begun =
+        flights_is_any(flights, FLIGHT_BEGUN) || flights_is_any(flights, FLIGHT_ON_DEVICE);
+    bool has_paused = flights_is_any(flights, FLIGHT_PAUSED);
     for (int i = 0; i < flights->count; i++) {
         const struct flight *flight = &flights->list[i];
         int64_t since = flight->since_ms;

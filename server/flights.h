@@ -10,15 +10,17 @@ enum { FLIGHTS_DEPTH_MAX = 8 };
 
 enum flight_state {
     FLIGHT_SENT,
-    FLIGHT_BEGUN,  /* on the GL thread */
-    FLIGHT_PAUSED, /* urgent ones go before the rest of it */
+    FLIGHT_BEGUN,     /* on the GL thread */
+    FLIGHT_PAUSED,    /* urgent ones go before the rest of it */
+    FLIGHT_ON_DEVICE, /* the GL thread has another one, or waits for it */
     FLIGHT_ENCODING
 };
 
 struct flight {
     struct render_task *task;
     enum flight_state state;
-    int64_t since_ms; /* of the state; of one that was paused, later by as long as it was */
+    int64_t since_ms; /* of the state; of one that was paused, later by as long as it was; of one on
+                         the device, when it was begun, or the one before it was done */
     int64_t ran_ms;   /* of a paused one, until then */
     bool is_told;     /* the worker knows that it is cancelled */
 };
@@ -34,14 +36,19 @@ bool flights_have_room(const struct flights *flights, enum render_priority prior
 void flights_add(struct flights *flights, struct render_task *task, int64_t now_ms);
 void flights_remove(struct flights *flights, int index);
 int flights_find(const struct flights *flights, uint64_t ticket); /* -1: none */
-bool flights_is_any_encoding(const struct flights *flights);
+bool flights_is_any(const struct flights *flights, enum flight_state state);
 
 /* What the worker says of a flight; false for a word that is none of these: begin, paused, resumed,
- * rendered. */
+ * submitted, rendered. */
 bool flights_note(struct flight *flight, const char *op, int64_t now_ms);
+/* One is off the device, where others waited behind it: their time begins. */
+void flights_note_free_device(struct flights *flights, int64_t now_ms);
+/* The context was lost by this one. */
+void flights_note_lost(struct flights *flights, int index);
 
-/* Which flight a death is charged to: the one on the GL thread, else the oldest. -1: none. */
-int flights_guilty(const struct flights *flights);
+/* Which flight a death is charged to: the one on the GL thread, or the first one that is begun
+ * where the worker was late; else the one on the device, else the oldest. -1: none. */
+int flights_guilty(const struct flights *flights, bool is_late);
 
 /* When the worker must have done something. limit_ms: for each state of a flight, where its task
  * has none of its own; last_event_ms: when the worker last said something. INT64_MAX: never. */

@@ -67,11 +67,12 @@ static json_t *integer(uint64_t value)
 
 static json_t *renders_json(const struct supervisor_totals *totals)
 {
-    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:f}", "rendered", integer(totals->rendered),
-                     "overlapped", integer(totals->overlapped), "failed", integer(totals->failed),
-                     "cancelled", integer(totals->cancelled), "retried", integer(totals->retried),
-                     "waiting", integer(totals->waiting), "in_flight", integer(totals->in_flight),
-                     "oldest_wait_s", totals->oldest_wait_s);
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:f}", "rendered", integer(totals->rendered),
+                     "overlapped", integer(totals->overlapped), "ahead", integer(totals->ahead),
+                     "failed", integer(totals->failed), "cancelled", integer(totals->cancelled),
+                     "retried", integer(totals->retried), "waiting", integer(totals->waiting),
+                     "in_flight", integer(totals->in_flight), "oldest_wait_s",
+                     totals->oldest_wait_s);
 }
 
 static json_t *worker_json(const struct service *service, const struct supervisor_totals *totals)

@@ -75,6 +75,7 @@ struct supervisor_totals {
     double oldest_wait_s;
     struct warm_up_totals warm_ups;
     uint64_t overlapped; /* renders that began while an earlier one was being encoded */
+    uint64_t ahead;      /* renders that began while an earlier one was on the device */
     uint64_t programs_built, programs_reused;    /* of shaders, by the worker that runs */
     uint64_t programs_loaded;                    /* likewise: from the state directory */
     uint64_t programs_kept, programs_kept_bytes; /* there */

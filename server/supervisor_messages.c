@@ -56,8 +56,15 @@ static void flight_message(struct supervisor *supervisor, const char *op,
     if (strcmp(op, "begin") == 0) {
         task->outcome.queue_ms = 1e-3 * (double)(now_us() - task->queued_us);
         supervisor->totals.overlapped +=
-            !task->question && flights_is_any_encoding(&supervisor->flights);
+            !task->question && flights_is_any(&supervisor->flights, FLIGHT_ENCODING);
+        supervisor->totals.ahead +=
+            !task->question && flights_is_any(&supervisor->flights, FLIGHT_ON_DEVICE);
     }
+    bool was_on_device = flight->state == FLIGHT_ON_DEVICE;
+    if (strcmp(op, "lost") == 0)
+        flights_note_lost(&supervisor->flights, index);
+    else if (was_on_device)
+        flights_note_free_device(&supervisor->flights, now_ms());
     if (flights_note(flight, op, now_ms()))
         return;
     if (strcmp(op, "done") == 0) {

@@ -46,7 +46,7 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
 static void settle_death(struct supervisor *supervisor, const char *how, bool is_timeout)
 {
     struct flights *flights = &supervisor->flights;
-    int guilty = flights_guilty(flights);
+    int guilty = flights_guilty(flights, is_timeout);
     struct render_task *charged = guilty >= 0 ? flights->list[guilty].task : NULL;
     if (charged)
         flights_remove(flights, guilty);
@@ -154,7 +154,7 @@ static int64_t timeout_ms(const struct supervisor *supervisor)
 /* Of the flight that a late worker is charged with. Under the mutex. */
 static int limit_s(const struct supervisor *supervisor)
 {
-    int guilty = flights_guilty(&supervisor->flights);
+    int guilty = flights_guilty(&supervisor->flights, true);
     if (supervisor->state == WORKER_STARTING || guilty < 0)
         return START_MS / 1000;
     const struct flight *flight = &supervisor->flights.list[guilty];

@@ -26,6 +26,7 @@
 enum {
     ENCODE_THREADS_MAX = 4,
     INTERLUDE_US = 60000, /* urgent frames that begin within it go before the rest of another ... */
+    LOOK_MS = 1,          /* for messages, while the device is waited for */
     SLICE_US = 10000,     /* ... which goes on for half of what they took, and not less than this */
 };
 
@@ -35,6 +36,8 @@ struct worker {
     struct interlude interlude;
     bool is_paused, is_lost;    /* a frame is, for urgent ones; the context is */
     uint64_t current;           /* the frame that may be paused */
+    struct encode_task *flying; /* its frame is on the device; or NULL */
+    struct frame_arrival arrival;
     int64_t slice_until_us;     /* of that frame: not before */
     unsigned urgent_arrivals;   /* when none of those that waited could be served */
     json_t *forgotten;          /* ids of scenes to be forgotten between frames */
@@ -117,6 +120,39 @@ static void send_totals(struct worker *worker)
                  NULL, 0);
 }
 
+/* The frame is finished: takes the task. */
+static void pass_on(struct worker *worker, struct encode_task *task)
+{
+    frame_stats_from_report(&task->request, &task->frame.report, worker->info.renderer,
+                            &task->stats);
+    send_progress(worker, "rendered", task->id);
+    send_totals(worker);
+    encoder_submit(worker->encoder, task);
+}
+
+/* Notes whether the context is lost: then the worker must end. */
+static void say_failed(struct worker *worker, uint64_t id, const struct error *problem)
+{
+    bool is_lost = problem->code == ERROR_NO_DEVICE;
+    send_error(worker, is_lost ? "lost" : "error", id, problem);
+    worker->is_lost |= is_lost;
+}
+
+/* Ends the frame that is on the device, if any: waits for it. */
+static void land(void *context)
+{
+    struct worker *worker = context;
+    struct encode_task *task = worker->flying;
+    struct error problem = {0};
+    worker->flying = NULL;
+    if (task && renderer_collect(worker->renderer, &problem)) {
+        pass_on(worker, task);
+    } else if (task) {
+        say_failed(worker, task->id, &problem);
+        encode_task_destroy(task);
+    }
+}
+
 /* Makes the scene of a request ready, and those of its parts, whose files follow it. */
 static bool attach_scenes(struct worker *worker, const struct ipc_message *message,
                           const char *scene, struct error *err)
@@ -140,6 +176,22 @@ static bool attach_scenes(struct worker *worker, const struct ipc_message *messa
         err);
 }
 
+/* Whether nothing has to be brought to the device for the message. */
+static bool is_at_hand(void *context, const json_t *message)
+{
+    const struct worker *worker = context;
+    const char *scene = json_string_value(json_object_get(message, "scene"));
+    bool is_there = scene && mapped_scenes_has(worker->scenes, scene);
+    const json_t *part;
+    size_t i;
+    json_array_foreach(json_object_get(message, "parts"), i, part)
+    {
+        is_there = is_there && json_is_string(part) &&
+                   mapped_scenes_has(worker->scenes, json_string_value(part));
+    }
+    return is_there;
+}
+
 /* The file behind those of scenes, or -1. */
 static int reference_of(const struct ipc_message *message)
 {
@@ -153,8 +205,10 @@ static bool read_request(struct worker *worker, const struct ipc_message *messag
 {
     struct ipc_mapping text = {0};
     bool is_good = ipc_mapping_init(&text, message->fd_count > 0 ? message->fds[0] : -1, err) &&
-                   render_request_parse(text.bytes, text.size_bytes, request, err) &&
-                   attach_scenes(worker, message, request->scene, err);
+                   render_request_parse(text.bytes, text.size_bytes, request, err);
+    if (is_good && !is_at_hand(worker, message->json)) /* to bring a scene may take long */
+        land(worker);
+    is_good = is_good && attach_scenes(worker, message, request->scene, err);
     ipc_mapping_finish(&text);
     return is_good;
 }
@@ -166,8 +220,9 @@ static bool read_format(const json_t *message, enum image_format *format, struct
            error_set(err, ERROR_INTERNAL, "worker: no image format in the message");
 }
 
+/* is_done: false where the frame is on the device. */
 static bool draw(struct worker *worker, struct ipc_message *message, struct encode_task *task,
-                 struct error *err)
+                 bool *is_done, struct error *err)
 {
     struct view view;
     struct view_storage storage = {0};
@@ -177,11 +232,9 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
         return false;
     view.quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
     view.quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
-    bool is_good = renderer_render(worker->renderer, task->request.scene, &view, &task->frame, err);
+    bool is_good =
+        renderer_submit(worker->renderer, task->request.scene, &view, &task->frame, is_done, err);
     view_storage_finish(&storage);
-    if (is_good)
-        frame_stats_from_report(&task->request, &task->frame.report, worker->info.renderer,
-                                &task->stats);
     return is_good;
 }
 
@@ -210,33 +263,42 @@ static void end_render(struct worker *worker)
     renderer_set_interlude(worker->renderer, NULL);
 }
 
+static void take_off(struct worker *worker, struct encode_task *task)
+{
+    worker->flying = task;
+    send_progress(worker, "submitted", task->id);
+}
+
 /* False when the context is lost and the worker must end. */
 static bool serve_render(struct worker *worker, struct ipc_message *message)
 {
     struct error problem = {0};
     uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
+    bool is_done = true;
     begin_render(worker, message, id);
     struct encode_task *task = calloc(1, sizeof *task);
     if (!task)
         error_set(&problem, ERROR_NO_MEMORY, "frame");
-    bool is_good = task && !(worker->current == id && inbox_is_cancelled(worker->inbox)) &&
-                   draw(worker, message, task, &problem);
-    end_render(worker);
-    if (is_good) {
+    else
         task->id = id;
-        send_progress(worker, "rendered", id);
-        send_totals(worker);
-        encoder_submit(worker->encoder, task);
-        return true;
-    }
+    bool is_good = task && !(worker->current == id && inbox_is_cancelled(worker->inbox)) &&
+                   draw(worker, message, task, &is_done, &problem);
+    end_render(worker);
+    if (is_good && is_done)
+        pass_on(worker, task);
+    else if (is_good)
+        take_off(worker, task);
+    if (is_good)
+        return !worker->is_lost;
     encode_task_destroy(task);
+    if (problem.code == ERROR_NO_DEVICE) /* it may have been lost by the one before */
+        land(worker);
     if (worker->is_lost)
         return false;
     if (problem.code == ERROR_NONE)
         error_set(&problem, ERROR_OVERLOADED, "the frame is not wanted any more");
-    bool is_lost = problem.code == ERROR_NO_DEVICE;
-    send_error(worker, is_lost ? "lost" : "error", id, &problem);
-    return !is_lost;
+    say_failed(worker, id, &problem);
+    return !worker->is_lost;
 }
 
 static bool has_letters(void *context)
@@ -285,6 +347,9 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
     uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
     int fd = -1;
     json_t *result = NULL;
+    land(worker);
+    if (worker->is_lost)
+        return false;
     send_progress(worker, "begin", id);
     if (read_request(worker, message, &request, &problem))
         result = answer(worker, message, &request, &fd, &problem);
@@ -402,17 +467,19 @@ static void say_hello(struct worker *worker)
     device_auto_from_settings(&worker->automatic, &device.automatic);
     utf8_copy(device.automatic.note, sizeof device.automatic.note, worker->auto_note);
     device.blocks = worker->blocks;
-    /* One on the GL thread, one on each encode thread, one waiting so that the GL thread never
-     * does. */
+    /* One on the GL thread, one on the device, one on each encode thread, one waiting so that the
+     * GL thread never does. */
+    int depth = encode_threads() + 2 + !worker->info.is_software;
     send_message(worker,
                  json_pack("{s:s,s:o,s:i}", "op", "hello", "device",
-                           device_capabilities_to_json(&device), "depth", encode_threads() + 2),
+                           device_capabilities_to_json(&device), "depth", depth),
                  NULL, 0);
 }
 
 /* Nobody has asked for a while. */
 static void rest(struct worker *worker)
 {
+    land(worker);
     renderer_rest(worker->renderer);
     malloc_trim(0);
     send_totals(worker);
@@ -461,23 +528,6 @@ static bool is_unwanted(void *context)
     return inbox_is_cancelled(worker->inbox);
 }
 
-/* A scene that would have to be brought to the device takes its turn: it could drive out that of
- * the paused frame. */
-static bool is_at_hand(void *context, const json_t *message)
-{
-    const struct worker *worker = context;
-    const char *scene = json_string_value(json_object_get(message, "scene"));
-    bool is_there = scene && mapped_scenes_has(worker->scenes, scene);
-    const json_t *part;
-    size_t i;
-    json_array_foreach(json_object_get(message, "parts"), i, part)
-    {
-        is_there = is_there && json_is_string(part) &&
-                   mapped_scenes_has(worker->scenes, json_string_value(part));
-    }
-    return is_there;
-}
-
 /* Serves what is urgent for a while; false when the worker must end. */
 static bool serve_urgent(struct worker *worker, int64_t until_us)
 {
@@ -485,6 +535,8 @@ static bool serve_urgent(struct worker *worker, int64_t until_us)
     while (is_good && now_us() < until_us) {
         struct ipc_message message = {0};
         unsigned arrivals = inbox_urgent_arrivals(worker->inbox);
+        /* a scene that would have to be brought takes its turn: it could drive out that of the
+         * paused frame */
         if (!inbox_take_urgent(worker->inbox, is_at_hand, worker, &message)) {
             worker->urgent_arrivals = arrivals;
             break;
@@ -505,7 +557,7 @@ static bool serve_interlude(void *context)
     int64_t begin_us = now_us();
     if (inbox_is_cancelled(worker->inbox))
         return false;
-    worker->is_lost = !serve_urgent(worker, begin_us + INTERLUDE_US);
+    worker->is_lost |= !serve_urgent(worker, begin_us + INTERLUDE_US);
     if (worker->is_paused && !worker->is_lost)
         send_progress(worker, "resumed", worker->current);
     worker->is_paused = false;
@@ -516,15 +568,25 @@ static bool serve_interlude(void *context)
 
 /* ---- life ---- */
 
+/* The next message; waits for it, or for what is on the device as long as there is none. */
+static bool next_message(struct worker *worker, struct ipc_message *message)
+{
+    while (worker->flying && !inbox_has_letters(worker->inbox))
+        if (renderer_wait(worker->renderer, LOOK_MS))
+            land(worker);
+    return !worker->is_lost && inbox_take(worker->inbox, message);
+}
+
 static void run(struct worker *worker)
 {
     struct ipc_message message = {0};
     bool goes_on = true;
-    while (goes_on && inbox_take(worker->inbox, &message)) {
+    while (goes_on && next_message(worker, &message)) {
         goes_on = serve(worker, &message);
         ipc_message_finish(&message);
         forget_scenes(worker);
     }
+    land(worker);
     worker->is_lost |= !goes_on;
 }
 
@@ -538,6 +600,7 @@ int worker_main(int socket)
                                           .is_due = is_interlude_due,
                                           .serve = serve_interlude,
                                           .is_unwanted = is_unwanted};
+    worker.arrival = (struct frame_arrival){.context = &worker, .collect = land};
     pthread_mutex_init(&worker.send_mutex, NULL);
     if (ipc_receive(socket, &message, &problem) == IPC_MESSAGE)
         is_good = start(&worker, message.json, &problem);
@@ -545,6 +608,7 @@ int worker_main(int socket)
     if (is_good) {
         say_hello(&worker);
         send_totals(&worker);
+        renderer_set_arrival(worker.renderer, &worker.arrival);
         run(&worker);
     } else {
         send_message(&worker,

@@ -26,7 +26,7 @@ bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
     assert(!buffer->name);
     uint64_t size = desc->size_bytes ? desc->size_bytes : 16;
     GLbitfield flags = (desc->is_dynamic ? GL_DYNAMIC_STORAGE_BIT : 0u) |
-                       (desc->is_mappable ? GL_MAP_READ_BIT : 0u);
+                       (desc->is_mappable ? GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT : 0u);
     glCreateBuffers(1, &buffer->name);
     set_label(GL_BUFFER, buffer->name, desc->label);
     glNamedBufferStorage(buffer->name, (GLsizeiptr)size, desc->size_bytes ? desc->data : NULL,
@@ -97,6 +97,36 @@ void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64
 void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding)
 {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer->name);
+}
+
+const void *gl_buffer_map(const struct gl_buffer *buffer, uint64_t size_bytes)
+{
+    assert(size_bytes <= buffer->size_bytes);
+    return glMapNamedBufferRange(buffer->name, 0, (GLsizeiptr)size_bytes, GL_MAP_READ_BIT);
+}
+
+bool gl_buffer_unmap(const struct gl_buffer *buffer)
+{
+    return glUnmapNamedBuffer(buffer->name);
+}
+
+void gl_fence_set(struct gl_fence *fence)
+{
+    assert(!fence->sync);
+    fence->sync = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    glFlush();
+}
+
+bool gl_fence_wait(const struct gl_fence *fence, uint64_t timeout_ns)
+{
+    return !fence->sync || glClientWaitSync(fence->sync, 0, timeout_ns) != GL_TIMEOUT_EXPIRED;
+}
+
+void gl_fence_finish(struct gl_fence *fence)
+{
+    if (fence->sync)
+        glDeleteSync(fence->sync);
+    *fence = (struct gl_fence){0};
 }
 
 static uint64_t format_texel_bytes(GLenum format)

@@ -19,7 +19,7 @@ struct gl_buffer_desc {
     uint64_t size_bytes; /* 0 becomes 16, so that an empty list can still be bound */
     const void *data;    /* optional, copied */
     bool is_dynamic;     /* gl_buffer_write will be used */
-    bool is_mappable;    /* read back through gl_buffer_read_mapped */
+    bool is_mappable;    /* read through gl_buffer_map: in memory of the host's */
 };
 
 MUST_CHECK bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
@@ -35,6 +35,21 @@ void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint6
 void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                          uint32_t value);
 void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding); /* whole, as SSBO */
+/* The first bytes of a mappable buffer, as the device left them: waits for it. Until
+ * gl_buffer_unmap the buffer is not used otherwise. NULL where the context is lost, or without
+ * memory. */
+const void *gl_buffer_map(const struct gl_buffer *buffer, uint64_t size_bytes);
+bool gl_buffer_unmap(const struct gl_buffer *buffer); /* false: what was read is worth nothing */
+
+/* A point in the stream of commands. Zeroed = none, which has passed. */
+struct gl_fence {
+    void *sync;
+};
+void gl_fence_set(struct gl_fence *fence); /* behind all commands so far, which go to the device */
+/* Whether the device is there, after waiting so long at most. True as well where it will never be,
+ * because the context is lost: gl_context_check tells. */
+bool gl_fence_wait(const struct gl_fence *fence, uint64_t timeout_ns);
+void gl_fence_finish(struct gl_fence *fence);
 
 struct gl_texture {
     uint32_t name;

@@ -19,11 +19,18 @@ struct scope_record {
     double begin_ms, end_ms;
 };
 
-struct gpu_timeline {
-    const struct gl_limits *limits;
+/* Of one frame. */
+struct scope_set {
     struct scope_record records[SCOPES_MAX];
     GLuint queries[2 * SCOPES_MAX];
     int count;
+};
+
+struct gpu_timeline {
+    const struct gl_limits *limits;
+    struct scope_set sets[2];
+    struct scope_set *now, *aside; /* each one of them */
+    struct gpu_waiter waiter;
     bool is_open;
 };
 
@@ -35,7 +42,10 @@ struct gpu_timeline *gpu_timeline_create(const struct gl_context *context, struc
         return NULL;
     }
     timeline->limits = gl_context_limits(context);
-    glCreateQueries(GL_TIMESTAMP, 2 * SCOPES_MAX, timeline->queries);
+    timeline->now = &timeline->sets[0];
+    timeline->aside = &timeline->sets[1];
+    for (int i = 0; i < 2; i++)
+        glCreateQueries(GL_TIMESTAMP, 2 * SCOPES_MAX, timeline->sets[i].queries);
     return timeline;
 }
 
@@ -43,18 +53,41 @@ void gpu_timeline_destroy(struct gpu_timeline *timeline)
 {
     if (!timeline)
         return;
-    glDeleteQueries(2 * SCOPES_MAX, timeline->queries);
+    for (int i = 0; i < 2; i++)
+        glDeleteQueries(2 * SCOPES_MAX, timeline->sets[i].queries);
     free(timeline);
+}
+
+void gpu_timeline_set_waiter(struct gpu_timeline *timeline, const struct gpu_waiter *waiter)
+{
+    timeline->waiter = *waiter;
+}
+
+void gpu_timeline_will_wait(struct gpu_timeline *timeline)
+{
+    if (timeline->waiter.before)
+        timeline->waiter.before(timeline->waiter.context);
+}
+
+/* Where timers lie every pass begins with a wait. */
+static void let_waiter(struct gpu_timeline *timeline)
+{
+    if (!timeline->limits->has_true_timers)
+        gpu_timeline_will_wait(timeline);
+    else if (timeline->waiter.between)
+        timeline->waiter.between(timeline->waiter.context);
 }
 
 void gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc *desc)
 {
+    struct scope_set *set = timeline->now;
     assert(!timeline->is_open && desc->pass && desc->because);
+    let_waiter(timeline);
     timeline->is_open = true;
     glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, -1, desc->pass);
-    if (timeline->count == SCOPES_MAX)
+    if (set->count == SCOPES_MAX)
         return;
-    struct scope_record *record = &timeline->records[timeline->count];
+    struct scope_record *record = &set->records[set->count];
     memset(record, 0, sizeof *record);
     snprintf(record->line.pass, sizeof record->line.pass, "%s", desc->pass);
     snprintf(record->line.because, sizeof record->line.because, "%s", desc->because);
@@ -62,7 +95,7 @@ void gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc 
              desc->technique ? desc->technique : "");
     record->stage = desc->stage;
     if (timeline->limits->has_true_timers) {
-        glQueryCounter(timeline->queries[2 * timeline->count], GL_TIMESTAMP);
+        glQueryCounter(set->queries[2 * set->count], GL_TIMESTAMP);
     } else {
         glFinish();
         record->begin_ms = wall_ms();
@@ -72,36 +105,63 @@ void gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc 
 /* Beyond SCOPES_MAX the last record's end moves on, so that no time is lost from the sum. */
 void gpu_scope_end(struct gpu_timeline *timeline)
 {
+    struct scope_set *set = timeline->now;
     assert(timeline->is_open);
     timeline->is_open = false;
-    int index = timeline->count < SCOPES_MAX ? timeline->count++ : SCOPES_MAX - 1;
+    int index = set->count < SCOPES_MAX ? set->count++ : SCOPES_MAX - 1;
     if (timeline->limits->has_true_timers) {
-        glQueryCounter(timeline->queries[2 * index + 1], GL_TIMESTAMP);
+        glQueryCounter(set->queries[2 * index + 1], GL_TIMESTAMP);
     } else {
         glFinish();
-        timeline->records[index].end_ms = wall_ms();
+        set->records[index].end_ms = wall_ms();
     }
     glPopDebugGroup();
 }
 
-static double record_ms(const struct gpu_timeline *timeline, int index)
+static double record_ms(const struct gpu_timeline *timeline, const struct scope_set *set, int index)
 {
     if (!timeline->limits->has_true_timers)
-        return timeline->records[index].end_ms - timeline->records[index].begin_ms;
+        return set->records[index].end_ms - set->records[index].begin_ms;
     GLuint64 begin = 0, end = 0;
-    glGetQueryObjectui64v(timeline->queries[2 * index], GL_QUERY_RESULT, &begin);
-    glGetQueryObjectui64v(timeline->queries[2 * index + 1], GL_QUERY_RESULT, &end);
+    glGetQueryObjectui64v(set->queries[2 * index], GL_QUERY_RESULT, &begin);
+    glGetQueryObjectui64v(set->queries[2 * index + 1], GL_QUERY_RESULT, &end);
     return end > begin ? (double)(end - begin) * 1e-6 : 0;
+}
+
+static void collect(const struct gpu_timeline *timeline, struct scope_set *set,
+                    struct frame_report *report)
+{
+    for (int i = 0; i < set->count; i++) {
+        const struct scope_record *record = &set->records[i];
+        report_add_pass(report, record->line.pass, record->line.because, record->line.technique,
+                        record_ms(timeline, set, i), record->stage);
+    }
+    set->count = 0;
+}
+
+/* A pass failed halfway: its time is meaningless. */
+static void close_scope(struct gpu_timeline *timeline)
+{
+    if (timeline->is_open)
+        gpu_scope_end(timeline);
 }
 
 void gpu_timeline_collect(struct gpu_timeline *timeline, struct frame_report *report)
 {
-    if (timeline->is_open) /* a pass failed halfway: close it, its time is meaningless */
-        gpu_scope_end(timeline);
-    for (int i = 0; i < timeline->count; i++) {
-        const struct scope_record *record = &timeline->records[i];
-        report_add_pass(report, record->line.pass, record->line.because, record->line.technique,
-                        record_ms(timeline, i), record->stage);
-    }
-    timeline->count = 0;
+    close_scope(timeline);
+    collect(timeline, timeline->now, report);
+}
+
+void gpu_timeline_put_aside(struct gpu_timeline *timeline)
+{
+    struct scope_set *kept = timeline->now;
+    close_scope(timeline);
+    assert(timeline->aside->count == 0);
+    timeline->now = timeline->aside;
+    timeline->aside = kept;
+}
+
+void gpu_timeline_collect_aside(struct gpu_timeline *timeline, struct frame_report *report)
+{
+    collect(timeline, timeline->aside, report);
 }

@@ -13,6 +13,18 @@ struct gpu_timeline;
 struct gpu_timeline *gpu_timeline_create(const struct gl_context *context, struct error *err);
 void gpu_timeline_destroy(struct gpu_timeline *timeline);
 
+/* Who has something to take from the device that was asked for before the passes to come. Both may
+ * do so, and no more: they begin no scope and leave bindings as they are. */
+struct gpu_waiter {
+    void *context;
+    void (*between)(void *context); /* a pass begins: whether it is there costs a look */
+    void (*before)(void *context);  /* the device is about to be waited for: it comes before that */
+};
+void gpu_timeline_set_waiter(struct gpu_timeline *timeline, const struct gpu_waiter *waiter);
+
+/* To be called before anything of the passes so far is read or waited for. */
+void gpu_timeline_will_wait(struct gpu_timeline *timeline);
+
 struct gpu_scope_desc {
     const char *pass;      /* required: "shadow.deep" */
     const char *because;   /* required: the requirement, copied */
@@ -27,5 +39,10 @@ void gpu_scope_end(struct gpu_timeline *timeline);
 /* Resolves all scopes since the last call into report lines; waits for the GPU. Scopes with the
  * same pass, reason and technique (one per light, say) are merged into one line. */
 void gpu_timeline_collect(struct gpu_timeline *timeline, struct frame_report *report);
+
+/* Keeps all scopes since the last call for later, beside those of another frame: one set at most.
+ * The other resolves them, as above. */
+void gpu_timeline_put_aside(struct gpu_timeline *timeline);
+void gpu_timeline_collect_aside(struct gpu_timeline *timeline, struct frame_report *report);
 
 #endif

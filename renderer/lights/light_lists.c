@@ -141,6 +141,7 @@ static bool prepare_linked(struct light_lists *lists, const struct light_lists_d
              desc->light_count, linked->grid.columns, linked->grid.rows);
     report_cpu_part(report, &names, wall_ms() - begin_ms);
     begin_gpu_part(lists, &names);
+    gpu_timeline_will_wait(lists->timeline);
     bool ok = linked_lists_build(linked, &linked_desc, lists->programs, err);
     gpu_scope_end(lists->timeline);
     return ok;

@@ -196,6 +196,8 @@ static struct texture_spending limits_of(const struct texture_pool *pool, bool m
 static bool bring(struct texture_pool *pool, const struct texture_wish *wish,
                   struct report_textures *report, struct error *err)
 {
+    if (wish->timeline) /* work of before is not of what is measured */
+        gpu_timeline_will_wait(wish->timeline);
     struct texture_spending spending = limits_of(pool, wish->may_be_coarse);
     bool is_good = wish->may_be_coarse ? texture_bring_some(pool, &spending, err)
                                        : texture_bring_all(pool, &spending, err);

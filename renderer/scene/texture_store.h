@@ -7,6 +7,7 @@
 
 #include "renderer/frame_report.h"
 #include "renderer/gl/object.h"
+#include "renderer/gl/scope.h"
 #include "renderer/scene/scene.h"
 
 struct texture_pool;  /* the budget, and what stands within it */
@@ -51,6 +52,7 @@ struct texture_demand {
 struct texture_wish {
     const struct texture_demand *demands; /* required: of all scenes of the frame */
     size_t count;
+    struct gpu_timeline *timeline; /* optional: told before the device is waited for */
     bool may_be_coarse; /* draw with what is there after the limits of uploads; else with all */
 };
 

@@ -190,7 +190,7 @@ bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outp
     if (!words)
         return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
                          (unsigned long long)bytes);
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gpu_timeline_will_wait(frame->timeline);
     gl_buffer_read(&aov->words, 0, bytes, words);
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
         if (is_wanted(frame->view, i)) {

@@ -17,7 +17,7 @@
 
 enum {
     STATISTICS_WORDS = 128,
-    STATISTICS_LOOKUPS = 64,
+    STATISTICS_LOOKUPS = STATISTICS_WORDS - READBACK_LOOKUP_WORDS,
     DEFINES_BYTES = 512,
 };
 
@@ -277,6 +277,7 @@ static bool run_pass(const struct shade_pass *pass, struct error *err)
         dispatch(pass, program, &bands);
         if (!pause || bands_is_last(&bands))
             break;
+        gpu_timeline_will_wait(timeline);
         glFinish();
         bands_took(&bands, wall_ms() - begin_ms);
         if (!pause->is_due(pause->context))
@@ -327,12 +328,15 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
     return run_pass(&pass, err);
 }
 
-static void read_statistics(const struct shade *shade, struct frame_report *report)
+/* A batch of lights: its sums would not be told from those of the others. What follows finds 0. */
+static void take_lookups(struct shade *shade, const struct shade_desc *desc)
 {
-    uint32_t words[STATISTICS_WORDS];
-    gl_buffer_read(&shade->statistics, 0, sizeof words, words);
-    for (int i = 0; i < 64; i++)
-        report->counts.lookups += words[STATISTICS_LOOKUPS + i];
+    uint32_t words[READBACK_LOOKUP_WORDS];
+    gpu_timeline_will_wait(desc->frame->timeline);
+    gl_buffer_read(&shade->statistics, STATISTICS_LOOKUPS * 4, sizeof words, words);
+    gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
+    for (int i = 0; i < READBACK_LOOKUP_WORDS; i++)
+        desc->frame->report->counts.lookups += words[i];
 }
 
 static uint64_t count_shadowed(const struct shade_desc *desc)
@@ -458,33 +462,20 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
         if (!shade_pixels(shade, desc, &slice, err))
             return false;
     }
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
-    read_statistics(shade, desc->frame->report);
+    if (desc->is_continued || desc->continues)
+        take_lookups(shade, desc);
     return true;
 }
 
-bool shade_read_color(const struct window_frame *frame, struct image *color, struct error *err)
+bool shade_send_color(const struct shade *shade, const struct window_frame *frame,
+                      struct readback *readback, struct image *color, struct error *err)
 {
-    const struct camera_window *w = &frame->window;
-    size_t row = (size_t)w->width * 4, bytes = row * (size_t)w->height * sizeof(float);
-    float *pixels = malloc(bytes);
-    if (!pixels)
-        return error_set(err, ERROR_NO_MEMORY, "reading back %zu bytes", bytes);
-    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
-                                         .pass = "readback",
-                                         .because = "the color output was asked for",
-                                         .stage = REPORT_READBACK,
-                                     });
-    glGetTextureSubImage(frame->targets->image.name, 0, 0, 0, 0, w->width, w->height, 1, GL_RGBA,
-                         GL_FLOAT, (GLsizei)bytes, pixels);
-    for (int y = 0; y < w->height; y++) { /* the image's first row is on top, GL's at the bottom */
-        float *out = (float *)color->pixels +
-                     ((size_t)(w->y + y) * (size_t)color->width_px + (size_t)w->x) * 4;
-        memcpy(out, pixels + (size_t)(w->height - 1 - y) * row, row * sizeof(float));
-    }
-    gpu_scope_end(frame->timeline);
-    free(pixels);
-    return true;
+    return readback_send(readback,
+                         &(struct readback_desc){.frame = frame,
+                                                 .color = color,
+                                                 .lookups = &shade->statistics,
+                                                 .lookups_offset_bytes = STATISTICS_LOOKUPS * 4},
+                         err);
 }
 
 void shade_finish(struct shade *shade)

@@ -98,6 +98,7 @@ static bool fill_lists(const struct linked_job *job, struct error *err)
         ok = caster_painter_paint(builder->painter, &desc, err);
     }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    gpu_timeline_will_wait(builder->timeline);
     gl_buffer_read(&builder->statistics, 0, job->count * sizeof *job->statistics, job->statistics);
     gpu_scope_end(builder->timeline);
     return ok;
@@ -183,6 +184,7 @@ static bool walk_lists(const struct linked_job *job, struct walk_statistics *wal
         glDispatchCompute(groups < row ? groups : row, (groups + row - 1) / row, 1);
     }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    gpu_timeline_will_wait(builder->timeline);
     gl_buffer_read(&builder->statistics, 0, job->count * sizeof *walks, walks);
     gpu_scope_end(builder->timeline);
     return true;

@@ -99,6 +99,7 @@ static bool sum_on_device(struct deep_job *job, struct error *err)
         deep_dispatch(DEEP_STATISTIC_WORDS);
     }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    gpu_timeline_will_wait(job->builder->timeline);
     gl_buffer_read(&job->builder->statistics, 0, job->count * sizeof *job->statistics,
                    job->statistics);
     return true;

@@ -150,6 +150,7 @@ static bool collect_surfaces(struct traced_shadows *traced, const struct window_
                     GL_FRAMEBUFFER_BARRIER_BIT);
     window_dispatch_pixels(frame);
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gpu_timeline_will_wait(frame->timeline);
     gl_buffer_read(&traced->counter, 0, 4, count);
     return true;
 }

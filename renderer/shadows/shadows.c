@@ -346,6 +346,7 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
         }
         if (!ok || !progress || bands_is_last(&bands))
             continue;
+        gpu_timeline_will_wait(shadows->timeline);
         glFinish();
         bands_took(&bands, wall_ms() - begin_ms);
         is_over = progress->built + first <= count_structures(shadows) &&

@@ -84,6 +84,7 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
         window_dispatch_items(i == 1 ? 1 : chunks);
     }
     uint32_t totals[2];
+    gpu_timeline_will_wait(frame->timeline);
     gl_buffer_read(&lists->statistics, 0, sizeof totals, totals);
     lists->entry_count = totals[0];
     lists->longest = totals[1];

@@ -66,17 +66,18 @@ static void a_pause_does_not_count_against_a_frame(void **state)
     assert_int_equal(1100, flights_deadline(&flights, LIMIT_MS, 300)); /* it waits for the other */
     assert_true(flights_note(slow, "paused", 400));
     assert_int_equal(1400, flights_deadline(&flights, LIMIT_MS, 400));
-    assert_int_equal(0, flights_guilty(&flights));
+    assert_int_equal(0, flights_guilty(&flights, false));
     assert_true(flights_note(urgent, "begin", 410));
     assert_int_equal(1410, flights_deadline(&flights, LIMIT_MS, 410));
-    assert_int_equal(1, flights_guilty(&flights)); /* and not the one that was begun before it */
+    assert_int_equal(1, flights_guilty(&flights, false)); /* and not the one that was begun before
+                                                             it */
     assert_true(flights_note(urgent, "rendered", 900));
-    assert_int_equal(0, flights_guilty(&flights));
+    assert_int_equal(0, flights_guilty(&flights, false));
     assert_true(flights_note(slow, "resumed", 900));
     assert_int_equal(1600, flights_deadline(&flights, LIMIT_MS, 900)); /* 300 ms of it are used */
     assert_false(flights_note(slow, "done", 950));
     land_all(&flights);
-    assert_int_equal(-1, flights_guilty(&flights));
+    assert_int_equal(-1, flights_guilty(&flights, false));
     assert_true(flights_deadline(&flights, LIMIT_MS, 0) == INT64_MAX);
 }
 
@@ -89,6 +90,48 @@ static void a_task_may_have_a_limit_of_its_own(void **state)
     assert_int_equal(1000, flights_deadline(&flights, LIMIT_MS, 0));
     flights_note(flight, "begin", 10);
     assert_int_equal(60, flights_deadline(&flights, LIMIT_MS, 10));
+    land_all(&flights);
+}
+
+/* Two are begun: one on the device, and the next, whose own time begins when the device is free. */
+static void a_frame_on_the_device_answers_for_itself_alone(void **state)
+{
+    (void)state;
+    struct flights flights = {.depth = 3};
+    struct flight *first = fly(&flights, 1, RENDER_NORMAL, 0);
+    fly(&flights, 2, RENDER_NORMAL, 0);
+    fly(&flights, 3, RENDER_NORMAL, 0);
+    assert_true(flights_note(first, "begin", 100));
+    assert_true(flights_note(first, "submitted", 300));
+    assert_int_equal(1100, flights_deadline(&flights, LIMIT_MS, 300)); /* of its begin */
+    assert_int_equal(0, flights_guilty(&flights, false));
+    assert_true(flights_note(&flights.list[1], "begin", 310));
+    assert_true(flights_is_any(&flights, FLIGHT_ON_DEVICE));
+    assert_int_equal(1100, flights_deadline(&flights, LIMIT_MS, 310));
+    assert_int_equal(1, flights_guilty(&flights, false)); /* a crash is of the GL thread */
+    assert_int_equal(0, flights_guilty(&flights, true));  /* what is late is the device */
+    flights_note_free_device(&flights, 900);
+    assert_true(flights_note(first, "rendered", 900));
+    assert_int_equal(1900, flights_deadline(&flights, LIMIT_MS, 900)); /* not of 310 */
+    assert_int_equal(1, flights_guilty(&flights, true));
+    assert_true(flights_note(&flights.list[1], "submitted", 1000));
+    assert_int_equal(1900, flights_deadline(&flights, LIMIT_MS, 1000));
+    land_all(&flights);
+}
+
+static void a_lost_context_is_charged_to_who_lost_it(void **state)
+{
+    (void)state;
+    struct flights flights = {.depth = 3};
+    for (uint64_t i = 1; i <= 2; i++)
+        assert_true(flights_note(fly(&flights, i, RENDER_NORMAL, 0), "begin", (int64_t)i));
+    flights_note(&flights.list[0], "submitted", 5);
+    flights_note_lost(&flights, 0);
+    assert_int_equal(0, flights_guilty(&flights, false));
+    flights_note(&flights.list[1], "begin", 6);
+    flights_note(&flights.list[0], "submitted", 7);
+    flights_note_lost(&flights, 1);
+    assert_int_equal(1, flights_guilty(&flights, false));
     land_all(&flights);
 }
 
@@ -181,6 +224,8 @@ int main(void)
         cmocka_unit_test(urgent_flights_have_room_of_their_own),
         cmocka_unit_test(a_pause_does_not_count_against_a_frame),
         cmocka_unit_test(a_task_may_have_a_limit_of_its_own),
+        cmocka_unit_test(a_frame_on_the_device_answers_for_itself_alone),
+        cmocka_unit_test(a_lost_context_is_charged_to_who_lost_it),
         cmocka_unit_test(urgent_messages_overtake_and_others_keep_their_order),
         cmocka_unit_test(a_render_is_cancelled_before_or_while_it_is_current),
     };

@@ -4,7 +4,9 @@
  *
  * Names of nodes and what they do: "fake:crash" ends the process with SIGSEGV, "fake:hang" never
  * returns, "fake:error" fails the render, "fake:lost" loses the context, "fake:slow=N" takes N
- * milliseconds, "fake:tradeoff" gives each setting an error and a time, and with it
+ * milliseconds, "fake:device=N" as many more on the device, beside the processor, after which
+ * "fake:error-on-device", "fake:lost-on-device" and "fake:hang-on-device" do as those above.
+ * "fake:tradeoff" gives each setting an error and a time, and with it
  * "fake:crash-at-2048" crashes on shadow maps of that size. Device 64 does not exist.
  * The importer is the real one, but for files that hold "fake:decoder-crash", "fake:decoder-hang",
  * "fake:decoder-open", "fake:decoder-exec", "fake:decoder-socket" or "fake:decoder-memory". */
@@ -39,7 +41,14 @@ struct renderer {
     struct fake_scene scenes[SCENES_MAX]; /* oldest first */
     int scene_count;
     const struct interlude *interlude;
+    const struct frame_arrival *arrival;
     bool is_paused;
+    double device_free_ms; /* when the device has done all that it was given */
+    struct {
+        struct frame *frame; /* NULL: none */
+        double end_ms;
+        bool has_error, is_lost, hangs;
+    } flight;
 };
 
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
@@ -198,6 +207,20 @@ static void sleep_ms(long ms)
     nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000}, NULL);
 }
 
+static double clock_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+}
+
+/* As the real one where a pass begins, or with `waits` where the device is waited for. */
+static void let_arrive(struct renderer *renderer, bool waits)
+{
+    if (renderer->flight.frame && renderer->arrival && (waits || renderer_wait(renderer, 0)))
+        renderer->arrival->collect(renderer->arrival->context);
+}
+
 static void raise_crash(void)
 {
     signal(SIGSEGV, SIG_DFL);
@@ -212,8 +235,10 @@ static bool sleep_with_interludes(struct renderer *renderer, long ms, struct fra
     bool is_wanted = true;
     for (long slept = 0; slept < ms && is_wanted; slept++) {
         sleep_ms(1);
+        let_arrive(renderer, false);
         if (!interlude || !interlude->is_due(interlude->context))
             continue;
+        let_arrive(renderer, true);
         renderer->is_paused = true;
         is_wanted = interlude->serve(interlude->context);
         renderer->is_paused = false;
@@ -327,8 +352,9 @@ static bool paint(struct image *image, enum view_output output, const struct vie
     return true;
 }
 
-bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
-                     struct frame *frame, struct error *err)
+/* All that the processor does. */
+static bool make(struct renderer *renderer, const char *scene_key, const struct view *view,
+                 struct frame *frame, struct error *err)
 {
     *frame = (struct frame){0};
     int index = find_scene(renderer, scene_key);
@@ -352,6 +378,87 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     if (scene_find_node(scene, "fake:tradeoff") >= 0)
         weigh(&renderer->scenes[index], view, frame);
     return true;
+}
+
+/* Milliseconds on the device; 0: none. */
+static double device_ms(const struct scene *scene)
+{
+    static const char name[] = "fake:device=";
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+        const char *text = scene->strings + scene->nodes[i].name;
+        if (strncmp(text, name, sizeof name - 1) == 0)
+            return strtod(text + sizeof name - 1, NULL);
+    }
+    return 0;
+}
+
+/* The device takes one frame after the other. */
+static void take_off(struct renderer *renderer, const struct scene *scene, double ms,
+                     struct frame *frame)
+{
+    double now_ms = clock_ms();
+    renderer->device_free_ms = fmax(renderer->device_free_ms, now_ms) + ms;
+    renderer->flight.frame = frame;
+    renderer->flight.end_ms = renderer->device_free_ms;
+    renderer->flight.has_error = scene_find_node(scene, "fake:error-on-device") >= 0;
+    renderer->flight.is_lost = scene_find_node(scene, "fake:lost-on-device") >= 0;
+    renderer->flight.hangs = scene_find_node(scene, "fake:hang-on-device") >= 0;
+}
+
+bool renderer_submit(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct frame *frame, bool *is_done, struct error *err)
+{
+    *is_done = true;
+    if (!make(renderer, scene_key, view, frame, err))
+        return false;
+    const struct scene *scene = &renderer->scenes[find_scene(renderer, scene_key)].scene;
+    double ms = device_ms(scene);
+    if (ms <= 0)
+        return true;
+    if (renderer->is_paused) { /* as the real one: no flights within pauses */
+        sleep_ms((long)ms);
+        return true;
+    }
+    let_arrive(renderer, true);
+    take_off(renderer, scene, ms, frame);
+    *is_done = false;
+    return true;
+}
+
+bool renderer_wait(struct renderer *renderer, int timeout_ms)
+{
+    double until_ms = clock_ms() + timeout_ms;
+    if (!renderer->flight.frame)
+        return true;
+    while (clock_ms() < until_ms && clock_ms() < renderer->flight.end_ms)
+        nanosleep(&(struct timespec){0, 100000}, NULL);
+    return clock_ms() >= renderer->flight.end_ms;
+}
+
+bool renderer_collect(struct renderer *renderer, struct error *err)
+{
+    struct frame *frame = renderer->flight.frame;
+    while (!renderer_wait(renderer, 1000) || renderer->flight.hangs)
+        continue;
+    renderer->flight.frame = NULL;
+    if (!renderer->flight.has_error && !renderer->flight.is_lost)
+        return true;
+    frame_finish(frame);
+    return error_set(err, renderer->flight.is_lost ? ERROR_NO_DEVICE : ERROR_INTERNAL,
+                     "fake: failed on the device");
+}
+
+void renderer_set_arrival(struct renderer *renderer, const struct frame_arrival *arrival)
+{
+    renderer->arrival = arrival;
+}
+
+bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct frame *frame, struct error *err)
+{
+    bool is_done;
+    return renderer_submit(renderer, scene_key, view, frame, &is_done, err) &&
+           (is_done || renderer_collect(renderer, err));
 }
 
 bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,

@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: MIT */
+/* Two pack buffers, each with a fence behind it. */
+#include "renderer/shading/readback.h"
+
+#include <assert.h>
+#include <epoxy/gl.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/wall_clock.h"
+
+enum {
+    WAYS = 2,
+    CHANNELS = 4,
+    LOOKUP_BYTES = READBACK_LOOKUP_WORDS * 4,
+    WAIT_NS = 1000000000,
+};
+
+static const char because[] = "the color output was asked for";
+
+/* A window's picture: rows of f32, the lowest first, then the words of lookups. */
+struct way {
+    struct gl_buffer buffer;
+    struct gl_fence fence;
+    struct frame_report *report; /* NULL: free */
+    struct image *color;
+    struct camera_window window;
+    uint64_t number; /* in the order of sending */
+};
+
+struct readback {
+    struct way ways[WAYS];
+    uint64_t sent;
+    bool is_lazy;
+};
+
+struct readback *readback_create(bool is_lazy, struct error *err)
+{
+    struct readback *readback = calloc(1, sizeof *readback);
+    if (!readback)
+        error_set(err, ERROR_NO_MEMORY, "readback");
+    else
+        readback->is_lazy = is_lazy;
+    return readback;
+}
+
+void readback_destroy(struct readback *readback)
+{
+    if (!readback)
+        return;
+    for (int i = 0; i < WAYS; i++) {
+        gl_fence_finish(&readback->ways[i].fence);
+        gl_buffer_finish(&readback->ways[i].buffer);
+    }
+    free(readback);
+}
+
+uint64_t readback_size_bytes(const struct readback *readback)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < WAYS; i++)
+        bytes += readback->ways[i].buffer.size_bytes;
+    return bytes;
+}
+
+static uint64_t row_bytes(const struct camera_window *w)
+{
+    return (uint64_t)w->width * CHANNELS * sizeof(float);
+}
+
+static uint64_t pixel_bytes(const struct camera_window *w)
+{
+    return row_bytes(w) * (uint64_t)w->height;
+}
+
+static void release(struct way *way)
+{
+    gl_fence_finish(&way->fence);
+    way->report = NULL;
+}
+
+/* The image's first row is on top, GL's at the bottom. */
+static void copy_rows(const struct way *way, const unsigned char *pixels)
+{
+    const struct camera_window *w = &way->window;
+    struct image *color = way->color;
+    size_t row = row_bytes(w);
+    for (int y = 0; y < w->height; y++) {
+        float *out = (float *)color->pixels +
+                     ((size_t)(w->y + y) * (size_t)color->width_px + (size_t)w->x) * CHANNELS;
+        memcpy(out, pixels + (size_t)(w->height - 1 - y) * row, row);
+    }
+}
+
+/* Within a scope, which then counts the time of copying; or after all scopes of the frame. */
+static bool collect(struct way *way, bool is_in_scope, struct error *err)
+{
+    uint32_t lookups[READBACK_LOOKUP_WORDS];
+    uint64_t bytes = pixel_bytes(&way->window);
+    struct frame_report *report = way->report;
+    while (!gl_fence_wait(&way->fence, WAIT_NS))
+        continue; /* who asked has a deadline for the process */
+    double begin_ms = wall_ms();
+    const unsigned char *mapped = gl_buffer_map(&way->buffer, bytes + LOOKUP_BYTES);
+    if (mapped) {
+        copy_rows(way, mapped);
+        memcpy(lookups, mapped + bytes, sizeof lookups);
+    }
+    bool ok = mapped && gl_buffer_unmap(&way->buffer);
+    release(way);
+    if (!ok)
+        return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
+                         (unsigned long long)bytes);
+    for (int i = 0; i < READBACK_LOOKUP_WORDS; i++)
+        report->counts.lookups += lookups[i];
+    if (!is_in_scope)
+        report_add_pass(report, "readback", because, "", wall_ms() - begin_ms, REPORT_READBACK);
+    return true;
+}
+
+/* The one sent first, of this frame, or of any with NULL; or NULL. */
+static struct way *oldest(struct readback *readback, const struct frame_report *report)
+{
+    struct way *found = NULL;
+    for (int i = 0; i < WAYS; i++) {
+        struct way *way = &readback->ways[i];
+        bool is_its = way->report && (!report || way->report == report);
+        if (is_its && (!found || way->number < found->number))
+            found = way;
+    }
+    return found;
+}
+
+static struct way *find_free(struct readback *readback)
+{
+    for (int i = 0; i < WAYS; i++)
+        if (!readback->ways[i].report)
+            return &readback->ways[i];
+    return NULL;
+}
+
+/* A frame that waits for this one, or is collected later, gets its picture early. */
+static struct way *take_way(struct readback *readback, const struct window_frame *frame,
+                            struct error *err)
+{
+    if (!find_free(readback))
+        gpu_timeline_will_wait(frame->timeline);
+    struct way *way = find_free(readback);
+    if (way)
+        return way;
+    way = oldest(readback, frame->report);
+    if (!way)
+        way = oldest(readback, NULL);
+    return collect(way, true, err) ? way : NULL;
+}
+
+static void pack(struct way *way, const struct readback_desc *desc)
+{
+    const struct camera_window *w = &way->window;
+    uint64_t bytes = pixel_bytes(w);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
+                    GL_PIXEL_BUFFER_BARRIER_BIT);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, way->buffer.name);
+    glGetTextureSubImage(desc->frame->targets->image.name, 0, 0, 0, 0, w->width, w->height, 1,
+                         GL_RGBA, GL_FLOAT, (GLsizei)bytes, NULL);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    glCopyNamedBufferSubData(desc->lookups->name, way->buffer.name,
+                             (GLintptr)desc->lookups_offset_bytes, (GLintptr)bytes, LOOKUP_BYTES);
+    gl_fence_set(&way->fence);
+}
+
+static bool send(struct readback *readback, const struct readback_desc *desc, struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    struct way *way = take_way(readback, frame, err);
+    if (!way || !gl_buffer_reserve(&way->buffer,
+                                   &(struct gl_buffer_desc){
+                                       .label = "frame.readback",
+                                       .size_bytes = pixel_bytes(&frame->window) + LOOKUP_BYTES,
+                                       .is_mappable = true},
+                                   false, err))
+        return false;
+    way->window = frame->window;
+    way->color = desc->color;
+    way->report = frame->report;
+    way->number = readback->sent++;
+    pack(way, desc);
+    report_raise_bytes(frame->report, "readback", pixel_bytes(&way->window) + LOOKUP_BYTES);
+    return readback->is_lazy || !gl_fence_wait(&way->fence, 0) || collect(way, true, err);
+}
+
+bool readback_send(struct readback *readback, const struct readback_desc *desc, struct error *err)
+{
+    struct gpu_timeline *timeline = desc->frame->timeline;
+    gpu_scope_begin(
+        timeline,
+        &(struct gpu_scope_desc){.pass = "readback", .because = because, .stage = REPORT_READBACK});
+    bool ok = send(readback, desc, err);
+    gpu_scope_end(timeline);
+    return ok;
+}
+
+bool readback_wait(const struct readback *readback, const struct frame_report *report,
+                   uint64_t timeout_ns)
+{
+    bool is_there = true;
+    for (int i = 0; i < WAYS && is_there; i++)
+        is_there = readback->ways[i].report != report ||
+                   ((timeout_ns || !readback->is_lazy) &&
+                    gl_fence_wait(&readback->ways[i].fence, timeout_ns));
+    return is_there;
+}
+
+bool readback_collect(struct readback *readback, const struct frame_report *report,
+                      struct error *err)
+{
+    struct way *way;
+    while ((way = oldest(readback, report)))
+        if (!collect(way, false, err)) {
+            readback_drop(readback, report);
+            return false;
+        }
+    return true;
+}
+
+void readback_drop(struct readback *readback, const struct frame_report *report)
+{
+    assert(report);
+    for (int i = 0; i < WAYS; i++)
+        if (readback->ways[i].report == report)
+            release(&readback->ways[i]);
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/* Colors on their way from the device: each window's picture is packed into a buffer behind its
+ * last pass, and copied into the frame's image when the device has got there, so that nobody has to
+ * wait for it before. Two windows at a time: of one frame, or of one frame and of the next. Thread:
+ * GL. */
+#ifndef VITRAIL_RENDERER_SHADING_READBACK_H
+#define VITRAIL_RENDERER_SHADING_READBACK_H
+
+#include "renderer/gl/object.h"
+#include "renderer/image/image.h"
+#include "renderer/shading/window.h"
+
+enum { READBACK_LOOKUP_WORDS = 64 }; /* sums of which counts.lookups is one */
+
+struct readback;
+
+/* is_lazy, for tests: nothing has arrived before it is waited for, as on the slowest device. */
+struct readback *readback_create(bool is_lazy, struct error *err);
+void readback_destroy(struct readback *readback); /* accepts NULL */
+uint64_t readback_size_bytes(const struct readback *readback);
+
+struct readback_desc { /* all required */
+    const struct window_frame *frame;
+    struct image *color; /* of the whole frame: valid until it is collected or dropped */
+    const struct gl_buffer *lookups; /* READBACK_LOOKUP_WORDS from ... */
+    uint64_t lookups_offset_bytes;   /* ... here on, added to the frame's report */
+};
+/* Sends the window's picture on its way; it is there at once where the device works while it is
+ * asked. Where both ways are taken it waits for the older. */
+MUST_CHECK bool readback_send(struct readback *readback, const struct readback_desc *desc,
+                              struct error *err);
+
+/* Whether nothing is on its way to the frame with this report that is not there, after waiting so
+ * long at most. */
+bool readback_wait(const struct readback *readback, const struct frame_report *report,
+                   uint64_t timeout_ns);
+
+/* Waits for all that is on its way to the frame, and puts it there; ERROR_NO_MEMORY, or what the
+ * caller's gl_context_check says. The time of copying joins that of packing in the report. */
+MUST_CHECK bool readback_collect(struct readback *readback, const struct frame_report *report,
+                                 struct error *err);
+/* The frame failed: what comes is not wanted. */
+void readback_drop(struct readback *readback, const struct frame_report *report);
+
+#endif
