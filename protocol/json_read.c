@@ -54,6 +54,20 @@ static bool text_check(const char *json, size_t length, struct error *err)
     return true;
 }
 
+/* Why jansson takes a text for no JSON; where that is a setting of its own, in our words. */
+static const char *reason(const json_error_t *found)
+{
+    switch (json_error_code(found)) {
+    case json_error_null_byte_in_key:
+    case json_error_null_character:
+        return "a text holds \\u0000";
+    case json_error_numeric_overflow:
+        return "a number is too large";
+    default:
+        return found->text;
+    }
+}
+
 json_t *json_load_checked(const char *json, size_t length, size_t max_bytes, struct error *err)
 {
     if (length > max_bytes) {
@@ -73,7 +87,7 @@ json_t *json_load_checked(const char *json, size_t length, size_t max_bytes, str
         error_set(err, ERROR_NO_MEMORY, "parsing %zu bytes of JSON", length);
     else if (!root)
         error_set(err, ERROR_INVALID_REQUEST, "not valid JSON, line %d column %d: %s", found.line,
-                  found.column, found.text);
+                  found.column, reason(&found));
     return root;
 }
 

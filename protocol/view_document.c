@@ -72,11 +72,8 @@ json_t *view_merge(const json_t *target, json_t *patch)
     {
         if (has_failed)
             break;
-        if (json_is_null(value))
-            json_object_del(merged, key);
-        else
-            has_failed = json_object_set_new(merged, key,
-                                             view_merge(json_object_get(merged, key), value)) != 0;
+        has_failed =
+            json_object_set_new(merged, key, view_merge(json_object_get(merged, key), value)) != 0;
     }
     return json_take_unless(merged, has_failed);
 }
@@ -160,6 +157,20 @@ static bool put_overrides(json_t *fragment, const json_t *old, json_t *patch, st
     return true;
 }
 
+/* Without those that go: the limit is on those that stay. */
+static bool put_parts(json_t *fragment, const json_t *old, json_t *patch, struct error *err)
+{
+    json_t *merged = view_merge(old, patch), *part;
+    const char *key;
+    void *next;
+    json_object_foreach_safe(merged, next, key, part)
+    {
+        if (json_is_null(part))
+            json_object_del(merged, key);
+    }
+    return put(fragment, "parts", merged, err);
+}
+
 static bool refuse_member(json_t *patch, const char *key, const char *why, struct error *err)
 {
     struct json_node root = json_root(patch, err), member = json_member(&root, key);
@@ -192,8 +203,8 @@ static bool put_member(const struct view_document *document, const struct view_p
                              "but the scene of a view cannot change; make another view", err);
     if (strcmp(key, "overrides") == 0)
         return put_overrides(fragment, old, value, err);
-    if (json_is_null(value))
-        return true;
+    if (strcmp(key, "parts") == 0)
+        return put_parts(fragment, old, value, err);
     if (names_lights(key, value)) {
         struct json_node root = json_root(patch->json, err), member = json_member(&root, key);
         json_t *touched = view_lights_touched(old, &member);

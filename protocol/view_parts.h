@@ -13,8 +13,9 @@ struct view_stream view_stream_default(void);
 MUST_CHECK bool view_stream_read(const struct json_node *node, struct view_stream *stream);
 json_t *view_stream_to_json(const struct view_stream *stream); /* new reference; NULL: no memory */
 
-/* What target becomes under a merge patch (RFC 7396); a new reference, NULL without memory. target
- * may be NULL. */
+/* What target becomes under a merge patch (RFC 7396), but that a null stays: the parser of requests
+ * reads it as absent, and knows whether there is such a member at all. A new reference, NULL
+ * without memory. target may be NULL. */
 MUST_CHECK json_t *view_merge(const json_t *target, json_t *patch);
 
 /* A patch of the lights by index: an object whose members are called "0", "1" ... as the lights

@@ -59,30 +59,38 @@ const char *http_request_query(const struct http_exchange *exchange, const char 
     return MHD_lookup_connection_value(exchange->connection, MHD_GET_ARGUMENT_KIND, name);
 }
 
-struct query_search {
+struct query_check {
     const char *const *known;
-    char *unknown;
-    size_t size_bytes;
+    uint64_t seen; /* one bit per known name */
+    struct error *err;
 };
 
 static enum MHD_Result visit_query(void *context, enum MHD_ValueKind kind, const char *name,
-                                   const char *value)
+                                   size_t name_bytes, const char *value, size_t value_bytes)
 {
-    (void)kind, (void)value;
-    struct query_search *search = context;
-    for (size_t i = 0; search->known[i]; i++)
-        if (strcmp(search->known[i], name) == 0)
-            return MHD_YES;
-    utf8_copy(search->unknown, search->size_bytes, name);
+    (void)kind, (void)name_bytes;
+    struct query_check *check = context;
+    size_t i = 0;
+    while (check->known[i] && strcmp(check->known[i], name) != 0)
+        i++;
+    const char *why = !check->known[i]               ? "which is no member of this route's"
+                      : check->seen & 1ull << i      ? "for the second time"
+                      : !value                       ? "without a value"
+                      : strlen(value) != value_bytes ? "with a zero byte in its value"
+                                                     : NULL;
+    check->seen |= 1ull << i;
+    if (!why)
+        return MHD_YES;
+    error_set(check->err, ERROR_INVALID_REQUEST, "the query has '%.40s', %s", name, why);
     return MHD_NO;
 }
 
-void http_request_unknown_query(const struct http_exchange *exchange, const char *const *known,
-                                char *unknown, size_t size_bytes)
+bool http_request_check_query(const struct http_exchange *exchange, const char *const *known,
+                              struct error *err)
 {
-    struct query_search search = {known, unknown, size_bytes};
-    unknown[0] = '\0';
-    MHD_get_connection_values(exchange->connection, MHD_GET_ARGUMENT_KIND, visit_query, &search);
+    struct query_check check = {.known = known, .err = err};
+    MHD_get_connection_values_n(exchange->connection, MHD_GET_ARGUMENT_KIND, visit_query, &check);
+    return err->code == ERROR_NONE;
 }
 
 const char *http_request_header(const struct http_exchange *exchange, const char *name)

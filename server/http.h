@@ -80,10 +80,10 @@ const char *http_request_header(const struct http_exchange *exchange, const char
                                                                                             when
                                                                                             absent
                                                                                           */
-/* The first member of the query that is not listed (NULL-terminated), cut to fit; "" when there is
- * none. */
-void http_request_unknown_query(const struct http_exchange *exchange, const char *const *known,
-                                char *unknown, size_t size_bytes);
+/* The query has no members but these (NULL-terminated, at most 63), each once and with a value;
+ * ERROR_INVALID_REQUEST names what is wrong. */
+MUST_CHECK bool http_request_check_query(const struct http_exchange *exchange,
+                                         const char *const *known, struct error *err);
 enum { HTTP_ADDRESS_BYTES = 46 };
 void http_request_address(const struct http_exchange *exchange,
                           char address[HTTP_ADDRESS_BYTES]); /* "" when it is not known */

@@ -14,7 +14,8 @@ bool query_number(const struct http_exchange *exchange, const char *name, double
     if (!text)
         return true;
     double number = strtod(text, &end);
-    if (!*text || *end || !(number >= min && number <= max))
+    bool is_decimal = *text && !text[strspn(text, "0123456789+-.eE")]; /* no blanks, hex or names */
+    if (!is_decimal || *end || !(number >= min && number <= max))
         return error_set(err, ERROR_INVALID_REQUEST, "?%s=%.40s is not a number from %.9g to %.9g",
                          name, text, min, max);
     *out = number;
@@ -32,13 +33,4 @@ bool query_int(const struct http_exchange *exchange, const char *name, int min, 
                          http_request_query(exchange, name));
     *out = (int)number;
     return true;
-}
-
-bool query_expect(const struct http_exchange *exchange, const char *const *known, struct error *err)
-{
-    char unknown[48] = "";
-    http_request_unknown_query(exchange, known, unknown, sizeof unknown);
-    return !unknown[0] ||
-           error_set(err, ERROR_INVALID_REQUEST,
-                     "the query has '%s', which is no member of this route's", unknown);
 }

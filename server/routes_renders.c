@@ -87,7 +87,7 @@ static bool choose_plan_format(struct render_post *post, struct error *err)
     static const char *const known[] = {"explain", NULL};
     const char *form = http_request_query(post->exchange, "explain");
     post->plan_format = -1;
-    if (!query_expect(post->exchange, known, err))
+    if (!http_request_check_query(post->exchange, known, err))
         return false;
     if (!form)
         return true;

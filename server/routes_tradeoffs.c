@@ -85,7 +85,10 @@ static const char *const form_types[] = {
 static bool choose_form(struct http_exchange *exchange, int *form, struct error *err)
 {
     static const char *const names[] = {"json", "html", "svg", "csv"};
+    static const char *const known[] = {"format", NULL};
     const char *name = http_request_query(exchange, "format");
+    if (!http_request_check_query(exchange, known, err))
+        return false;
     if (!name)
         return negotiate_type(http_request_header(exchange, "Accept"), form_types, form, err);
     for (*form = 0; *form < FORM_COUNT; (*form)++)
@@ -162,13 +165,14 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
     struct error problem = {0};
     const char *forget = http_request_query(exchange, "forget");
     bool must_forget = forget && strcmp(forget, "true") == 0;
-    bool is_good = true;
-    if (forget && !must_forget && strcmp(forget, "false") != 0)
+    static const char *const known[] = {"forget", NULL};
+    bool is_good = http_request_check_query(exchange, known, &problem);
+    if (is_good && forget && !must_forget && strcmp(forget, "false") != 0)
         is_good = error_set(&problem, ERROR_INVALID_REQUEST,
                             "?forget=%.40s is neither true nor false", forget);
-    else if (must_forget)
+    else if (is_good && must_forget)
         is_good = tradeoffs_forget(service->tradeoffs, id, &problem);
-    else
+    else if (is_good)
         is_good = tradeoffs_cancel(service->tradeoffs, id, &problem);
     if (!is_good)
         http_reply_error(exchange, &problem);

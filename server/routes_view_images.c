@@ -40,10 +40,7 @@ static bool read_output(const char *text, enum request_output *output, struct er
         }
         snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", request_output_name(i));
     }
-    bool is_planned = strcmp(text, "position") == 0 || strcmp(text, "transmittance") == 0 ||
-                      strcmp(text, "lights") == 0;
-    return error_set(err, is_planned ? ERROR_UNSUPPORTED : ERROR_INVALID_REQUEST,
-                     "?aov=%.40s is none of: %s", text, list);
+    return error_set(err, ERROR_INVALID_REQUEST, "?aov=%.40s is none of: %s", text, list);
 }
 
 static bool read_format(const struct http_exchange *exchange, unsigned allowed,
@@ -64,7 +61,7 @@ static bool read_shot(const struct http_exchange *exchange, struct view_shot *sh
                       enum image_format *format, struct error *err)
 {
     static const char *const known[] = {"aov", "format", "quality_percent", NULL};
-    if (!query_expect(exchange, known, err) ||
+    if (!http_request_check_query(exchange, known, err) ||
         !read_output(http_request_query(exchange, "aov"), &shot->output, err) ||
         !read_format(exchange, frame_image_formats(1u << shot->output), format, err) ||
         !query_int(exchange, "quality_percent", 1, 100, &shot->quality_percent, err))

@@ -78,7 +78,7 @@ static bool read_query(const struct http_exchange *exchange, struct pick_desc *d
 {
     static const char *const known[] = {"x", "y", "width", "height", "through", NULL};
     int through = 0;
-    if (!query_expect(exchange, known, err))
+    if (!http_request_check_query(exchange, known, err))
         return false;
     if (!http_request_query(exchange, "x") || !http_request_query(exchange, "y"))
         return error_set(err, ERROR_INVALID_REQUEST, "the query needs x and y");

@@ -12,8 +12,4 @@ MUST_CHECK bool query_number(const struct http_exchange *exchange, const char *n
 MUST_CHECK bool query_int(const struct http_exchange *exchange, const char *name, int min, int max,
                           int *out, struct error *err);
 
-/* The query has no members but these (NULL-terminated). */
-MUST_CHECK bool query_expect(const struct http_exchange *exchange, const char *const *known,
-                             struct error *err);
-
 #endif

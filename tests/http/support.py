@@ -171,6 +171,18 @@ class Schemas:
         if isinstance(value, (int, float)) and value > rule:
             yield f"{where}: {value} is more than {rule}"
 
+    def check_exclusiveMaximum(self, value, rule, where, _):
+        if isinstance(value, (int, float)) and value >= rule:
+            yield f"{where}: {value} is not less than {rule}"
+
+    def check_minLength(self, value, rule, where, _):
+        if isinstance(value, str) and len(value) < rule:
+            yield f"{where}: {len(value)} characters, at least {rule}"
+
+    def check_maxLength(self, value, rule, where, _):
+        if isinstance(value, str) and len(value) > rule:
+            yield f"{where}: {len(value)} characters, at most {rule}"
+
     def check_minItems(self, value, rule, where, _):
         if isinstance(value, list) and len(value) < rule:
             yield f"{where}: {len(value)} elements, at least {rule}"

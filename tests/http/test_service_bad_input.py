@@ -102,6 +102,19 @@ class BadRequests(support.ServiceTest):
             (404, "not_found", "/scene"), (reply.status, reply.code, reply.json()["pointer"])
         )
 
+    def test_broken_json_is_told_in_plain_words(self):
+        for text, words in ((b'"a\\u0000b"', "a text holds \\u0000"), (b"1e999", "too large"),
+                            (b"9" * 40, "too large")):
+            reply = self.post(b'{"scene":' + text + b"}")
+            self.assertEqual(400, reply.status, text)
+            self.assertIn(words, reply.json()["detail"])
+            self.assertNotIn("JSON_", reply.json()["detail"])
+
+    def test_an_explain_without_a_value_draws_nothing(self):
+        for query in ("explain", "explain=", "explain=1&explain=json", "explain=1&x=2"):
+            reply = self.daemon.request("POST", f"/v1/renders?{query}", {"scene": self.scene})
+            self.assertEqual((400, "invalid_request"), (reply.status, reply.code), query)
+
     def test_cameras_that_see_nothing_are_refused(self):
         for camera in (
             {"eye": [0, 0, 0], "target": [0, 0, 0]},

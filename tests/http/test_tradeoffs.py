@@ -240,6 +240,9 @@ class Measuring(TradeoffTest):
         self.assertEqual("queued", self.get(second)["state"])
         self.assertEqual(409, self.daemon.request("DELETE", second + "?forget=true").status)
         self.assertEqual(400, self.daemon.request("DELETE", second + "?forget=maybe").status)
+        for query in ("?forgot=true", "?forget=true&forget=true", "?forget"):
+            self.assertEqual(400, self.daemon.request("DELETE", second + query).status, query)
+        self.assertEqual(400, self.daemon.request("GET", second + "?form=csv").status)
         for path in (second, first):
             self.assertEqual("cancelled", self.daemon.request("DELETE", path).json()["state"])
         listed = self.get("/v1/tradeoffs")["tradeoffs"]

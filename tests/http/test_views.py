@@ -213,6 +213,20 @@ class Patching(ViewTest):
         both = self.patch(view, {"camera": {"fit": "top", "node": "Triangle"}})
         self.assertEqual(400, both.status)
 
+    def test_members_that_there_are_not_are_refused_also_as_null(self):
+        view = self.make(lights=[{"type": "point", "position": [0, 0, 0]}])
+        for patch, pointer in (
+            ({"exposur_ev": None}, "/exposur_ev"), ({"camera": {"fov": None}}, "/camera/fov"),
+            ({"overrides": {"nodes": {"Triangle": {"visable": None}}}},
+             "/overrides/nodes/Triangle/visable"),
+            ({"lights": {"0": {"power": None}}}, "/lights/0/power"),
+            ({"quality": {"shadow": None}}, "/quality/shadow"),
+        ):
+            reply = self.patch(view, patch)
+            self.assertEqual((400, pointer), (reply.status, reply.json()["pointer"]), reply.body)
+        gone = {"overrides": {"nodes": {"NoSuch": None}}, "parts": {"none": None}}
+        self.assertEqual(200, self.patch(view, gone).status)
+
     def test_a_refused_patch_changes_nothing(self):
         view = self.make(camera=LOOK)
         before = self.get(view).json()
@@ -350,7 +364,9 @@ class Images(ViewTest):
             ("?aov=colour", 400), ("?aov=position&format=png", 422), ("?format=gif", 400),
             ("?aov=node&format=jpeg", 422), ("?quality_percent=0", 400),
             ("?quality_percent=1.5", 400), ("?format=png&quality_percent=50", 400),
-            ("?size=5", 400), ("?quality_percent=", 400),
+            ("?size=5", 400), ("?quality_percent=", 400), ("?aov=color&aov=depth", 400),
+            ("?aov", 400), ("?aov=color%00", 400), ("?format=jpeg&quality_percent=0x10", 400),
+            ("?format=jpeg&quality_percent=%2050", 400),
         ):
             self.assertEqual(status, self.get(view + "/image" + query).status, query)
         self.assertEqual(406, self.get(view + "/image", {"Accept": "text/html"}).status)
