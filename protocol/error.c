@@ -33,6 +33,7 @@ static const struct code_info code_table[ERROR_CODE_COUNT] = {
     [ERROR_RENDER_FAILED] = {"render_failed", "The render failed, twice", 500},
     [ERROR_IO] = {"io", "A file of the service could not be read or written", 500},
     [ERROR_OVERLOADED] = {"overloaded", "The service is busy or draining", 503},
+    [ERROR_INTERRUPTED] = {"interrupted", "The server ended before the work did", 503},
     [ERROR_NO_DEVICE] = {"no_device", "There is no usable graphics device", 503},
     [ERROR_NO_MEMORY] = {"no_memory", "There is not enough memory", 503},
     [ERROR_TIMEOUT] = {"timeout", "The deadline passed", 504},

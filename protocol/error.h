@@ -28,6 +28,7 @@ enum error_code {
     ERROR_RENDER_FAILED,          /* 500: the worker died or overran on this request, twice */
     ERROR_IO,                     /* 500: a file of the state directory failed to read or write */
     ERROR_OVERLOADED,             /* 503: queue full or draining */
+    ERROR_INTERRUPTED,            /* 503: the server ended before the work did */
     ERROR_NO_DEVICE,              /* 503: no usable GL device, or its self-test failed */
     ERROR_NO_MEMORY,              /* 503: an allocation failed */
     ERROR_TIMEOUT,                /* 504: the deadline passed */

@@ -99,6 +99,8 @@ static json_t *probe(const struct measure_desc *desc, struct error *err)
 {
     struct renderer_info info;
     struct frame frame;
+    /* kept surfaces would count no triangles */
+    renderer_drop_structures(desc->renderer, desc->request->scene);
     if (!render(desc, 0, 0, &frame, err))
         return NULL;
     renderer_get_info(desc->renderer, &info);

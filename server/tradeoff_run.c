@@ -15,6 +15,7 @@
 #define BAND_MS 250.        /* of the reference: what others may have to wait for */
 #define BAND_BUILDS 2.      /* or this many times what ray tracing needs to get ready */
 #define REFERENCE_SHARE .5  /* of the time budget */
+#define SAVE_EVERY_S 1.     /* of results so far: two files are synced */
 #define FRAME_MS_MAX 10000. /* of a setting that is worth timing */
 #define RUN_FRAMES 2.3      /* a cold and a warm frame, in frames as measured for the error */
 #define SETTLE_FRAMES 1.    /* before the first of them */
@@ -32,6 +33,7 @@ struct run {
     struct render_request request; /* shallow copy, whose quality is set for each step */
     struct tradeoff_options options;
     double started_s;
+    double saved_s; /* of the monotonic clock */
     int reference_fd;
     int height;
     int max_samples;
@@ -70,6 +72,26 @@ static void set_reference(struct run *run)
     run->request.quality.area_samples = 0;
 }
 
+static void save(struct run *run)
+{
+    struct error problem = {0};
+    run->saved_s = tradeoffs_clock_s();
+    struct tradeoff *copy = tradeoffs_get(run->tradeoffs, run->entry->document.id, &problem);
+    if (copy && !tradeoff_store_save(run->tradeoffs->store, copy, &problem))
+        log_write(run->tradeoffs->desc.log, LOG_WARNING, "trade-off %s: %s", copy->id,
+                  problem.message);
+    if (copy)
+        tradeoff_finish(copy);
+    free(copy);
+}
+
+/* What a daemon that is killed leaves is at most so old. */
+static void save_now_and_then(struct run *run)
+{
+    if (tradeoffs_clock_s() - run->saved_s >= SAVE_EVERY_S)
+        save(run);
+}
+
 /* The progress never goes back. */
 static void tell(struct run *run, enum tradeoff_stage stage, double progress)
 {
@@ -81,18 +103,7 @@ static void tell(struct run *run, enum tradeoff_stage stage, double progress)
         document->elapsed_s = elapsed_s(run);
     }
     pthread_mutex_unlock(&run->tradeoffs->mutex);
-}
-
-static void save(struct run *run)
-{
-    struct error problem = {0};
-    struct tradeoff *copy = tradeoffs_get(run->tradeoffs, run->entry->document.id, &problem);
-    if (copy && !tradeoff_store_save(run->tradeoffs->store, copy, &problem))
-        log_write(run->tradeoffs->desc.log, LOG_WARNING, "trade-off %s: %s", copy->id,
-                  problem.message);
-    if (copy)
-        tradeoff_finish(copy);
-    free(copy);
+    save_now_and_then(run);
 }
 
 static enum step_outcome run_step(struct run *run, json_t *measure, struct step_result *result)
@@ -163,8 +174,8 @@ static bool check_share(struct run *run, int rows, double spent_s)
     if (rows == run->height || (spent_s <= share_s && !is_hopeless))
         return true;
     return error_set(&run->problem, ERROR_TIMEOUT,
-                     "the reference of %d samples per pixel was at row %d of %d after %.0f s and "
-                     "would take about %.0f s; half of time_budget_s, %.0f s, is for it: ask for a "
+                     "the reference of %d samples per pixel was at row %d of %d after %.1f s and "
+                     "would take about %.1f s; half of time_budget_s, %.1f s, is for it: ask for a "
                      "smaller image or more time",
                      run->options.reference_samples, rows, run->height, spent_s, whole_s, share_s);
 }
@@ -242,7 +253,10 @@ static bool trace_reference(struct run *run)
         if (!check_share(run, row, elapsed_s(run) - begun_s))
             return false;
     }
-    return show_reference(run);
+    if (!show_reference(run))
+        return false;
+    save(run);
+    return true;
 }
 
 /* ---- errors ---- */
@@ -257,12 +271,14 @@ static bool has_room(const struct run *run, double frame_ms)
     return elapsed_s(run) + 1e-3 * needed_ms <= run->options.time_budget_s;
 }
 
+/* A setting of the ladder that is missing; what the ladder itself leaves out is no loss. */
 static void skip(struct run *run, const struct tradeoff_setting *setting, const char *because)
 {
     char label[TRADEOFF_LABEL_BYTES];
     tradeoff_setting_label(setting, label);
     pthread_mutex_lock(&run->tradeoffs->mutex);
     tradeoff_skip(&run->entry->document, label, "%s", because);
+    run->entry->document.is_partial = true;
     pthread_mutex_unlock(&run->tradeoffs->mutex);
 }
 
@@ -501,8 +517,6 @@ static bool measure_times(struct run *run)
         if (!measure_time(run, &document->rows[row], round == 0))
             return false;
         tell(run, TRADEOFF_STAGE_TIMES, 0.6 + 0.4 * (done + 1) / total);
-        if ((done + 1) % rows == 0)
-            save(run);
     }
     return true;
 }
@@ -522,7 +536,7 @@ static void end(struct run *run, bool is_good)
         else
             document->is_partial = true;
         if (!is_good && run->problem.code == ERROR_NONE)
-            error_set(&run->problem, ERROR_OVERLOADED, "the server stopped before the end");
+            error_set(&run->problem, ERROR_INTERRUPTED, "the server stopped before the end");
         document->problem = run->problem;
     }
     log_write(run->tradeoffs->desc.log, LOG_INFO, "trade-off %s is %s: %d settings in %.1f s",

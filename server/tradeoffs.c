@@ -393,7 +393,7 @@ static void load_entry(void *context, struct tradeoff *tradeoff)
         entry->document.state = TRADEOFF_FAILED;
         entry->document.stage = TRADEOFF_STAGE_ENDED;
         entry->document.is_partial = true;
-        error_set(&entry->document.problem, ERROR_OVERLOADED,
+        error_set(&entry->document.problem, ERROR_INTERRUPTED,
                   "the server ended before the measurement did");
     }
     tradeoffs->entries[tradeoffs->count++] = entry;

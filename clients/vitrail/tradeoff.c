@@ -296,6 +296,8 @@ static bool check_end(const struct measuring *measuring, struct failure *failure
 {
     const json_t *problem = json_object_get(measuring->document, "problem");
     const char *detail = json_string_value(json_object_get(problem, "detail"));
+    const char *code = json_string_value(json_object_get(problem, "code"));
+    bool is_temporary = code && !strcmp(code, "interrupted");
     char text[FAILURE_MESSAGE_BYTES / 2];
 
     if (!strcmp(state_of(measuring), "done"))
@@ -305,7 +307,8 @@ static bool check_end(const struct measuring *measuring, struct failure *failure
                     "the trade-off was cancelled; results so far are "
                     "kept");
     text_copy_printable(text, sizeof text, detail ? detail : "no reason is known");
-    return fail(failure, EXIT_CODE_REFUSED, "the trade-off failed: %s", text);
+    return fail(failure, is_temporary ? EXIT_CODE_TEMPORARY : EXIT_CODE_REFUSED,
+                "the trade-off failed: %s", text);
 }
 
 static bool tradeoff_run(void *context, const struct text_list *operands, struct failure *failure)

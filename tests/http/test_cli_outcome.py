@@ -121,8 +121,8 @@ class OutcomeTest(CliTest):
         self.assert_only("box.glb")
 
     def test_every_code_of_the_protocol_becomes_a_documented_exit_code(self):
-        again = {"too_many_requests", "render_failed", "io", "overloaded", "no_device",
-                 "no_memory", "timeout"}
+        again = {"too_many_requests", "render_failed", "io", "overloaded", "interrupted",
+                 "no_device", "no_memory", "timeout"}
         source = os.path.join(os.path.dirname(__file__), "../../protocol/error.c")
         with open(source, encoding="utf-8") as file:
             table = re.findall(r'\[ERROR_\w+\]\s*=\s*\{"(\w+)",\s*"[^"]*",\s*(\d+)\}', file.read())

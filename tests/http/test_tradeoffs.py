@@ -81,6 +81,11 @@ class Measuring(TradeoffTest):
         self.assertIn("1 sample per pixel", said)
         self.assertIn("max_settings is 32", said)
 
+    def test_counts_are_those_of_the_view_whatever_was_drawn_before(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "counts"))
+        for _ in range(2):
+            self.assertEqual(1, self.measure(scene)["counts"]["triangles"])
+
     def test_the_front_is_that_of_the_numbers(self):
         settings = self.measure(self.daemon.push(scene_of()))["settings"]
         points = [(s["warm_ms"]["median"], s["error"]["rmse"], s["on_front"]) for s in settings]
@@ -190,7 +195,7 @@ class Measuring(TradeoffTest):
             ("failed", True, "timeout"),
             (document["state"], document["partial"], document["problem"]["code"]),
         )
-        self.assertIn("time_budget_s", document["problem"]["detail"])
+        self.assertIn("half of time_budget_s, 0.5 s, is for it", document["problem"]["detail"])
         self.assert_serves()
 
     def test_what_does_not_fit_the_time_is_left_out_and_said(self):
@@ -287,6 +292,7 @@ class Measuring(TradeoffTest):
         )
         lost = [skip for skip in document["skipped"] if "2048" in skip["what"]]
         self.assertIn("worker", lost[0]["because"])
+        self.assertTrue(document["partial"])
         self.assertEqual(200, self.daemon.render(scene).status)  # the scene is not quarantined
 
     def test_deleting_the_scene_removes_its_trade_offs(self):
@@ -435,6 +441,32 @@ class Kept(unittest.TestCase):
                 frame = again.request("GET", link[link.index("<") + 1 : link.index(">")]).json()
                 self.assertEqual("measured", frame["error"]["source"])
 
+    def test_a_measurement_of_a_daemon_that_is_killed_keeps_what_it_had(self):
+        with support.Daemon() as daemon:
+            scene = daemon.wait_ready().push(scene_of("fake:slow=150"))
+            path = daemon.request(
+                "POST", "/v1/tradeoffs", {"scene": scene, **SMALL}
+            ).header("Location")
+
+            def document():
+                return daemon.request("GET", path).json()
+
+            wait_until(lambda: document()["settings"], "a setting is measured", 60)
+            first = document()
+            wait_until(lambda: document()["elapsed_s"] > first["elapsed_s"] + 3, "time goes", 60)
+            daemon.stop(signal.SIGKILL)
+            with support.Daemon(state_dir=daemon.state_dir) as again:
+                lost = again.wait_ready().request("GET", path).json()
+                self.assertEqual(
+                    ("failed", True, "interrupted"),
+                    (lost["state"], lost["partial"], lost["problem"]["code"]),
+                )
+                self.assertEqual(first["settings"], lost["settings"][: len(first["settings"])])
+                self.assertGreater(lost["elapsed_s"], first["elapsed_s"])
+                self.assertEqual(first["reference"], lost["reference"])
+                page = again.request("GET", path + "?format=html").body
+                self.assertEqual(1 + len(lost["settings"]), page.count(b"data:image/webp"))
+
     def test_damaged_files_are_set_aside_and_half_written_ones_removed(self):
         with support.Daemon() as daemon:
             scene = daemon.wait_ready().push(scene_of())
@@ -518,7 +550,7 @@ class Kept(unittest.TestCase):
                 again.wait_ready()
                 document = again.request("GET", path).json()
                 self.assertEqual(
-                    ("failed", "overloaded"), (document["state"], document["problem"]["code"])
+                    ("failed", "interrupted"), (document["state"], document["problem"]["code"])
                 )
 
 

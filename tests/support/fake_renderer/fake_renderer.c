@@ -308,7 +308,7 @@ static void weigh(struct fake_scene *scene, const struct view *view, struct fram
         if (i % 4 != 3)
             ((float *)color->pixels)[i] += (float)fake_error(quality);
     frame->report.counts.lights = frame->report.counts.shadowed_lights = 2;
-    frame->report.counts.triangles = 1;
+    frame->report.counts.triangles = !scene->has_structures; /* kept surfaces are not drawn */
     frame->report.counts.events = quality->shadows == VIEW_SHADOWS_DEEP ? 7 : 0;
     report_add_bytes(&frame->report, "shadows",
                      (uint64_t)quality->shadow_resolution * (uint64_t)quality->shadow_resolution);
