@@ -321,8 +321,7 @@ bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uin
 
 void shadow_store_trim_target(struct shadow_store *store)
 {
-    const uint64_t kept_bytes = 32ull << 20; /* a cube of 1024 texels */
-    if (store->target.size_bytes > kept_bytes)
+    if (store->target.size_bytes > SHADOW_TARGET_KEPT_BYTES)
         gl_texture_finish(&store->target);
 }
 

@@ -248,18 +248,27 @@ struct build_batch { /* builds whose faces share the target */
     size_t count;
 };
 
+/* Layers that the target may have for several builds. A device that has its memory on our own cores
+ * pays for each page of it, and gains nothing by many builds at once: there it is small enough to
+ * be kept. */
+static uint64_t most_layers(const struct shadow_system *shadows)
+{
+    const struct gl_limits *limits = shadows->store.limits;
+    uint64_t most_bytes = limits->is_software ? SHADOW_TARGET_KEPT_BYTES : 256ull << 20;
+    if (most_bytes > shadows->store.budget_bytes / 4)
+        most_bytes = shadows->store.budget_bytes / 4;
+    uint64_t face_bytes = 4ull * (uint64_t)shadows->resolution * (uint64_t)shadows->resolution;
+    uint64_t most = most_bytes / face_bytes;
+    return most > (uint64_t)limits->max_texture_layers ? (uint64_t)limits->max_texture_layers
+                                                       : most;
+}
+
 /* As many of the builds from first on as the target may hold at once, and no more than wanted; at
  * least one. */
 static struct build_batch next_batch(const struct shadow_system *shadows, size_t first,
                                      uint64_t wanted)
 {
-    uint64_t most_bytes = 256ull << 20;
-    if (most_bytes > shadows->store.budget_bytes / 4)
-        most_bytes = shadows->store.budget_bytes / 4;
-    uint64_t face_bytes = 4ull * (uint64_t)shadows->resolution * (uint64_t)shadows->resolution;
-    uint64_t most = most_bytes / face_bytes;
-    if (most > (uint64_t)shadows->store.limits->max_texture_layers)
-        most = (uint64_t)shadows->store.limits->max_texture_layers;
+    uint64_t most = most_layers(shadows);
     struct build_batch batch = {&shadows->builds[first], 0};
     if (shadows->is_frugal)
         wanted = 1;
@@ -310,13 +319,18 @@ static size_t count_structures(const struct shadow_system *shadows)
     return count;
 }
 
-/* Of the largest batch, so that smaller ones before it leave no target behind that is too small. */
+/* Of the largest batch there may be, so that smaller ones before it leave no target behind that is
+ * too small. */
 static bool reserve_target(struct shadow_system *shadows, struct error *err)
 {
-    struct build_batch batch = next_batch(shadows, 0, shadows->build_count);
-    uint64_t layers = 0;
-    for (size_t i = 0; i < batch.count; i++)
-        layers += batch.builds[i].map->frame.face_count;
+    uint64_t all = 0, largest = most_layers(shadows);
+    for (size_t i = 0; i < shadows->build_count; i++) {
+        uint64_t faces = shadows->builds[i].map->frame.face_count;
+        all += faces;
+        if (faces > largest)
+            largest = faces;
+    }
+    uint64_t layers = all < largest ? all : largest;
     return !layers ||
            shadow_store_reserve_target(&shadows->store, shadows->resolution, layers, err);
 }
