@@ -15,7 +15,8 @@ static const double SAME_SURFACE = 0.02; /* of the depth, as shade_pixels.comp.g
 bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, struct error *err)
 {
     batch->desc = *desc;
-    batch->light_counts = calloc(desc->scene->state->light_count + 1, sizeof *batch->light_counts);
+    batch->light_counts =
+        calloc(2 * desc->scene->state->light_count + 1, sizeof *batch->light_counts);
     batch->jobs = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->jobs);
     batch->sorted = calloc(RT_BATCH_JOBS_MAX, sizeof *batch->sorted);
     batch->blocks = calloc(1, sizeof *batch->blocks);
@@ -185,13 +186,18 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
     batch->has_overflowed |= sample->hits->has_overflowed;
     double sigma[3], through[3] = {1, 1, 1}, t = 0;
     double range[2];
-    rt_scene_kept_range(scene, sample->ray, range);
-    begin_media(batch, sample, sigma);
+    const bool has_media = scene->state->medium_count;
+    if (has_media) {
+        rt_scene_kept_range(scene, sample->ray, range);
+        begin_media(batch, sample, sigma);
+    }
     for (size_t i = 0; i < sample->hits->count; i++) {
         const struct rt_hit *hit = &sample->hits->hits[i];
-        rt_media_pass(sigma, sample->ray, range, t, hit->t, through);
-        rt_media_cross(scene, hit, sigma);
-        t = hit->t;
+        if (has_media) {
+            rt_media_pass(sigma, sample->ray, range, t, hit->t, through);
+            rt_media_cross(scene, hit, sigma);
+            t = hit->t;
+        }
         if (hit->is_left_unseen)
             filter_unseen(batch, hit, sample->ray->direction, through);
         bool is_opaque = hit->is_opaque;

@@ -55,8 +55,8 @@ struct rt_step {       /* of one sample, front to back; the last one is the back
 struct rt_ray_job { /* one shadow ray, waiting */
     uint32_t fragment, light;
     float direction[3], distance_m;
-    float weight[3]; /* radiance that the light adds where nothing is between */
-    bool is_opaque;  /* the fragment */
+    float weight[3];     /* radiance that the light adds where nothing is between */
+    bool is_transparent; /* the fragment */
 };
 
 struct rt_job;
@@ -84,7 +84,7 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_ray_job *jobs;
     uint32_t *sorted; /* numbers of jobs */
     struct rt_lamp_blocks *blocks;
-    uint32_t *light_counts; /* of waiting jobs, by light, one more than lights */
+    uint32_t *light_counts; /* of waiting jobs, by light and is_transparent */
     size_t fragment_count, step_count, sample_count, pixel_count, job_count;
     size_t fragment_capacity, step_capacity, sample_capacity, pixel_capacity;
     size_t pixel_fragments; /* first fragment of the pixel being gathered */

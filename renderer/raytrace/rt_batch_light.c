@@ -91,20 +91,20 @@ static void trace_jobs(struct rt_batch *batch, const uint32_t *numbers, size_t c
 }
 
 /* Sorts the jobs by light, in the order of their surfaces: neighbours go together, and what lies
- * behind panes, often metres away, goes apart from the panes. counts: of each light's jobs, on
- * return where they end. */
+ * behind panes, often metres away, goes apart from the panes. counts: of the jobs of each light, on
+ * opaque and on transparent surfaces; on return where they end. */
 static void sort_jobs(struct rt_batch *batch, uint32_t *counts)
 {
     uint32_t first = 0;
-    for (size_t i = 0; i < batch->desc.scene->state->light_count; i++) {
+    for (size_t i = 0; i < 2 * batch->desc.scene->state->light_count; i++) {
         uint32_t count = counts[i];
         counts[i] = first;
         first += count;
     }
-    for (int opaque = 1; opaque >= 0; opaque--)
-        for (size_t i = 0; i < batch->job_count; i++)
-            if (batch->jobs[i].is_opaque == opaque)
-                batch->sorted[counts[batch->jobs[i].light]++] = (uint32_t)i;
+    for (size_t i = 0; i < batch->job_count; i++) {
+        const struct rt_ray_job *job = &batch->jobs[i];
+        batch->sorted[counts[2 * (size_t)job->light + job->is_transparent]++] = (uint32_t)i;
+    }
 }
 
 static void flush_jobs(struct rt_batch *batch)
@@ -115,11 +115,11 @@ static void flush_jobs(struct rt_batch *batch)
     batch->is_cancelled = rt_job_is_cancelled(batch->desc.job);
     size_t i = 0;
     for (size_t light = 0; light < lights && !batch->is_cancelled; light++)
-        for (size_t end; i < counts[light]; i = end) {
-            end = i + RT_LANES < counts[light] ? i + RT_LANES : counts[light];
+        for (size_t end, last = counts[2 * light + 1]; i < last; i = end) {
+            end = i + RT_LANES < last ? i + RT_LANES : last;
             trace_jobs(batch, &batch->sorted[i], end - i);
         }
-    memset(counts, 0, lights * sizeof *counts);
+    memset(counts, 0, 2 * lights * sizeof *counts);
     batch->job_count = 0;
 }
 
@@ -137,7 +137,7 @@ static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job
         add_light(&batch->shadings[job->fragment], job, (const double[3]){1, 1, 1});
         return;
     }
-    batch->light_counts[job->light]++;
+    batch->light_counts[2 * (size_t)job->light + job->is_transparent]++;
     batch->job_count++; /* it is in its place */
 }
 
@@ -149,7 +149,7 @@ static struct rt_ray_job *begin_job(struct rt_batch *batch, const struct lit *li
     struct rt_ray_job *job = &batch->jobs[batch->job_count];
     job->fragment = lit->index;
     job->light = light;
-    job->is_opaque = lit->fragment->is_opaque;
+    job->is_transparent = !lit->fragment->is_opaque;
     return job;
 }
 

@@ -21,22 +21,21 @@ struct place {
         bool is_known;
         double at[3][2]; /* at the hit, and how far it goes in a pixel to the right, and one down */
     } texcoords[2];      /* by set, before a slot's transform */
+    struct rt_texel_sum found[SCENE_TEXTURE_SLOT_COUNT]; /* of slots that find_slots found */
 };
 
-static struct place find_place(const struct rt_scene *scene, const struct rt_hit *hit,
-                               const struct rt_footprint *footprint)
+static void find_place(const struct rt_scene *scene, const struct rt_hit *hit,
+                       const struct rt_footprint *footprint, struct place *place)
 {
     const struct rt_mesh *mesh = &scene->meshes[hit->mesh];
-    struct place place;
-    place.scene = scene;
-    place.hit = hit;
-    place.footprint = footprint;
-    place.mesh = mesh;
-    place.texcoords[0].is_known = place.texcoords[1].is_known = false;
+    place->scene = scene;
+    place->hit = hit;
+    place->footprint = footprint;
+    place->mesh = mesh;
+    memset(place->texcoords, 0, sizeof place->texcoords);
     for (size_t k = 0; k < 3; k++)
-        place.vertices[k] =
+        place->vertices[k] =
             mesh->primitive->first_vertex + mesh->triangles[3 * (size_t)hit->triangle + k];
-    return place;
 }
 
 static void interpolate(const struct place *place, const float *stream, int width, double *out)
@@ -65,7 +64,6 @@ static const double (*texcoords_of(struct place *place, uint32_t set))[2]
     if (place->texcoords[set].is_known)
         return (const double(*)[2])at;
     place->texcoords[set].is_known = true;
-    memset(at, 0, sizeof place->texcoords[set].at);
     for (size_t c = 0; stream && c < 2; c++) {
         double first = (double)stream[2 * (size_t)place->vertices[0] + c];
         double u = (double)stream[2 * (size_t)place->vertices[1] + c] - first;
@@ -99,11 +97,23 @@ static bool find_slot(struct place *place, int slot, struct rt_texture_lookup *l
     return true;
 }
 
-static void sample_slot(struct place *place, int slot, double out[4])
+/* Finds the texels of those of the slots that are sampled, before any of them is read: most of the
+ * time of a sample is that of memory. */
+static void find_slots(struct place *place, uint32_t slots)
 {
     struct rt_texture_lookup lookup;
-    if (find_slot(place, slot, &lookup))
-        rt_texture_sample(&lookup, &place->scene->tables, out);
+    for (slots &= place->mesh->slots; slots; slots &= slots - 1) {
+        int slot = __builtin_ctz(slots);
+        if (find_slot(place, slot, &lookup))
+            rt_texture_find(&lookup, &place->found[slot]);
+    }
+}
+
+/* After find_slots. */
+static void sample_slot(const struct place *place, int slot, double out[4])
+{
+    if (slot_is_sampled(place, slot))
+        rt_texture_add_up(&place->found[slot], &place->scene->tables, out);
     else
         out[0] = out[1] = out[2] = out[3] = 1;
 }
@@ -113,7 +123,8 @@ static void sample_slot(struct place *place, int slot, double out[4])
 bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
 {
     static const double slack = 1e-9;
-    struct place place = find_place(scene, hit, NULL);
+    struct place place;
+    find_place(scene, hit, NULL, &place);
     const struct scene_material *m = place.mesh->material;
     double alpha = 1, cutoff = (double)m->alpha_cutoff, factor = (double)m->base_color[3];
     struct rt_texture_lookup lookup;
@@ -141,7 +152,7 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
     return clamp01(alpha * factor) >= cutoff;
 }
 
-static void find_base(struct place *place, double base[4])
+static void find_base(const struct place *place, double base[4])
 {
     double color[4] = {1, 1, 1, 1};
     sample_slot(place, SCENE_TEXTURE_BASE_COLOR, base);
@@ -154,7 +165,9 @@ static void find_base(struct place *place, double base[4])
 void rt_surface_base(const struct rt_scene *scene, const struct rt_hit *hit,
                      const struct rt_footprint *footprint, double base[4])
 {
-    struct place place = find_place(scene, hit, footprint);
+    struct place place;
+    find_place(scene, hit, footprint, &place);
+    find_slots(&place, 1u << SCENE_TEXTURE_BASE_COLOR);
     find_base(&place, base);
 }
 
@@ -209,7 +222,7 @@ static bool tangent_frame(const struct place *place, const double n[3], double t
     return true;
 }
 
-static void evaluate_normal(struct place *place, double normal[3])
+static void evaluate_normal(const struct place *place, double normal[3])
 {
     double local[3];
     const struct scene_material *m = place->mesh->material;
@@ -234,7 +247,12 @@ static void evaluate_normal(struct place *place, double normal[3])
         memcpy(normal, mapped, sizeof mapped);
 }
 
-static void evaluate_filter(struct place *place, struct rt_surface *surface)
+/* Textures that decide what light loses. */
+static const uint32_t FILTER_SLOTS = 1u << SCENE_TEXTURE_BASE_COLOR |
+                                     1u << SCENE_TEXTURE_TRANSMISSION |
+                                     1u << SCENE_TEXTURE_THICKNESS;
+
+static void evaluate_filter(const struct place *place, struct rt_surface *surface)
 {
     const struct scene_material *m = place->mesh->material;
     double base[4], texel[4];
@@ -257,20 +275,20 @@ static void evaluate_filter(struct place *place, struct rt_surface *surface)
 void rt_surface_evaluate_filter(const struct rt_scene *scene, const struct rt_hit *hit,
                                 struct rt_surface *surface)
 {
-    struct place place = find_place(scene, hit, NULL);
+    struct place place;
+    find_place(scene, hit, NULL, &place);
+    find_slots(&place, FILTER_SLOTS);
     evaluate_filter(&place, surface);
 }
 
 bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter blend,
                              double filter[3])
 {
-    const uint32_t looked_at = 1u << SCENE_TEXTURE_BASE_COLOR | 1u << SCENE_TEXTURE_TRANSMISSION |
-                               1u << SCENE_TEXTURE_THICKNESS;
     const struct scene_material *m = mesh->material;
     struct place place = {.mesh = mesh};
     struct rt_surface surface;
     if (mesh->class_ != STATE_TRANSPARENT || m->pass_through == SCENE_PASS_SLAB ||
-        m->pass_through == SCENE_PASS_EDGE || (mesh->slots & looked_at) ||
+        m->pass_through == SCENE_PASS_EDGE || (mesh->slots & FILTER_SLOTS) ||
         (mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS))
         return false;
     evaluate_filter(&place, &surface);
@@ -283,9 +301,11 @@ bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter 
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          const struct rt_footprint *footprint, struct rt_surface *surface)
 {
-    struct place place = find_place(scene, hit, footprint);
+    struct place place;
+    find_place(scene, hit, footprint, &place);
     const struct scene_material *m = place.mesh->material;
     double texel[4];
+    find_slots(&place, place.mesh->slots);
     evaluate_filter(&place, surface);
     evaluate_normal(&place, surface->normal);
     sample_slot(&place, SCENE_TEXTURE_METALLIC_ROUGHNESS, texel);

@@ -172,32 +172,51 @@ static struct level_pair choose_levels(const struct rt_texture_lookup *lookup)
     return (struct level_pair){base + level, lambda - level, is_nearest};
 }
 
-static void add_square(const struct rt_texel_square *square, const double *linear,
-                       const double *unorm, double weight, double out[4])
+static void prefetch(const struct rt_texel_square *square)
 {
-    double sum[4] = {out[0], out[1], out[2], out[3]}; /* in registers: out may be of the tables */
-    for (int i = 0; i < square->count; i++) {
-        const uint8_t *texel = square->texels[i];
-        double w = weight * square->weights[i];
-        sum[0] += w * linear[texel[0]];
-        sum[1] += w * linear[texel[1]];
-        sum[2] += w * linear[texel[2]];
-        sum[3] += w * unorm[texel[3]];
+    __builtin_prefetch(square->texels[0]);
+    if (square->count > 1)
+        __builtin_prefetch(square->texels[2]); /* the row below */
+}
+
+void rt_texture_find(const struct rt_texture_lookup *lookup, struct rt_texel_sum *sum)
+{
+    struct level_pair pair = choose_levels(lookup);
+    sum->is_srgb = lookup->is_srgb;
+    sum->weights[0] = 1 - pair.weight;
+    sum->weights[1] = pair.weight > 0 ? pair.weight : 0;
+    find_square(lookup, pair.level, pair.is_nearest, &sum->squares[0]);
+    prefetch(&sum->squares[0]);
+    if (pair.weight <= 0)
+        return;
+    find_square(lookup, pair.level + 1, pair.is_nearest, &sum->squares[1]);
+    prefetch(&sum->squares[1]);
+}
+
+void rt_texture_add_up(const struct rt_texel_sum *sum, const struct rt_texel_tables *tables,
+                       double out[4])
+{
+    const double *linear = sum->is_srgb ? tables->linear_from_srgb : tables->linear_from_unorm;
+    const double *unorm = tables->linear_from_unorm;
+    double total[4] = {0}; /* in registers: out may be of the tables */
+    for (int k = 0; k < 2 && sum->weights[k] > 0; k++) {
+        const struct rt_texel_square *square = &sum->squares[k];
+        for (int i = 0; i < square->count; i++) {
+            const uint8_t *texel = square->texels[i];
+            double w = sum->weights[k] * square->weights[i];
+            total[0] += w * linear[texel[0]];
+            total[1] += w * linear[texel[1]];
+            total[2] += w * linear[texel[2]];
+            total[3] += w * unorm[texel[3]];
+        }
     }
-    memcpy(out, sum, sizeof sum);
+    memcpy(out, total, sizeof total);
 }
 
 void rt_texture_sample(const struct rt_texture_lookup *lookup, const struct rt_texel_tables *tables,
                        double out[4])
 {
-    const double *linear = lookup->is_srgb ? tables->linear_from_srgb : tables->linear_from_unorm;
-    struct level_pair pair = choose_levels(lookup);
-    struct rt_texel_square square;
-    out[0] = out[1] = out[2] = out[3] = 0;
-    find_square(lookup, pair.level, pair.is_nearest, &square);
-    add_square(&square, linear, tables->linear_from_unorm, 1 - pair.weight, out);
-    if (pair.weight <= 0)
-        return;
-    find_square(lookup, pair.level + 1, pair.is_nearest, &square);
-    add_square(&square, linear, tables->linear_from_unorm, pair.weight, out);
+    struct rt_texel_sum sum;
+    rt_texture_find(lookup, &sum);
+    rt_texture_add_up(&sum, tables, out);
 }

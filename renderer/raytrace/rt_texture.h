@@ -49,7 +49,22 @@ struct rt_texture_lookup {
 /* At level 0, by the filter of magnified textures. */
 void rt_texture_find_finest(const struct rt_texture_lookup *lookup, struct rt_texel_square *square);
 
+/* What one sample sums: a level, or two neighbours. */
+struct rt_texel_sum {
+    struct rt_texel_square squares[2];
+    double weights[2]; /* the second one's is 0 where only the first is set */
+    bool is_srgb;
+};
+
+/* Finds the texels and has them brought into the cache: ask for several textures before the first
+ * is summed. */
+void rt_texture_find(const struct rt_texture_lookup *lookup, struct rt_texel_sum *sum);
+
 /* Linear RGB and alpha. */
+void rt_texture_add_up(const struct rt_texel_sum *sum, const struct rt_texel_tables *tables,
+                       double out[4]);
+
+/* Both of the above. */
 void rt_texture_sample(const struct rt_texture_lookup *lookup, const struct rt_texel_tables *tables,
                        double out[4]);
 
