@@ -20,8 +20,16 @@ static_assert((int)REQUEST_SHADOWS_AUTO == (int)VIEW_SHADOWS_AUTO &&
 enum { ROWS_MAX = TRADEOFF_ROWS_MAX };
 static_assert((int)ROWS_MAX >= (int)CHOICE_ESTIMATES_MAX, "estimates do not fit");
 
-/* Where rows come from, the best first. */
-enum source { SOURCE_VIEW, SOURCE_SCENE, SOURCE_MODEL, SOURCE_COUNT };
+/* Where rows come from, the best first; and those of more samples than were measured there. */
+enum source {
+    SOURCE_VIEW,
+    SOURCE_SCENE,
+    SOURCE_MODEL,
+    SOURCE_COUNT,
+    SOURCE_VIEW_SCALED = SOURCE_COUNT,
+    SOURCE_SCENE_SCALED,
+    SOURCE_TEXT_COUNT,
+};
 
 struct candidates {
     struct choice_row rows[ROWS_MAX];
@@ -111,11 +119,30 @@ static void find_rows(struct tradeoffs *tradeoffs, const struct render_request *
         find_measured(tradeoffs, request, source == SOURCE_VIEW ? key : NULL, is_warm, candidates);
 }
 
+/* A measured row that keeps what was asked for; else, or for the most accurate within a time, also
+ * ray tracing with more samples than were measured. */
+static bool choose_row(struct candidates *candidates, const struct choice_wish *wish,
+                       enum source *source, struct choice *choice)
+{
+    size_t measured = candidates->count;
+    bool is_found = choice_make(candidates->rows, measured, wish, choice);
+    bool is_kept = is_found && choice->keeps_error && choice->keeps_budget;
+    if (*source == SOURCE_MODEL || (is_kept && wish->max_error > 0))
+        return is_found;
+    candidates->count = choice_add_traced(candidates->rows, measured, ROWS_MAX);
+    is_found = choice_make(candidates->rows, candidates->count, wish, choice);
+    if (is_found && choice->row >= candidates->rows + measured)
+        *source = *source == SOURCE_VIEW ? SOURCE_VIEW_SCALED : SOURCE_SCENE_SCALED;
+    return is_found;
+}
+
 /* ---- telling ---- */
 
-static const char *const source_texts[SOURCE_COUNT] = {
+static const char *const source_texts[SOURCE_TEXT_COUNT] = {
     [SOURCE_VIEW] = "measured for this view",
     [SOURCE_SCENE] = "measured for another view of this scene",
+    [SOURCE_VIEW_SCALED] = "scaled from fewer samples measured for this view",
+    [SOURCE_SCENE_SCALED] = "scaled from fewer samples measured for another view of this scene",
     [SOURCE_MODEL] = "forecast from counts: nothing is measured here",
 };
 
@@ -307,8 +334,9 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
     struct choice choice = {0};
     for (int source = SOURCE_VIEW; is_good && !choice.row && source < SOURCE_COUNT; source++) {
         find_rows(tradeoffs, request, &wish, (enum source)source, key, is_warm, candidates);
-        if (choice_make(candidates->rows, candidates->count, &wish, &choice)) {
-            promise_from(&wish, &choice, (enum source)source, is_warm, promise);
+        enum source found = (enum source)source;
+        if (choose_row(candidates, &wish, &found, &choice)) {
+            promise_from(&wish, &choice, found, is_warm, promise);
             apply(quality, &choice.row->setting);
         }
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* How a trade-off is measured: a probe, the reference band by band, one frame of each setting
  * against it, and rounds of timed frames over all settings (specs: interleaved, so that a machine
- * that slows down slows all of them). */
+ * that slows down slows all of them). Settings without room get the time that is left then. */
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -19,13 +19,10 @@
 #define FRAME_MS_MAX 10000. /* of a setting that is worth timing */
 #define RUN_FRAMES 2.3      /* a cold and a warm frame, in frames as measured for the error */
 #define SETTLE_FRAMES 1.    /* before the first of them */
+#define RUN_SCALE_LEAST .05 /* runs are not expected to be quicker than that */
+#define PROGRESS_REFERENCE .3
+#define PROGRESS_ERRORS (3 / 7.)     /* of what is left after the reference */
 #define IMAGES_BYTES_MAX (64u << 20) /* of one trade-off: an HTML page can still hold them */
-
-/* What a frame took. */
-struct known {
-    struct tradeoff_setting setting;
-    double ms;
-};
 
 struct run {
     struct tradeoffs *tradeoffs;
@@ -39,8 +36,12 @@ struct run {
     int max_samples;
     double traced_ms;                   /* the whole reference */
     double frame_ms[TRADEOFF_ROWS_MAX]; /* of each row */
-    struct known known[TRADEOFF_ROWS_MAX];
-    int known_count;
+    int timed_rows;                     /* that have had their runs */
+    double run_scale; /* what runs took, over what frames measured for the error forecast */
+    struct tradeoff_setting settings[TRADEOFF_ROWS_MAX];
+    bool is_open[TRADEOFF_ROWS_MAX];    /* of a setting: neither measured nor skipped */
+    double known_ms[TRADEOFF_ROWS_MAX]; /* of a setting: what its frame took; 0: not known */
+    int planned;                        /* settings */
     uint64_t images_bytes;
     struct error problem; /* why it fails */
 };
@@ -249,7 +250,7 @@ static bool trace_reference(struct run *run)
         document->reference_rows = row;
         document->reference_ms = run->traced_ms;
         pthread_mutex_unlock(&run->tradeoffs->mutex);
-        tell(run, TRADEOFF_STAGE_REFERENCE, 0.3 * row / run->height);
+        tell(run, TRADEOFF_STAGE_REFERENCE, PROGRESS_REFERENCE * row / run->height);
         if (!check_share(run, row, elapsed_s(run) - begun_s))
             return false;
     }
@@ -261,13 +262,19 @@ static bool trace_reference(struct run *run)
 
 /* ---- errors ---- */
 
+/* Frames that the runs of a setting take. */
+static double frames_of_runs(const struct run *run)
+{
+    return run->options.repeats * RUN_FRAMES + SETTLE_FRAMES;
+}
+
 /* Whether a setting whose frame takes so long leaves room to time it and those before it. */
 static bool has_room(const struct run *run, double frame_ms)
 {
-    double needed_ms = frame_ms, frames = run->options.repeats * RUN_FRAMES + SETTLE_FRAMES;
-    for (int i = 0; i < run->entry->document.row_count; i++)
-        needed_ms += frames * run->frame_ms[i];
-    needed_ms += frames * frame_ms;
+    double timed_ms = frame_ms;
+    for (int i = run->timed_rows; i < run->entry->document.row_count; i++)
+        timed_ms += run->frame_ms[i];
+    double needed_ms = frame_ms + run->run_scale * frames_of_runs(run) * timed_ms;
     return elapsed_s(run) + 1e-3 * needed_ms <= run->options.time_budget_s;
 }
 
@@ -280,6 +287,12 @@ static void skip(struct run *run, const struct tradeoff_setting *setting, const 
     tradeoff_skip(&run->entry->document, label, "%s", because);
     run->entry->document.is_partial = true;
     pthread_mutex_unlock(&run->tradeoffs->mutex);
+}
+
+static void close_slow(struct run *run, int index, const char *because)
+{
+    run->is_open[index] = false;
+    skip(run, &run->settings[index], because);
 }
 
 static void add_row(struct run *run, const struct tradeoff_setting *setting,
@@ -302,47 +315,38 @@ static void add_row(struct run *run, const struct tradeoff_setting *setting,
     add_image(run, result, &row->image_offset, &row->image_bytes);
 }
 
-/* Why a measured setting is not kept, or NULL. */
-static const char *why_not(const struct run *run, double frame_ms, char text[96])
+/* must_keep: with however little time; else what there is no room for stays open. False when the
+ * run ends. */
+static bool measure_error(struct run *run, int index, bool must_keep)
 {
-    if (frame_ms > FRAME_MS_MAX)
-        snprintf(text, 96, "a frame took %.1f s, and others would wait for each", 1e-3 * frame_ms);
-    else if (!has_room(run, frame_ms))
-        snprintf(text, 96, "a frame took %.2f s: time_budget_s leaves no room to time it",
-                 1e-3 * frame_ms);
-    else
-        return NULL;
-    return text;
-}
-
-/* must_keep: with however little time. False when the run ends. */
-static bool measure_error(struct run *run, const struct tradeoff_setting *setting, bool must_keep)
-{
+    const struct tradeoff_setting *setting = &run->settings[index];
     struct step_result result;
-    char text[96];
+    char because[96];
     bool keeps = !run->options.drops_images && run->images_bytes < IMAGES_BYTES_MAX;
     set_setting(run, setting);
     enum step_outcome outcome =
         run_step(run, json_pack("{s:s,s:b}", "step", "error", "keep_image", keeps), &result);
+    double ms = number(&result, "ms");
     if (outcome == STEP_DONE)
-        run->known[run->known_count++] = (struct known){*setting, number(&result, "ms")};
-    const char *because = outcome == STEP_FAILED ? result.problem.message
-                          : outcome == STEP_DONE && !must_keep
-                              ? why_not(run, number(&result, "ms"), text)
-                              : NULL;
-    if (because)
-        skip(run, setting, because);
-    else if (outcome == STEP_DONE)
+        run->known_ms[index] = ms;
+    run->is_open[index] = outcome == STEP_DONE && !must_keep && !has_room(run, ms);
+    snprintf(because, sizeof because, "a frame took %.1f s, and others would wait for each",
+             1e-3 * ms);
+    if (outcome == STEP_FAILED)
+        skip(run, setting, result.problem.message);
+    else if (outcome == STEP_DONE && !must_keep && ms > FRAME_MS_MAX)
+        close_slow(run, index, because);
+    else if (outcome == STEP_DONE && !run->is_open[index])
         add_row(run, setting, &result);
     step_result_finish(&result);
     return outcome != STEP_INTERRUPTED;
 }
 
-static int plan_settings(struct run *run, struct tradeoff_setting settings[TRADEOFF_ROWS_MAX])
+static void plan_settings(struct run *run)
 {
     struct tradeoff *document = &run->entry->document;
     pthread_mutex_lock(&run->tradeoffs->mutex);
-    int planned = tradeoff_ladder(
+    run->planned = tradeoff_ladder(
         &(struct ladder_desc){.fixed = &run->entry->request.render.quality,
                               .has_shadows = document->shadowed_lights > 0,
                               .has_transparent_casters = document->has_transparent_casters,
@@ -351,13 +355,23 @@ static int plan_settings(struct run *run, struct tradeoff_setting settings[TRADE
                               .max_samples = run->max_samples,
                               .reference_samples = run->options.reference_samples,
                               .max_settings = run->options.max_settings},
-        settings, document);
+        run->settings, document);
     pthread_mutex_unlock(&run->tradeoffs->mutex);
-    return planned;
+    for (int i = 0; i < run->planned; i++)
+        run->is_open[i] = true;
 }
 
-static void tell_left_out(struct run *run, int left_out)
+static int count_open(const struct run *run)
 {
+    int open = 0;
+    for (int i = 0; i < run->planned; i++)
+        open += run->is_open[i];
+    return open;
+}
+
+static void tell_left_out(struct run *run)
+{
+    int left_out = count_open(run);
     struct tradeoff *document = &run->entry->document;
     char what[64];
     if (left_out == 0)
@@ -377,16 +391,20 @@ static int kind_of(const struct tradeoff_setting *setting)
                                                                    : 2;
 }
 
-/* The last measured frame of this technique, else of any of the same kind. */
-static const struct known *find_known(const struct run *run, const struct tradeoff_setting *setting)
+/* Its own measured frame, else the last one of this technique, else of any of the same kind; -1. */
+static int find_known(const struct run *run, int index)
 {
-    const struct known *found = NULL;
-    for (int i = 0; i < run->known_count; i++) {
-        const struct known *known = &run->known[i];
-        bool is_same = known->setting.shadows == setting->shadows;
-        bool is_kin = kind_of(&known->setting) == kind_of(setting);
-        if (is_same || (is_kin && (!found || found->setting.shadows != setting->shadows)))
-            found = known;
+    const struct tradeoff_setting *setting = &run->settings[index];
+    int found = -1;
+    if (run->known_ms[index] > 0)
+        return index;
+    for (int i = 0; i < run->planned; i++) {
+        if (run->known_ms[i] <= 0)
+            continue;
+        bool is_same = run->settings[i].shadows == setting->shadows;
+        bool is_kin = kind_of(&run->settings[i]) == kind_of(setting);
+        if (is_same || (is_kin && (found < 0 || run->settings[found].shadows != setting->shadows)))
+            found = i;
     }
     return found;
 }
@@ -398,28 +416,31 @@ static double map_work(int resolution)
 }
 
 /* What a setting is expected to take; 0: nothing is known of its kind. */
-static double expected_ms(const struct run *run, const struct tradeoff_setting *setting)
+static double expected_ms(const struct run *run, int index)
 {
-    const struct known *known = find_known(run, setting);
+    const struct tradeoff_setting *setting = &run->settings[index];
+    int at = find_known(run, index);
+    const struct tradeoff_setting *known = at >= 0 ? &run->settings[at] : NULL;
+    double ms = known ? run->known_ms[at] : 0;
     if (setting->shadows == REQUEST_SHADOWS_RAYTRACED)
-        return known ? known->ms * setting->samples / known->setting.samples
+        return known ? ms * setting->samples / known->samples
                      : run->traced_ms * setting->samples / run->options.reference_samples;
     if (setting->shadows == REQUEST_SHADOWS_RAYTRACED_SHADOWS) /* its surfaces, and their rays */
-        return known ? known->ms : run->traced_ms / run->options.reference_samples;
-    return known ? known->ms * map_work(setting->shadow_resolution) /
-                       map_work(known->setting.shadow_resolution)
+        return known ? ms : run->traced_ms / run->options.reference_samples;
+    return known ? ms * map_work(setting->shadow_resolution) / map_work(known->shadow_resolution)
                  : 0;
 }
 
 /* The one that is expected to be the fastest, of one sample where that is open. */
-static int find_quickest(const struct run *run, const struct tradeoff_setting *settings, int count)
+static int find_quickest(const struct run *run)
 {
     int quickest = 0;
     double least_ms = INFINITY;
-    for (int i = 0; i < count; i++) {
-        double ms = expected_ms(run, &settings[i]);
+    for (int i = 0; i < run->planned; i++) {
+        const struct tradeoff_setting *setting = &run->settings[i];
+        double ms = expected_ms(run, i);
         if (ms <= 0) /* nothing is known: a raster of few texels before one of many */
-            ms = run->traced_ms + settings[i].shadow_resolution + settings[i].samples;
+            ms = run->traced_ms + setting->shadow_resolution + setting->samples;
         if (ms < least_ms) {
             least_ms = ms;
             quickest = i;
@@ -429,11 +450,11 @@ static int find_quickest(const struct run *run, const struct tradeoff_setting *s
 }
 
 /* Where none was kept for want of time, one is nevertheless. */
-static bool measure_one(struct run *run, const struct tradeoff_setting *settings, int planned)
+static bool measure_one(struct run *run)
 {
-    if (planned == 0 || run->entry->document.row_count > 0)
+    if (run->planned == 0 || run->entry->document.row_count > 0)
         return true;
-    if (!measure_error(run, &settings[find_quickest(run, settings, planned)], true))
+    if (!measure_error(run, find_quickest(run), true))
         return false;
     if (run->entry->document.row_count == 0)
         return true;
@@ -446,31 +467,22 @@ static bool measure_one(struct run *run, const struct tradeoff_setting *settings
     return true;
 }
 
-static bool measure_errors(struct run *run)
+/* Those that are open and have room. */
+static bool measure_errors(struct run *run, double progress, double progress_end)
 {
-    struct tradeoff_setting settings[TRADEOFF_ROWS_MAX];
-    int planned = plan_settings(run, settings), left_out = 0;
-    for (int i = 0; i < planned; i++) {
-        double ms = expected_ms(run, &settings[i]);
-        if (!has_room(run, ms)) {
-            left_out++;
-            continue;
-        }
+    for (int i = 0; i < run->planned; i++) {
+        double ms = expected_ms(run, i);
         char because[96];
+        if (!run->is_open[i] || !has_room(run, ms))
+            continue;
         snprintf(because, sizeof because, "a frame would take about %.1f s", 1e-3 * ms);
         if (ms > FRAME_MS_MAX)
-            skip(run, &settings[i], because);
-        else if (!measure_error(run, &settings[i], false))
+            close_slow(run, i, because);
+        else if (!measure_error(run, i, false))
             return false;
-        tell(run, TRADEOFF_STAGE_ERRORS, 0.3 + 0.3 * (i + 1) / planned);
+        tell(run, TRADEOFF_STAGE_ERRORS,
+             progress + (progress_end - progress) * (i + 1) / run->planned);
     }
-    tell_left_out(run, left_out);
-    if (!measure_one(run, settings, planned))
-        return false;
-    if (run->entry->document.row_count == 0)
-        return error_set(&run->problem, ERROR_TIMEOUT,
-                         "not one setting could be measured within %d s; 'skipped' says why",
-                         run->options.time_budget_s);
     return true;
 }
 
@@ -499,25 +511,66 @@ static bool measure_time(struct run *run, struct tradeoff_row *row, bool settles
     return outcome != STEP_INTERRUPTED;
 }
 
-/* Each round begins at another setting, so that none is always the first. */
-static bool measure_times(struct run *run)
+/* What the runs since then took, for the room of those that come. */
+static void learn_scale(struct run *run, double begun_s)
+{
+    double forecast_ms = 0;
+    for (int i = run->timed_rows; i < run->entry->document.row_count; i++)
+        forecast_ms += frames_of_runs(run) * run->frame_ms[i];
+    if (forecast_ms > 0)
+        run->run_scale = fmax(1e3 * (elapsed_s(run) - begun_s) / forecast_ms, RUN_SCALE_LEAST);
+}
+
+/* The rows that have no times. Each round begins at another setting, so that none is always the
+ * first. */
+static bool measure_times(struct run *run, double progress, double progress_end)
 {
     struct tradeoff *document = &run->entry->document;
-    int rows = document->row_count, total = rows * run->options.repeats;
+    int first = run->timed_rows, rows = document->row_count - first;
+    int total = rows * run->options.repeats;
+    double begun_s = elapsed_s(run);
     for (int done = 0; done < total; done++) {
-        int round = done / rows, row = (done + round * (1 + rows / 3)) % rows;
+        int round = done / rows, row = first + (done + round * (1 + rows / 3)) % rows;
         if (done > 0 && elapsed_s(run) > run->options.time_budget_s) {
             pthread_mutex_lock(&run->tradeoffs->mutex);
             tradeoff_warn(document, "time_budget_s of %d was spent after %d of %d timed runs",
-                          run->options.time_budget_s, done, total);
+                          run->options.time_budget_s, first * run->options.repeats + done,
+                          document->row_count * run->options.repeats);
             document->is_partial = true;
             pthread_mutex_unlock(&run->tradeoffs->mutex);
-            return true;
+            break;
         }
         if (!measure_time(run, &document->rows[row], round == 0))
             return false;
-        tell(run, TRADEOFF_STAGE_TIMES, 0.6 + 0.4 * (done + 1) / total);
+        tell(run, TRADEOFF_STAGE_TIMES, progress + (progress_end - progress) * (done + 1) / total);
     }
+    learn_scale(run, begun_s);
+    run->timed_rows = document->row_count;
+    return true;
+}
+
+/* Errors, then times; and again for what had no room by the first forecast, while runs turn out to
+ * be quicker than that. */
+static bool measure_settings(struct run *run)
+{
+    const struct tradeoff *document = &run->entry->document;
+    double progress = PROGRESS_REFERENCE;
+    plan_settings(run);
+    do {
+        double middle = progress + (1 - progress) * PROGRESS_ERRORS;
+        if (!measure_errors(run, progress, middle) || !measure_one(run))
+            return false;
+        if (document->row_count == 0)
+            return error_set(&run->problem, ERROR_TIMEOUT,
+                             "not one setting could be measured within %d s; 'skipped' says why",
+                             run->options.time_budget_s);
+        if (document->row_count == run->timed_rows)
+            break;
+        progress = count_open(run) ? (middle + 1) / 2 : 1;
+        if (!measure_times(run, middle, progress))
+            return false;
+    } while (count_open(run));
+    tell_left_out(run);
     return true;
 }
 
@@ -562,11 +615,12 @@ void tradeoff_run(struct tradeoffs *tradeoffs, struct tradeoff_entry *entry)
     run->options = entry->request.options;
     run->height = run->request.height;
     run->reference_fd = -1;
+    run->run_scale = 1;
     run->started_s = tradeoffs_clock_s();
     pthread_mutex_lock(&tradeoffs->mutex);
     entry->started_s = run->started_s;
     pthread_mutex_unlock(&tradeoffs->mutex);
-    bool is_good = probe(run) && trace_reference(run) && measure_errors(run) && measure_times(run);
+    bool is_good = probe(run) && trace_reference(run) && measure_settings(run);
     end(run, is_good);
     if (run->reference_fd >= 0)
         close(run->reference_fd);

@@ -252,6 +252,26 @@ size_t choice_estimate(const struct choice_frame *frame, const struct choice_wis
     return count;
 }
 
+size_t choice_add_traced(struct choice_row *rows, size_t count, size_t capacity)
+{
+    struct choice_row best = {.setting = {.samples = 0}};
+    for (size_t i = 0; i < count; i++)
+        if (rows[i].setting.shadows == VIEW_SHADOWS_RAYTRACED &&
+            rows[i].setting.samples > best.setting.samples)
+            best = rows[i];
+    for (int i = 0; best.setting.samples && i < TRACED_RUNGS && count < capacity; i++) {
+        int samples = TRACED_SAMPLES[i];
+        if (samples <= best.setting.samples)
+            continue;
+        rows[count++] = (struct choice_row){
+            .setting = {.shadows = VIEW_SHADOWS_RAYTRACED, .samples = samples},
+            .ms = best.ms * samples / best.setting.samples,
+            .error = best.error * traced_error(samples) / traced_error(best.setting.samples),
+        };
+    }
+    return count;
+}
+
 struct choice_row choice_scale(const struct choice_row *row, double pixels_there,
                                double pixels_here)
 {

@@ -81,6 +81,11 @@ enum { CHOICE_ESTIMATES_MAX = 64 };
 size_t choice_estimate(const struct choice_frame *frame, const struct choice_wish *wish,
                        struct choice_row rows[CHOICE_ESTIMATES_MAX]);
 
+/* Rows of more samples than any ray-traced one has, up to 256: its time by the samples (too careful
+ * where building weighs), its error as the model's falls. Without a ray-traced row nothing is
+ * added, nor beyond `capacity`. Returns the count. */
+size_t choice_add_traced(struct choice_row *rows, size_t count, size_t capacity);
+
 /* A row of another view of the same scene on the same device: time by the pixels (the shadow maps
  * cost the same, so this is too careful where the image shrinks), error as it was. */
 struct choice_row choice_scale(const struct choice_row *row, double pixels_there,

@@ -207,6 +207,14 @@ class Measuring(TradeoffTest):
         said = [skip["because"] for skip in document["skipped"]] + document["warnings"]
         self.assertTrue(any("time_budget_s" in sentence for sentence in said), said)
 
+    def test_time_that_runs_leave_over_goes_to_what_had_no_room(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "left"))  # quicker than its frames say
+        document = self.measure(scene, tradeoff={"time_budget_s": 5})
+        self.assertEqual(("done", False), (document["state"], document["partial"]), document)
+        self.assertEqual(32, len(document["settings"]))
+        self.assertEqual({3}, {len(s["cold_ms"]["runs"]) for s in document["settings"]})
+        self.assertLess(document["elapsed_s"], 5)
+
     def test_one_setting_is_measured_however_little_time_there_is(self):
         scene = self.daemon.push(scene_of("fake:slow=600"))  # a probe and a band: 1.2 s
         document = self.measure(scene, height=1, tradeoff={"time_budget_s": 1})
@@ -332,6 +340,28 @@ class Choosing(TradeoffTest):
             best = min(s["error"]["rmse"] for s in fitting)
             self.assertAlmostEqual(best, frame["error"]["value"], 12)
             self.assertLessEqual(frame["chosen"]["expected_ms"], wish)
+
+    def test_an_error_below_all_that_was_measured_takes_more_samples(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "more"))
+        self.measure(scene)  # rays: 0.02 and 0.01 at 1 and 4 samples, 100 ms each
+        for wish, samples, rmse, ms in (
+            ({"max_error": 0.006}, 64, 0.005, 6400),
+            ({"max_error": 0.004}, 256, 0.01 * 4 / 14, 25600),
+            ({"max_error": 0.009, "budget_ms": 2000}, 16, 0.01 * 12 / 14, 1600),
+            ({"budget_ms": 7000}, 64, 0.005, 6400),
+        ):
+            frame, _ = self.render(scene, **wish)
+            self.assertEqual([], frame["warnings"])
+            chosen, error = frame["chosen"], frame["error"]
+            self.assertEqual(("raytraced", samples), (chosen["shadows"], chosen["samples"]), wish)
+            self.assertAlmostEqual(ms, chosen["expected_ms"], 6)
+            self.assertAlmostEqual(rmse, error["value"], 6)
+            self.assertEqual(("estimated", "estimated"), (chosen["source"], error["source"]))
+            self.assertIn("fewer samples measured for this view", chosen["because"])
+        frame, _ = self.render(scene, max_error=0.001)
+        self.assertIn("max_error 0.001 is not kept", frame["warnings"][0])
+        frame, _ = self.render(scene, max_error=0.006, shadows="deep")
+        self.assertEqual("deep", frame["chosen"]["shadows"])
 
     def test_what_cannot_be_kept_is_warned_of_with_numbers(self):
         scene = self.daemon.push(scene_of("fake:slow=0", "c"))

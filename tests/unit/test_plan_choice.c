@@ -49,6 +49,25 @@ static void max_error_below_all_takes_the_most_accurate_and_says_so(void **state
     assert_false(choice.keeps_error);
 }
 
+static void rays_of_more_samples_follow_the_one_with_most(void **state)
+{
+    (void)state;
+    struct choice_row more[8] = {
+        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01},
+        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 30, 0.03},
+        {MAP(1024, 4, 4), 40, 0.02},
+    };
+    assert_int_equal(choice_add_traced(more, 3, 8), 6);
+    for (int i = 3; i < 6; i++) {
+        assert_int_equal(more[i].setting.shadows, VIEW_SHADOWS_RAYTRACED);
+        assert_int_equal(more[i].setting.samples, 4 << 2 * (i - 2));
+        assert_true(more[i].ms == 80 * (1 << 2 * (i - 2)));
+        assert_true(more[i].error < more[i == 3 ? 0 : i - 1].error);
+    }
+    assert_int_equal(choice_add_traced(more, 3, 4), 4);
+    assert_int_equal(choice_add_traced(&more[2], 1, 6), 1);
+}
+
 static void budget_takes_the_most_accurate_within_it(void **state)
 {
     (void)state;
@@ -215,6 +234,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(max_error_takes_the_fastest_within_it),
         cmocka_unit_test(max_error_below_all_takes_the_most_accurate_and_says_so),
+        cmocka_unit_test(rays_of_more_samples_follow_the_one_with_most),
         cmocka_unit_test(budget_takes_the_most_accurate_within_it),
         cmocka_unit_test(both_take_the_fastest_within_both),
         cmocka_unit_test(both_out_of_reach_keep_the_time_before_the_error),
