@@ -105,6 +105,7 @@ bool suite_foliage(struct bench *bench, struct error *err);
 bool suite_forecast(struct bench *bench, struct error *err);
 bool suite_linear(struct bench *bench, struct error *err);
 bool suite_standing(struct bench *bench, struct error *err);
+bool suite_ahead(struct bench *bench, struct error *err);
 bool suite_targets(struct bench *bench, struct error *err);
 bool suite_scaling(struct bench *bench, struct error *err);
 

@@ -26,6 +26,8 @@ static const struct suite suites[] = {
     {"linear", "frame time against the number of lights", suite_linear},
     {"standing", "25 and 250 shadows that stand under a moving camera, and their lookups alone",
      suite_standing},
+    {"ahead", "the next frame begun while one is on the device, beside frames in turn",
+     suite_ahead},
     {"targets", "what lights and shadows may cost, each with its bound", suite_targets},
     {"scaling", "growth with layers, quads, map side, lights and objects; not one of `all`",
      suite_scaling},

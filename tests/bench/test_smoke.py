@@ -65,8 +65,8 @@ class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
-                          "foliage", "forecast", "linear", "standing", "targets", "scaling",
-                          "live"], names)
+                          "foliage", "forecast", "linear", "standing", "ahead", "targets",
+                          "scaling", "live"], names)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
         done = run("raytrace", "--quick", "--json", "--size", "96x64")
@@ -89,6 +89,16 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual(0, counts["shadow_maps_built"])
             if result["variant"] == "shadows rebuilt":
                 self.assertGreater(counts["shadow_culled"], 0)
+
+    def test_frames_ahead_are_compared_with_frames_in_turn(self):
+        done = run("ahead", "--quick", "--json", "--size", "96x64", "--seconds", "1")
+        self.assertEqual(0, done.returncode, done.stderr)
+        document = json.loads(done.stdout)
+        self.assertEqual({"in turn", "next one ahead"},
+                         {result["variant"] for result in document["results"]})
+        values = {check["name"]: check["value"] for check in document["checks"]}
+        self.assertTrue(0.3 < values["frame cpu, ahead / in turn"] < 3, values)
+        self.assertTrue(0 <= values["left after the last command, ms"] < 1000, values)
 
     def test_targets_state_their_bounds(self):
         done = run("targets", "--quick", "--json", "--size", "96x64", "--seconds", "1")
