@@ -17,6 +17,36 @@ enum {
     FONT_PX = 11,
 };
 
+/* Literal colours as attributes, which every program that reads SVG knows; classes are for the dark
+ * scheme alone. */
+#define PAPER "#fff"
+#define INK "#1b1b1f"
+#define DIM "#5b5b66"
+#define A_PAPER "class=\"paper\" fill=\"" PAPER "\""
+#define A_GRID "class=\"grid\" stroke=\"#e4e4ea\""
+#define A_FRAME "class=\"frame\" fill=\"none\" stroke=\"" DIM "\""
+#define A_TITLE "class=\"title\" font-size=\"18\" font-weight=\"600\" fill=\"" INK "\""
+#define A_SUBTITLE "class=\"subtitle\" font-size=\"12\" fill=\"" DIM "\""
+#define A_TICK "class=\"tick\" font-size=\"12\" fill=\"" DIM "\""
+#define A_AXIS "class=\"axis\" font-size=\"13\" fill=\"" INK "\""
+#define A_KEY "class=\"key\" font-size=\"13\" fill=\"" INK "\""
+#define A_LABEL "class=\"label\" font-size=\"11\" fill=\"" INK "\"" /* FONT_PX */
+#define A_LEADER "class=\"leader\" stroke=\"" DIM "\" stroke-width=\".7\""
+#define A_FRONT                                                              \
+    "class=\"front\" fill=\"none\" stroke=\"" INK "\" stroke-width=\"1.5\" " \
+    "stroke-dasharray=\"5 3\""
+
+/* Of the marks, by technique; dark ones are in `style`. */
+static const char *const mark_colors[] = {
+    [REQUEST_SHADOWS_AUTO] = INK,
+    [REQUEST_SHADOWS_NONE] = "#7a7a86",
+    [REQUEST_SHADOWS_MAP] = "#00795a",
+    [REQUEST_SHADOWS_DEEP] = "#c44e00",
+    [REQUEST_SHADOWS_DEEP_LINKED] = "#a8407f",
+    [REQUEST_SHADOWS_RAYTRACED] = "#0063a8",
+    [REQUEST_SHADOWS_RAYTRACED_SHADOWS] = "#5b4bc9",
+};
+
 struct box {
     double x0, y0, x1, y1;
 };
@@ -121,18 +151,17 @@ static void write_tick(struct plot *plot, double value, bool is_x, bool has_text
     FILE *out = plot->out;
     if (is_x) {
         double x = to_x(plot, value);
-        fprintf(out, "<line class=\"grid\" x1=\"%.1f\" x2=\"%.1f\" y1=\"%d\" y2=\"%d\"/>\n", x, x,
-                TOP, BOTTOM);
+        fprintf(out, "<line " A_GRID " x1=\"%.1f\" x2=\"%.1f\" y1=\"%d\" y2=\"%d\"/>\n", x, x, TOP,
+                BOTTOM);
         if (has_text)
-            fprintf(out,
-                    "<text class=\"tick\" x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">%g</text>\n",
+            fprintf(out, "<text " A_TICK " x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">%g</text>\n",
                     x, BOTTOM + 18, value);
     } else {
         double y = to_y(plot, value);
-        fprintf(out, "<line class=\"grid\" x1=\"%d\" x2=\"%d\" y1=\"%.1f\" y2=\"%.1f\"/>\n", LEFT,
+        fprintf(out, "<line " A_GRID " x1=\"%d\" x2=\"%d\" y1=\"%.1f\" y2=\"%.1f\"/>\n", LEFT,
                 RIGHT, y, y);
         if (has_text)
-            fprintf(out, "<text class=\"tick\" x=\"%d\" y=\"%.1f\" text-anchor=\"end\">%g</text>\n",
+            fprintf(out, "<text " A_TICK " x=\"%d\" y=\"%.1f\" text-anchor=\"end\">%g</text>\n",
                     LEFT - 8, y + 4, value);
     }
 }
@@ -155,15 +184,14 @@ static void write_frame(struct plot *plot)
     FILE *out = plot->out;
     write_axis(plot, true);
     write_axis(plot, false);
-    fprintf(out, "<rect class=\"frame\" x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\"/>\n", LEFT,
-            TOP, RIGHT - LEFT, BOTTOM - TOP);
-    fprintf(
-        out,
-        "<text class=\"axis\" x=\"%d\" y=\"%d\" text-anchor=\"middle\">time of a frame with its "
-        "shadow structures kept [ms]</text>\n",
-        (LEFT + RIGHT) / 2, BOTTOM + 44);
+    fprintf(out, "<rect " A_FRAME " x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\"/>\n", LEFT, TOP,
+            RIGHT - LEFT, BOTTOM - TOP);
     fprintf(out,
-            "<text class=\"axis\" text-anchor=\"middle\" transform=\"translate(24 %d) "
+            "<text " A_AXIS " x=\"%d\" y=\"%d\" text-anchor=\"middle\">time of a frame with its "
+            "shadow structures kept [ms]</text>\n",
+            (LEFT + RIGHT) / 2, BOTTOM + 44);
+    fprintf(out,
+            "<text " A_AXIS " text-anchor=\"middle\" transform=\"translate(24 %d) "
             "rotate(-90)\">RMSE of linear colour [1 = white]</text>\n",
             (TOP + BOTTOM) / 2);
 }
@@ -173,12 +201,12 @@ static void write_title(struct plot *plot)
     FILE *out = plot->out;
     const struct tradeoff *t = plot->tradeoff;
     fprintf(out,
-            "<text class=\"title\" x=\"%d\" y=\"32\">Time against error, scene %.12s…, %d×%d "
+            "<text " A_TITLE " x=\"%d\" y=\"32\">Time against error, scene %.12s…, %d×%d "
             "px</text>\n",
             LEFT, t->scene, t->width, t->height);
-    fprintf(out, "<text class=\"subtitle\" x=\"%d\" y=\"52\">", LEFT);
+    fprintf(out, "<text " A_SUBTITLE " x=\"%d\" y=\"52\">", LEFT);
     xml_write(out, t->device[0] ? t->device : "device not known yet");
-    fprintf(out, "</text>\n<text class=\"subtitle\" x=\"%d\" y=\"70\">", LEFT);
+    fprintf(out, "</text>\n<text " A_SUBTITLE " x=\"%d\" y=\"70\">", LEFT);
     fprintf(out, "%d settings, reference ray-traced with %d samples per pixel", t->row_count,
             t->options.reference_samples);
     fprintf(out, "%s</text>\n", t->is_partial ? "; partial" : "");
@@ -192,9 +220,9 @@ static void write_shape(FILE *out, enum request_shadows shadows, double x, doubl
     case REQUEST_SHADOWS_RAYTRACED:
         fprintf(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"/>", x, y, r);
         break;
-    case REQUEST_SHADOWS_RAYTRACED_SHADOWS: /* a drop: a circle with a corner */
-        fprintf(out, "<path d=\"M%.1f %.1fv%.1fa%.1f %.1f 0 1 0 %.1f 0z\"/>", x + r, y - r, r, r, r,
-                -2 * r);
+    case REQUEST_SHADOWS_RAYTRACED_SHADOWS: /* a drop: three quarters of a circle and a corner */
+        fprintf(out, "<path d=\"M%.1f %.1fv%.1fa%.1f %.1f 0 1 1 %.1f %.1fz\"/>", x + r, y - r, r, r,
+                r, -r, -r);
         break;
     case REQUEST_SHADOWS_DEEP:
         fprintf(out, "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>", x - r, y - r,
@@ -215,15 +243,22 @@ static void write_shape(FILE *out, enum request_shadows shadows, double x, doubl
     }
 }
 
+static void begin_mark(FILE *out, const char *id, int shadows, bool is_hollow)
+{
+    const char *color = mark_colors[shadows];
+    fprintf(out, "<g%s class=\"point t%d%s\" stroke-width=\"1.8\" stroke=\"%s\" fill=\"%s\">", id,
+            shadows, is_hollow ? " one" : "", color, is_hollow ? PAPER : color);
+}
+
 static void write_point(struct plot *plot, int index)
 {
     FILE *out = plot->out;
     const struct tradeoff_row *row = &plot->tradeoff->rows[index];
-    char label[TRADEOFF_LABEL_BYTES];
+    char label[TRADEOFF_LABEL_BYTES], id[24];
     double x = to_x(plot, row_ms(row)), y = to_y(plot, row_error(plot, row));
     tradeoff_setting_label(&row->setting, label);
-    fprintf(out, "<g id=\"m%d\" class=\"point t%d%s\">", index, (int)row->setting.shadows,
-            row->setting.samples == 1 ? " one" : "");
+    snprintf(id, sizeof id, " id=\"m%d\"", index);
+    begin_mark(out, id, (int)row->setting.shadows, row->setting.samples == 1);
     fprintf(out, "<title>%s: %.4g ms warm, %.4g ms cold, RMSE %.4g, p99.9 %.4g, max %.4g", label,
             row_ms(row), tradeoff_times_median(&row->cold), row->rmse, row->p999, row->max);
     if (row->flip >= 0)
@@ -255,7 +290,7 @@ static void write_front(struct plot *plot, const int *front, int count)
 {
     if (count == 0)
         return;
-    fputs("<path class=\"front\" d=\"", plot->out);
+    fputs("<path " A_FRONT " d=\"", plot->out);
     double last_y = 0;
     for (int i = 0; i < count; i++) {
         const struct tradeoff_row *row = &plot->tradeoff->rows[front[i]];
@@ -315,10 +350,10 @@ static void write_label(struct plot *plot, const struct tradeoff_row *row)
         plot->taken[plot->taken_count++] = box;
         if (away > 12)
             fprintf(plot->out,
-                    "<line class=\"leader\" x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\"/>", x,
-                    y, place[0] > 0 ? left - 1 : left + width + 1, middle);
-        fprintf(plot->out, "<text class=\"label\" x=\"%.1f\" y=\"%.1f\">%s</text>\n", left,
-                middle + 4, text);
+                    "<line " A_LEADER " x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\"/>", x, y,
+                    place[0] > 0 ? left - 1 : left + width + 1, middle);
+        fprintf(plot->out, "<text " A_LABEL " x=\"%.1f\" y=\"%.1f\">%s</text>\n", left, middle + 4,
+                text);
         return;
     }
 }
@@ -335,43 +370,33 @@ static void write_legend(struct plot *plot)
     for (int s = 0; request_shadows_name(s); s++) {
         if (!is_used[s])
             continue;
-        fprintf(out, "<g class=\"point t%d\">", s);
+        begin_mark(out, "", s, false);
         write_shape(out, (enum request_shadows)s, x, y, 5);
-        fprintf(out, "</g><text class=\"key\" x=\"%d\" y=\"%d\">%s</text>\n", x + 14, y + 4,
+        fprintf(out, "</g><text " A_KEY " x=\"%d\" y=\"%d\">%s</text>\n", x + 14, y + 4,
                 request_shadows_name(s));
         y += 22;
     }
     if (has_one) {
-        fprintf(out, "<g class=\"point t0 one\">");
+        begin_mark(out, "", REQUEST_SHADOWS_AUTO, true);
         write_shape(out, REQUEST_SHADOWS_RAYTRACED, x, y, 5);
-        fprintf(out, "</g><text class=\"key\" x=\"%d\" y=\"%d\">hollow: 1 sample</text>\n", x + 14,
+        fprintf(out, "</g><text " A_KEY " x=\"%d\" y=\"%d\">hollow: 1 sample</text>\n", x + 14,
                 y + 4);
         y += 22;
     }
-    fprintf(
-        out,
-        "<path class=\"front\" d=\"M%d %dh16\"/><text class=\"key\" x=\"%d\" y=\"%d\">nothing is "
-        "faster</text><text class=\"key\" x=\"%d\" y=\"%d\">and as good</text>\n",
-        x - 8, y, x + 14, y + 4, x + 14, y + 19);
+    fprintf(out,
+            "<path " A_FRONT " d=\"M%d %dh16\"/><text " A_KEY " x=\"%d\" y=\"%d\">nothing is "
+            "faster</text><text " A_KEY " x=\"%d\" y=\"%d\">and as good</text>\n",
+            x - 8, y, x + 14, y + 4, x + 14, y + 19);
 }
 
 static const char style[] =
-    "<style>.plot{--bg:#fff;--ink:#1b1b1f;--dim:#5b5b66;--grid:#e4e4ea;--t0:#1b1b1f;--t1:#7a7a86;"
-    "--t2:#00795a;--t3:#c44e00;--t4:#a8407f;--t5:#0063a8;--t6:#5b4bc9}"
-    "@media(prefers-color-scheme:dark){.plot{--bg:#17171b;--ink:#ececf1;--dim:#a5a5b2;"
-    "--grid:#2e2e36;--t0:#ececf1;--t1:#9a9aa6;--t2:#35c79a;--t3:#ff9248;--t4:#e58ac2;--t5:#63b8ff;"
-    "--t6:#a99cff}}"
-    ".plot text{font-family:system-ui,'DejaVu Sans',sans-serif;fill:var(--ink)}"
-    ".plot .title{font-size:18px;font-weight:600}.plot .subtitle{font-size:12px;fill:var(--dim)}"
-    ".plot .axis,.plot .key{font-size:13px}.plot .tick{font-size:12px;fill:var(--dim)}"
-    ".plot .label{font-size:11px}.plot .grid{stroke:var(--grid)}"
-    ".plot .frame{fill:none;stroke:var(--dim)}.plot .paper{fill:var(--bg)}"
-    ".plot .leader{stroke:var(--dim);stroke-width:.7}"
-    ".plot .front{fill:none;stroke:var(--ink);stroke-width:1.5;stroke-dasharray:5 3}"
-    ".plot .point{stroke-width:1.8;color:var(--t0);fill:currentColor;stroke:currentColor}"
-    ".plot .one{fill:var(--bg)}"
-    ".plot .t1{color:var(--t1)}.plot .t2{color:var(--t2)}.plot .t3{color:var(--t3)}"
-    ".plot .t4{color:var(--t4)}.plot .t5{color:var(--t5)}.plot .t6{color:var(--t6)}</style>\n";
+    "<style>@media(prefers-color-scheme:dark){.plot .paper{fill:#17171b}.plot text{fill:#ececf1}"
+    ".plot .tick,.plot .subtitle{fill:#a5a5b2}.plot .grid{stroke:#2e2e36}"
+    ".plot .frame,.plot .leader{stroke:#a5a5b2}.plot .front{stroke:#ececf1}"
+    ".plot .t0{fill:#ececf1;stroke:#ececf1}.plot .t1{fill:#9a9aa6;stroke:#9a9aa6}"
+    ".plot .t2{fill:#35c79a;stroke:#35c79a}.plot .t3{fill:#ff9248;stroke:#ff9248}"
+    ".plot .t4{fill:#e58ac2;stroke:#e58ac2}.plot .t5{fill:#63b8ff;stroke:#63b8ff}"
+    ".plot .t6{fill:#a99cff;stroke:#a99cff}.plot .one{fill:#17171b}}</style>\n";
 
 char *tradeoff_to_svg(const struct tradeoff *tradeoff)
 {
@@ -389,8 +414,9 @@ char *tradeoff_to_svg(const struct tradeoff *tradeoff)
     find_scales(plot);
     fprintf(out,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 %d %d\" "
-            "role=\"img\" aria-label=\"time against error\">\n%s"
-            "<rect class=\"paper\" width=\"%d\" height=\"%d\"/>\n",
+            "role=\"img\" aria-label=\"time against error\" "
+            "font-family=\"system-ui, 'DejaVu Sans', sans-serif\">\n%s"
+            "<rect " A_PAPER " width=\"%d\" height=\"%d\"/>\n",
             WIDTH, HEIGHT, style, WIDTH, HEIGHT);
     write_title(plot);
     write_frame(plot);

@@ -10,8 +10,9 @@
 
 /* SVG 1.1 without script: warm milliseconds against RMSE, both logarithmic; a colour and a shape
  * per technique, hollow for one sample per pixel; the Pareto front as a line, its points with
- * labels that do not overlap; every point tells all of its numbers when pointed at. Follows the
- * reader's light or dark scheme. Row i is the element with id "m<i>". malloc'ed; NULL: no memory.
+ * labels that do not overlap; every point tells all of its numbers when pointed at. Its colours
+ * are attributes, so that any program draws it; browsers with a dark scheme get dark ones. Row i is
+ * the element with id "m<i>". malloc'ed; NULL: no memory.
  */
 MUST_CHECK char *tradeoff_to_svg(const struct tradeoff *tradeoff);
 

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import os
+import re
 import signal
 import time
 import unittest
@@ -155,9 +156,35 @@ class Measuring(TradeoffTest):
         self.assertEqual(SVG + "svg", root.tag)
         marks = [group for group in root.iter(SVG + "g") if group.get("id")]
         self.assertEqual(len(document["settings"]), len(marks))
+        self.check_colors(root)
         page = self.daemon.request("GET", path + "?format=html").body.decode()
         self.assertEqual(1 + len(document["settings"]), page.count("data:image/webp;base64,"))
         self.assertNotIn("<script", page)
+
+    def check_colors(self, root):
+        """Programs without CSS draw the plot as browsers do: all colours are attributes."""
+        colour = r"#([0-9a-f]{3}){1,2}|none"
+
+        def visit(element, fill, stroke):
+            fill, stroke = element.get("fill", fill), element.get("stroke", stroke)
+            kind = element.tag.replace(SVG, "")
+            if kind in ("rect", "path", "circle", "text"):
+                self.assertRegex(fill or "", f"^({colour})$", xml_text(element))
+            if kind in ("line", "path"):
+                self.assertRegex(stroke or "", f"^({colour})$", xml_text(element))
+            for child in element:
+                visit(child, fill, stroke)
+
+        def xml_text(element):
+            return xml.etree.ElementTree.tostring(element)
+
+        visit(root, None, None)
+        fills = {element.get("fill") for element in root.iter(SVG + "text")}
+        self.assertNotIn(root.find(SVG + "rect").get("fill"), fills)
+        drop = next(g for g in root.iter(SVG + "g") if g.get("class", "").startswith("point t6"))
+        arc = re.search(r"v(\S+)a(\S+) (\S+) 0 1 1 (\S+) (\S+)z", drop.find(SVG + "path").get("d"))
+        down, rx, ry, x, y = map(float, arc.groups())
+        self.assertEqual((rx, ry, -rx, -ry), (down, down, x, y))
 
     def test_unknown_forms_are_refused(self):
         path = self.begin(self.daemon.push(scene_of()))
