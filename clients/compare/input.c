@@ -3,6 +3,7 @@
 #include "clients/compare/input.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -184,9 +185,49 @@ static bool extract(struct compare_input *input, const struct image *decoded, co
     return true;
 }
 
+/* Of linearised RGBA that was grey: so that it is taken for no colour. */
+static bool make_grey(struct compare_input *input, bool has_alpha, struct failure *failure)
+{
+    struct image *image = &input->image;
+    size_t pixels = (size_t)image->width_px * (size_t)image->height_px;
+    float *pixel = image->pixels;
+    for (size_t i = 0; i < pixels; i++, pixel += 4)
+        pixel[1] = pixel[3];
+    memcpy(image->channel_names[0], "Y", sizeof "Y");
+    memcpy(image->channel_names[1], "A", sizeof "A");
+    return compare_input_cut(input, has_alpha ? 2 : 1, failure);
+}
+
+/* 16 bits: grey are numbers as they are (depth, ids), colours are sRGB. */
+static bool linearise_16_bits(struct compare_input *input, const struct image *decoded,
+                              struct failure *failure)
+{
+    static const char *const names[] = {"Y", "YA", "RGB", "RGBA"};
+    struct error err = {0};
+    int n = decoded->channels, colors = n - (n % 2 == 0);
+    if (!image_init(&input->image, decoded->width_px, decoded->height_px, n, IMAGE_F32, &err))
+        return compare_fail(failure, &err, input->file);
+    for (int c = 0; c < n; c++)
+        input->image.channel_names[c][0] = names[n - 1][c];
+    size_t pixels = (size_t)decoded->width_px * (size_t)decoded->height_px;
+    const uint16_t *in = decoded->pixels;
+    float *out = input->image.pixels;
+    for (size_t i = 0; i < pixels; i++, in += n, out += n) {
+        double alpha = colors < n ? in[n - 1] / 65535. : 1;
+        for (int c = 0; c < colors; c++) {
+            double x = in[c] / 65535.;
+            double linear = n < 3 ? x : x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+            out[c] = (float)(linear * alpha);
+        }
+        if (colors < n)
+            out[n - 1] = (float)alpha;
+    }
+    return true;
+}
+
 /* 8-bit images are RGBA after decoding; alpha counts only where the file can have one. */
-static bool linearise(struct compare_input *input, const struct image *decoded, const char *wanted,
-                      struct failure *failure)
+static bool linearise(struct compare_input *input, const struct image_header *header,
+                      const struct image *decoded, const char *wanted, struct failure *failure)
 {
     static const char names[4][2] = {"R", "G", "B", "A"};
     struct error err = {0};
@@ -194,12 +235,16 @@ static bool linearise(struct compare_input *input, const struct image *decoded, 
         return fail(failure, EXIT_CODE_REFUSED,
                     "'%s' has no output '%s': a %s file holds one picture, compared as color",
                     input->file, wanted, input->format);
-    if (!image_linear_from_srgb(decoded, &input->image, &err))
-        return compare_fail(failure, &err, input->file);
-    for (int i = 0; i < 4; i++)
-        memcpy(input->image.channel_names[i], names[i], sizeof names[i]);
     snprintf(input->layer, sizeof input->layer, "color");
     input->is_display = true;
+    if (decoded->component == IMAGE_U16)
+        return linearise_16_bits(input, decoded, failure);
+    if (!image_linear_from_srgb(decoded, &input->image, &err))
+        return compare_fail(failure, &err, input->file);
+    if (header->channels == 1 || header->channels == 2)
+        return make_grey(input, header->channels == 2, failure);
+    for (int i = 0; i < 4; i++)
+        memcpy(input->image.channel_names[i], names[i], sizeof names[i]);
     return strcmp(input->format, "jpeg") != 0 || compare_input_cut(input, 3, failure);
 }
 
@@ -216,12 +261,13 @@ static bool decode(struct compare_input *input, const uint8_t *bytes, size_t siz
     struct error err = {0};
     int channels[IMAGE_CHANNELS_MAX], count;
     if (!image_header_read(&header, bytes, size_bytes, &err) ||
-        !image_decode(bytes, size_bytes, &(struct image_decode_desc){.keep_float = true}, &decoded,
-                      &err))
+        !image_decode(bytes, size_bytes,
+                      &(struct image_decode_desc){.keep_float = true, .keep_16_bits = true},
+                      &decoded, &err))
         return compare_fail(failure, &err, input->file);
     input->format = formats[header.kind];
-    bool is_ok = decoded.component == IMAGE_U8
-                     ? linearise(input, &decoded, wanted, failure)
+    bool is_ok = decoded.component == IMAGE_U8 || decoded.component == IMAGE_U16
+                     ? linearise(input, &header, &decoded, wanted, failure)
                      : choose_layer(input, &decoded, wanted, channels, &count, failure) &&
                            extract(input, &decoded, channels, count, failure);
     image_finish(&decoded);

@@ -12,9 +12,9 @@ enum { COMPARE_LAYER_BYTES = IMAGE_CHANNEL_NAME_BYTES };
 struct compare_input {
     const char *file;   /* borrowed, as given */
     const char *format; /* "exr", "png" ... */
-    bool is_display;    /* was 8-bit sRGB: no light above 1 */
+    bool is_display;    /* was a picture of 8 or 16 bits: no light above 1 */
     char layer[COMPARE_LAYER_BYTES];
-    struct image image; /* F32; a color layer has R, G, B, and A where the file has it, or Y */
+    struct image image; /* F32; a color layer has R, G, B, or Y, and A where the file has it */
     uint64_t hash;      /* of `image`, image_metrics_hash */
 };
 

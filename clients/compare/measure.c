@@ -18,12 +18,14 @@ enum metric {
     METRIC_HDR_FLIP_P99,
     METRIC_EDGE,
     METRIC_EDGE_MEAN,
+    METRIC_RELATIVE,
+    METRIC_TAU,
     METRIC_COUNT
 };
 
 static const char *const metric_names[METRIC_COUNT] = {
-    "rmse", "mae",      "p999",     "max",          "energy", "differing",
-    "flip", "flip_p99", "hdr_flip", "hdr_flip_p99", "edge",   "edge_mean",
+    "rmse",     "mae",      "p999",         "max",  "energy",    "differing", "flip",
+    "flip_p99", "hdr_flip", "hdr_flip_p99", "edge", "edge_mean", "relative",  "tau",
 };
 
 static enum metric metric_of(const char *name)
@@ -45,7 +47,7 @@ bool compare_options_check(const struct compare_options *options, struct failure
     if (metric == METRIC_COUNT)
         return fail(failure, EXIT_CODE_USAGE,
                     "--metric: '%s' is none of rmse, mae, p999, max, energy, differing, flip, "
-                    "flip_p99, hdr_flip, hdr_flip_p99, edge, edge_mean",
+                    "flip_p99, hdr_flip, hdr_flip_p99, edge, edge_mean, relative, tau",
                     options->metric);
     if (options->metric && !options->max_error.is_given)
         return fail(failure, EXIT_CODE_USAGE, "--metric needs --max-error");
@@ -180,11 +182,24 @@ static bool measure_edges(struct comparison *c, double level, struct failure *fa
     return is_ok || fail_refused(failure, &err);
 }
 
+/* A ratio means something for what light is left of, where a difference hides behind the darkness.
+ */
+static bool measure_transmittance(struct comparison *c, struct failure *failure)
+{
+    struct error err = {0};
+    if (strcmp(c->image.layer, "transmittance") != 0)
+        return true;
+    c->has_transmittance = image_transmittance_measure(
+        &(struct image_metrics_desc){.image = &c->image.image, .reference = &c->reference.image},
+        &c->transmittance, &err);
+    return c->has_transmittance || fail_refused(failure, &err);
+}
+
 bool comparison_measure(struct comparison *c, const struct compare_options *options,
                         struct failure *failure)
 {
     double value;
-    if (!match(c, failure) || !measure_plain(c, failure))
+    if (!match(c, failure) || !measure_plain(c, failure) || !measure_transmittance(c, failure))
         return false;
     if (!options->no_flip && compare_input_is_color(&c->image) &&
         !measure_flip(c, options->pixels_per_degree.value, failure))
@@ -224,6 +239,9 @@ bool comparison_value(const struct comparison *c, const char *metric, double *va
         [METRIC_HDR_FLIP_P99] = {c->has_hdr_flip, c->hdr_flip.p99},
         [METRIC_EDGE] = {c->has_edges, c->edges.hausdorff_px},
         [METRIC_EDGE_MEAN] = {c->has_edges, c->edges.mean_px},
+        [METRIC_RELATIVE] = {c->has_transmittance, c->transmittance.max_relative},
+        [METRIC_TAU] = {c->has_transmittance,
+                        c->transmittance.opaque_mismatch ? INFINITY : c->transmittance.max_tau},
     };
     *value = values[metric_of(metric)].value;
     return values[metric_of(metric)].is_there;

@@ -14,10 +14,11 @@ struct comparison {
     struct image_metrics plain;
     double energy;    /* mean of the image over that of the reference, less 1; 0 when both are 0 */
     double differing; /* share of values that are not the same number */
-    bool has_flip, has_hdr_flip, has_edges;
+    bool has_flip, has_hdr_flip, has_edges, has_transmittance;
     struct flip flip, hdr_flip;
     struct image flip_map; /* of the HDR form where there is one; empty without has_flip */
     struct edge_distance edges;
+    struct probe_metrics transmittance; /* of the output of that name */
 };
 
 /* Whether --metric, --max-error and --map say something; before any file is read. */

@@ -50,6 +50,28 @@ static void print_verdict(const struct comparison *c, const struct compare_optio
            c->plain.nonfinite_mismatch ? "; values are not finite in one of the images" : "");
 }
 
+static void print_worst(const struct comparison *c, double value, size_t pixel, int channel)
+{
+    int width = c->image.image.width_px;
+    printf("at most %.4g", value);
+    if (value > 0)
+        printf(" at %d, %d %s", (int)(pixel % (size_t)width), (int)(pixel / (size_t)width),
+               compare_input_channel(&c->image, channel));
+}
+
+static void print_transmittance(const struct comparison *c)
+{
+    const struct probe_metrics *t = &c->transmittance;
+    printf("%-10s ", "relative");
+    print_worst(c, t->max_relative, t->max_relative_point, t->max_relative_channel);
+    printf(", of %" PRIu64 " values with T > %g\n", t->relative_compared, PROBE_RELATIVE_MIN);
+    printf("%-10s ", "|d ln T|");
+    print_worst(c, t->max_tau, t->max_tau_point, t->max_tau_channel);
+    if (t->opaque_mismatch)
+        printf("; %" PRIu64 " values are 0 in one of the images only", t->opaque_mismatch);
+    printf("\n");
+}
+
 static void print_tail(const struct comparison *c, const struct compare_picture *picture)
 {
     if (c->has_flip)
@@ -60,6 +82,8 @@ static void print_tail(const struct comparison *c, const struct compare_picture 
         printf("%-10s at most %.4g px apart, %.4g on average; %.1f px long, the reference %.1f\n",
                "edges", c->edges.hausdorff_px, c->edges.mean_px, c->edges.length_image_px,
                c->edges.length_reference_px);
+    if (c->has_transmittance)
+        print_transmittance(c);
     if (picture->file)
         printf("%-10s %s, colours from %s%.4g\n", "picture", picture->map,
                strcmp(picture->map, "signed") ? "0 to " : "-+ ", picture->scale);
@@ -150,6 +174,25 @@ static json_t *edges_json(const struct edge_distance *edges)
                      "length_reference_px", number(edges->length_reference_px));
 }
 
+static json_t *worst_json(const struct comparison *c, size_t pixel, int channel)
+{
+    json_int_t width = c->image.image.width_px;
+    return json_pack("{s:I, s:I, s:s}", "x", (json_int_t)pixel % width, "y",
+                     (json_int_t)pixel / width, "channel",
+                     compare_input_channel(&c->image, channel));
+}
+
+static json_t *transmittance_json(const struct comparison *c)
+{
+    const struct probe_metrics *t = &c->transmittance;
+    return json_pack(
+        "{s:o, s:o, s:I, s:o, s:o, s:I}", "max_relative", number(t->max_relative),
+        "max_relative_at", worst_json(c, t->max_relative_point, t->max_relative_channel),
+        "relative_compared", (json_int_t)t->relative_compared, "max_tau", number(t->max_tau),
+        "max_tau_at", worst_json(c, t->max_tau_point, t->max_tau_channel), "opaque_mismatch",
+        (json_int_t)t->opaque_mismatch);
+}
+
 static json_t *verdict_json(const struct comparison *c, const struct compare_options *options)
 {
     double value = 0;
@@ -177,6 +220,8 @@ json_t *comparison_json(const struct comparison *c, const struct compare_options
     json_object_set_new(json, "flip", c->has_flip ? flip_json(&c->flip) : json_null());
     json_object_set_new(json, "hdr_flip", c->has_hdr_flip ? flip_json(&c->hdr_flip) : json_null());
     json_object_set_new(json, "edges", c->has_edges ? edges_json(&c->edges) : json_null());
+    json_object_set_new(json, "transmittance",
+                        c->has_transmittance ? transmittance_json(c) : json_null());
     if (picture->file)
         json_object_set_new(json, "picture",
                             json_pack("{s:s, s:s, s:o}", "file", picture->file, "map", picture->map,

@@ -25,7 +25,8 @@ const struct option COMPARE_OPTIONS[] = {
      AT(max_error)},
     {OPTION_TEXT, "metric", 0, "NAME",
      "what --max-error is about: rmse (default), mae, p999,\n"
-     "max, energy, differing, flip, flip_p99, hdr_flip,\nhdr_flip_p99, edge, edge_mean",
+     "max, energy, differing, flip, flip_p99, hdr_flip,\nhdr_flip_p99, edge, edge_mean, relative, "
+     "tau",
      AT(metric)},
     {OPTION_FLAG, "json", 0, NULL, "results on stdout and errors on stderr as JSON",
      AT(common.json)},

@@ -288,6 +288,14 @@ static void measure_probe(struct probe_metrics *metrics, struct probe_sums *sums
     measure_tau(metrics, t, reference, point, channel);
 }
 
+static void end_probes(struct probe_metrics *metrics, const struct probe_sums *sums)
+{
+    if (!metrics->compared)
+        return;
+    metrics->mean = sum_value(&sums->absolute) / (double)metrics->compared;
+    metrics->rmse = sqrt(sum_value(&sums->square) / (double)metrics->compared);
+}
+
 bool probe_metrics_measure(const struct probe_metrics_desc *desc, struct probe_metrics *metrics,
                            struct error *err)
 {
@@ -298,9 +306,24 @@ bool probe_metrics_measure(const struct probe_metrics_desc *desc, struct probe_m
     for (size_t i = 0; i < desc->count; i++)
         for (int c = 0; c < 3; c++)
             measure_probe(metrics, &sums, desc->transmittance[i][c], desc->reference[i][c], i, c);
-    if (metrics->compared) {
-        metrics->mean = sum_value(&sums.absolute) / (double)metrics->compared;
-        metrics->rmse = sqrt(sum_value(&sums.square) / (double)metrics->compared);
-    }
+    end_probes(metrics, &sums);
+    return true;
+}
+
+bool image_transmittance_measure(const struct image_metrics_desc *desc,
+                                 struct probe_metrics *metrics, struct error *err)
+{
+    struct probe_sums sums = {0};
+    memset(metrics, 0, sizeof *metrics);
+    if (!image_pair_check(desc->image, desc->reference, err))
+        return false;
+    int channels = desc->image->channels;
+    size_t pixels = (size_t)desc->image->width_px * (size_t)desc->image->height_px;
+    const float *t = desc->image->pixels, *reference = desc->reference->pixels;
+    for (size_t i = 0; i < pixels; i++, t += channels, reference += channels)
+        for (int c = 0; c < channels; c++)
+            if (!desc->channels || desc->channels & 1u << c)
+                measure_probe(metrics, &sums, (double)t[c], (double)reference[c], i, c);
+    end_probes(metrics, &sums);
     return true;
 }

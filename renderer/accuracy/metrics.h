@@ -74,4 +74,9 @@ struct probe_metrics_desc {
 MUST_CHECK bool probe_metrics_measure(const struct probe_metrics_desc *desc,
                                       struct probe_metrics *metrics, struct error *err);
 
+/* The same of every pixel of two images of transmittances; a point is a pixel in reading order.
+ * Errors as image_metrics_measure. */
+MUST_CHECK bool image_transmittance_measure(const struct image_metrics_desc *desc,
+                                            struct probe_metrics *metrics, struct error *err);
+
 #endif

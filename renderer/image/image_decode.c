@@ -49,15 +49,20 @@ static bool expand_to_rgba(struct image *image, struct error *err)
     return true;
 }
 
-static bool decode(const void *bytes, size_t size_bytes, enum image_kind kind, struct image *image,
-                   struct error *err)
+static bool decode(const void *bytes, size_t size_bytes, const struct image_header *header,
+                   const struct image_decode_desc *desc, struct image *image, struct error *err)
 {
+    enum image_kind kind = header->kind;
     if (kind == IMAGE_KIND_WEBP)
         return webp_decode(bytes, size_bytes, image, err);
     bool is_float = kind == IMAGE_KIND_EXR || kind == IMAGE_KIND_HDR;
+    bool is_deep = desc->keep_16_bits && kind == IMAGE_KIND_PNG && header->bits == 16;
     const struct oiio_functions *library = image_library(err);
     return library && library->decode(bytes, size_bytes, oiio_names[kind],
-                                      is_float ? IMAGE_F32 : IMAGE_U8, image, err);
+                                      is_float  ? IMAGE_F32
+                                      : is_deep ? IMAGE_U16
+                                                : IMAGE_U8,
+                                      image, err);
 }
 
 static bool check_decoded(const struct image *image, const struct image_header *header,
@@ -67,7 +72,7 @@ static bool check_decoded(const struct image *image, const struct image_header *
         (uint32_t)image->height_px != header->height_px)
         return error_set(err, ERROR_INVALID_SCENE, "the image is %d x %d, its header says %u x %u",
                          image->width_px, image->height_px, header->width_px, header->height_px);
-    if (image->component == IMAGE_U8 && image->channels > 4)
+    if ((image->component == IMAGE_U8 || image->component == IMAGE_U16) && image->channels > 4)
         return error_set(err, ERROR_UNSUPPORTED, "the image has %d channels", image->channels);
     return true;
 }
@@ -83,7 +88,7 @@ bool image_decode(const void *bytes, size_t size_bytes, const struct image_decod
         return error_set(err, ERROR_UNSUPPORTED,
                          "floating-point images are not read here, only PNG, JPEG and WebP");
     if (!check_size(&header, desc->max_pixels ? desc->max_pixels : MAX_PIXELS_DEFAULT, err) ||
-        !decode(bytes, size_bytes, header.kind, image, err))
+        !decode(bytes, size_bytes, &header, desc, image, err))
         return false;
     if (check_decoded(image, &header, err) &&
         (image->component != IMAGE_U8 || expand_to_rgba(image, err)))

@@ -36,6 +36,8 @@ static bool read_png(struct image_header *header, const uint8_t *b, size_t size)
         return false;
     header->width_px = be32(b + 16);
     header->height_px = be32(b + 20);
+    header->bits = b[24];
+    header->channels = b[25] == 0 ? 1 : b[25] == 4 ? 2 : b[25] == 6 ? 4 : 3;
     for (size_t at = SIGNATURE_BYTES; size - at >= CHUNK_BYTES;) {
         uint32_t length = be32(b + at);
         if (length > size - at - CHUNK_BYTES)
@@ -71,8 +73,10 @@ static bool read_jpeg(struct image_header *header, const uint8_t *b, size_t size
         if (length < 2 || marker == 0xD9 || marker == 0xDA)
             return false;
         if (is_frame) {
-            if (length < 8 || size - at < 9)
+            if (length < 8 || size - at < 10)
                 return false;
+            header->bits = b[at + 4];
+            header->channels = b[at + 9];
             header->height_px = be16(b + at + 5);
             header->width_px = be16(b + at + 7);
             return memmem(b + at, size - at, "\xFF\xD9", 2) != NULL;

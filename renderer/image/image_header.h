@@ -20,6 +20,7 @@ enum image_kind {
 struct image_header {
     enum image_kind kind;
     uint32_t width_px, height_px;
+    int channels, bits; /* of PNG (a palette: 3) and JPEG, bits per channel; 0: not told */
 };
 
 /* ERROR_UNSUPPORTED names a format that is known but not read, ERROR_INVALID_SCENE tells of a

@@ -8,13 +8,13 @@ def png_chunk(kind, body):
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
 
-def png_bytes(width, height, pixels):
-    """pixels: bytes of 1 (grey), 3 (RGB) or 4 (RGBA) channels, first row on top."""
-    channels = len(pixels) // (width * height)
-    kind = {1: 0, 3: 2, 4: 6}[channels]
-    stride = width * channels
+def png_bytes(width, height, pixels, bits=8):
+    """pixels: bytes of 1 (grey), 2 (with alpha), 3 (RGB) or 4 (RGBA) channels, first row on top;
+    of 16 bits each two, the greater first."""
+    stride = len(pixels) // height
+    kind = {1: 0, 2: 4, 3: 2, 4: 6}[stride * 8 // (width * bits)]
     rows = b"".join(b"\0" + pixels[y * stride:(y + 1) * stride] for y in range(height))
-    head = struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", width, height, bits, kind, 0, 0, 0)
     return (b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", head) +
             png_chunk(b"IDAT", zlib.compress(rows)) + png_chunk(b"IEND", b""))
 

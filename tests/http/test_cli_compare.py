@@ -124,6 +124,69 @@ class CompareTest(CliTest):
         self.assertEqual(result["compared"], 6)
         self.assertAlmostEqual(result["channels"]["A"]["max"], 0.5)
 
+    def test_grey_is_not_compared_with_colour(self):
+        self.write("grey.png", png_bytes(2, 2, bytes((10, 20, 30, 40))))
+        self.write("veil.png", png_bytes(2, 2, bytes((10, 255, 20, 255, 30, 255, 40, 51))))
+        self.write("deep.png", png_bytes(2, 2, bytes(range(8)), 16))
+        self.write("rgb.png", png_bytes(2, 2, bytes(v for g in (10, 20, 30, 40) for v in 3 * (g,))))
+        self.write("rgba.png", png_bytes(2, 2, bytes(16)))
+        self.exr("color.exr", lambda x, y: (0, 0, 0), size=(2, 2))
+        for grey in ("grey.png", "veil.png", "deep.png"):
+            for color in ("rgb.png", "rgba.png", "color.exr"):
+                for pair in ((grey, color), (color, grey)):
+                    self.assertRegex(self.refused(*pair), "the image has . channels, the reference")
+        result = self.compare("grey.png", "grey.png")
+        self.assertEqual((result["rmse"], result["compared"], list(result["channels"])),
+                         (0, 4, ["Y"]))
+        self.assertEqual(result["flip"]["mean"], 0)
+        result = self.compare("veil.png", "grey.png")  # alpha is multiplied in, and left out
+        self.assertAlmostEqual(result["max"], 0.8 * linear(40), delta=1e-7)
+        self.assertEqual(sorted(self.compare("veil.png", "veil.png")["channels"]), ["A", "Y"])
+        self.exr("grey.exr", lambda x, y: (linear((10, 20, 30, 40)[x + 2 * y]),) * 3, size=(2, 2))
+        self.assertLess(self.compare("rgb.png", "grey.exr")["max"], 1e-7)
+
+    def test_a_png_of_16_bits_is_compared_with_all_of_them(self):
+        self.write("a.png", png_bytes(2, 1, struct.pack(">2H", 1000, 60000), 16))
+        self.write("b.png", png_bytes(2, 1, struct.pack(">2H", 1001, 60000), 16))
+        result = self.compare("a.png", "b.png")
+        self.assertEqual((result["differing"], result["image"]["format"]), (1, "png"))
+        self.assertAlmostEqual(result["max"], 1 / 65535, delta=1e-9)
+        color = struct.pack(">8H", 65535, 0, 32768, 65535, 65535, 257, 0, 13107)
+        self.write("rgba.png", png_bytes(2, 1, color, 16))
+        self.exr("want.exr", lambda x, y: ((1, 0, linear(255 * 32768 / 65535), 1),
+                                           (0.2, 0.2 * linear(1), 0, 0.2))[x], True, (2, 1))
+        self.assertLess(self.compare("rgba.png", "want.exr")["max"], 1e-7)
+
+    def test_transmittances_are_compared_by_ratio_too(self):
+        size = WIDTH * HEIGHT
+
+        def write(name, *values):
+            channels = {f"transmittance.{c}": [values[0]] + [0.5] * (size - 2) + [values[1]]
+                        for c in "RGB"}
+            return self.write(name, exr_bytes(WIDTH, HEIGHT, channels))
+
+        write("a.exr", 2e-3, 3e-30)
+        write("b.exr", 1e-3, 1e-30)
+        result = self.compare("a.exr", "b.exr")["transmittance"]
+        self.assertAlmostEqual(result["max_relative"], 1, delta=1e-6)
+        self.assertEqual(result["max_relative_at"], {"x": 0, "y": 0, "channel": "R"})
+        self.assertEqual(result["relative_compared"], 3 * (size - 1))
+        self.assertAlmostEqual(result["max_tau"], math.log(3), delta=1e-6)
+        self.assertEqual(result["max_tau_at"], {"x": WIDTH - 1, "y": HEIGHT - 1, "channel": "R"})
+        out, _ = self.run_cli("compare", "a.exr", "b.exr", "--output", "transmittance")
+        self.assertRegex(out, r"\nrelative +at most 1 at 0, 0 R, of 879 values with T > 0.0001\n")
+        self.assertRegex(out, r"\n\|d ln T\| +at most 1\.099 at 20, 13 R\n")
+        for metric, limit, code in (("relative", "0.99", 3), ("relative", "1.01", 0),
+                                    ("tau", "1.09", 3), ("tau", "1.1", 0)):
+            self.compare("a.exr", "b.exr", "--metric", metric, "--max-error", limit, code=code)
+        write("c.exr", 2e-3, 0)
+        result = self.compare("c.exr", "b.exr", "--metric", "tau", "--max-error", "9", code=3)
+        self.assertEqual(result["transmittance"]["opaque_mismatch"], 3)
+        self.assertIsNone(result["verdict"]["value"])
+        self.assertIsNone(self.compare(*self.pair(), "--no-flip")["transmittance"])
+        self.assertIn("--metric tau: there is none of these images",
+                      self.refused(*self.pair(), "--metric", "tau", "--max-error", "1"))
+
     def test_alpha_that_only_one_has_is_left_out(self):
         self.exr("image.exr", lambda x, y: (0.5, 0.5, 0.5, 0.25), True)
         self.exr("reference.exr", lambda x, y: (0.5, 0.5, 0.5))
