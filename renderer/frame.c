@@ -268,6 +268,27 @@ static void count_caches(const struct renderer *renderer, const struct program_c
     report->counts.plans_reused = 1 - report->counts.plans_made;
 }
 
+/* Of a rasterised colour: whether each light's shadow is the product of all that filters it. Ray
+ * tracing tells by itself. */
+static bool is_exact(const struct opened_view *opened, const struct frame_report *report)
+{
+    const struct plan *plan = &opened->plan->plan;
+    const struct view_quality *quality = &opened->view.quality;
+    const struct shadow_needs *shadows = &opened->plan->shadows;
+    if (!plan->requirements[PLAN_NEED_COLOR].is_met || quality->shadows == VIEW_SHADOWS_NONE)
+        return false;
+    if (report->compression.maps || (plan->linked_lights && quality->faithful))
+        return false;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_need *light = &shadows->lights[i];
+        if (light->has_structure && light->kind == SHADOW_MAP && light->casters.transparent_count)
+            return false; /* asked for, and knows no colours */
+        if (light->is_traced && state_light_is_area(&opened->state->lights[i]))
+            return false;
+    }
+    return true;
+}
+
 struct making {
     bool only_builds; /* of struct frame_run */
     bool *is_done;    /* NULL where the frame is to end in the call */
@@ -284,6 +305,8 @@ static bool make_frame(struct renderer *renderer, const char *scene_key, const s
     program_cache_get_stats(renderer->programs, &before);
     if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
+    for (int i = 0; i < opened.plan->plan.pass_count; i++)
+        report_order_pass(&frame->report, opened.plan->plan.passes[i].pass);
     const struct frame_run run = {
         .renderer = renderer,
         .scene = opened.scene,
@@ -302,6 +325,7 @@ static bool make_frame(struct renderer *renderer, const char *scene_key, const s
     report_choice(&opened.plan->plan.choice, &frame->report);
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
+    frame->report.error_is_exact |= is_exact(&opened, &frame->report);
     const struct frame_ending ending = {
         .frame = frame, .plan = &opened.plan->plan, .begin_ms = begin_ms, .has_failed = !ok};
     ok = frame_flight_end(renderer, &ending, making->is_done, err);

@@ -13,6 +13,29 @@ static bool is_same_line(const struct report_pass *line, const char *pass, const
            !strcmp(line->technique, technique);
 }
 
+void report_order_pass(struct frame_report *report, const char *pass)
+{
+    if (report->order_count < REPORT_PASSES_MAX)
+        snprintf(report->order[report->order_count++], REPORT_NAME_BYTES, "%s", pass);
+}
+
+static int place_of(const struct frame_report *report, const char *pass)
+{
+    int place = 0;
+    while (place < report->order_count && strcmp(report->order[place], pass) != 0)
+        place++;
+    return place;
+}
+
+/* A line after all that do not come later. */
+static struct report_pass *insert_line(struct frame_report *report, const char *pass)
+{
+    int place = place_of(report, pass), at = report->pass_count++;
+    for (; at > 0 && place_of(report, report->passes[at - 1].pass) > place; at--)
+        report->passes[at] = report->passes[at - 1];
+    return &report->passes[at];
+}
+
 void report_add_pass(struct frame_report *report, const char *pass, const char *because,
                      const char *technique, double ms, enum report_stage stage)
 {
@@ -30,7 +53,7 @@ void report_add_pass(struct frame_report *report, const char *pass, const char *
         last->ms += ms;
         return;
     }
-    struct report_pass *line = &report->passes[report->pass_count++];
+    struct report_pass *line = insert_line(report, pass);
     snprintf(line->pass, sizeof line->pass, "%s", pass);
     snprintf(line->because, sizeof line->because, "%s", because);
     snprintf(line->technique, sizeof line->technique, "%s", technique);

@@ -54,6 +54,8 @@ struct report_textures {
 struct frame_report {
     struct report_pass passes[REPORT_PASSES_MAX];
     int pass_count;
+    char order[REPORT_PASSES_MAX][REPORT_NAME_BYTES]; /* of passes; report_order_pass */
+    int order_count;
     double stage_ms[REPORT_STAGE_COUNT];
     double total_ms;  /* wall clock of the whole frame in the renderer, without pauses */
     double paused_ms; /* while other frames went before the rest of this one */
@@ -112,12 +114,16 @@ struct frame_report {
         bool has_traced_shadows; /* rasterised, without maps */
         double expected_ms;      /* 0: not known */
     } chosen;
-    bool error_is_exact; /* every ray of the color output is the ground truth (ray-traced) */
+    bool error_is_exact; /* of light's way to the surfaces of the color output nothing is left out
+                            or approximated, but for the sampling of texels */
 };
 
 /* Each silently stops at its cap; warnings say in the last slot that more were dropped. */
 void report_add_pass(struct frame_report *report, const char *pass, const char *because,
                      const char *technique, double ms, enum report_stage stage);
+/* The order of passes from now on, whenever their times become known; others follow. Names beyond
+ * the cap are not kept. */
+void report_order_pass(struct frame_report *report, const char *pass);
 void report_add_bytes(struct frame_report *report, const char *structure, uint64_t bytes);
 /* Of memory that windows or batches of lights use one after the other: the most of any counts. 0
  * makes no entry. */

@@ -190,7 +190,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     if (!is_listed)
         light_reach_finish(&made->reach); /* `auto` may have asked */
     if (is_listed && !made->reach.is_in_view && !desc->sees_all &&
-        !light_reach_collect(&made->reach, desc->state->lights, lights, desc->camera, err))
+        !light_reach_collect(&made->reach, desc->state, desc->camera, err))
         return false;
     if (is_lit &&
         !shadow_needs_init(&made->shadows,

@@ -170,8 +170,7 @@ bool workload_measure(struct workload *workload, const struct workload_desc *des
     struct light_reach own = {0}, *reach = desc->reach ? desc->reach : &own;
     *workload = (struct workload){.pixels = (double)desc->view->width_px * desc->view->height_px};
     bool ok = survey_view(&survey, desc, err) &&
-              light_reach_collect(reach, desc->state->lights, desc->state->light_count,
-                                  desc->camera, err);
+              light_reach_collect(reach, desc->state, desc->camera, err);
     if (ok) {
         workload->covered = survey.covered;
         workload->layers = survey.layers;

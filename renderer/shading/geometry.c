@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "renderer/scene/matrix.h"
-#include "renderer/shading/frustum.h"
+#include "renderer/plan/frustum.h"
 
 enum { VARIANT_BYTES = 256 };
 

@@ -278,6 +278,32 @@ static void a_light_that_reaches_nothing_in_view_costs_no_shadow(void **state)
     close_panes(&f);
 }
 
+static void a_view_of_nothing_costs_no_shadow(void **state)
+{
+    struct fixture f;
+    struct frame_report report;
+    double middle[3];
+    open_panes(&f, state, 1, false);
+    struct view view = floor_view();
+    struct view_light lamps[2] = {
+        {.type = SCENE_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .intensity = 1},
+        {.type = SCENE_LIGHT_POINT, .position = {0, 3, 0}, .intensity = 10}, /* without range */
+    };
+    for (int i = 0; i < 2; i++)
+        lamps[i].color[0] = lamps[i].color[1] = lamps[i].color[2] = 1;
+    view.lights = lamps;
+    view.light_count = 2;
+    view.camera.eye[2] = 500; /* looking away from the floor and the panes */
+    view.camera.target[1] = 0.4, view.camera.target[2] = 600;
+    render(&f, &view, &report, middle);
+    assert_int_equal(report.counts.draws, 0);
+    assert_int_equal(report.counts.lights, 3);
+    assert_int_equal(report.counts.unseen_lights, 3);
+    assert_int_equal(report.counts.shadow_maps_built, 0);
+    assert_int_equal(report.counts.shadow_draws, 0);
+    close_panes(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -288,6 +314,7 @@ int main(void)
         cmocka_unit_test(a_moved_camera_rebuilds_nothing),
         cmocka_unit_test(a_moved_light_rebuilds_its_own_map_only),
         cmocka_unit_test(a_light_that_reaches_nothing_in_view_costs_no_shadow),
+        cmocka_unit_test(a_view_of_nothing_costs_no_shadow),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* What a window of the camera's image can see, as planes in f64. CPU only. Thread: any. */
-#ifndef VITRAIL_RENDERER_SHADING_FRUSTUM_H
-#define VITRAIL_RENDERER_SHADING_FRUSTUM_H
+#ifndef VITRAIL_RENDERER_PLAN_FRUSTUM_H
+#define VITRAIL_RENDERER_PLAN_FRUSTUM_H
 
 #include "renderer/plan/camera.h"
+
+/* By how much bounds of drawables are grown, of their distance from the eye and of the radius: far
+ * more than the rounding of f32 positions. */
+#define FRUSTUM_MARGIN 1e-4
 
 struct frustum {
     double eye[3];

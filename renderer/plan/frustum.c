@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* Planes of a window's frustum, and bounds against them. */
-#include "renderer/shading/frustum.h"
+#include "renderer/plan/frustum.h"
 
 #include "renderer/scene/matrix.h"
 
 /* A point's or a line's pixels reach a little beyond its place. */
 static const double MARGIN_PX = 2;
-/* Of the distance from the eye and of the radius: far more than the rounding of f32 positions. */
-static const double MARGIN = 1e-4;
 
 /* The window in the image's normalised coordinates, y up, grown by the margin. */
 static void window_rect(const struct camera_window *w, double low[2], double high[2])
@@ -56,7 +54,7 @@ bool frustum_meets(const struct frustum *frustum, const struct state_item *item)
 {
     double center[3];
     vec3_sub(item->center, frustum->eye, center);
-    double margin = MARGIN * (item->radius_m + vec3_length(center));
+    double margin = FRUSTUM_MARGIN * (item->radius_m + vec3_length(center));
     for (int i = 0; i < frustum->plane_count; i++) {
         const double *plane = frustum->planes[i];
         double box = 0; /* half its extent along the normal */

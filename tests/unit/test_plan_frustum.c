@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "renderer/scene/matrix.h"
-#include "renderer/shading/frustum.h"
+#include "renderer/plan/frustum.h"
 #include "tests/support/light_scene.h"
 
 enum { SCENES = 200, ITEMS = 200 };
