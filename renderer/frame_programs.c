@@ -17,6 +17,7 @@ struct listing {
     struct targets targets; /* nothing is drawn to them */
     struct window_frame frame;
     struct shadow_programs_desc shadows;
+    bool is_traced; /* shadows by rays */
     struct program_list *list;
 };
 
@@ -37,6 +38,7 @@ static void listing_init(struct listing *listing, const struct frame_programs_de
                     .quality = &desc->view->quality,
                     .resolution = shadow_resolution(&desc->view->quality, desc->limits),
                     .scans_on_host = desc->scans_on_host},
+        .is_traced = needs(desc, PLAN_NEED_TRACED_SHADOWS),
         .list = list,
     };
     listing->frame.targets = &listing->targets;
@@ -78,7 +80,7 @@ static void list_lookups(const struct listing *listing, const struct shadow_feat
         has_layers || features->has[SHADOW_FEATURE_SEARCHED] || parts->count > 1 || parts->differ;
     struct shade_facts facts = {
         .lists = light_lists_technique_defines(desc->view->quality.light_lists),
-        .is_traced = needs(desc, PLAN_NEED_TRACED_SHADOWS),
+        .is_traced = listing->is_traced,
         .has_media = desc->plan->items.medium_count > 0,
         .may_surround = may_surround,
     };
@@ -155,6 +157,27 @@ bool frame_programs_list(const struct frame_programs_desc *desc, struct program_
     return program_list_check(list, err);
 }
 
+/* Of pictures that no light reaches: of drawables, and of nothing. */
+static void list_dark(struct listing *listing)
+{
+    char shadows[SHADOW_DEFINES_BYTES];
+    const struct shadow_features none = {{0}};
+    if (listing->is_traced) {
+        listing->is_traced = false;
+        list_shading(listing, none, listing->desc->plan->items.medium_count > 0,
+                     &(struct lit_parts){.may = {[SHADE_AT_ONCE] = true}, .count = 1});
+    }
+    const struct shade_facts facts = {
+        .lists = light_lists_technique_defines(listing->desc->view->quality.light_lists),
+        .shadows = shadows,
+    };
+    shadow_features_write(&none, shadows);
+    if (needs(listing->desc, PLAN_NEED_COLOR))
+        shade_list_programs(&listing->frame, &facts, SHADE_AT_ONCE, true, listing->list);
+    if (needs(listing->desc, PLAN_NEED_AUXILIARY))
+        aov_list_programs(&listing->frame, &facts, false, listing->list);
+}
+
 bool frame_programs_list_all(const struct frame_programs_desc *desc, struct program_list *list,
                              struct error *err)
 {
@@ -175,5 +198,6 @@ bool frame_programs_list_all(const struct frame_programs_desc *desc, struct prog
     }
     if (sets.has_more) /* and all of one frame */
         list_shading(&listing, features, desc->plan->items.may_surround, &parts);
+    list_dark(&listing);
     return program_list_check(list, err);
 }
