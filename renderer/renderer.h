@@ -25,8 +25,8 @@ struct renderer_desc {
     uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
                                       MiB */
     double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
-    bool compresses_textures;      /* opaque colours where their budget is exceeded, before levels
-                                      are withheld; see renderer_set_texture_compression */
+    bool compresses_textures;      /* colours where their budget is exceeded, before levels are
+                                      withheld; see renderer_set_texture_compression */
     const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
                                       there */
     const char *program_folder;    /* optional, borrowed during create: where compiled programs are
@@ -72,8 +72,8 @@ void renderer_destroy(struct renderer *renderer);
 /* What `shadows: auto` goes by from now on; until then it is rasterised. */
 void renderer_set_auto(struct renderer *renderer, const struct auto_settings *settings);
 
-/* Opaque colours are compressed where their budget would withhold so many levels else: 1 or more;
- * 0: never. Without effect where the device samples no blocks. */
+/* Colours of textures are compressed where their budget would withhold so many levels else: 1 or
+ * more; 0: never. Without effect where the device samples no blocks. */
 void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels);
 bool renderer_samples_blocks(const struct renderer *renderer);
 

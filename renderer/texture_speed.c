@@ -99,7 +99,7 @@ static bool init_textures(struct probe *probe, struct texture_speed *speed, stru
         paint(tile);
         write_tiles(&probe->textures[WHOLE], WHOLE, tile, TILE_BYTES);
         double begin_ms = thread_ms();
-        texture_blocks_encode(tile, TILE_PX, TILE_PX, blocks, &squares);
+        texture_blocks_encode(tile, TILE_PX, TILE_PX, false, blocks, &squares);
         speed->encode_bytes_per_ms = TILE_BYTES / fmax(thread_ms() - begin_ms, 1e-3);
         write_tiles(&probe->textures[BC1], BC1, blocks, 8 * BLOCKS);
         memcpy(blocks, tile, 16 * BLOCKS); /* any bytes are blocks */

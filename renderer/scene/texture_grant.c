@@ -7,7 +7,8 @@ uint64_t texture_grant_budget(const struct texture_pool *pool)
     return pool->budget_bytes - pool->budget_bytes / TEXTURE_FLOOR_SHARE;
 }
 
-/* A texture in blocks with one level more takes half of the bytes that it takes whole. */
+/* A texture in blocks with one level more takes half of the bytes that it takes whole; with alpha,
+ * as many. */
 static uint32_t biased(const struct stored_texture *t, uint32_t bias)
 {
     uint32_t level = t->wanted + (t->packs && bias ? bias - 1 : bias), last = texture_last_level(t);

@@ -31,24 +31,29 @@ struct texture_packer {
     bool is_stopping;
 };
 
+static uint64_t bytes_from(const struct texture_packing *what, uint32_t level)
+{
+    return texture_blocks_bytes(what->width_px, what->height_px, level, what->has_alpha);
+}
+
 static struct texture_packed pack(const struct texture_packing *what)
 {
     struct texture_packed packed = {0};
-    uint64_t end = texture_blocks_bytes(what->width_px, what->height_px, what->end);
-    uint64_t bytes = texture_blocks_bytes(what->width_px, what->height_px, what->top) - end;
-    double squares = 0;
+    uint64_t bytes = bytes_from(what, what->top) - bytes_from(what, what->end);
+    double squares = 0, channels = what->has_alpha ? 4 : 3;
     packed.blocks = malloc(bytes);
     for (uint32_t level = what->top; packed.blocks && level < what->end; level++) {
         uint32_t width = texture_level_side(what->width_px, level);
         uint32_t height = texture_level_side(what->height_px, level);
         uint64_t from = texture_levels_bytes(what->width_px, what->height_px, 1) -
                         texture_levels_bytes(what->width_px, what->height_px, level);
-        uint64_t to = bytes + end - texture_blocks_bytes(what->width_px, what->height_px, level);
+        uint64_t to = bytes_from(what, what->top) - bytes_from(what, level);
         double ignored = 0;
         texture_blocks_encode(level ? what->levels + from : what->image, width, height,
-                              packed.blocks + to, level == what->top ? &squares : &ignored);
+                              what->has_alpha, packed.blocks + to,
+                              level == what->top ? &squares : &ignored);
         if (level == what->top)
-            packed.mean_square = squares / (3. * width * height * 255 * 255);
+            packed.mean_square = squares / (channels * width * height * 255 * 255);
     }
     return packed;
 }

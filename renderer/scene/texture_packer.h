@@ -22,6 +22,7 @@ struct texture_packing {
     const uint8_t *levels;        /* 1 and on, one after the other */
     uint32_t width_px, height_px; /* of level 0 */
     uint8_t top, end;
+    bool has_alpha;
 };
 
 struct texture_packed { /* zeroed: none */

@@ -317,8 +317,8 @@ static bool check_sizes(struct texture_store *store, struct error *err)
         if (t->width > (uint32_t)most || t->height > (uint32_t)most)
             return error_set(err, ERROR_UNSUPPORTED, "image %u is %ux%u, the device takes %d",
                              key / 2, t->width, t->height, most);
-        t->can_pack =
-            store->pool->can_pack && (key & 1) && store->scene->images[key / 2].least_alpha == 255;
+        t->can_pack = store->pool->can_pack && (key & 1);
+        t->has_alpha = store->scene->images[key / 2].least_alpha < 255;
         store->whole_bytes += texture_bytes_from(t, 0, false);
     }
     return true;

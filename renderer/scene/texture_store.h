@@ -25,7 +25,7 @@ struct texture_pool_desc {
 struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, struct error *err);
 void texture_pool_destroy(struct texture_pool *pool);              /* after all of its stores */
 double texture_pool_bytes_per_ms(const struct texture_pool *pool); /* as measured, lately */
-/* Opaque colours are compressed where a wish exceeds the budget so that so many levels or more
+/* Colours are compressed where a wish exceeds the budget so that so many levels or more
  * would be withheld else; of more than 1, from most textures. 0: never. Takes effect with the next
  * wish. */
 void texture_pool_set_compression(struct texture_pool *pool, uint32_t from_levels);
@@ -59,11 +59,11 @@ struct texture_wish {
 /* Makes room and brings levels, those of this frame before all others'. Where the wish exceeds the
  * budget, every texture is withheld the same number of levels, and gets one back while there is
  * room, in the order of the demands and images: the same wish is granted the same levels. Where
- * these are as many as the pool compresses from, opaque colours are compressed
- * (renderer/scene/texture_blocks.h), on other threads, and withheld one level less than the rest:
- * half of their bytes. A frame that may be coarse reads no file, but for the first 16 px of
- * textures that have nothing on the GPU, where there was no room to keep them. ERROR_OVER_BUDGET
- * when not even the coarsest levels fit. */
+ * these are as many as the pool compresses from, colours are compressed
+ * (renderer/scene/texture_blocks.h), on other threads, and withheld one level less than the rest,
+ * for half of their bytes, or as many with alpha. A frame that may be coarse reads no file, but for
+ * the first 16 px of textures that have nothing on the GPU, where there was no room to keep them.
+ * ERROR_OVER_BUDGET when not even the coarsest levels fit. */
 MUST_CHECK bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,
                                      struct report_textures *report, struct error *err);
 

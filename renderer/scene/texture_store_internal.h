@@ -31,7 +31,8 @@ struct stored_texture {
     struct texture_store *store;
     uint32_t key;
     bool is_used, needs_levels; /* by some sampler; else one level is resident */
-    bool can_pack;              /* opaque colours, on a device that samples blocks */
+    bool can_pack;              /* colours, on a device that samples blocks */
+    bool has_alpha;             /* which takes other blocks */
     bool packs;                 /* the frame is granted it so */
     uint32_t width, height;     /* of level 0 */
     uint8_t level_count;        /* of the image */

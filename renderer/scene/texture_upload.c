@@ -28,7 +28,7 @@ bool texture_spending_is_over(const struct texture_spending *spending)
 
 static uint64_t levels_bytes(const struct stored_texture *t, uint32_t first, bool is_packed)
 {
-    return is_packed ? texture_blocks_bytes(t->width, t->height, first)
+    return is_packed ? texture_blocks_bytes(t->width, t->height, first, t->has_alpha)
                      : texture_levels_bytes(t->width, t->height, first);
 }
 
@@ -135,13 +135,18 @@ bool texture_measure_pace(struct texture_pace *pace, double upload_ms, struct er
 
 /* ---- textures ---- */
 
+static GLenum blocks_format(const struct stored_texture *t)
+{
+    return t->has_alpha ? GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT : GL_COMPRESSED_SRGB_S3TC_DXT1_EXT;
+}
+
 static bool make_texture(struct stored_texture *t, uint32_t top, bool is_packed,
                          struct gl_texture *texture, struct error *err)
 {
     if (!gl_texture_init(texture,
                          &(struct gl_texture_desc){
                              .label = "scene.image",
-                             .format = is_packed    ? GL_COMPRESSED_SRGB_S3TC_DXT1_EXT
+                             .format = is_packed    ? blocks_format(t)
                                        : t->key & 1 ? GL_SRGB8_ALPHA8
                                                     : GL_RGBA8,
                              .width = (int)texture_level_side(t->width, top),
@@ -200,7 +205,8 @@ bool texture_needs_packing(const struct stored_texture *t, uint32_t top,
                                  .width_px = t->width,
                                  .height_px = t->height,
                                  .top = (uint8_t)top,
-                                 .end = (uint8_t)end};
+                                 .end = (uint8_t)end,
+                                 .has_alpha = t->has_alpha};
     return top < end;
 }
 
@@ -216,7 +222,8 @@ static struct rows rows_of(const struct texture_incoming *in)
     if (!in->is_packed)
         return (struct rows){height, 1, 4ull * width};
     return (struct rows){texture_blocks_across(height), TEXTURE_BLOCK_SIDE,
-                         (uint64_t)TEXTURE_BLOCK_BYTES * texture_blocks_across(width)};
+                         (uint64_t)texture_block_bytes(in->of->has_alpha) *
+                             texture_blocks_across(width)};
 }
 
 /* Rows of a level: from what is on the GPU where that has it, else from the scene. */
@@ -234,8 +241,7 @@ static void write_rows(const struct texture_incoming *in, uint32_t count)
         glCopyImageSubData(from->texture.name, GL_TEXTURE_2D, (GLint)(in->level - from->top), 0, y,
                            0, in->texture.name, GL_TEXTURE_2D, to, 0, y, 0, width, height, 1);
     else if (in->is_packed)
-        glCompressedTextureSubImage2D(in->texture.name, to, 0, y, width, height,
-                                      GL_COMPRESSED_SRGB_S3TC_DXT1_EXT,
+        glCompressedTextureSubImage2D(in->texture.name, to, 0, y, width, height, blocks_format(t),
                                       (GLsizei)(count * rows.bytes),
                                       in->packed.blocks + levels_bytes(t, in->top, true) -
                                           levels_bytes(t, in->level, true) + in->row * rows.bytes);

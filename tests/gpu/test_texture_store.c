@@ -121,7 +121,7 @@ static void textures_that_change_form_keep_the_budget(void **state)
     skip_without_blocks();
     struct rig rig;
     open_rig(&rig, SIDE, SIDE, true);
-    uint64_t blocks = texture_blocks_bytes(SIDE, SIDE, 0);
+    uint64_t blocks = texture_blocks_bytes(SIDE, SIDE, 0, false);
     struct report_textures report = prepare(&rig, IMAGES - 2, IMAGES, 0, false);
     assert_int_equal(report.compressed_count, 0);
     assert_true(report.resident_bytes > BUDGET / 2);
@@ -154,6 +154,47 @@ static void frames_in_motion_read_no_level_that_blocks_stand_for(void **state)
         assert_true(texture_reader_ask(rig.pool->reader, texture_level_pixels(t, level),
                                        4ull * texture_level_side(SIDE, level) *
                                            texture_level_side(SIDE, level)));
+    close_rig(&rig);
+}
+
+/* What the device makes of the blocks, less what the image holds: mean square of 1. */
+static double mean_square_of(const struct rig *rig, const struct stored_texture *t)
+{
+    static uint8_t texels[4 * SIDE * SIDE];
+    const uint8_t *from = rig->pixels + rig->images[t->key / 2].offset_bytes;
+    uint32_t channels = t->has_alpha ? 4 : 3;
+    double squares = 0;
+    glGetTextureImage(t->full.texture.name, 0, GL_RGBA, GL_UNSIGNED_BYTE, sizeof texels, texels);
+    for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
+        for (uint32_t c = 0; c < channels; c++) {
+            double difference = ((double)texels[4 * i + c] - from[4 * i + c]) / 255;
+            squares += difference * difference;
+        }
+    return squares / (channels * (double)SIDE * SIDE);
+}
+
+/* Opaque and with alpha in turn: each in its blocks, with the error that is told. */
+static void images_with_alpha_take_blocks_with_alpha(void **state)
+{
+    (void)state;
+    skip_without_blocks();
+    struct rig rig;
+    open_rig(&rig, SIDE, SIDE, true);
+    for (int i = 0; i < IMAGES; i++)
+        texture_of(&rig, i)->has_alpha = i % 2;
+    struct report_textures report = prepare(&rig, 0, IMAGES, 0, false);
+    assert_int_equal(report.compressed_count, IMAGES);
+    assert_int_equal(report.level_bias, 1); /* for want of 0.06 MiB, of some */
+    for (int i = 0; i < IMAGES; i++) {
+        const struct stored_texture *t = texture_of(&rig, i);
+        assert_int_equal(t->full.texture.size_bytes,
+                         texture_blocks_bytes(SIDE, SIDE, t->full.top, i % 2));
+        if (t->full.top)
+            continue;
+        double found = mean_square_of(&rig, t);
+        assert_true(t->full.mean_square > 0.01 && found > 0.98 * t->full.mean_square &&
+                    found < 1.02 * t->full.mean_square);
+    }
     close_rig(&rig);
 }
 
@@ -200,7 +241,7 @@ static void a_plan_counts_what_is_granted(void **state)
     const struct texture_demand demand = {.store = rig.store};
     const struct texture_wish wish = {.demands = &demand, .count = 1};
     assert_true(texture_pool_plan(rig.pool, &wish, &report, &err));
-    assert_int_equal(report.resident_bytes, IMAGES * texture_blocks_bytes(SIDE, SIDE, 0));
+    assert_int_equal(report.resident_bytes, IMAGES * texture_blocks_bytes(SIDE, SIDE, 0, false));
     assert_int_equal(report.wanted_bytes, IMAGES * texture_levels_bytes(SIDE, SIDE, 0));
     assert_int_equal(report.coarse_count + report.level_bias, 0);
     close_rig(&rig);
@@ -282,6 +323,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(textures_that_change_form_keep_the_budget),
         cmocka_unit_test(frames_in_motion_read_no_level_that_blocks_stand_for),
+        cmocka_unit_test(images_with_alpha_take_blocks_with_alpha),
         cmocka_unit_test(colours_are_compressed_from_so_many_levels_on),
         cmocka_unit_test(a_plan_counts_what_is_granted),
         cmocka_unit_test(a_low_pace_is_learnt_anew_from_wide_rows),
