@@ -66,9 +66,8 @@ void image_warm_up(void);
 
 struct image_decode_desc {
     uint64_t max_pixels; /* refuse larger images before decoding; 0 means 64 Mi pixels */
-    bool keep_float; /* EXR/HDR stay F32 with their channels; otherwise everything becomes U8 RGBA
-                      */
-    bool keep_16_bits; /* PNG of 16 bits stays U16 with its 1 to 4 channels */
+    bool keep_float;     /* EXR/HDR stay F32 with their channels; else all becomes U8 RGBA */
+    bool keep_16_bits;   /* PNG of 16 bits stays U16 with its 1 to 4 channels */
 };
 
 /* Decodes PNG, JPEG and WebP to U8 RGBA (and EXR, HDR if keep_float) by magic bytes; every other
