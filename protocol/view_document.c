@@ -296,6 +296,28 @@ static bool check_override(const struct view_document *document, json_t *members
                        kind_name(kind), key);
 }
 
+/* Parts have names of their own, and hang on nodes of the scene or of other parts. Which nodes
+ * parts have, and circles, are known when the view is rendered. */
+static bool check_parts(json_t *members, const struct view_names *names, struct error *err)
+{
+    json_t *parts = json_object_get(members, "parts"), *part;
+    const char *name;
+    json_object_foreach(parts, name, part)
+    {
+        struct json_node root = json_root(members, err), of_parts = json_member(&root, "parts");
+        struct json_node member = json_member(&of_parts, name);
+        struct json_node parent = json_member(&member, "parent");
+        const char *above = json_string_value(parent.value);
+        if (view_names_has(names, VIEW_NAME_NODE, name))
+            return json_refuse(&member, ERROR_INVALID_REQUEST,
+                               "but a node of the scene has that name");
+        if (above && !view_names_may_have(names, VIEW_NAME_NODE, above) &&
+            !names_part(members, above))
+            return json_refuse(&parent, ERROR_NOT_FOUND, "but there is no such node or part");
+    }
+    return true;
+}
+
 static bool check_names(const struct view_document *document, json_t *members,
                         const struct view_names *names, struct error *err)
 {
@@ -306,6 +328,8 @@ static bool check_names(const struct view_document *document, json_t *members,
         json_string_value(json_object_get(json_object_get(members, "animation"), "name"));
     if (!names)
         return true;
+    if (!check_parts(members, names, err))
+        return false;
     if (node && !may_have(document, members, names, VIEW_NAME_NODE, node))
         return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%.200s'",
                             node);

@@ -77,3 +77,8 @@ bool view_names_may_have(const struct view_names *names, enum view_name_kind kin
     unsigned long long index = strtoull(name + 1, &end, 10);
     return !*end && index < set->count;
 }
+
+bool view_names_has(const struct view_names *names, enum view_name_kind kind, const char *name)
+{
+    return json_object_get(names->sets[kind].keys, name);
+}

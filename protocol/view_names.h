@@ -28,4 +28,7 @@ enum view_name_kind {
 bool view_names_may_have(const struct view_names *names, enum view_name_kind kind,
                          const char *name);
 
+/* True only when the scene certainly has something of that name. */
+bool view_names_has(const struct view_names *names, enum view_name_kind kind, const char *name);
+
 #endif

@@ -241,6 +241,10 @@ class Parts(support.unittest.TestCase):
             ({"x": {**pane, "transform": MOVED}}, 400, "/parts/x/transform"),
             ({f"p{i}": pane for i in range(257)}, 413, "/parts"),
             ([], 400, "/parts"),
+            ({"x": {**pane, "parent": "Roof"}}, 404, "/parts/x/parent"),
+            ({"x": {**pane, "parent": "y/Pane"}}, 404, "/parts/x/parent"),
+            ({"x": {**pane, "parent": "#99"}}, 404, "/parts/x/parent"),
+            ({"Floor": pane}, 400, "/parts/Floor"),
         ):
             problem = self.problem({"parts": parts}, status)
             self.assertEqual(pointer, problem["pointer"], problem)
@@ -250,11 +254,11 @@ class Parts(support.unittest.TestCase):
 
     def test_parts_that_do_not_fit_together_are_told_when_they_are_drawn(self):
         for parts, status, word in (
-            ({"x": {"scene": self.pane, "parent": "Roof"}}, 404, "Roof"),
+            ({"y": {"scene": self.pane},
+              "x": {"scene": self.pane, "parent": "y/Roof"}}, 404, "Roof"),
             ({"x": {"scene": self.pane, "parent": "x"}}, 404, "'x'"),
             ({"x": {"scene": self.pane, "parent": "y"},
               "y": {"scene": self.pane, "parent": "x/Pane"}}, 404, "'y'"),
-            ({"Floor": {"scene": self.pane}}, 400, "Floor"),
             ({f"p{i}": {"scene": self.pane, "parent": f"p{i - 1}" if i else None}
               for i in range(17)}, 413, "16"),
         ):
@@ -263,6 +267,14 @@ class Parts(support.unittest.TestCase):
             self.assertIn(word, problem["detail"])
             self.ask("PATCH", f"/{view}", {"parts": None})
             self.image(view)
+
+    def test_a_part_does_not_go_from_under_others(self):
+        view = self.make(parts={"y": {"scene": self.pane}, "x": {
+            "scene": self.pane, "parent": "y/Pane"}})
+        problem = self.problem({"parts": {"y": None}}, 404, view)
+        self.assertEqual("/parts/x/parent", problem["pointer"])
+        self.ask("PATCH", f"/{view}", {"parts": {"y": None, "x": {"parent": None}}})
+        self.image(view)
 
     def test_a_deleted_scene_is_named_until_its_part_goes(self):
         gone = self.daemon.push(scene([{**PANE, "name": "Gone"}], [0]))
