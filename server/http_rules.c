@@ -27,6 +27,8 @@ void http_head_add(struct http_head *head, const char *name, const char *value)
     } else if (strcasecmp(name, "Transfer-Encoding") == 0) {
         head->encoding_count++;
         head->encoding = text;
+    } else if (strcasecmp(name, "Content-Encoding") == 0) {
+        head->has_coded_body |= *text && strcasecmp(text, "identity") != 0;
     } else if (strcasecmp(name, "Upgrade") == 0) {
         head->is_change = true;
     } else if (strcasecmp(name, "Origin") == 0) {
@@ -58,6 +60,9 @@ static bool check_framing(const struct http_head *head, struct error *err)
         return error_set(err, ERROR_INVALID_REQUEST,
                          "Transfer-Encoding '%.40s' is not understood, only chunked",
                          head->encoding);
+    if (head->has_coded_body)
+        return error_set(err, ERROR_UNSUPPORTED_MEDIA_TYPE,
+                         "bodies are taken as they are, without any Content-Encoding");
     size_t digits = head->length ? strspn(head->length, "0123456789") : 1;
     if (digits == 0 || digits > 18 || (head->length && head->length[digits]))
         return error_set(err, ERROR_INVALID_REQUEST, "Content-Length '%.40s' is not a length",

@@ -14,6 +14,7 @@ struct http_head {
     int host_count, length_count, encoding_count, field_count;
     const char *host, *length, *encoding, *origin, *fetch_site;
     bool has_bad_field; /* a control character in a value */
+    bool has_coded_body;
     bool is_http_1_0;
     bool is_change; /* the method changes state: POST, PUT, PATCH, DELETE; or the protocol changes,
                        to one in which pages may change state */

@@ -16,7 +16,10 @@
 
 #include "server/clock.h"
 
-enum { TICK_MS = 250 };
+enum {
+    TICK_MS = 250,
+    REST_MS = 1000, /* after a reply, until who has left is looked for: several ticks */
+};
 
 enum phase { PHASE_HEAD, PHASE_BODY, PHASE_WAIT, PHASE_REPLY, PHASE_SHUT };
 
@@ -81,16 +84,20 @@ static bool has_overstayed(const struct http_watch *watch, const struct http_wat
     return now - watched->since_ms > watched->allowance_ms + earned_ms;
 }
 
-/* True when the client has left in the middle of its body. libmicrohttpd 0.9.75 sleeps through
- * that: its edge-triggered epoll reports data and hang-up once, and a short read is taken for the
- * end of what there is. */
-static bool has_left(struct http_watched *watched)
+/* True when the client has left in the middle of its body, or for good after a reply. libmicrohttpd
+ * 0.9.75 sleeps through that: its edge-triggered epoll reports data and hang-up once, and a short
+ * read is taken for the end of what there is. A hang-up that comes by itself it sees, so one look
+ * a while after a reply is enough. */
+static bool has_left(struct http_watched *watched, int64_t now)
 {
+    int64_t age_ms = now - watched->since_ms;
+    bool can_leave = watched->phase == PHASE_BODY ||
+                     (watched->phase == PHASE_HEAD && age_ms >= REST_MS && age_ms < 2 * REST_MS);
     bool is_still = watched->bytes == watched->bytes_before;
     watched->bytes_before = watched->bytes;
     struct pollfd hangup = {.fd = watched->fd, .events = POLLRDHUP};
     int unread = 0;
-    return watched->phase == PHASE_BODY && is_still && poll(&hangup, 1, 0) > 0 &&
+    return can_leave && is_still && poll(&hangup, 1, 0) > 0 &&
            ioctl(watched->fd, FIONREAD, &unread) == 0 && unread == 0;
 }
 
@@ -109,7 +116,7 @@ static void look_around(struct http_watch *watch, struct poll_set *set)
             set->serials[set->count] = watched->serial;
             set->fds[set->count++] = (struct pollfd){.fd = watched->fd, .events = POLLRDHUP};
         } else if (watched->phase != PHASE_WAIT && watched->phase != PHASE_SHUT &&
-                   (has_overstayed(watch, watched, now) || has_left(watched))) {
+                   (has_overstayed(watch, watched, now) || has_left(watched, now))) {
             watched->phase = PHASE_SHUT;
             shutdown(watched->fd, SHUT_RDWR);
         }

@@ -38,6 +38,13 @@ class Framing(support.ServiceTest):
             )
             self.assertIn(b"application/problem+json", answer)
 
+    def test_coded_bodies_are_not_taken(self):
+        kind = b"Content-Type: application/json\r\nContent-Length: 2\r\n"
+        for coding, status in ((b"gzip", 415), (b"br, gzip", 415), (b"identity", 400)):
+            text = (b"POST /v1/renders HTTP/1.1\r\n" + HEAD + kind + b"Content-Encoding: " + coding
+                    + b"\r\n\r\n{}")
+            self.assertEqual([status], statuses(self.ask(text, 1)), coding)
+
     def test_content_length_with_transfer_encoding_is_refused(self):
         for order in (
             b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n",
@@ -252,6 +259,17 @@ class Clients(support.ServiceTest):
     def test_a_half_closed_request_is_answered_when_nothing_has_to_be_waited_for(self):
         answer = talk(self.daemon.port, b"GET /healthz HTTP/1.1\r\n" + HEAD + b"\r\n", 5, shut=True)
         self.assertEqual([200], statuses(answer))
+
+    def test_who_says_at_once_that_nothing_follows_holds_no_connection(self):
+        before = self.daemon.stats()["http"]["connections"]
+        request = f"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1:{self.daemon.port}\r\n\r\n"
+        for _ in range(40):
+            with socket.create_connection(("127.0.0.1", self.daemon.port), timeout=10) as peer:
+                peer.sendall(request.encode())
+                peer.shutdown(socket.SHUT_WR)
+                self.assertIn(b"200 OK", peer.recv(4096))
+        support.wait_until(lambda: self.daemon.stats()["http"]["connections"] <= before + 1,
+                           "they are closed long before idle ones are", timeout_s=10)
 
     def test_a_reset_connection_harms_no_one(self):
         for _ in range(20):
