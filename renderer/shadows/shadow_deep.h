@@ -34,7 +34,7 @@ struct shadow_builder { /* what the list builders share */
     struct gl_buffer sums, statistics; /* of a scan */
     /* of a sort; freed after it */
     struct gl_buffer texels, scratch, scratch_objects, scratch_media;
-    uint64_t first_elements; /* linked: first guess per light; 0 means 4 per texel */
+    uint64_t first_elements; /* linked: first guess per light; 0 means one of its own */
     bool scans_on_host;      /* deep: scan counts in C, where the device is our own cores */
 };
 

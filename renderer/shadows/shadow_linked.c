@@ -43,9 +43,29 @@ static bool is_pending(const struct shadow_build *build)
     return build->map->kind == SHADOW_LINKED && !build->is_done;
 }
 
+/* What the light had before, and an eighth; else so many a texel as hold whole scenes, which as
+ * published have their opaque casters among them. */
 static uint64_t first_guess(const struct shadow_builder *builder, const struct shadow_map *map)
 {
-    return builder->first_elements ? builder->first_elements : 4 * shadow_map_texels(map);
+    if (builder->first_elements)
+        return builder->first_elements;
+    return map->expected_nodes ? map->expected_nodes + map->expected_nodes / 8
+                               : (map->is_faithful ? 3 : 1) * shadow_map_texels(map);
+}
+
+/* Less where the guess has no room: what is missing is known once the lists are filled. */
+static bool take_guess(struct shadow_store *store, uint64_t elements, struct shadow_map *map,
+                       struct error *err)
+{
+    const uint64_t least = 4096;
+    struct error failure = {0};
+    bool ok = false;
+    do {
+        failure = (struct error){0};
+        ok = shadow_store_take(store, SHADOW_POOL_NODES, elements, &map->nodes, &failure);
+        elements /= 4;
+    } while (!ok && failure.code == ERROR_OVER_BUDGET && elements >= least);
+    return ok || error_set(err, failure.code, "%s", failure.message);
 }
 
 static bool take_memory(const struct linked_job *job, struct error *err)
@@ -58,7 +78,7 @@ static bool take_memory(const struct linked_job *job, struct error *err)
         uint64_t texels = shadow_map_texels(map);
         uint64_t elements = first_guess(builder, map);
         if (!shadow_store_take(builder->store, SHADOW_POOL_HEADS, texels, &map->heads, err) ||
-            !shadow_store_take(builder->store, SHADOW_POOL_NODES, elements, &map->nodes, err))
+            !take_guess(builder->store, elements, map, err))
             return false;
     }
     struct gl_buffer_desc statistics = {.label = "shadow.linked.statistics",

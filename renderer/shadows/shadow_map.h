@@ -43,7 +43,9 @@ struct shadow_map {
     double sigma[3]; /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
     struct shadow_around around[SHADOW_AROUND_MAX]; /* until it is built */
     uint32_t around_count;
-    float keys_per_m; /* SHADOW_DEEP: shadow_key.glsl */
+    float keys_per_m;        /* SHADOW_DEEP: shadow_key.glsl */
+    uint32_t light;          /* of the state that it was first made for */
+    uint64_t expected_nodes; /* SHADOW_LINKED: those that a map of the same light had; 0: none */
     uint64_t event_count, longest_list, occupied_texels;
     uint64_t last_frame; /* number of the last frame that used it */
     uint64_t progress;   /* shadow_progress: number of the one that it was built for; 0: none */

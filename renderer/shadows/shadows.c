@@ -161,6 +161,21 @@ static struct shadow_map *find_map(const struct shadow_system *shadows, struct c
     return NULL;
 }
 
+/* Of the map that the light had last, at this size: for one that takes its place. */
+static uint64_t nodes_before(const struct shadow_system *shadows, const struct shadow_map *map)
+{
+    const struct shadow_map *last = NULL;
+    for (size_t i = 0; i < shadows->map_count; i++) {
+        const struct shadow_map *other = shadows->maps[i];
+        if (other->kind == SHADOW_LINKED && other->is_faithful == map->is_faithful &&
+            other->light == map->light && content_key_equals(other->scene, map->scene) &&
+            shadow_map_texels(other) == shadow_map_texels(map) &&
+            (!last || other->last_frame >= last->last_frame))
+            last = other;
+    }
+    return last ? last->nodes.count : 0;
+}
+
 static struct shadow_map *add_map(struct shadow_system *shadows, const struct shadow_map *desc,
                                   struct error *err)
 {
@@ -216,6 +231,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     const struct shadow_need *need = &desc->needs->lights[light];
     const struct shadow_casters *casters = &need->casters;
     struct shadow_map map = {.resolution = shadows->resolution,
+                             .light = light,
                              .last_frame = shadows->frame,
                              .progress = desc->progress ? desc->progress->number : 0,
                              .scene = shadow_key_of_scene(desc->scene_key)};
@@ -229,6 +245,8 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     struct shadow_map *standing = find_map(shadows, map.key);
     if (!standing) {
         shadow_media_at(state, casters, &map);
+        if (map.kind == SHADOW_LINKED)
+            map.expected_nodes = nodes_before(shadows, &map);
         standing = add_map(shadows, &map, err);
         if (!standing)
             return false;

@@ -17,8 +17,8 @@ struct shadow_system_desc {
     struct gpu_timeline *timeline;  /* required */
     const struct gl_limits *limits; /* required */
     uint64_t budget_bytes;          /* of all shadow structures; 0 means 2 GiB */
-    uint64_t first_linked_elements; /* deep-linked: room per light to begin with; 0 means 4 per
-                                       texel */
+    uint64_t first_linked_elements; /* deep-linked: room per light to begin with; 0 means what
+                                       the light's map had before, or 1 to 3 per texel */
     bool scans_on_device; /* deep: scan by shader even where the device is our own cores */
 };
 

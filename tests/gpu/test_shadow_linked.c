@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "renderer/shadows/shadow_map.h"
 #include "tests/support/shadow_rig.h"
 
 static struct shadow_rig rig;
@@ -234,6 +235,34 @@ static void a_pool_of_one_element_grows_until_the_lists_are_the_same(void **stat
     pane_scene_finish(&panes);
 }
 
+/* A light that moves takes the room that its map had, not a guess; and where a guess has none, the
+ * lists tell how much they need. */
+static void the_room_of_lists_follows_what_they_had(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0};
+    struct error err = {0};
+    struct view_light lamp = lamps[0];
+    const struct view_quality quality = {.shadows = VIEW_SHADOWS_DEEP_LINKED,
+                                         .shadow_resolution = 256};
+    add_panes(&panes, 6, 8);
+    shadow_rig_close(&rig);
+    assert_true(shadow_rig_open(&rig, 0, 0));
+    assert_true(shadow_rig_prepare(&rig, &panes, &lamp, 1, no_eye, &quality, &err));
+    assert_int_equal(shadow_system_map(rig.shadows, 0)->expected_nodes, 0);
+    uint64_t nodes = shadow_system_map(rig.shadows, 0)->nodes.count;
+    assert_in_range(nodes, 1000, 65536 - 1);
+    lamp.direction[0] += 0.01;
+    assert_true(shadow_rig_prepare(&rig, &panes, &lamp, 1, no_eye, &quality, &err));
+    assert_int_equal(shadow_system_map(rig.shadows, 0)->expected_nodes, nodes);
+    shadow_rig_close(&rig);
+    /* depths, heads and the target take 768 KiB, a guess of one a texel 1 MiB */
+    assert_true(shadow_rig_open(&rig, (768 << 10) + 16 * 2 * nodes, 0));
+    if (!shadow_rig_prepare(&rig, &panes, &lamp, 1, no_eye, &quality, &err))
+        fail_msg("%s", err.message);
+    pane_scene_finish(&panes);
+}
+
 int main(void)
 {
     if (!shadow_rig_open(&rig, 0, 0))
@@ -245,6 +274,7 @@ int main(void)
         cmocka_unit_test(an_opaque_caster_in_front_ends_a_faithful_list),
         cmocka_unit_test(exclusions_hold_in_linked_lists),
         cmocka_unit_test(a_pool_of_one_element_grows_until_the_lists_are_the_same),
+        cmocka_unit_test(the_room_of_lists_follows_what_they_had),
     };
     int failures = cmocka_run_group_tests(tests, NULL, NULL);
     shadow_rig_close(&rig);
