@@ -127,14 +127,14 @@ class Views(ClientTest):
 
     def test_parts_and_times_are_put_and_taken_back(self):
         scene = self.view.scene
-        self.view.put_part("lid", scene, parent="python")
+        self.view.put_part("lid", scene, parent="viewed")
         self.view.put_part("base", scene, visible=False)
         self.view.set_time(1.5)
         members = self.view.get()["view"]
         self.assertEqual({"name": None, "time_s": 1.5}, members["animation"])
         self.assertEqual((None, False), (members["parts"]["base"]["parent"],
                                          members["parts"]["base"]["visible"]))
-        self.assertEqual("python", members["parts"]["lid"]["parent"])
+        self.assertEqual("viewed", members["parts"]["lid"]["parent"])
         self.view.put_part("lid", scene, matrix=[2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1])
         self.assertEqual(2, self.view.get()["view"]["parts"]["lid"]["matrix"][5])
         self.assertIsNone(self.view.get()["view"]["parts"]["lid"]["parent"])
