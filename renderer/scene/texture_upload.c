@@ -91,7 +91,10 @@ bool texture_pace_is_told(const struct texture_pace *pace, uint64_t bytes, uint6
 void texture_note_pace(struct texture_pace *pace, double upload_ms, uint64_t bytes, double ms)
 {
     double found = (double)bytes / fmax(ms, 1e-3);
-    pace->bytes_per_ms += PACE_SHARE * (found - pace->bytes_per_ms);
+    if (ms > upload_ms && found < pace->bytes_per_ms) /* too long: at once, but by half at most */
+        pace->bytes_per_ms = fmax(found, pace->bytes_per_ms / 2);
+    else
+        pace->bytes_per_ms += PACE_SHARE * (found - pace->bytes_per_ms);
     set_chunk(pace, upload_ms);
 }
 

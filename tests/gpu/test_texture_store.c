@@ -277,6 +277,26 @@ static void begin_incoming(struct rig *rig, int image)
     assert_ptr_equal(rig->pool->incoming.of, texture_of(rig, image));
 }
 
+/* Frames of 4 ms on a device that takes 256 kB a ms, and of a sudden a sixteenth of it. */
+static void a_frame_that_took_too_long_halves_the_next_calls(void **state)
+{
+    (void)state;
+    struct texture_pace pace = {.bytes_per_ms = 256e3};
+    texture_note_pace(&pace, 4, 1000000, 3.9);
+    uint64_t chunk = pace.chunk_bytes, slow = 0;
+    assert_in_range(chunk, 256000, 260000);
+    for (double ms = 64; ms > 4.1; slow++) {
+        double before = pace.bytes_per_ms;
+        ms = 4 * before / 16e3;
+        texture_note_pace(&pace, 4, (uint64_t)(4 * before), ms);
+        if (ms > 8)
+            assert_true(pace.bytes_per_ms < 0.51 * before);
+        assert_true(slow < 8);
+    }
+    texture_note_pace(&pace, 4, 64000, 0.25); /* fast again: not all at once */
+    assert_true(pace.bytes_per_ms > 60e3 && pace.bytes_per_ms < 100e3);
+}
+
 static void a_frame_at_rest_leaves_the_uploads_of_one_in_motion(void **state)
 {
     (void)state;
@@ -327,6 +347,7 @@ int main(void)
         cmocka_unit_test(colours_are_compressed_from_so_many_levels_on),
         cmocka_unit_test(a_plan_counts_what_is_granted),
         cmocka_unit_test(a_low_pace_is_learnt_anew_from_wide_rows),
+        cmocka_unit_test(a_frame_that_took_too_long_halves_the_next_calls),
         cmocka_unit_test(a_frame_at_rest_leaves_the_uploads_of_one_in_motion),
         cmocka_unit_test(uploads_of_a_frame_in_motion_give_way_to_the_budget),
     };
