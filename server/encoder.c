@@ -5,11 +5,12 @@
 
 #include <pthread.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 
 #include "server/clock.h"
 #include "server/frame_image.h"
 
-enum { THREADS_MAX = 8 };
+enum { THREADS_MAX = 8, LIBRARY_NICE = 10 };
 
 struct encoder {
     struct encoder_desc desc;
@@ -17,9 +18,10 @@ struct encoder {
     pthread_cond_t has_work;
     struct encode_task *first, **last;
     bool is_stopping;
-    bool wants_library; /* of the formats that need one, before someone asks for them */
     pthread_t threads[THREADS_MAX];
     int thread_count;
+    pthread_t library_thread; /* loads that of formats which need one, before someone asks */
+    bool has_library_thread;
 };
 
 void encode_task_destroy(struct encode_task *task)
@@ -48,16 +50,13 @@ static bool encode(struct encode_task *task, struct error *err)
     return is_good;
 }
 
-/* NULL at the end, or where there is nothing to encode and the library is wanted. */
-static struct encode_task *take_task(struct encoder *encoder, bool *wants_library)
+/* NULL at the end. */
+static struct encode_task *take_task(struct encoder *encoder)
 {
     pthread_mutex_lock(&encoder->mutex);
-    while (!encoder->first && !encoder->is_stopping && !encoder->wants_library)
+    while (!encoder->first && !encoder->is_stopping)
         pthread_cond_wait(&encoder->has_work, &encoder->mutex);
     struct encode_task *task = encoder->first;
-    *wants_library = !task && encoder->wants_library && !encoder->is_stopping;
-    if (*wants_library)
-        encoder->wants_library = false;
     if (task) {
         encoder->first = task->next;
         if (!encoder->first)
@@ -70,19 +69,22 @@ static struct encode_task *take_task(struct encoder *encoder, bool *wants_librar
 static void *encoder_run(void *argument)
 {
     struct encoder *encoder = argument;
-    bool wants_library = false;
-    struct encode_task *task;
-    while ((task = take_task(encoder, &wants_library)) || wants_library) {
+    for (struct encode_task *task; (task = take_task(encoder));) {
         struct error problem = {0};
-        if (!task) {
-            image_warm_up();
-            continue;
-        }
         if (!encode(task, &problem))
             error_wrap(&problem, "encoding");
         encoder->desc.done(encoder->desc.context, task, &problem);
         encode_task_destroy(task);
     }
+    return NULL;
+}
+
+/* Beside work that someone waits for. */
+static void *library_run(void *unused)
+{
+    (void)unused;
+    setpriority(PRIO_PROCESS, 0, LIBRARY_NICE); /* of this thread, on Linux */
+    image_warm_up();
     return NULL;
 }
 
@@ -119,6 +121,8 @@ void encoder_destroy(struct encoder *encoder)
     pthread_mutex_unlock(&encoder->mutex);
     for (int i = 0; i < encoder->thread_count; i++)
         pthread_join(encoder->threads[i], NULL);
+    if (encoder->has_library_thread)
+        pthread_join(encoder->library_thread, NULL);
     pthread_cond_destroy(&encoder->has_work);
     pthread_mutex_destroy(&encoder->mutex);
     free(encoder);
@@ -136,8 +140,7 @@ void encoder_submit(struct encoder *encoder, struct encode_task *task)
 
 void encoder_warm_up(struct encoder *encoder)
 {
-    pthread_mutex_lock(&encoder->mutex);
-    encoder->wants_library = true;
-    pthread_cond_signal(&encoder->has_work);
-    pthread_mutex_unlock(&encoder->mutex);
+    if (!encoder->has_library_thread)
+        encoder->has_library_thread =
+            pthread_create(&encoder->library_thread, NULL, library_run, NULL) == 0;
 }

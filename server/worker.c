@@ -307,6 +307,21 @@ static bool has_letters(void *context)
     return inbox_has_letters(worker->inbox);
 }
 
+/* The libraries of other formats last: the next image is a PNG most likely. */
+static json_t *warm_up(struct worker *worker, const struct render_request *request,
+                       const json_t *question, struct error *err)
+{
+    json_t *answer = warm_up_step(&(struct warm_up_step_desc){.renderer = worker->renderer,
+                                                              .request = request,
+                                                              .question = question,
+                                                              .shall_stop = has_letters,
+                                                              .context = worker},
+                                  err);
+    if (answer && !json_object_get(answer, "left"))
+        encoder_warm_up(worker->encoder);
+    return answer;
+}
+
 /* The answer to a question, or NULL. */
 static json_t *answer(struct worker *worker, const struct ipc_message *message,
                       const struct render_request *request, int *fd, struct error *err)
@@ -318,15 +333,8 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                                                     .request = request,
                                                     .question = question},
                              fd, err);
-    if (warm_up_is_step(question)) {
-        encoder_warm_up(worker->encoder);
-        return warm_up_step(&(struct warm_up_step_desc){.renderer = worker->renderer,
-                                                        .request = request,
-                                                        .question = question,
-                                                        .shall_stop = has_letters,
-                                                        .context = worker},
-                            err);
-    }
+    if (warm_up_is_step(question))
+        return warm_up(worker, request, question, err);
     if (pick_is_step(question))
         return pick_step(&(struct pick_step_desc){.renderer = worker->renderer,
                                                   .request = request,
