@@ -15,7 +15,9 @@
 #include "server/ipc.h"
 #include "server/view_mapping.h"
 
-enum { IMAGE_QUALITY_PERCENT = 92 };
+enum { IMAGE_QUALITY_PERCENT = 92, TIME_TRIES = 4 };
+
+#define TIME_AGAIN_MS 10000. /* of paused frames: what a step may take is six times that */
 
 /* Renders the request; the caller finishes the frame. */
 static bool render(const struct measure_desc *desc, int first_row, int row_count,
@@ -263,18 +265,38 @@ static bool settle(const struct measure_desc *desc, struct error *err)
     return is_good;
 }
 
-static json_t *measure_time(const struct measure_desc *desc, struct error *err)
+/* A cold and a warm frame. *is_paused: others went before the rest of one, and left what they need
+ * in the caches. */
+static bool time_frames(const struct measure_desc *desc, double ms[2], bool *is_paused,
+                        struct error *err)
 {
     struct frame frame;
-    double ms[2];
-    if (!settle(desc, err))
-        return NULL;
+    *is_paused = false;
     renderer_drop_structures(desc->renderer, desc->request->scene);
     for (int i = 0; i < 2; i++) {
         if (!render(desc, 0, 0, &frame, err))
-            return NULL;
+            return false;
         ms[i] = frame.report.total_ms;
+        *is_paused |= frame.report.paused_ms > 0;
         frame_finish(&frame);
+    }
+    return true;
+}
+
+/* What was paused is measured again; the last time, and soon where frames take long, in one piece.
+ */
+static json_t *measure_time(const struct measure_desc *desc, struct error *err)
+{
+    double ms[2], spent_ms = 0;
+    bool is_paused = true;
+    if (!settle(desc, err))
+        return NULL;
+    for (int tries = 1; is_paused && tries <= TIME_TRIES; tries++) {
+        if (tries == TIME_TRIES || spent_ms > TIME_AGAIN_MS)
+            renderer_set_interlude(desc->renderer, NULL);
+        if (!time_frames(desc, ms, &is_paused, err))
+            return NULL;
+        spent_ms += ms[0] + ms[1];
     }
     return pack_or_fail(json_pack("{s:f,s:f}", "cold_ms", ms[0], "warm_ms", ms[1]), err);
 }

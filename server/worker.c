@@ -243,16 +243,20 @@ static bool is_urgent(const struct ipc_message *message)
     return json_is_true(json_object_get(message->json, "urgent"));
 }
 
-/* Renders that are not urgent are pausable; urgent ones are made in one piece. */
-static void begin_render(struct worker *worker, const struct ipc_message *message, uint64_t id)
+static void take_interludes(struct worker *worker, uint64_t id)
 {
-    send_progress(worker, "begin", id);
-    if (worker->is_paused || is_urgent(message))
-        return;
     worker->current = id;
     worker->slice_until_us = now_us() + SLICE_US;
     inbox_set_current(worker->inbox, id);
     renderer_set_interlude(worker->renderer, &worker->interlude);
+}
+
+/* Renders that are not urgent are pausable; urgent ones are made in one piece. */
+static void begin_render(struct worker *worker, const struct ipc_message *message, uint64_t id)
+{
+    send_progress(worker, "begin", id);
+    if (!worker->is_paused && !is_urgent(message))
+        take_interludes(worker, id);
 }
 
 static void end_render(struct worker *worker)
@@ -322,6 +326,22 @@ static json_t *warm_up(struct worker *worker, const struct render_request *reque
     return answer;
 }
 
+/* A step of a trade-off makes way as a render does. */
+static json_t *measure(struct worker *worker, const struct ipc_message *message,
+                       const struct render_request *request, int *fd, struct error *err)
+{
+    if (!worker->is_paused)
+        take_interludes(worker, (uint64_t)json_integer_value(json_object_get(message->json, "id")));
+    json_t *result =
+        measure_step(&(struct measure_desc){.renderer = worker->renderer,
+                                            .request = request,
+                                            .step = json_object_get(message->json, "question"),
+                                            .reference_fd = reference_of(message)},
+                     fd, err);
+    end_render(worker);
+    return result;
+}
+
 /* The answer to a question, or NULL. */
 static json_t *answer(struct worker *worker, const struct ipc_message *message,
                       const struct render_request *request, int *fd, struct error *err)
@@ -340,11 +360,7 @@ static json_t *answer(struct worker *worker, const struct ipc_message *message,
                                                   .request = request,
                                                   .step = question},
                          fd, err);
-    return measure_step(&(struct measure_desc){.renderer = worker->renderer,
-                                               .request = request,
-                                               .step = question,
-                                               .reference_fd = reference_of(message)},
-                        fd, err);
+    return measure(worker, message, request, fd, err);
 }
 
 /* False when the context is lost and the worker must end. */
@@ -364,7 +380,9 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
     render_request_finish(&request);
     send_totals(worker);
     bool is_lost = problem.code == ERROR_NO_DEVICE;
-    if (result)
+    if (worker->is_lost) /* by one that went before the rest of it, which has told */
+        json_decref(result);
+    else if (result)
         send_message(
             worker,
             json_pack("{s:s,s:I,s:o}", "op", "answer", "id", (json_int_t)id, "result", result), &fd,
@@ -373,7 +391,7 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
         send_error(worker, is_lost ? "lost" : "error", id, &problem);
     if (fd >= 0)
         close(fd);
-    return !is_lost;
+    return !is_lost && !worker->is_lost;
 }
 
 static int encode_threads(void)

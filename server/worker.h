@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The worker role: one GL context, the scenes on it, and an encode pool. A render that is not
- * urgent is paused for those that are: they get two thirds of the time, it gets one. Thread: main
- * of its own process is the GL thread. */
+ * urgent is paused for those that are, as is a step of a trade-off: they get two thirds of the
+ * time, it gets one. Thread: main of its own process is the GL thread. */
 #ifndef VITRAIL_SERVER_WORKER_H
 #define VITRAIL_SERVER_WORKER_H
 

@@ -61,6 +61,25 @@ class Sharing(support.ServiceTest):
         self.assertEqual(200, reply.status)
         self.assertGreaterEqual(self.timing(reply)["paused"], 3)
 
+    def test_a_moving_view_does_not_wait_for_a_step_of_a_trade_off(self):
+        scene = self.daemon.push(support.glb(support.triangle_document("fake:slow=600"),
+                                             support.TRIANGLE))
+        with WebSocket(self.daemon.port, f"/v1/views/{self.view(self.light)}/socket") as client:
+            client.until_type("frame")
+            path = self.daemon.request("POST", "/v1/tradeoffs", {
+                "scene": scene, "width": 8, "height": 1, "quality": {"shadows": "none"},
+                "tradeoff": {"max_settings": 1, "repeats": 1}}).header("Location")
+            wait_until(lambda: self.daemon.request("GET", path).json()["state"] == "running",
+                       "it is measured")
+            times = []
+            while self.daemon.request("GET", path).json()["state"] == "running":
+                times.append(self.move(client, len(times) + 1))
+            document = self.daemon.request("GET", path).json()
+        self.assertEqual(("done", False), (document["state"], document["partial"]))
+        self.assertEqual(1, len(document["settings"][0]["warm_ms"]["runs"]))
+        self.assertGreater(len(times), 20)
+        self.assertLess(sorted(times)[len(times) // 2], 200)
+
     def test_views_that_move_without_end_do_not_starve_a_render(self):
         is_over = threading.Event()
 
