@@ -73,7 +73,7 @@ static void texts_that_are_no_request(void **state)
         {BODY("\"width\":NaN"), INVALID, "", "not valid JSON"},
         {BODY("\"width\":Infinity"), INVALID, "", "not valid JSON"},
         {BODY("\"exposure_ev\":1e999"), INVALID, "", "a number is too large"},
-        {BODY("\"width\":99999999999999999999"), INVALID, "", "too big"},
+        {BODY("\"width\":99999999999999999999"), INVALID, "", "a number is too large"},
         {BODY("\"width\":0x40"), INVALID, "", "not valid JSON"},
         {BODY("\"width\":064"), INVALID, "", "not valid JSON"},
         {BODY("'width':64"), INVALID, "", "not valid JSON"},
