@@ -118,7 +118,9 @@ class Scene:
         for wish, asked, frame in frames:
             chosen = frame["chosen"]
             fixed = {key: chosen[key] for key in SETTING}
-            assert frame["error"]["source"] == "measured", frame
+            is_more = chosen["shadows"] == "raytraced" and chosen["samples"] > 4
+            expected = "estimated" if wish == "budget_ms" and is_more else "measured"
+            assert frame["error"]["source"] == expected, frame
             got = self.measure_again(fixed, wish)
             if got > asked and wish == "budget_ms":
                 # once more: other work on the machine is no broken promise
@@ -127,8 +129,12 @@ class Scene:
 
     def measure_again(self, fixed, wish):
         """The error, or the median of the times, of one setting."""
+        if fixed["samples"] == 256:  # of a reference, but not below one
+            frames = [self.choose(**{k: v for k, v in fixed.items() if v}) for _ in range(3)]
+            return median([sum(p["ms"] for p in frame["plan"]) for frame in frames])
         path, measured = self.measure(
-            {key: value for key, value in fixed.items() if value}, repeats=3, time_budget_s=600
+            {key: value for key, value in fixed.items() if value}, repeats=3, time_budget_s=600,
+            reference_samples=256 if fixed["samples"] > 4 else 16,
         )
         self.daemon.request("DELETE", path + "?forget=true")
         measured = [one for one in measured if all(one[k] == fixed[k] for k in SETTING)]
