@@ -2,6 +2,7 @@
 /* Tags are SHA-256 over the parts, each with its NUL, so that parts cannot run together. */
 #include "server/image_tag.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -18,10 +19,13 @@ bool image_tag_make(struct supervisor *supervisor, const char *build_id, const c
     snprintf(automatic, sizeof automatic, "%s %.17g %.17g %.17g %.17g %.17g",
              device.automatic.policy, device.automatic.frame_ms, device.automatic.shade,
              device.automatic.maps, device.automatic.trace, device.automatic.build);
-    char blocks[32]; /* what decides about compressed textures */
-    snprintf(blocks, sizeof blocks, "%d", device.blocks.from_levels);
+    const struct supervisor_budgets budgets = supervisor_get_budgets(supervisor);
+    char memory[96]; /* what decides about levels of textures, compressed ones and compressed lists
+                      */
+    snprintf(memory, sizeof memory, "%d %" PRIu64 " %" PRIu64, device.blocks.from_levels,
+             budgets.gpu, budgets.textures);
     const char *parts[] = {canonical,      build_id,  device.vendor, device.renderer,
-                           device.version, automatic, blocks};
+                           device.version, automatic, memory};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         digest_write(digest, parts[i], strlen(parts[i]) + 1);
     tag[0] = '"';

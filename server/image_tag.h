@@ -13,8 +13,8 @@
 enum { IMAGE_TAG_BYTES = DIGEST_TEXT_BYTES + 2 };
 
 /* The strong tag, with its quotes, of everything that decides pixels: the canonical request, which
- * names the scene, the program and the device. False while no device is known; then the tag still
- * tells requests apart. */
+ * names the scene, the program, the device and the budgets of its memory. False while no device is
+ * known; then the tag still tells requests apart. */
 bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *canonical,
                     char tag[IMAGE_TAG_BYTES]);
 

@@ -247,6 +247,12 @@ bool supervisor_get_device(struct supervisor *supervisor, struct device_capabili
     return has_device;
 }
 
+struct supervisor_budgets supervisor_get_budgets(const struct supervisor *supervisor)
+{
+    const struct config *config = supervisor->desc.config;
+    return (struct supervisor_budgets){config->gpu_budget_bytes, config->texture_budget_bytes};
+}
+
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
 {
     pthread_mutex_lock(&supervisor->mutex);

@@ -59,6 +59,13 @@ MUST_CHECK bool supervisor_is_ready(struct supervisor *supervisor, struct error 
 /* False while no worker has ever been ready. */
 bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device);
 
+/* Of the device's memory as configured, 0 for the defaults [bytes]. Beyond them pictures may have
+ * coarser textures or compressed shadows, where these were asked for. */
+struct supervisor_budgets {
+    uint64_t gpu, textures;
+};
+struct supervisor_budgets supervisor_get_budgets(const struct supervisor *supervisor);
+
 /* What warm-ups did (server/warm_up.h), since the start. */
 struct warm_up_totals {
     uint64_t done, dropped, interrupted; /* scenes; interrupted: times that one gave way */

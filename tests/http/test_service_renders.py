@@ -200,6 +200,20 @@ class Renders(support.ServiceTest):
             other = self.daemon.render(members.pop("scene"), **members)
             self.assertNotEqual(tag, other.header("ETag"), change)
 
+    def test_the_tag_knows_the_budgets(self):
+        tags = []
+        for flags in (
+            (),
+            (),
+            ("--gpu-budget-bytes", "64M"),
+            ("--texture-budget-bytes", "64M"),
+        ):
+            with support.Daemon(*flags) as daemon:
+                daemon.wait_ready()
+                tags.append(daemon.render(daemon.push(triangle())).header("ETag"))
+        self.assertEqual(tags[0], tags[1])
+        self.assertEqual(3, len(set(tags)))
+
     def test_a_known_tag_is_answered_304_without_rendering(self):
         tag = self.daemon.render(self.scene, width=19).header("ETag")
         before = self.daemon.stats()["renders"]["rendered"]
