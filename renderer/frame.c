@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <stdio.h>
 
+#include "renderer/frame_budget.h"
 #include "renderer/frame_flight.h"
 #include "renderer/frame_pause.h"
 #include "renderer/frame_programs.h"
@@ -119,8 +120,11 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
                                    &opened->is_state_kept, err);
     if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
         return false;
+    frame_budget_share(renderer, opened->scene);
     const struct frame_plan_desc desc = plan_desc_of(renderer, opened);
-    opened->plan = plan_cache_get(&renderer->plans, view_plan_key(key, &opened->view), &desc, err);
+    struct content_key plan_key = view_plan_key(key, &opened->view);
+    content_key_add_word(&plan_key, desc.shadow_budget_bytes);
+    opened->plan = plan_cache_get(&renderer->plans, plan_key, &desc, err);
     return opened->plan;
 }
 
@@ -329,6 +333,7 @@ static bool make_frame(struct renderer *renderer, const char *scene_key, const s
     const struct frame_ending ending = {
         .frame = frame, .plan = &opened.plan->plan, .begin_ms = begin_ms, .has_failed = !ok};
     ok = frame_flight_end(renderer, &ending, making->is_done, err);
+    renderer_end_frame(renderer);
     /* textures that it brought; not within a frame, whose state and plan would go too */
     if (!renderer->other || !renderer->other->is_paused)
         renderer_evict_beside(renderer, opened.scene);

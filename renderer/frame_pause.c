@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "renderer/frame_budget.h"
 #include "renderer/wall_clock.h"
 
 static bool is_due(void *context)
@@ -37,6 +38,7 @@ static bool serve(void *context)
     renderer->is_paused = true;
     bool is_wanted = interlude->serve(interlude->context);
     renderer->is_paused = false;
+    frame_budget_resume(renderer);
     raytrace_cache_lend(renderer->traced, false);
     count_programs(renderer, &before);
     pause->report->paused_ms += wall_ms() - begin_ms;

@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "renderer/frame_budget.h"
 #include "renderer/frame_pause.h"
-#include "renderer/frame_run.h"
 
 static size_t count_areas(const struct scene_state *state)
 {
@@ -111,8 +111,7 @@ bool frame_raytrace(const struct frame_run *run, const char *because, const uint
     bool ok = raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err);
     if (ok)
         report_trace(&stats, view, run->state, because, &frame->report);
-    if (renderer_used_bytes(renderer) > renderer->budget_bytes)
-        renderer_forget_traced(renderer, NULL);
+    frame_budget_end_rays(run);
     return ok;
 }
 
@@ -126,8 +125,7 @@ bool frame_raytrace_build(const struct frame_run *run, const char *because, stru
     if (!raytrace_build(&desc, &stats, err))
         return false;
     report_build(&stats, form_of(run->view), because, &run->frame->report);
-    if (renderer_used_bytes(renderer) > renderer->budget_bytes)
-        renderer_forget_traced(renderer, NULL);
+    frame_budget_end_rays(run);
     return true;
 }
 

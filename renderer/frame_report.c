@@ -6,11 +6,17 @@
 #include <stdio.h>
 #include <string.h>
 
-static bool is_same_line(const struct report_pass *line, const char *pass, const char *because,
-                         const char *technique)
+/* because NULL: whatever the reason. */
+static struct report_pass *line_of(struct frame_report *report, const char *pass,
+                                   const char *because, const char *technique)
 {
-    return !strcmp(line->pass, pass) && !strcmp(line->because, because) &&
-           !strcmp(line->technique, technique);
+    for (int i = 0; i < report->pass_count; i++) {
+        struct report_pass *line = &report->passes[i];
+        if (!strcmp(line->pass, pass) && !strcmp(line->technique, technique) &&
+            (!because || !strcmp(line->because, because)))
+            return line;
+    }
+    return NULL;
 }
 
 void report_order_pass(struct frame_report *report, const char *pass)
@@ -40,11 +46,11 @@ void report_add_pass(struct frame_report *report, const char *pass, const char *
                      const char *technique, double ms, enum report_stage stage)
 {
     report->stage_ms[stage] += ms;
-    for (int i = 0; i < report->pass_count; i++) {
-        if (is_same_line(&report->passes[i], pass, because, technique)) {
-            report->passes[i].ms += ms;
-            return;
-        }
+    bool is_full = report->pass_count >= REPORT_PASSES_MAX / 2; /* many windows, of one pass each */
+    struct report_pass *known = line_of(report, pass, is_full ? NULL : because, technique);
+    if (known) {
+        known->ms += ms;
+        return;
     }
     if (report->pass_count == REPORT_PASSES_MAX) {
         struct report_pass *last = &report->passes[REPORT_PASSES_MAX - 1];

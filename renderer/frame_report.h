@@ -118,7 +118,8 @@ struct frame_report {
                             or approximated, but for the sampling of texels */
 };
 
-/* Each silently stops at its cap; warnings say in the last slot that more were dropped. */
+/* A pass has a line for each reason, and beyond half of the lines one for all further reasons. Each
+ * silently stops at its cap; warnings say in the last slot that more were dropped. */
 void report_add_pass(struct frame_report *report, const char *pass, const char *because,
                      const char *technique, double ms, enum report_stage stage);
 /* The order of passes from now on, whenever their times become known; others follow. Names beyond

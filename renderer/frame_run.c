@@ -7,6 +7,7 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
+#include "renderer/frame_budget.h"
 #include "renderer/frame_overlay.h"
 #include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
@@ -16,7 +17,8 @@
 
 enum {
     WINDOW_SIDE_MAX = 4096,
-    WINDOW_PIXELS_MAX = 1 << 21, /* 300 MB of 4x multisampled targets */
+    WINDOW_PIXELS_MAX = 1 << 21,   /* 300 MB of 4x multisampled targets */
+    WINDOW_PIXELS_LEAST = 1 << 10, /* none is made smaller for the budget */
     WINDOWS_MAX = 8192,
 };
 
@@ -24,8 +26,10 @@ enum {
 struct window_run {
     const struct frame_run *run;
     struct window_frame frame;
+    const struct window_budget *budget;
     struct kept_window keys; /* of what it will hold */
-    bool must_split;         /* it holds more than one pass can */
+    bool must_split;         /* it holds more than one pass can, ... */
+    uint64_t lacked_bytes;   /* ... or than the budget has room for: so many bytes of lists */
 };
 
 static bool needs(const struct frame_run *run, enum plan_need need)
@@ -99,6 +103,7 @@ static bool build_layers(struct window_run *window, struct error *err)
     enum pixel_lists_outcome outcome =
         pixel_lists_build(&renderer->pixels, &window->frame, &window->run->frame_plan->items, err);
     window->must_split = outcome == PIXEL_LISTS_TOO_MANY;
+    window->lacked_bytes = renderer->pixels.lacked_bytes;
     if (outcome != PIXEL_LISTS_BUILT)
         return window->must_split;
     renderer->kept.layers = window->keys.layers;
@@ -129,7 +134,12 @@ static void begin_window(struct window_run *window)
         renderer->kept = (struct kept_window){0};
 }
 
-static bool prepare_lights(struct window_run *window, struct error *err)
+static uint64_t pixels_of(const struct camera_window *window)
+{
+    return (uint64_t)window->width * (uint64_t)window->height;
+}
+
+static bool build_lights(struct window_run *window, struct error *err)
 {
     const struct window_frame *frame = &window->frame;
     return light_lists_prepare(window->run->renderer->lists,
@@ -146,9 +156,29 @@ static bool prepare_lights(struct window_run *window, struct error *err)
                                frame->report, err);
 }
 
+static bool prepare_lights(struct window_run *window, struct error *err)
+{
+    const struct renderer *renderer = window->run->renderer;
+    if (!build_lights(window, err))
+        return false;
+    window->must_split =
+        !window_budget_continue(window->budget, window->run, pixels_of(&window->frame.window));
+    if (window->must_split)
+        window->lacked_bytes =
+            light_lists_size_bytes(renderer->lists) + pixel_lists_size_bytes(&renderer->pixels);
+    return true;
+}
+
 static bool collect_points(struct window_run *window, struct error *err)
 {
-    return frame_shadows_collect(window->run, &window->frame, &window->must_split, err);
+    const struct renderer *renderer = window->run->renderer;
+    if (!frame_shadows_collect(window->run, &window->frame, &window->must_split, err))
+        return false;
+    if (window->must_split && renderer->shadow_rays.lacked_bytes)
+        window->lacked_bytes = renderer->shadow_rays.lacked_bytes +
+                               light_lists_size_bytes(renderer->lists) +
+                               pixel_lists_size_bytes(&renderer->pixels);
+    return true;
 }
 
 static bool is_pause_due(const void *run)
@@ -313,14 +343,20 @@ static void read_sample_positions(const struct targets *targets, float positions
         glGetMultisamplefv(GL_SAMPLE_POSITION, i, positions[i]);
 }
 
-/* Sets *must_split when the window has more transparent fragments, or shadow rays, than one pass
- * can hold. */
-static bool run_window(const struct frame_run *run, const struct camera_window *rectangle,
-                       bool *must_split, struct error *err)
+/* How a window ended. */
+struct window_result {
+    bool must_split;       /* more transparent fragments, or shadow rays, than one pass can hold, */
+    uint64_t lacked_bytes; /* or, not 0, than the budget has room for: bytes of its lists */
+};
+
+static bool run_window(const struct frame_run *run, const struct window_budget *budget,
+                       const struct camera_window *rectangle, struct window_result *result,
+                       struct error *err)
 {
     struct renderer *renderer = run->renderer;
     struct window_run window = {
         .run = run,
+        .budget = budget,
         .frame =
             {
                 .programs = renderer->programs,
@@ -337,6 +373,7 @@ static bool run_window(const struct frame_run *run, const struct camera_window *
                 .report = &run->frame->report,
             },
     };
+    window_budget_begin(budget, run, pixels_of(rectangle));
     if (!targets_prepare(&renderer->targets, rectangle->width, rectangle->height,
                          run->frame_plan->plan.target_samples, err))
         return false;
@@ -344,12 +381,13 @@ static bool run_window(const struct frame_run *run, const struct camera_window *
     begin_window(&window);
     if (!walk_window(&window, err))
         return false;
-    *must_split = window.must_split;
-    if (!*must_split)
+    *result = (struct window_result){window.must_split, window.lacked_bytes};
+    if (!window.must_split)
         report_raise_bytes(&run->frame->report, "targets", targets_size_bytes(&renderer->targets));
-    return *must_split || gl_context_check(renderer->context, "rendering", err);
+    return window.must_split || gl_context_check(renderer->context, "rendering", err);
 }
 
+/* Halves, the one that is begun with, halves[1], no smaller than the other. */
 static void split_window(const struct camera_window *w, struct camera_window halves[2])
 {
     halves[0] = halves[1] = *w;
@@ -364,35 +402,84 @@ static void split_window(const struct camera_window *w, struct camera_window hal
     }
 }
 
-/* A stack of windows: each is rendered, or split where it is too large for one pass. */
+/* Before anything of it is drawn. */
+static bool is_too_large(const struct camera_window *w, const struct window_budget *budget,
+                         bool *is_over_budget)
+{
+    uint64_t pixels = pixels_of(w);
+    *is_over_budget = pixels > WINDOW_PIXELS_LEAST && !window_budget_has_room(budget, pixels);
+    return *is_over_budget || w->width > WINDOW_SIDE_MAX || w->height > WINDOW_SIDE_MAX ||
+           pixels > WINDOW_PIXELS_MAX;
+}
+
+static bool refuse_window(const struct frame_run *run, const struct window_budget *budget,
+                          const struct camera_window *w, uint64_t lacked_bytes, struct error *err)
+{
+    if (lacked_bytes)
+        return window_budget_refuse(budget, run, w, lacked_bytes, err);
+    return error_set(err, ERROR_OVER_BUDGET,
+                     "more than %d transparent fragments, or %d shadow rays, in a window of %dx%d "
+                     "pixels",
+                     PIXEL_LISTS_ENTRIES_MAX, TRACED_FILTERS_MAX, w->width, w->height);
+}
+
+/* A stack of windows. */
+struct window_stack {
+    struct camera_window windows[64]; /* halving from 16384^2 to one pixel takes 28 levels */
+    int depth, rendered;
+    bool is_for_budget; /* some are halves for want of memory */
+};
+
+static bool split_top(struct window_stack *stack, const struct camera_window *w)
+{
+    split_window(w, &stack->windows[stack->depth]);
+    stack->depth += 2;
+    assert(stack->depth < 62);
+    return true;
+}
+
+/* The last window of the stack is rendered, or split where it is too large for one pass. */
+static bool run_top(const struct frame_run *run, const struct window_budget *budget,
+                    struct window_stack *stack, struct error *err)
+{
+    struct camera_window w = stack->windows[--stack->depth];
+    struct window_result result = {0};
+    bool is_over_budget;
+    if (is_too_large(&w, budget, &is_over_budget)) {
+        stack->is_for_budget |= is_over_budget;
+        return split_top(stack, &w);
+    }
+    if (pixels_of(&w) * budget->pixel_bytes >= budget->bytes)
+        return window_budget_refuse(budget, run, &w, 0, err);
+    if (!run_window(run, budget, &w, &result, err))
+        return false;
+    stack->rendered += !result.must_split;
+    if (!result.must_split)
+        return true;
+    stack->is_for_budget |= result.lacked_bytes > 0;
+    uint64_t least = result.lacked_bytes ? WINDOW_PIXELS_LEAST : 1;
+    if (pixels_of(&w) <= least || stack->rendered > WINDOWS_MAX)
+        return refuse_window(run, budget, &w, result.lacked_bytes, err);
+    return split_top(stack, &w);
+}
+
 static bool run_windows(const struct frame_run *run, struct error *err)
 {
     const struct view *view = run->view;
-    struct camera_window stack[64]; /* halving from 16384^2 to one pixel takes 28 levels */
-    int depth = 1, rendered = 0;
-    stack[0] = (struct camera_window){
+    const struct window_budget budget = frame_budget_windows(run);
+    struct window_stack stack = {.depth = 1};
+    stack.windows[0] = (struct camera_window){
         0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
-    while (depth) {
-        struct camera_window w = stack[--depth];
-        bool must_split = w.width > WINDOW_SIDE_MAX || w.height > WINDOW_SIDE_MAX ||
-                          w.width * w.height > WINDOW_PIXELS_MAX;
-        if (!must_split && !run_window(run, &w, &must_split, err))
+    while (stack.depth)
+        if (!run_top(run, &budget, &stack, err))
             return false;
-        if (!must_split) {
-            rendered++;
-            continue;
-        }
-        if (w.width * w.height == 1 || rendered > WINDOWS_MAX)
-            return error_set(err, ERROR_OVER_BUDGET,
-                             "more than %d transparent fragments, or %d shadow rays, in a window "
-                             "of %dx%d pixels",
-                             PIXEL_LISTS_ENTRIES_MAX, TRACED_FILTERS_MAX, w.width, w.height);
-        split_window(&w, &stack[depth]);
-        depth += 2;
-        assert(depth < 62);
-    }
-    if (rendered > 1)
-        report_warn(&run->frame->report, "the image was rendered in %d windows", rendered);
+    if (stack.is_for_budget)
+        report_warn(&run->frame->report,
+                    "the image was rendered in %d windows, to keep within the GPU budget of %llu "
+                    "bytes",
+                    stack.rendered, (unsigned long long)run->renderer->budget_bytes);
+    else if (stack.rendered > 1)
+        report_warn(&run->frame->report, "the image was rendered in %d windows", stack.rendered);
     return true;
 }
 
@@ -452,11 +539,14 @@ bool frame_run(const struct frame_run *run, struct error *err)
 {
     struct frame_textures textures = {.key_count = 0};
     run->renderer->textures = &textures;
-    bool ok =
-        (!is_rasterised(run) || frame_textures_begin(&textures, run, err)) && run_steps(run, err);
+    bool ok = !is_rasterised(run) || frame_textures_begin(&textures, run, err);
+    if (ok)
+        frame_budget_begin(run);
+    ok = ok && run_steps(run, err);
     frame_textures_end(&textures, run);
     run->renderer->textures = NULL;
     if (rays_of(run))
         frame_shadows_end(run);
+    frame_budget_end(run);
     return ok;
 }

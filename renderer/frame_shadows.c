@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "renderer/frame_budget.h"
 #include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
 
@@ -86,6 +87,5 @@ void frame_shadows_end(const struct frame_run *run)
     if (traced->rays)
         report_rays(run, traced);
     traced_shadows_end(traced);
-    if (renderer_used_bytes(renderer) > renderer->budget_bytes)
-        renderer_forget_traced(renderer, NULL);
+    frame_budget_end_rays(run);
 }

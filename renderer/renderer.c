@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/frame_budget.h"
 #include "renderer/frame_flight.h"
 #include "renderer/gl/selftest.h"
 #include "renderer/renderer_internal.h"
@@ -88,6 +89,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->shade.loop_steps = desc->loop_steps ? desc->loop_steps : LOOP_STEPS_MAX;
     renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
+    renderer->shadow_most_bytes = renderer->budget_bytes / 2;
     renderer->scenes = &renderer->own_scenes;
     renderer->context = gl_context_create(
         &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
@@ -109,7 +111,9 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
             .programs = renderer->programs,
             .timeline = renderer->timeline,
             .limits = gl_context_limits(renderer->context),
-            .budget_bytes = renderer->budget_bytes / 2,
+            .budget_bytes = renderer->shadow_most_bytes,
+            .claim = frame_budget_claim,
+            .context = renderer,
         },
         err);
     renderer->traced = raytrace_cache_create(err);
@@ -140,6 +144,7 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .traced = renderer->traced,
         .scenes = renderer->scenes,
         .budget_bytes = renderer->budget_bytes,
+        .shadow_most_bytes = renderer->shadow_most_bytes,
         .is_strict = renderer->is_strict,
         .redraws_surfaces = renderer->redraws_surfaces,
         .shade.loop_steps = renderer->shade.loop_steps,
@@ -229,11 +234,16 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
     snprintf(info->driver, sizeof info->driver, "%s", limits->platform);
 }
 
-static uint64_t own_bytes(const struct renderer *renderer)
+uint64_t renderer_window_bytes(const struct renderer *renderer)
 {
     return pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
            light_lists_size_bytes(renderer->lists) +
-           traced_shadows_size_bytes(&renderer->shadow_rays) + renderer->feature_edges.size_bytes;
+           traced_shadows_size_bytes(&renderer->shadow_rays) + renderer->aov.words.size_bytes;
+}
+
+static uint64_t own_bytes(const struct renderer *renderer)
+{
+    return renderer_window_bytes(renderer) + renderer->feature_edges.size_bytes;
 }
 
 uint64_t renderer_used_bytes(const struct renderer *renderer)
@@ -263,11 +273,21 @@ void renderer_forget_traced(struct renderer *renderer, const char *key)
 
 static void forget_own(struct renderer *renderer)
 {
+    renderer->use.forgets_later = renderer->use.scene != NULL; /* its plan and state are in use */
+    if (renderer->use.forgets_later)
+        return;
     plan_cache_clear(&renderer->plans);
     kept_state_drop(&renderer->kept_state);
     renderer->kept = (struct kept_window){0};
     light_lists_forget(renderer->lists);
     feature_edges_finish(&renderer->feature_edges);
+}
+
+void renderer_end_frame(struct renderer *renderer)
+{
+    renderer->use.scene = NULL;
+    if (renderer->use.forgets_later)
+        forget_own(renderer);
 }
 
 void renderer_forget_kept(struct renderer *renderer, const char *key)
@@ -307,6 +327,7 @@ bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scen
     }
     if (!scene_cache_add(renderer->scenes, desc, err))
         return false;
+    frame_budget_claim(renderer, 0); /* what is kept of views goes before scenes do */
     if (desc->keep_count)
         renderer_evict_scenes(renderer, desc->keep, desc->keep_count);
     else

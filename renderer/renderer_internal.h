@@ -37,6 +37,14 @@ struct frame_flight { /* zeroed: none (renderer/frame_flight.h) */
     double begin_ms;
 };
 
+/* Of the frame that runs (renderer/frame_budget.h). */
+struct budget_use {
+    const struct resident_scene *scene; /* NULL: no frame runs */
+    bool has_windows, has_rays; /* what is kept of windows, and of the ray tracer, is in use */
+    bool forgets_later;         /* renderer_forget_kept, when it ends */
+    uint64_t shadow_bytes;      /* the share of shadow structures */
+};
+
 struct renderer {
     struct renderer *other; /* makes frames while one is paused, and back; NULL: not made yet */
     bool is_beside;         /* it is the other of one that was created before it */
@@ -63,6 +71,8 @@ struct renderer {
     struct feature_edges feature_edges; /* of the last scene that they were drawn of */
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
+    uint64_t shadow_most_bytes; /* of it, for shadow structures */
+    struct budget_use use;
     struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
     const struct interlude *interlude;   /* borrowed; NULL: frames are made in one piece */
@@ -84,6 +94,14 @@ void renderer_forget_traced(struct renderer *renderer, const char *key);
 /* Makes room by forgetting scenes that were not used for longest; never those to keep. */
 void renderer_evict_scenes(struct renderer *renderer, const char *const *keep, size_t keep_count);
 
+/* The scene used longest ago that is neither this one nor a part of it. False: there is none. */
+bool renderer_evict_oldest_beside(struct renderer *renderer, const struct resident_scene *scene);
+
+/* What counts against the budget: of all; and of what windows of this renderer hold. */
 uint64_t renderer_used_bytes(const struct renderer *renderer);
+uint64_t renderer_window_bytes(const struct renderer *renderer);
+
+/* Does what was put off while a frame ran. */
+void renderer_end_frame(struct renderer *renderer);
 
 #endif

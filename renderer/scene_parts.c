@@ -157,15 +157,32 @@ const struct scene *renderer_get_scene(struct renderer *renderer, const char *sc
     return found ? &found->scene : NULL;
 }
 
+/* The scenes that the view's own consists of; the caller frees them. NULL without memory. */
+static const char **source_keys(const struct resident_scene *scene, size_t *count)
+{
+    const char **keys = calloc(scene->source_count + 1, sizeof *keys);
+    *count = scene->source_count ? scene->source_count : 1;
+    for (size_t i = 0; keys && i < *count; i++)
+        keys[i] = scene->source_count ? scene->sources[i]->key : scene->key;
+    return keys;
+}
+
 void renderer_evict_beside(struct renderer *renderer, const struct resident_scene *scene)
 {
-    const char *own = scene->key;
-    const char **keys = calloc(scene->source_count + 1, sizeof *keys);
-    for (size_t i = 0; keys && i < scene->source_count; i++)
-        keys[i] = scene->sources[i]->key;
-    if (!scene->source_count)
-        renderer_evict_scenes(renderer, &own, 1);
-    else if (keys) /* without memory for it, room is made the next time */
-        renderer_evict_scenes(renderer, keys, scene->source_count);
+    size_t count;
+    const char **keys = source_keys(scene, &count);
+    if (keys) /* without memory for it, room is made the next time */
+        renderer_evict_scenes(renderer, keys, count);
     free(keys);
+}
+
+bool renderer_evict_oldest_beside(struct renderer *renderer, const struct resident_scene *scene)
+{
+    size_t count;
+    const char **keys = source_keys(scene, &count);
+    const char *oldest = keys ? scene_cache_oldest(renderer->scenes, keys, count) : NULL;
+    free(keys);
+    if (oldest)
+        renderer_remove_scene(renderer, oldest);
+    return oldest != NULL;
 }

@@ -39,16 +39,22 @@ struct light_lists *light_lists_create(struct program_cache *programs,
     return lists;
 }
 
-void light_lists_destroy(struct light_lists *lists)
+void light_lists_drop(struct light_lists *lists)
 {
-    if (!lists)
-        return;
+    light_lists_forget(lists);
     clusters_finish(&lists->clusters);
     linked_lists_finish(&lists->linked);
     gl_texture_finish(&lists->cluster_heads_view);
     gl_texture_finish(&lists->cluster_items_view);
     gl_buffer_finish(&lists->cluster_heads);
     gl_buffer_finish(&lists->cluster_items);
+}
+
+void light_lists_destroy(struct light_lists *lists)
+{
+    if (!lists)
+        return;
+    light_lists_drop(lists);
     free(lists);
 }
 

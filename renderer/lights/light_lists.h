@@ -38,6 +38,8 @@ MUST_CHECK bool light_lists_prepare(struct light_lists *lists, const struct ligh
 uint64_t light_lists_size_bytes(const struct light_lists *lists); /* on the device */
 /* The next call of light_lists_prepare builds. */
 void light_lists_forget(struct light_lists *lists);
+/* So does it after this, which gives their memory back to the device. */
+void light_lists_drop(struct light_lists *lists);
 /* The #define items that select the technique's shaders/light_list.glsl, for program_desc.defines.
  */
 const char *light_lists_defines(const struct light_lists *lists);

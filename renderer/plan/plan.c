@@ -264,8 +264,7 @@ static void plan_shadows(struct plan *plan)
 static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
 {
     uint64_t pixels = (uint64_t)view->width_px * (uint64_t)view->height_px;
-    uint64_t samples = (uint64_t)plan->target_samples;
-    return pixels * (samples * (16 + 16 + 4) + (samples > 1 ? samples * 4 : 0) + 16);
+    return pixels * targets_pixel_bytes(plan->target_samples);
 }
 
 static void plan_layers(struct plan *plan)

@@ -49,6 +49,11 @@ static size_t words_per_pixel(const struct view *view)
     return words;
 }
 
+uint64_t aov_pixel_bytes(const struct view *view)
+{
+    return words_per_pixel(view) * 4;
+}
+
 /* Requirements of the program, in canonical order. */
 static void describe(const struct window_frame *frame, const struct shade_facts *facts,
                      char text[DEFINES_BYTES])

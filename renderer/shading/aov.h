@@ -22,6 +22,8 @@ MUST_CHECK bool aov_read(struct aov *aov, const struct shade_desc *desc, struct 
 /* The program that such a window takes; as shade_list_programs. */
 void aov_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
                        bool is_conditional, struct program_list *list);
+/* Bytes of the device per pixel of a window. */
+uint64_t aov_pixel_bytes(const struct view *view);
 void aov_finish(struct aov *aov);
 
 #endif

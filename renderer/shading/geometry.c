@@ -315,7 +315,10 @@ static bool draw_selection(const struct window_frame *frame, const struct select
                            const struct pass *pass, struct error *err)
 {
     struct variant_context context = context_of(frame, pass);
-    camera_clip(frame->camera, &frame->window, frame->state->unit_m, context.across, context.depth);
+    const struct camera_window *w = &frame->window;
+    const struct camera_window image = {
+        0, 0, w->image_width, w->image_height, w->image_width, w->image_height};
+    camera_clip(frame->camera, &image, frame->state->unit_m, context.across, context.depth);
     struct draw_desc desc = {
         .gpu = frame->gpu,
         .state = frame->state,
@@ -353,7 +356,9 @@ static bool submit(const struct window_frame *frame, const struct geometry_items
 
 static void set_depth_state(const struct window_frame *frame, bool writes)
 {
-    glViewport(0, 0, frame->window.width, frame->window.height);
+    const struct camera_window *w = &frame->window;
+    /* the image's, so that vertices are where they are in any window, but for rounding */
+    glViewport(-w->x, w->y + w->height - w->image_height, w->image_width, w->image_height);
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);

@@ -63,6 +63,27 @@ uint64_t readback_size_bytes(const struct readback *readback)
     return bytes;
 }
 
+uint64_t readback_free_bytes(const struct readback *readback)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < WAYS; i++)
+        bytes += readback->ways[i].report ? 0 : readback->ways[i].buffer.size_bytes;
+    return bytes;
+}
+
+void readback_trim(struct readback *readback)
+{
+    for (int i = 0; i < WAYS; i++)
+        if (!readback->ways[i].report)
+            gl_buffer_finish(&readback->ways[i].buffer);
+}
+
+uint64_t readback_window_bytes(uint64_t pixels)
+{
+    uint64_t bytes = pixels * CHANNELS * sizeof(float) + LOOKUP_BYTES;
+    return WAYS * (bytes + bytes / 2); /* buffers grow by half */
+}
+
 static uint64_t row_bytes(const struct camera_window *w)
 {
     return (uint64_t)w->width * CHANNELS * sizeof(float);

@@ -18,6 +18,11 @@ struct readback;
 struct readback *readback_create(bool is_lazy, struct error *err);
 void readback_destroy(struct readback *readback); /* accepts NULL */
 uint64_t readback_size_bytes(const struct readback *readback);
+/* Of this, what no picture is on its way in; giving it back to the device; and what windows of so
+ * many pixels take. */
+uint64_t readback_free_bytes(const struct readback *readback);
+void readback_trim(struct readback *readback);
+uint64_t readback_window_bytes(uint64_t pixels);
 
 struct readback_desc { /* all required */
     const struct window_frame *frame;

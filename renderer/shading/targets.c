@@ -66,6 +66,17 @@ bool targets_prepare_parts(struct targets *t, struct error *err)
                                             err);
 }
 
+uint64_t targets_pixel_bytes(int samples)
+{
+    uint64_t depth = 4, surfaces = 32, signature = samples > 1 ? 4 : 0, image = 16;
+    return (surfaces + signature + depth) * (uint64_t)samples + image;
+}
+
+uint64_t targets_parts_pixel_bytes(int samples)
+{
+    return 16 * (uint64_t)samples;
+}
+
 void targets_finish(struct targets *t)
 {
     gl_framebuffer_finish(&t->gbuffer);

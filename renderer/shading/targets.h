@@ -23,6 +23,9 @@ MUST_CHECK bool targets_prepare(struct targets *targets, int width, int height, 
                                 struct error *err);
 /* Makes targets->parts where it is absent. */
 MUST_CHECK bool targets_prepare_parts(struct targets *targets, struct error *err);
+/* What targets with so many samples take for a pixel, and their parts beside them. */
+uint64_t targets_pixel_bytes(int samples);
+uint64_t targets_parts_pixel_bytes(int samples);
 void targets_finish(struct targets *targets);
 uint64_t targets_size_bytes(const struct targets *targets);
 

@@ -14,10 +14,11 @@ void window_set_view_ray(const struct window_frame *frame, const struct gl_progr
     const struct camera_window *w = &frame->window;
     double step_x = 2 * camera->half_width / w->image_width;
     double step_y = 2 * camera->half_height / w->image_height;
-    double left = -camera->half_width + w->x * step_x;
-    double bottom = camera->half_height - (w->y + w->height) * step_y;
     gl_program_set_f4(program, "u_window",
-                      (const float[4]){(float)left, (float)bottom, (float)step_x, (float)step_y});
+                      (const float[4]){(float)-camera->half_width, (float)-camera->half_height,
+                                       (float)step_x, (float)step_y});
+    gl_program_set_u2(program, "u_window_first", (uint32_t)w->x,
+                      (uint32_t)(w->image_height - w->y - w->height));
     gl_program_set_f3(program, "u_depth",
                       (const float[3]){(float)camera->z_near, (float)camera->z_far,
                                        (float)(camera->z_far - camera->z_near)});

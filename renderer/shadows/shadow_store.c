@@ -63,6 +63,7 @@ void shadow_store_clear(struct shadow_store *store)
         finish_pool(&store->pools[i]);
     gl_texture_finish(&store->target);
     store->keeps_objects = store->keeps_media = false;
+    store->peak_bytes = 0;
 }
 
 uint64_t shadow_store_size_bytes(const struct shadow_store *store)
@@ -72,6 +73,16 @@ uint64_t shadow_store_size_bytes(const struct shadow_store *store)
         for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
             bytes += store->pools[kind].streams[i].size_bytes;
     return bytes + store->target.size_bytes;
+}
+
+/* Before so many bytes more are taken. */
+static void claim(struct shadow_store *store, uint64_t more_bytes)
+{
+    uint64_t bytes = shadow_store_size_bytes(store) + store->transient_bytes + more_bytes;
+    if (bytes > store->peak_bytes)
+        store->peak_bytes = bytes;
+    if (store->claim)
+        store->claim(store->claim_context, store->transient_bytes + more_bytes);
 }
 
 static bool fits(const struct shadow_store *store, uint64_t more_bytes)
@@ -172,6 +183,8 @@ static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, ui
     struct shadow_pool *pool = &store->pools[kind];
     if (shadow_ranges_is_empty(&pool->ranges))
         finish_pool(pool);
+    claim(store,
+          pool_bytes(store, kind, capacity) - pool_bytes(store, kind, pool->ranges.capacity));
     return resize_pool(store, kind, capacity, err) &&
            shadow_ranges_grow(&pool->ranges, capacity, err);
 }
@@ -310,6 +323,7 @@ bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uin
     gl_texture_finish(target);
     if (!find_room(store, bytes, "shadow.target", err))
         return false;
+    claim(store, bytes);
     return gl_texture_init(target,
                            &(struct gl_texture_desc){.label = "shadow.target",
                                                      .format = GL_DEPTH_COMPONENT32F,
@@ -339,6 +353,7 @@ bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, st
         return true;
     if (!find_room(store, stream_bytes(kind, pool->ranges.capacity), kind->label, err))
         return false;
+    claim(store, stream_bytes(kind, pool->ranges.capacity));
     if (pool->ranges.capacity && !resize_stream(pool, kind, (int)stream, pool->ranges.capacity,
                                                 store->limits->is_software, err))
         return false;
@@ -348,7 +363,10 @@ bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, st
 
 bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, struct error *err)
 {
-    return find_room(store, bytes, "the memory of their construction", err);
+    if (!find_room(store, bytes, "the memory of their construction", err))
+        return false;
+    claim(store, bytes);
+    return true;
 }
 
 const struct gl_texture *shadow_store_view(const struct shadow_store *store,

@@ -46,6 +46,11 @@ struct shadow_store {
     /* Frees the map used longest ago, at least so many frames; false when there is none. */
     bool (*make_room)(void *context, uint64_t frames);
     void *context;
+    uint64_t peak_bytes; /* most that the store and its builders took at once, since
+                            shadow_store_clear */
+    /* Optional: told that the store is about to take so many bytes more, within its budget. */
+    void (*claim)(void *context, uint64_t bytes);
+    void *claim_context;
 };
 
 /* Gives all memory back to the device; every taken range becomes invalid. */

@@ -45,9 +45,8 @@ void traced_shadows_end(struct traced_shadows *traced)
     free_arrays(traced);
 }
 
-void traced_shadows_finish(struct traced_shadows *traced)
+void traced_shadows_free(struct traced_shadows *traced)
 {
-    traced_shadows_end(traced);
     struct gl_texture *views[] = {&traced->head_view, &traced->table_view, &traced->filter_view};
     struct gl_buffer *buffers[] = {&traced->points, &traced->heads, &traced->counter,
                                    &traced->table, &traced->filters};
@@ -55,6 +54,12 @@ void traced_shadows_finish(struct traced_shadows *traced)
         gl_texture_finish(views[i]);
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         gl_buffer_finish(buffers[i]);
+}
+
+void traced_shadows_finish(struct traced_shadows *traced)
+{
+    traced_shadows_end(traced);
+    traced_shadows_free(traced);
     *traced = (struct traced_shadows){0};
 }
 
@@ -64,11 +69,16 @@ uint64_t traced_shadows_size_bytes(const struct traced_shadows *traced)
            traced->filters.size_bytes;
 }
 
-/* Room in a buffer, and in the texture that views it (optional). */
-static bool reserve(struct gl_buffer *buffer, struct gl_texture *view, const char *label,
-                    uint32_t format, uint64_t bytes, struct error *err)
+/* Room in a buffer, and in the texture that views it (optional): no more than asked for, where
+ * more would exceed what the buffers may take. */
+static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
+                    struct gl_texture *view, const char *label, uint32_t format, uint64_t bytes,
+                    struct error *err)
 {
     uint32_t old = buffer->name;
+    uint64_t half_again = traced_shadows_size_bytes(traced) + buffer->size_bytes / 2;
+    if (traced->most_bytes && buffer->size_bytes < bytes && half_again > traced->most_bytes)
+        gl_buffer_finish(buffer);
     if (!gl_buffer_reserve(
             buffer,
             &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
@@ -155,6 +165,33 @@ static bool collect_surfaces(struct traced_shadows *traced, const struct window_
     return true;
 }
 
+enum { POINT_BYTES = sizeof(struct shadow_point) + 8 }; /* with its place in the table */
+
+/* Whether heads and so many points have room, and as many bytes again for filters. */
+static bool has_room(struct traced_shadows *traced, uint64_t pixel_count, uint64_t points)
+{
+    uint64_t bytes = 2 * (pixel_count * 4 + points * POINT_BYTES);
+    traced->lacked_bytes = traced->most_bytes && bytes > traced->most_bytes ? bytes : 0;
+    return !traced->lacked_bytes;
+}
+
+/* Buffers of larger windows leave none for filters: they begin anew. */
+static void drop_large(struct traced_shadows *traced)
+{
+    if (traced->most_bytes && traced_shadows_size_bytes(traced) > traced->most_bytes / 2)
+        traced_shadows_free(traced);
+}
+
+/* Filters that one slice may have, beside the buffers of points. */
+static size_t most_filters(const struct traced_shadows *traced)
+{
+    uint64_t table = traced->window.count * 8;
+    uint64_t used = traced->points.size_bytes + traced->heads.size_bytes +
+                    (table > traced->table.size_bytes ? table : traced->table.size_bytes);
+    uint64_t room = traced->most_bytes > used ? (traced->most_bytes - used) / 8 : 0;
+    return !traced->most_bytes || room > TRACED_FILTERS_MAX ? TRACED_FILTERS_MAX : room;
+}
+
 /* A guess at the number of surfaces, and once more where it was too low. */
 static enum traced_outcome collect(struct traced_shadows *traced, const struct window_frame *frame,
                                    const struct pixel_lists *pixels, uint32_t *surfaces,
@@ -163,15 +200,17 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
     uint64_t pixel_count = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
     uint32_t entries = (uint32_t)pixels->entry_count;
     *surfaces = (uint32_t)(pixel_count + pixel_count / 8);
-    if (!reserve(&traced->heads, &traced->head_view, "shadow.traced.heads", GL_R32UI,
+    drop_large(traced);
+    if (!reserve(traced, &traced->heads, &traced->head_view, "shadow.traced.heads", GL_R32UI,
                  pixel_count * 4, err) ||
-        !reserve(&traced->counter, NULL, "shadow.traced.counter", 0, 16, err))
+        !reserve(traced, &traced->counter, NULL, "shadow.traced.counter", 0, 16, err))
         return TRACED_FAILED;
     for (uint32_t room = 0; room < *surfaces;) {
         room = *surfaces;
-        if ((uint64_t)room + entries > TRACED_POINTS_MAX)
+        if ((uint64_t)room + entries > TRACED_POINTS_MAX ||
+            !has_room(traced, pixel_count, (uint64_t)room + entries))
             return TRACED_TOO_MANY;
-        if (!reserve(&traced->points, NULL, "shadow.traced.points", 0,
+        if (!reserve(traced, &traced->points, NULL, "shadow.traced.points", 0,
                      ((uint64_t)room + entries) * sizeof(struct shadow_point), err) ||
             !collect_entries(traced, frame, pixels, err) ||
             !collect_surfaces(traced, frame, entries, room, surfaces, err))
@@ -239,15 +278,19 @@ enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
     return outcome;
 }
 
-uint32_t traced_shadows_room(const struct traced_shadows *traced, const struct clusters *clusters)
+uint32_t traced_shadows_room(struct traced_shadows *traced, const struct clusters *clusters)
 {
-    return raytrace_shadows_room(traced->rays, &traced->window, clusters, TRACED_FILTERS_MAX);
+    size_t most = most_filters(traced);
+    uint32_t room = raytrace_shadows_room(traced->rays, &traced->window, clusters, most);
+    if (!room && most < TRACED_FILTERS_MAX)
+        traced->lacked_bytes = traced->most_bytes + traced->window.count * 8;
+    return room;
 }
 
 /* Pages of it that nothing is written to cost nothing. */
 static bool reserve_filters(struct traced_shadows *traced, uint64_t count, struct error *err)
 {
-    size_t capacity = count < TRACED_FILTERS_MAX ? count : TRACED_FILTERS_MAX;
+    size_t most = most_filters(traced), capacity = count < most ? count : most;
     if (capacity <= traced->filter_capacity)
         return true;
     free(traced->arrays[FILTERS]);
@@ -283,9 +326,9 @@ bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *
         const struct error *cause = traced->failure.code ? &traced->failure : &ended;
         return error_set(err, cause->code, "%s", cause->message);
     }
-    if (!reserve(&traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI, points * 8,
-                 err) ||
-        !reserve(&traced->filters, &traced->filter_view, "shadow.traced.filters", GL_RG32UI,
+    if (!reserve(traced, &traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI,
+                 points * 8, err) ||
+        !reserve(traced, &traced->filters, &traced->filter_view, "shadow.traced.filters", GL_RG32UI,
                  slice.filter_count * 8, err))
         return false;
     gl_buffer_write(&traced->table, 0, points * 8, slice.table);

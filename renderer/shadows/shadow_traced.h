@@ -29,6 +29,9 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
     void *arrays[5]; /* of the window: points, heads, list ends, table, filters */
     size_t filter_capacity;
     uint64_t window_bytes; /* on the device, of the window of this frame that took most */
+    uint64_t most_bytes;   /* that the buffers may take; 0: any */
+    uint64_t lacked_bytes; /* that the last window would have taken at least, where those were too
+                              few */
 };
 
 /* Once per frame. desc, is_shadowed: as raytrace_shadows_create takes them. */
@@ -43,13 +46,13 @@ void traced_shadows_end(struct traced_shadows *traced);
 enum traced_outcome { TRACED_FAILED, TRACED_COLLECTED, TRACED_TOO_MANY };
 
 /* Collects the points of a window, after its surfaces and lists are drawn. TOO_MANY asks the caller
- * to split the window; err is then untouched. */
+ * to split the window, for points or, with lacked_bytes, for memory; err is then untouched. */
 enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
                                            const struct window_frame *frame,
                                            const struct pixel_lists *pixels, struct error *err);
 
-/* Lights of each list that one slice has room for; 0: the window must be split. */
-uint32_t traced_shadows_room(const struct traced_shadows *traced, const struct clusters *clusters);
+/* Lights of each list that one slice has room for; 0: the window must be split, as above. */
+uint32_t traced_shadows_room(struct traced_shadows *traced, const struct clusters *clusters);
 
 /* Traces `count` lights of every list from the first-th on, and uploads what they found. */
 MUST_CHECK bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *clusters,
@@ -62,6 +65,8 @@ void traced_shadows_list_programs(const struct window_frame *frame, bool has_lay
 /* For shading programs with HAS_TRACED_SHADOWS. */
 void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program);
 
+/* Gives what the buffers take back to the device; rays stay. */
+void traced_shadows_free(struct traced_shadows *traced);
 void traced_shadows_finish(struct traced_shadows *traced);
 uint64_t traced_shadows_size_bytes(const struct traced_shadows *traced); /* of the GPU */
 

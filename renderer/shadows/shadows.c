@@ -83,6 +83,8 @@ struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc
         .budget_bytes = desc->budget_bytes ? desc->budget_bytes : DEFAULT_BUDGET_BYTES,
         .make_room = drop_oldest_map,
         .context = shadows,
+        .claim = desc->claim,
+        .claim_context = desc->context,
     };
     shadows->painter.programs = desc->programs;
     shadows->builder = (struct shadow_builder){
@@ -567,6 +569,21 @@ bool shadow_system_scans_on_host(const struct shadow_system *shadows)
 uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows)
 {
     return shadows->store.budget_bytes;
+}
+
+void shadow_system_set_budget(struct shadow_system *shadows, uint64_t budget_bytes)
+{
+    shadows->store.budget_bytes = budget_bytes;
+    if (shadow_store_size_bytes(&shadows->store) <= budget_bytes)
+        return;
+    finish_builds(shadows);
+    drop_all(shadows);
+    shadows->light_count = 0; /* the frame's maps were among them */
+}
+
+uint64_t shadow_system_peak_bytes(const struct shadow_system *shadows)
+{
+    return shadows->store.peak_bytes + shadows->records.size_bytes;
 }
 
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light)

@@ -19,6 +19,10 @@ struct shadow_system_desc {
     uint64_t budget_bytes;          /* of all shadow structures; 0 means 2 GiB */
     uint64_t first_linked_elements; /* deep-linked: room per light to begin with; 0 means what
                                        the light's map had before, or 1 to 3 per texel */
+    /* Optional: told before structures, or their construction, take so many bytes more of the
+     * device, within the budget. */
+    void (*claim)(void *context, uint64_t bytes);
+    void *context;        /* of claim */
     bool scans_on_device; /* deep: scan by shader even where the device is our own cores */
 };
 
@@ -65,6 +69,10 @@ MUST_CHECK bool shadow_system_prepare_none(struct shadow_system *shadows, size_t
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits);
 bool shadow_system_scans_on_host(const struct shadow_system *shadows); /* counts of lists */
 uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows);
+/* From now on; what stands is dropped where it exceeds it. Between calls of the others. */
+void shadow_system_set_budget(struct shadow_system *shadows, uint64_t budget_bytes);
+/* What building the structures that stand took at most, they included. */
+uint64_t shadow_system_peak_bytes(const struct shadow_system *shadows);
 /* Index of the light's shadow_record, or NO_SHADOW. */
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);
 /* #define items for programs that include shaders/shadow_query.glsl, and their bindings. */

@@ -16,6 +16,15 @@ static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes,
         false, err);
 }
 
+/* Of a buffer after `reserve`. */
+static uint64_t reserved_bytes(const struct gl_buffer *buffer, uint64_t bytes)
+{
+    uint64_t half_again = buffer->size_bytes + buffer->size_bytes / 2;
+    if (buffer->name && buffer->size_bytes >= bytes)
+        return buffer->size_bytes;
+    return buffer->name && bytes < half_again ? (half_again + 255) & ~255ull : bytes;
+}
+
 static const char scan_file[] = "lists_scan.comp.glsl", sort_file[] = "lists_sort.comp.glsl";
 static const char *const scan_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
 static const char *const sort_passes[] = {"PASS=0", "PASS=1"}; /* runs, and their merging */
@@ -112,14 +121,45 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
     return ok;
 }
 
+static void finish_entries(struct pixel_lists *lists)
+{
+    gl_buffer_finish(&lists->keys);
+    for (int i = 0; i < 3; i++)
+        gl_buffer_finish(&lists->surfaces[i]);
+    gl_buffer_finish(&lists->colors);
+}
+
+/* Bytes of the keys of an entry: of its two halves where lists are merged. */
+static uint64_t key_bytes(const struct pixel_lists *lists)
+{
+    return lists->longest > SORT_RUN ? 32 : 16;
+}
+
+/* Whether the entries that were counted have room. Buffers that would grow beyond it by what they
+ * hold in store begin anew. */
+static bool find_room(struct pixel_lists *lists)
+{
+    uint64_t n = lists->entry_count, pixels = lists->counts.size_bytes + lists->scan.size_bytes;
+    uint64_t exact = pixels + n * (key_bytes(lists) + 32 + 3 * 16);
+    uint64_t grown = pixels + reserved_bytes(&lists->keys, n * key_bytes(lists)) +
+                     reserved_bytes(&lists->colors, n * 32);
+    for (int i = 0; i < 3; i++)
+        grown += reserved_bytes(&lists->surfaces[i], n * 16);
+    if (!lists->most_bytes)
+        return true;
+    if (grown > lists->most_bytes)
+        finish_entries(lists);
+    lists->lacked_bytes = exact > lists->most_bytes ? exact : 0;
+    return !lists->lacked_bytes;
+}
+
 static bool scatter_fragments(struct pixel_lists *lists, const struct window_frame *frame,
                               const struct geometry_items *items, struct error *err)
 {
     static const char *const labels[] = {"lists.surface_0", "lists.surface_1", "lists.surface_2"};
     uint64_t n = lists->entry_count;
-    uint64_t halves = lists->longest > SORT_RUN ? 2 : 1;
-    lists->list_bytes += n * (16 * halves + 32 + 3 * 16);
-    if (!reserve(&lists->keys, "lists.keys", n * 16 * halves, err) ||
+    lists->list_bytes += n * (key_bytes(lists) + 32 + 3 * 16);
+    if (!reserve(&lists->keys, "lists.keys", n * key_bytes(lists), err) ||
         !reserve(&lists->colors, "lists.colors", n * 32, err))
         return false;
     for (int i = 0; i < 3; i++)
@@ -182,6 +222,7 @@ void pixel_lists_clear(struct pixel_lists *lists)
 {
     lists->entry_count = lists->longest = lists->keys_offset = lists->list_bytes = 0;
     lists->has_media = lists->may_surround = false;
+    lists->lacked_bytes = 0;
 }
 
 void pixel_lists_report(const struct pixel_lists *lists, struct frame_report *report)
@@ -208,7 +249,7 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                   (unsigned long long)lists->longest, PIXEL_LISTS_LONGEST_MAX);
         return PIXEL_LISTS_FAILED;
     }
-    if (lists->entry_count > PIXEL_LISTS_ENTRIES_MAX)
+    if (lists->entry_count > PIXEL_LISTS_ENTRIES_MAX || !find_room(lists))
         return PIXEL_LISTS_TOO_MANY;
     if (lists->entry_count &&
         (!scatter_fragments(lists, frame, items, err) || !sort_lists(lists, frame, err)))
@@ -234,10 +275,7 @@ void pixel_lists_finish(struct pixel_lists *lists)
     gl_buffer_finish(&lists->counts);
     gl_buffer_finish(&lists->scan);
     gl_buffer_finish(&lists->statistics);
-    gl_buffer_finish(&lists->keys);
-    for (int i = 0; i < 3; i++)
-        gl_buffer_finish(&lists->surfaces[i]);
-    gl_buffer_finish(&lists->colors);
+    finish_entries(lists);
     *lists = (struct pixel_lists){0};
 }
 

@@ -19,16 +19,19 @@ struct pixel_lists {
     struct gl_buffer surfaces[3];
     struct gl_buffer colors; /* filled by shading: two vec4 per entry */
     uint64_t entry_count, longest;
-    uint64_t list_bytes;          /* that the lists take; the buffers may be larger */
-    uint64_t keys_offset;         /* of the sorted half, in entries */
+    uint64_t list_bytes;   /* that the lists take; the buffers may be larger */
+    uint64_t keys_offset;  /* of the sorted half, in entries */
+    uint64_t most_bytes;   /* that the buffers may take; 0: any */
+    uint64_t lacked_bytes; /* that the last lists would have taken, where those were too few */
     bool has_media, may_surround; /* of the items listed: struct geometry_items */
 };
 
 enum pixel_lists_outcome { PIXEL_LISTS_FAILED, PIXEL_LISTS_BUILT, PIXEL_LISTS_TOO_MANY };
 
-/* Builds the lists of one window. TOO_MANY asks the caller to split the window; err is then
- * untouched. A single list beyond PIXEL_LISTS_LONGEST_MAX is ERROR_OVER_BUDGET. Nothing transparent
- * in view: built, with no entries. */
+/* Builds the lists of one window. TOO_MANY asks the caller to split the window, for entries or,
+ * with lacked_bytes, for memory; err is then untouched. A single list beyond
+ * PIXEL_LISTS_LONGEST_MAX is ERROR_OVER_BUDGET. Nothing transparent in view: built, with no
+ * entries. */
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items, struct error *err);

@@ -130,7 +130,7 @@ static void batches_of_lights_give_the_bits_of_all_at_once(void **state)
     compare("24 lights in batches", shot, 24 << 20, 0);
     shot.quality.samples = 1;
     shot.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
-    compare("24 lights in batches, linked shadows", shot, 96 << 20, 0);
+    compare("24 lights in batches, linked shadows", shot, 32 << 20, 0);
     shot.quality.shadows = VIEW_SHADOWS_AUTO;
     shot.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     compare("24 lights in batches, linked light lists", shot, 24 << 20, 1e-6);
@@ -140,9 +140,9 @@ static void batches_of_lights_give_the_bits_of_all_at_once(void **state)
 static void windows_and_batches_go_together(void **state)
 {
     (void)state;
-    struct shot shot = {.lights = 12, .resolution = 128, .width = 4200, .height = 24};
+    struct shot shot = {.lights = 12, .resolution = 256, .width = 4200, .height = 24};
     shot.quality.samples = 1;
-    compare("12 lights in batches, two windows", shot, 8 << 20, 0);
+    compare("12 lights in batches, two windows", shot, 32 << 20, 0);
 }
 
 static void hundreds_of_shadowed_lights_stay_within_their_memory(void **state)

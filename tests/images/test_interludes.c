@@ -197,7 +197,7 @@ static void batches_of_lights_keep_their_bits(void **state)
     (void)state;
     struct fixture fixture;
     struct renderer *renderer =
-        create_renderer(&(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 24 << 20});
+        create_renderer(&(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 36 << 20});
     fixture_init(&fixture, renderer);
     struct view view = demo_view(VIEW_SHADOWS_DEEP);
     view.quality.shadow_resolution = 256;
@@ -217,7 +217,7 @@ static void shading_stops_between_bands(void **state)
                                                    VIEW_SHADOWS_RAYTRACED_SHADOWS};
     struct fixture fixture;
     (void)state;
-    for (int budget_mib = 0; budget_mib <= 24; budget_mib += 24) {
+    for (int budget_mib = 0; budget_mib <= 36; budget_mib += 36) {
         fixture_init(&fixture, create_renderer(&(struct renderer_desc){
                                    .is_strict = true,
                                    .first_band = 512,

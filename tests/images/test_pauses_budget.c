@@ -114,7 +114,7 @@ static void assert_batches_follow(struct fixture *fixture, uint64_t from_bytes, 
 {
     struct view_light lights[LIGHTS];
     const struct view view = lit_view(lights);
-    uint64_t *budget_bytes = &fixture->renderer->shadows->store.budget_bytes;
+    uint64_t *budget_bytes = &fixture->renderer->shadow_most_bytes;
     struct frame plain, paused;
     bool is_lost = true, is_good = false;
     uint64_t batches, more = 0;
