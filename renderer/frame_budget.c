@@ -237,7 +237,9 @@ struct window_budget frame_budget_windows(const struct frame_run *run)
     budget.beside_bytes = beside_bytes(run);
     budget.bytes = less(renderer->budget_bytes, budget.beside_bytes);
     if (renderer->interlude)
-        budget.bytes -= least(budget.bytes / PAUSE_SHARE, renderer->budget_bytes / WINDOWS_LEAST);
+        budget.pause_bytes =
+            least(budget.bytes / PAUSE_SHARE, renderer->budget_bytes / WINDOWS_LEAST);
+    budget.bytes -= budget.pause_bytes;
     renderer->use.shadow_bytes = shadow_bytes(run);
     frame_budget_resume(renderer);
     return budget;
@@ -306,12 +308,13 @@ bool window_budget_refuse(const struct window_budget *budget, const struct frame
     return error_set(
         err, ERROR_OVER_BUDGET,
         "the frame needs %llu bytes: %llu of scenes, %llu of shadow structures, %llu of "
-        "rays, %llu of targets and %llu of lists for no more than %dx%d pixels; the "
-        "budget is %llu bytes",
-        (unsigned long long)(budget->beside_bytes + targets + lacked_bytes),
+        "rays, %llu of targets and %llu of lists for no more than %dx%d pixels, and %llu "
+        "for frames that go first; the budget is %llu bytes",
+        (unsigned long long)(budget->beside_bytes + targets + lacked_bytes + budget->pause_bytes),
         (unsigned long long)scene_cache_size_bytes(renderer->scenes),
         (unsigned long long)renderer->use.shadow_bytes,
         (unsigned long long)raytrace_cache_size_bytes(renderer->traced),
         (unsigned long long)targets, (unsigned long long)lacked_bytes, window->width,
-        window->height, (unsigned long long)renderer->budget_bytes);
+        window->height, (unsigned long long)budget->pause_bytes,
+        (unsigned long long)renderer->budget_bytes);
 }

@@ -32,6 +32,7 @@ struct window_budget {
     uint64_t bytes;        /* in all */
     uint64_t pixel_bytes;  /* targets and outputs, for each pixel */
     uint64_t beside_bytes; /* what scenes, shadow structures and rays take */
+    uint64_t pause_bytes;  /* left to frames that go first */
 };
 
 /* Before the first window; makes room for it. */
