@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Bounds of alpha by blocks of texels. */
+/* Alpha and its bounds by blocks of texels. */
 #include "renderer/raytrace/rt_mask.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static uint32_t end_of_block(uint32_t block, uint32_t size)
 {
@@ -17,7 +18,8 @@ bool rt_mask_init(struct rt_mask *mask, const uint8_t *texels, uint32_t width, u
     uint32_t rows = (height + RT_MASK_BLOCK - 1) / RT_MASK_BLOCK;
     *mask = (struct rt_mask){.columns = columns};
     mask->bounds = calloc((size_t)columns * rows + 1, sizeof *mask->bounds);
-    if (!mask->bounds)
+    mask->alpha = aligned_alloc(64, ((size_t)columns * rows + 1) * sizeof *mask->alpha);
+    if (!mask->bounds || !mask->alpha)
         return error_set(err, ERROR_NO_MEMORY, "mask of %u x %u texels", width, height);
     for (uint32_t b = 0; b < columns * rows; b++) {
         uint32_t column = b % columns, row = b / columns;
@@ -29,6 +31,11 @@ bool rt_mask_init(struct rt_mask *mask, const uint8_t *texels, uint32_t width, u
                 most = alpha > most ? alpha : most;
             }
         }
+        memset(mask->alpha[b], 0, sizeof mask->alpha[b]);
+        for (uint32_t y = row * RT_MASK_BLOCK; y < height && y / RT_MASK_BLOCK == row; y++)
+            for (uint32_t x = column * RT_MASK_BLOCK; x < width && x / RT_MASK_BLOCK == column; x++)
+                mask->alpha[b][y % RT_MASK_BLOCK][x % RT_MASK_BLOCK] =
+                    texels[4 * ((size_t)y * width + x) + 3];
         mask->bounds[b][0] = least;
         mask->bounds[b][1] = most;
     }
@@ -38,5 +45,6 @@ bool rt_mask_init(struct rt_mask *mask, const uint8_t *texels, uint32_t width, u
 void rt_mask_finish(struct rt_mask *mask)
 {
     free(mask->bounds);
+    free(mask->alpha);
     *mask = (struct rt_mask){0};
 }

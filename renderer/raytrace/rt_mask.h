@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Least and largest alpha of the blocks of an image: most lookups of a mask need no texel, and a
- * mask's blocks fit where its texels do not. Thread: built by one, then read by any. */
+ * mask's blocks fit where its texels do not. Alpha itself by blocks, too: one is a cache line,
+ * where it would be eight lines of the image, and more for the colours between. Thread: built by
+ * one, then read by any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_MASK_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_MASK_H
 
@@ -14,6 +16,8 @@ enum { RT_MASK_BLOCK = 8 }; /* texels a side */
 struct rt_mask {
     uint8_t (*bounds)[2]; /* owned; of each block and one texel more to the right and below; NULL:
                              there is no mask */
+    uint8_t (*alpha)[RT_MASK_BLOCK][RT_MASK_BLOCK]; /* owned; of each block, by row; 0 beyond the
+                                                       image */
     uint32_t columns;
 };
 
@@ -22,10 +26,21 @@ MUST_CHECK bool rt_mask_init(struct rt_mask *mask, const uint8_t *texels, uint32
                              uint32_t height, struct error *err);
 void rt_mask_finish(struct rt_mask *mask); /* accepts zeroed */
 
+static inline size_t rt_mask_block(const struct rt_mask *mask, size_t x, size_t y)
+{
+    return y / RT_MASK_BLOCK * mask->columns + x / RT_MASK_BLOCK;
+}
+
+/* Of one texel of the image. */
+static inline uint8_t rt_mask_alpha(const struct rt_mask *mask, size_t x, size_t y)
+{
+    return mask->alpha[rt_mask_block(mask, x, y)][y % RT_MASK_BLOCK][x % RT_MASK_BLOCK];
+}
+
 /* Bounds of the alpha of the texels x to x + 1, y to y + 1, all of them in the image. */
 static inline const uint8_t *rt_mask_bounds(const struct rt_mask *mask, size_t x, size_t y)
 {
-    return mask->bounds[y / RT_MASK_BLOCK * mask->columns + x / RT_MASK_BLOCK];
+    return mask->bounds[rt_mask_block(mask, x, y)];
 }
 
 #endif

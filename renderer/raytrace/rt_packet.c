@@ -110,13 +110,30 @@ static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunction
                             &packet->hits[lane]);
 }
 
+/* 1 << lane of those that a call is about, mostly few: found without a branch for each. */
+static uint32_t valid_lanes(const int *valid, unsigned n)
+{
+    static const uint32_t bits[RT_LANES] = {
+        1u << 0, 1u << 1, 1u << 2,  1u << 3,  1u << 4,  1u << 5,  1u << 6,  1u << 7,
+        1u << 8, 1u << 9, 1u << 10, 1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15};
+    uint32_t lanes = 0;
+    if (n == RT_LANES) /* a constant is worth it */
+        for (unsigned i = 0; i < RT_LANES; i++)
+            lanes |= (uint32_t)valid[i] & bits[i];
+    else
+        for (unsigned i = 0; i < n; i++)
+            lanes |= (uint32_t)valid[i] & bits[i];
+    return lanes;
+}
+
 /* Lanes are told by their ray id, because Embree also filters parts of a packet. */
 static void filter_lanes(const struct RTCFilterFunctionNArguments *args)
 {
     struct rt_packet *packet = ((struct packet_context *)args->context)->packet;
-    for (unsigned i = 0; i < args->N; i++)
-        if (args->valid[i] == -1)
-            args->valid[i] = filter_lane(packet, args, i) ? -1 : 0;
+    for (uint32_t lanes = valid_lanes(args->valid, args->N); lanes; lanes &= lanes - 1) {
+        unsigned i = (unsigned)__builtin_ctz(lanes);
+        args->valid[i] = filter_lane(packet, args, i) ? -1 : 0;
+    }
 }
 
 /* A filter of the context sees all hits; that of the geometry then leaves them to it. */

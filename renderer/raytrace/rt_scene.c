@@ -124,6 +124,7 @@ static bool add_mask(struct rt_scene *scene, const struct state_item *item, stru
         return true;
     const struct scene_image *from = &s->images[image];
     scene->vertex_bytes +=
+        (uint64_t)from->width_px * from->height_px +
         (uint64_t)from->width_px * from->height_px / (RT_MASK_BLOCK * RT_MASK_BLOCK) * 2;
     return rt_mask_init(&scene->masks[image], scene_image_pixels(s, from), from->width_px,
                         from->height_px, err);

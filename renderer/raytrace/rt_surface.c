@@ -138,7 +138,9 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
         factor *= color[3];
     }
     const struct rt_mask *mask = is_found ? &scene->masks[lookup.texture->image] : NULL;
-    if (is_found && square.is_whole && factor >= 0 && mask->bounds) {
+    const bool is_in_mask = is_found && square.is_whole && mask->bounds;
+    if (is_in_mask && factor >= 0) {
+        __builtin_prefetch(mask->alpha[rt_mask_block(mask, square.x, square.y)]);
         const uint8_t *b = rt_mask_bounds(mask, square.x, square.y);
         if (clamp01(b[0] / 255.0 * factor) >= cutoff + slack)
             return true;
@@ -147,8 +149,11 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
     }
     if (is_found)
         alpha = 0;
-    for (int i = 0; is_found && i < square.count; i++)
-        alpha += square.weights[i] * (square.texels[i][3] / 255.0);
+    for (size_t i = 0; is_found && i < (size_t)square.count; i++) {
+        uint8_t texel = is_in_mask ? rt_mask_alpha(mask, square.x + (i & 1), square.y + (i >> 1))
+                                   : square.texels[i][3];
+        alpha += square.weights[i] * (texel / 255.0);
+    }
     return clamp01(alpha * factor) >= cutoff;
 }
 
