@@ -235,8 +235,9 @@ static bool linearise(struct compare_input *input, const struct image_header *he
         return fail(failure, EXIT_CODE_REFUSED,
                     "'%s' has no output '%s': a %s file holds one picture, compared as color",
                     input->file, wanted, input->format);
-    snprintf(input->layer, sizeof input->layer, "color");
-    input->is_display = true;
+    bool are_numbers = decoded->component == IMAGE_U16 && decoded->channels < 3;
+    snprintf(input->layer, sizeof input->layer, are_numbers ? "numbers" : "color");
+    input->is_display = !are_numbers;
     if (decoded->component == IMAGE_U16)
         return linearise_16_bits(input, decoded, failure);
     if (!image_linear_from_srgb(decoded, &input->image, &err))

@@ -44,6 +44,8 @@ static bool read_png(struct image_header *header, const uint8_t *b, size_t size)
             return false;
         if (memcmp(b + at + 4, "IEND", 4) == 0)
             return true;
+        if (memcmp(b + at + 4, "tRNS", 4) == 0 && header->channels % 2)
+            header->channels++; /* 11.3.2.1: alpha, of one grey, one colour or a palette */
         at += CHUNK_BYTES + length;
     }
     return false;

@@ -20,7 +20,8 @@ enum image_kind {
 struct image_header {
     enum image_kind kind;
     uint32_t width_px, height_px;
-    int channels, bits; /* of PNG (a palette: 3) and JPEG, bits per channel; 0: not told */
+    int channels, bits; /* of PNG (a palette: 3; with alpha of tRNS) and JPEG, bits per channel; 0:
+                           not told */
 };
 
 /* ERROR_UNSUPPORTED names a format that is known but not read, ERROR_INVALID_SCENE tells of a

@@ -11,7 +11,7 @@ import subprocess
 
 import flip_model
 from cli_support import BIN, VITRAIL, CliTest, main
-from image_files import exr_bytes, exr_color, png_bytes, read_png
+from image_files import exr_bytes, exr_color, png_bytes, png_chunk, read_png
 
 WIDTH, HEIGHT = 21, 14
 FAST_PPD = "24"  # smaller filters: the plain model in Python is quadratic in them
@@ -134,7 +134,8 @@ class CompareTest(CliTest):
         for grey in ("grey.png", "veil.png", "deep.png"):
             for color in ("rgb.png", "rgba.png", "color.exr"):
                 for pair in ((grey, color), (color, grey)):
-                    self.assertRegex(self.refused(*pair), "the image has . channels, the reference")
+                    self.assertRegex(self.refused(*pair),
+                                     "the image has . channels, the reference|holds numbers")
         result = self.compare("grey.png", "grey.png")
         self.assertEqual((result["rmse"], result["compared"], list(result["channels"])),
                          (0, 4, ["Y"]))
@@ -142,6 +143,12 @@ class CompareTest(CliTest):
         result = self.compare("veil.png", "grey.png")  # alpha is multiplied in, and left out
         self.assertAlmostEqual(result["max"], 0.8 * linear(40), delta=1e-7)
         self.assertEqual(sorted(self.compare("veil.png", "veil.png")["channels"]), ["A", "Y"])
+        key = png_chunk(b"tRNS", struct.pack(">H", 255))  # white is transparent
+        white, black = png_bytes(2, 2, bytes(4 * (255,))), png_bytes(2, 2, bytes(4))
+        self.write("keyed.png", white[:33] + key + white[33:])
+        self.write("plain.png", black[:33] + key + black[33:])
+        result = self.compare("keyed.png", "plain.png")["channels"]
+        self.assertEqual((result["Y"]["max"], result["A"]["max"]), (0, 1))
         self.exr("grey.exr", lambda x, y: (linear((10, 20, 30, 40)[x + 2 * y]),) * 3, size=(2, 2))
         self.assertLess(self.compare("rgb.png", "grey.exr")["max"], 1e-7)
 
@@ -150,6 +157,9 @@ class CompareTest(CliTest):
         self.write("b.png", png_bytes(2, 1, struct.pack(">2H", 1001, 60000), 16))
         result = self.compare("a.png", "b.png")
         self.assertEqual((result["differing"], result["image"]["format"]), (1, "png"))
+        self.assertIsNone(result["flip"])
+        self.write("coarse.png", png_bytes(2, 1, bytes((4, 234))))
+        self.assertRegex(self.refused("a.png", "coarse.png"), "holds numbers, .* holds color")
         self.assertAlmostEqual(result["max"], 1 / 65535, delta=1e-9)
         color = struct.pack(">8H", 65535, 0, 32768, 65535, 65535, 257, 0, 13107)
         self.write("rgba.png", png_bytes(2, 1, color, 16))
