@@ -185,6 +185,8 @@ bool texture_speed_measure(struct renderer *renderer, struct texture_speed *spee
     for (int i = 0; i < FORMATS; i++)
         gl_texture_finish(&probe.textures[i]);
     *elapsed_ms = wall_ms() - begin_ms;
+    if (!is_good)
+        *speed = (struct texture_speed){0};
     return is_good || error_wrap(err, "measuring compressed textures");
 }
 

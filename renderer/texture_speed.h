@@ -21,8 +21,8 @@ struct texture_speed {
 enum { TEXTURE_SPEED_AUTO_LEVELS = 5 };
 
 /* Takes a few ms where programs are compiled already, once for each of three formats: the same work
- * in turns, the least of each. False without error (*speed zeroed) where the device samples no
- * blocks. Leaves nothing behind but a compiled program. */
+ * in turns, the least of each. True with *speed zeroed where the device samples no blocks.
+ * Leaves nothing behind but a compiled program. */
 MUST_CHECK bool texture_speed_measure(struct renderer *renderer, struct texture_speed *speed,
                                       double *elapsed_ms, struct error *err);
 

@@ -22,12 +22,23 @@ static bool is_too_fine(const struct stored_texture *t)
 
 /* ---- all ---- */
 
-static void read_ahead(struct texture_pool *pool, size_t from)
+static uint64_t size_granted(const struct stored_texture *t)
+{
+    return texture_granted_from(t, t->granted);
+}
+
+static bool shrinks(const struct stored_texture *t)
+{
+    return size_granted(t) < t->full.texture.size_bytes;
+}
+
+/* Of the textures that are missing, or those of them that become smaller. */
+static void read_ahead(struct texture_pool *pool, size_t from, bool shrinking)
 {
     struct texture_packing what;
     for (int ahead = 0; from < pool->wish_count && ahead < READ_AHEAD; from++) {
         struct stored_texture *t = pool->textures[from];
-        if (!texture_is_missing(t))
+        if (!texture_is_missing(t) || (shrinking && !shrinks(t)))
             continue;
         if (!t->packs)
             texture_reader_ask(pool->reader, texture_level_pixels(t, t->granted),
@@ -53,7 +64,8 @@ static void settle_incoming(struct texture_pool *pool, uint64_t bytes,
         return;
     }
     bool is_surpassed =
-        t->full.texture.name && t->full.is_packed == in->is_packed && t->full.top <= in->top;
+        (t->full.texture.name && t->full.is_packed == in->is_packed && t->full.top <= in->top) ||
+        (t->granted != TEXTURE_UNNEEDED && in->is_packed != t->packs);
     for (size_t i = 0; i < pool->count; i++)
         if (pool->textures[i]->granted == TEXTURE_UNNEEDED)
             bytes += pool->textures[i]->full.texture.size_bytes;
@@ -62,20 +74,15 @@ static void settle_incoming(struct texture_pool *pool, uint64_t bytes,
         texture_abandon(in);
 }
 
-static uint64_t size_granted(const struct stored_texture *t)
-{
-    return texture_granted_from(t, t->granted);
-}
-
 /* Textures that are missing: those that become smaller with it, or the others. */
 static bool bring_missing(struct texture_pool *pool, bool shrinking,
                           struct texture_spending *spending, struct error *err)
 {
     for (size_t i = 0; i < pool->wish_count; i++) {
         struct stored_texture *t = pool->textures[i];
-        if (!texture_is_missing(t) || (shrinking && size_granted(t) >= t->full.texture.size_bytes))
+        if (!texture_is_missing(t) || (shrinking && !shrinks(t)))
             continue;
-        read_ahead(pool, i + 1);
+        read_ahead(pool, i + 1, shrinking);
         if (!texture_replace(t, t->granted, spending, err))
             return false;
     }

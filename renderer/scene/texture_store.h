@@ -26,7 +26,8 @@ struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, s
 void texture_pool_destroy(struct texture_pool *pool);              /* after all of its stores */
 double texture_pool_bytes_per_ms(const struct texture_pool *pool); /* as measured, lately */
 /* Colours are compressed where a wish exceeds the budget so that so many levels or more
- * would be withheld else; of more than 1, from most textures. 0: never. Takes effect with the next
+ * would be withheld else; of more than 1, where besides one level less would take twice the
+ * budget. 0: never. Takes effect with the next
  * wish. */
 void texture_pool_set_compression(struct texture_pool *pool, uint32_t from_levels);
 bool texture_pool_samples_blocks(const struct texture_pool *pool); /* the device does */
