@@ -20,13 +20,13 @@ enum config_auto { CONFIG_AUTO_RASTER, CONFIG_AUTO_MEASURED, CONFIG_AUTO_RAYTRAC
 
 enum config_action { CONFIG_SERVE, CONFIG_CHECK, CONFIG_PRINT, CONFIG_VERSION, CONFIG_HELP };
 
-/* Fixed size, so it is handed down by const pointer and freed by nobody. */
 enum config_compression {
     CONFIG_COMPRESSION_OFF,
     CONFIG_COMPRESSION_ON,   /* before any level is withheld */
     CONFIG_COMPRESSION_AUTO, /* where the device gains by it, before many are */
 };
 
+/* Fixed size, so it is handed down by const pointer and freed by nobody. */
 struct config {
     enum config_action action;
     char listen[CONFIG_TEXT_BYTES];      /* HOST:PORT as given */

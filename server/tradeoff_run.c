@@ -431,14 +431,17 @@ static double expected_ms(const struct run *run, int index)
                  : 0;
 }
 
-/* The one that is expected to be the fastest, of one sample where that is open. */
+/* The one that is expected to be the fastest, of one sample where that is open; -1 where each was
+ * tried. */
 static int find_quickest(const struct run *run)
 {
-    int quickest = 0;
+    int quickest = -1;
     double least_ms = INFINITY;
     for (int i = 0; i < run->planned; i++) {
         const struct tradeoff_setting *setting = &run->settings[i];
         double ms = expected_ms(run, i);
+        if (!run->is_open[i])
+            continue;
         if (ms <= 0) /* nothing is known: a raster of few texels before one of many */
             ms = run->traced_ms + setting->shadow_resolution + setting->samples;
         if (ms < least_ms) {
@@ -454,8 +457,10 @@ static bool measure_one(struct run *run)
 {
     if (run->planned == 0 || run->entry->document.row_count > 0)
         return true;
-    if (!measure_error(run, find_quickest(run), true))
-        return false;
+    for (int i = find_quickest(run); i >= 0 && run->entry->document.row_count == 0;
+         i = find_quickest(run))
+        if (!measure_error(run, i, true))
+            return false;
     if (run->entry->document.row_count == 0)
         return true;
     pthread_mutex_lock(&run->tradeoffs->mutex);

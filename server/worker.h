@@ -10,7 +10,8 @@
  * in:
  *   configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes,
  *             texture_upload_ms, texture_compression, cache_bytes, dump_shaders,
- *             program_folder, program_budget_bytes, auto, speed_file}: first, once
+ *             program_folder, program_budget_bytes, auto, speed_file, texture_file}: first,
+ *             once
  *   render    {id, scene, urgent, format, reuse, coarse, parts, forget}, descriptors: the request
  *             as JSON (memfd), the scene's blob, those of `parts` in their order
  *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a
@@ -25,6 +26,7 @@
  *   begin     {id}: the GL thread works on it
  *   paused    {id}: urgent ones, on scenes that the worker has, go before the rest of it
  *   resumed   {id}: it goes on
+ *   submitted {id}: the device works on it, and the GL thread may go on with another
  *   rendered  {id}: the encode pool works on it
  *   done      {id, stats}, descriptor: the image (sealed memfd)
  *   answer    {id, result}, perhaps a descriptor: its image or text
