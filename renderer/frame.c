@@ -99,7 +99,11 @@ static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
         .camera = &opened->camera,
         .limits = gl_context_limits(renderer->context),
         .automatic = &renderer->automatic,
-        .shadow_budget_bytes = shadow_system_budget_bytes(renderer->shadows),
+        .shadow_budget_bytes = renderer->use.shadow_bytes ? renderer->use.shadow_bytes : 1, /* 0
+                                                                                               would
+                                                                                               be
+                                                                                               any
+                                                                                             */
     };
 }
 

@@ -98,6 +98,12 @@ static uint64_t scene_bytes(const struct resident_scene *scene)
     return bytes;
 }
 
+/* Of a frame that goes first, though the frame that waits holds all the rest: rays may. */
+static uint64_t least_beside(const struct renderer *renderer)
+{
+    return renderer->is_beside ? renderer->budget_bytes / WINDOWS_LEAST : 0;
+}
+
 /* Within a pause, of what the frame that waits does not hold. */
 static uint64_t share_of(const struct renderer *renderer, const struct resident_scene *scene)
 {
@@ -108,7 +114,8 @@ static uint64_t share_of(const struct renderer *renderer, const struct resident_
     uint64_t held =
         less(renderer_used_bytes(renderer),
              shadow_system_size_bytes(renderer->shadows) + renderer_window_bytes(renderer));
-    return least(renderer->shadow_most_bytes, less(all, held) / 4 * 3);
+    uint64_t share = less(all, held) / 4 * 3, floor = least_beside(renderer);
+    return least(renderer->shadow_most_bytes, share > floor ? share : floor);
 }
 
 void frame_budget_resume(struct renderer *renderer)
@@ -120,7 +127,6 @@ void frame_budget_resume(struct renderer *renderer)
 void frame_budget_share(struct renderer *renderer, const struct resident_scene *scene)
 {
     renderer->use.shadow_bytes = share_of(renderer, scene);
-    frame_budget_resume(renderer);
 }
 
 static bool has_step(const struct frame_run *run, enum plan_step step)
@@ -170,6 +176,7 @@ void frame_budget_begin(const struct frame_run *run)
     renderer->use.has_windows = true; /* they are kept while scenes that nobody shows can go */
     renderer->use.has_rays = has_step(run, PLAN_STEP_RAYS) || has_step(run, PLAN_STEP_TRACE);
     frame_budget_share(renderer, run->scene); /* its textures are there now */
+    frame_budget_resume(renderer);
     uint64_t shadows = shadows_to_come(run), own = renderer_window_bytes(renderer);
     uint64_t wanted = wanted_bytes(run, pixel_bytes_of(run));
     shadows += less(wanted, own);
@@ -236,6 +243,8 @@ struct window_budget frame_budget_windows(const struct frame_run *run)
         shadow_system_set_budget(renderer->shadows, 0); /* none of the structures is this frame's */
     budget.beside_bytes = beside_bytes(run);
     budget.bytes = less(renderer->budget_bytes, budget.beside_bytes);
+    if (budget.bytes < least_beside(renderer))
+        budget.bytes = least_beside(renderer);
     if (renderer->interlude)
         budget.pause_bytes =
             least(budget.bytes / PAUSE_SHARE, renderer->budget_bytes / WINDOWS_LEAST);

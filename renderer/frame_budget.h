@@ -9,10 +9,10 @@
 
 #include "renderer/frame_run.h"
 
-/* Of a frame that shows the scene, before its plan: how much shadow structures may take from now
- * on. */
+/* Of a frame that shows the scene, before its plan: how much its shadow structures may take,
+ * use.shadow_bytes. Drops nothing. */
 void frame_budget_share(struct renderer *renderer, const struct resident_scene *scene);
-/* The same again, after other frames. */
+/* That holds from now on, and again after other frames: structures beyond it go. */
 void frame_budget_resume(struct renderer *renderer);
 
 /* For struct shadow_system_desc; renderer: the one that is not beside another. */

@@ -470,6 +470,11 @@ static bool run_windows(const struct frame_run *run, struct error *err)
     struct window_stack stack = {.depth = 1};
     stack.windows[0] = (struct camera_window){
         0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
+    struct camera_window part = stack.windows[0]; /* the least, where there are as many as may be */
+    part.height = (part.height + WINDOWS_MAX - 1) / WINDOWS_MAX;
+    if (pixels_of(&part) > WINDOW_PIXELS_LEAST &&
+        !window_budget_has_room(&budget, pixels_of(&part)))
+        return window_budget_refuse(&budget, run, &part, 0, err);
     while (stack.depth)
         if (!run_top(run, &budget, &stack, err))
             return false;

@@ -59,8 +59,10 @@ bool light_batches_prepare(const struct frame_run *run, struct error *err)
     struct content_key key = key_of_run(run);
     struct error failure = {0};
     size_t structures = 0;
-    if (!content_key_equals(batches->key, key))
+    uint64_t share_bytes = run->renderer->use.shadow_bytes;
+    if (!content_key_equals(batches->key, key) || share_bytes > batches->share_bytes)
         *batches = (struct light_batches){.key = key};
+    batches->share_bytes = share_bytes;
     if (batches->most)
         return true;
     if (prepare_shadows(run, NULL, &run->frame->report, &failure)) {

@@ -28,7 +28,8 @@ void kept_state_drop(struct kept_state *kept);
 /* How the lights of the last frame fitted the budget of shadows (renderer/light_batches.h). */
 struct light_batches { /* zeroed: nothing is known */
     struct content_key key;
-    size_t most; /* structures at once; 0: all */
+    size_t most;          /* structures at once; 0: all */
+    uint64_t share_bytes; /* of the budget, for which that holds: a larger one is tried anew */
 };
 
 struct frame_flight { /* zeroed: none (renderer/frame_flight.h) */

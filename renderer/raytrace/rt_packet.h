@@ -24,7 +24,7 @@ struct rt_packet { /* zeroed before init */
     struct rt_candidate waiting[RT_LANES][RT_WAITING_MAX]; /* transparent, until the end is known */
     int waiting_counts[RT_LANES];
     struct rt_query *query; /* owned; rays as Embree has them */
-    int wary; /* so many packets more look at each opaque hit: a ray met one that it passes */
+    int wary; /* so many rays more look at each opaque hit: a ray met one that it passes */
 };
 
 MUST_CHECK bool rt_packet_init(struct rt_packet *packet, const struct rt_scene *scene,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Shadow rays of points that wait until eight of them go to one light, and what comes of them.
+/* Shadow rays of points that wait until a packet of them goes to one light, and what comes of them.
  * Thread: one per queue. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_SHADOW_RAYS_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_SHADOW_RAYS_H

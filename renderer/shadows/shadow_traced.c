@@ -18,6 +18,7 @@ bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_d
 {
     traced_shadows_end(traced);
     traced->window_bytes = 0;
+    traced->lacked_bytes = 0;
     traced->failure = (struct error){0};
     traced->rays = raytrace_shadows_create(desc, is_shadowed, &traced->stats, err);
     return traced->rays != NULL;

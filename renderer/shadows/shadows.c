@@ -421,7 +421,9 @@ static bool check_size(const struct shadow_system *shadows, struct error *err)
 static bool is_refused(const struct shadow_system *shadows, const struct view_quality *quality)
 {
     return quality->shadow_error_allowed > 0 && shadows->allowed_error <= 0 &&
-           shadows->light_count > 0 && content_key_equals(shadows->refused, key_of_all(shadows));
+           shadows->light_count > 0 &&
+           shadows->store.budget_bytes <= shadows->refused_budget_bytes &&
+           content_key_equals(shadows->refused, key_of_all(shadows));
 }
 
 static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
@@ -495,8 +497,10 @@ static bool prepare_within_budget(struct shadow_system *shadows,
         failure = (struct error){0};
         begin_attempt(shadows, attempt, quality->shadow_error_allowed);
         if (prepare_maps(shadows, desc, &failure)) {
-            if (is_compressed_in(attempt))
+            if (is_compressed_in(attempt)) {
                 shadows->refused = exact;
+                shadows->refused_budget_bytes = shadows->store.budget_bytes;
+            }
             if (is_compressed_in(attempt) && !(desc->progress && desc->progress->is_interrupted))
                 report_warn(report,
                             "exact shadow lists exceed the budget of %llu bytes: compressed, no "
