@@ -28,7 +28,9 @@ static const struct gl_program *lookup_program(const struct shade_desc *desc, bo
                              err);
 }
 
-static bool ask(struct shade *shade, const struct shade_desc *desc, uint64_t count, bool is_silent,
+/* statistics: not those of the frame, which are read after it. */
+static bool ask(const struct shade *shade, struct gl_buffer *statistics,
+                const struct shade_desc *desc, uint64_t count, bool is_silent,
                 struct lookup_times *times, struct error *err)
 {
     uint32_t words[STATISTICS_WORDS];
@@ -38,9 +40,9 @@ static bool ask(struct shade *shade, const struct shade_desc *desc, uint64_t cou
     gl_program_use(program);
     gl_program_set_u(program, "u_count", (uint32_t)count);
     gl_program_set_u(program, "u_width_px", (uint32_t)desc->frame->window.width);
-    gl_buffer_clear_u32(&shade->statistics, 0, sizeof words, 0);
+    gl_buffer_clear_u32(statistics, 0, sizeof words, 0);
     gl_buffer_bind_storage(&shade->lights, BIND_LIGHTS);
-    gl_buffer_bind_storage(&shade->statistics, BIND_STATISTICS);
+    gl_buffer_bind_storage(statistics, BIND_STATISTICS);
     light_lists_bind(desc->lists, program);
     shadow_system_bind(desc->shadows, program);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
@@ -51,7 +53,7 @@ static bool ask(struct shade *shade, const struct shade_desc *desc, uint64_t cou
     *(is_silent ? &times->silent_cpu_ms : &times->asked_cpu_ms) += cpu_now_ms() - cpu_ms;
     *(is_silent ? &times->silent_wall_ms : &times->asked_wall_ms) += wall_now_ms() - wall_ms;
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    gl_buffer_read(&shade->statistics, 0, sizeof words, words);
+    gl_buffer_read(statistics, 0, sizeof words, words);
     for (int i = STATISTICS_LOOKUPS; i < STATISTICS_WORDS; i++)
         times->lookups += is_silent ? 0 : words[i];
     return true;
@@ -61,7 +63,7 @@ bool lookups_measure(struct shade *shade, const struct shade_desc *desc, struct 
                      struct error *err)
 {
     struct traced_shadows points = {0};
-    struct gl_buffer results = {0};
+    struct gl_buffer results = {0}, statistics = {0};
     *times = (struct lookup_times){0};
     if (desc->is_continued || desc->continues || !*shadow_system_defines(desc->shadows))
         return error_set(err, ERROR_INTERNAL, "lookups alone: no frame with all of its shadows");
@@ -69,17 +71,24 @@ bool lookups_measure(struct shade *shade, const struct shade_desc *desc, struct 
     if (outcome == TRACED_TOO_MANY)
         error_set(err, ERROR_INTERNAL, "lookups alone: too many points");
     bool ok = outcome == TRACED_COLLECTED;
-    ok = ok && gl_buffer_init(&results,
-                              &(struct gl_buffer_desc){.label = "bench.lookups",
-                                                       .size_bytes = points.window.count * 16},
-                              err);
+    ok = ok &&
+         gl_buffer_init(&results,
+                        &(struct gl_buffer_desc){.label = "bench.lookups",
+                                                 .size_bytes = points.window.count * 16},
+                        err) &&
+         gl_buffer_init(&statistics,
+                        &(struct gl_buffer_desc){.label = "bench.statistics",
+                                                 .size_bytes = STATISTICS_WORDS * 4,
+                                                 .is_dynamic = true},
+                        err);
     if (ok) {
         gl_buffer_bind_storage(&points.points, BIND_TRACED_POINTS);
         gl_buffer_bind_storage(&results, BIND_FRAGMENT_COLORS);
-        ok = ask(shade, desc, points.window.count, true, times, err) &&
-             ask(shade, desc, points.window.count, false, times, err);
+        ok = ask(shade, &statistics, desc, points.window.count, true, times, err) &&
+             ask(shade, &statistics, desc, points.window.count, false, times, err);
     }
     gl_buffer_finish(&results);
+    gl_buffer_finish(&statistics);
     traced_shadows_finish(&points);
     return ok;
 }
