@@ -114,8 +114,9 @@ struct frame_report {
         bool has_traced_shadows; /* rasterised, without maps */
         double expected_ms;      /* 0: not known */
     } chosen;
-    bool error_is_exact; /* of light's way to the surfaces of the color output nothing is left out
-                            or approximated, but for the sampling of texels */
+    bool has_lost_window; /* what came of it could not be read back: the frame has failed */
+    bool error_is_exact;  /* of light's way to the surfaces of the color output nothing is left out
+                             or approximated, but for the sampling of texels */
 };
 
 /* A pass has a line for each reason, and beyond half of the lines one for all further reasons. Each

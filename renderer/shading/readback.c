@@ -129,6 +129,7 @@ static bool collect(struct way *way, bool is_in_scope, struct error *err)
     }
     bool ok = mapped && gl_buffer_unmap(&way->buffer);
     release(way);
+    report->has_lost_window |= !ok;
     if (!ok)
         return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
                          (unsigned long long)bytes);
@@ -170,9 +171,11 @@ static struct way *take_way(struct readback *readback, const struct window_frame
     if (way)
         return way;
     way = oldest(readback, frame->report);
-    if (!way)
-        way = oldest(readback, NULL);
-    return collect(way, true, err) ? way : NULL;
+    if (way)
+        return collect(way, true, err) ? way : NULL;
+    struct error of_other = {0}; /* which that frame is told when it is collected */
+    way = oldest(readback, NULL);
+    return collect(way, true, &of_other) ? way : find_free(readback);
 }
 
 static void pack(struct way *way, const struct readback_desc *desc)
@@ -241,7 +244,8 @@ bool readback_collect(struct readback *readback, const struct frame_report *repo
             readback_drop(readback, report);
             return false;
         }
-    return true;
+    return !report->has_lost_window ||
+           error_set(err, ERROR_NO_MEMORY, "a part of the picture was lost while it was read back");
 }
 
 void readback_drop(struct readback *readback, const struct frame_report *report)
