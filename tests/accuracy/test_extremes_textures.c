@@ -269,12 +269,9 @@ static int close_country(void **state)
 static struct renderer *attach(const struct country *country, uint64_t budget)
 {
     struct error err = {0};
-    struct renderer *renderer = renderer_create(
-        &(struct renderer_desc){.is_strict = true, .texture_budget_bytes = budget}, &err);
-    if (!renderer && err.code == ERROR_NO_DEVICE)
-        exit(77);
-    if (!renderer ||
-        !renderer_attach_scene(
+    struct renderer *renderer = render_rig_create_as(
+        &(struct renderer_desc){.is_strict = true, .texture_budget_bytes = budget});
+    if (!renderer_attach_scene(
             renderer, &(struct renderer_scene_desc){.key = "country", .scene = &country->scene},
             &err))
         fail_msg("%s", err.message);

@@ -4,7 +4,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
+#include <stddef.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -74,14 +74,9 @@ static bool may_fly(int shot)
 
 static void stage_begin(struct stage *stage, bool defers)
 {
-    struct error err = {0};
     *stage = (struct stage){.flying = -1};
     stage->renderer =
-        renderer_create(&(struct renderer_desc){.is_strict = true, .defers_frames = defers}, &err);
-    if (!stage->renderer && err.code == ERROR_NO_DEVICE)
-        exit(77);
-    if (!stage->renderer)
-        fail_msg("%s", err.message);
+        render_rig_create_as(&(struct renderer_desc){.is_strict = true, .defers_frames = defers});
     rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
 }
 

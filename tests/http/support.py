@@ -339,6 +339,19 @@ class Daemon:
         wait_until(lambda: self.raw("GET", "/readyz").status == 200, "the daemon is ready", START_S)
         return self
 
+    def wait_device(self):
+        """Until it has a device; a test that has none is skipped as a whole."""
+        wait_until(
+            lambda: self.raw("GET", "/readyz").code != "overloaded", "a device or none", 180
+        )
+        reply = self.raw("GET", "/readyz")
+        if reply.status != 200:
+            print("skipped:", reply.json()["detail"])
+            with self:
+                self.stop()
+            sys.exit(77)
+        return self
+
     def post_scene(self, content, media_type="model/gltf-binary"):
         return self.request("POST", "/v1/scenes", content, {"Content-Type": media_type})
 

@@ -5,7 +5,6 @@ import hashlib
 import json
 import os
 import re
-import sys
 import unittest
 
 import support
@@ -18,16 +17,7 @@ SIZE = {"width": 96, "height": 64}
 
 
 def open_daemon(*flags, state_dir=None):
-    daemon = support.Daemon(*flags, program=REAL, state_dir=state_dir)
-    support.wait_until(
-        lambda: daemon.raw("GET", "/readyz").code != "overloaded", "a device or none", 180
-    )
-    if daemon.raw("GET", "/readyz").status != 200:
-        print("skipped:", daemon.raw("GET", "/readyz").json()["detail"])
-        with daemon:
-            daemon.stop()
-        sys.exit(77)
-    return daemon
+    return support.Daemon(*flags, program=REAL, state_dir=state_dir).wait_device()
 
 
 def automatic(daemon):

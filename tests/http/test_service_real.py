@@ -5,7 +5,6 @@ import json
 import os
 import re
 import struct
-import sys
 from xml.dom import minidom
 
 import support
@@ -107,14 +106,7 @@ class Real(support.unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         # passes of maps are looked at
-        cls.daemon = support.Daemon("--auto", "raster", program=REAL)
-        support.wait_until(
-            lambda: cls.daemon.raw("GET", "/readyz").code != "overloaded", "a device or none", 180
-        )
-        if cls.daemon.raw("GET", "/readyz").status != 200:
-            print("skipped:", cls.daemon.raw("GET", "/readyz").json()["detail"])
-            cls.tearDownClass()
-            sys.exit(77)
+        cls.daemon = support.Daemon("--auto", "raster", program=REAL).wait_device()
         cls.scene = cls.daemon.push(lit_floor())
 
     @classmethod

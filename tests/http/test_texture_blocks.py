@@ -2,7 +2,6 @@
 """Compressed textures as capabilities tell them: what was asked for, what was measured of the
 device and what follows; and tags of images that differ by it."""
 import os
-import sys
 import unittest
 
 import support
@@ -13,15 +12,7 @@ support.needs(REAL)
 
 def open_daemon(*flags, program=REAL, state_dir=None):
     daemon = support.Daemon("--auto=raster", *flags, program=program, state_dir=state_dir)
-    support.wait_until(
-        lambda: daemon.raw("GET", "/readyz").code != "overloaded", "a device or none", 180
-    )
-    if daemon.raw("GET", "/readyz").status != 200:
-        print("skipped:", daemon.raw("GET", "/readyz").json()["detail"])
-        with daemon:
-            daemon.stop()
-        sys.exit(77)
-    return daemon
+    return daemon.wait_device()
 
 
 def told(*flags, **more):

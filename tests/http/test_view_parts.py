@@ -2,7 +2,6 @@
 """Parts of views over the real renderer: other scenes on nodes, against the same in one file."""
 import json
 import struct
-import sys
 
 import support
 import test_service_real as real
@@ -30,13 +29,7 @@ PANE = {"name": "Pane", "mesh": 1, "translation": [0, 1, 0], "scale": [0.25, 1, 
 class Parts(support.unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.daemon = support.Daemon("--auto", "raster", program=real.REAL)
-        support.wait_until(
-            lambda: cls.daemon.raw("GET", "/readyz").code != "overloaded", "a device or none", 180)
-        if cls.daemon.raw("GET", "/readyz").status != 200:
-            print("skipped:", cls.daemon.raw("GET", "/readyz").json()["detail"])
-            cls.tearDownClass()
-            sys.exit(77)
+        cls.daemon = support.Daemon("--auto", "raster", program=real.REAL).wait_device()
         cls.room = cls.daemon.push(scene([FLOOR, LAMP], [0, 1]))
         cls.pane = cls.daemon.push(scene([PANE], [0]))
 

@@ -3,7 +3,7 @@
  * served other scenes, sizes and techniques. */
 #include <setjmp.h>
 #include <stdarg.h>
-#include <stdlib.h>
+#include <stddef.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -17,12 +17,7 @@ struct stage {
 
 static void stage_begin(struct stage *stage)
 {
-    struct error err = {0};
-    stage->renderer = renderer_create(&(struct renderer_desc){.is_strict = true}, &err);
-    if (!stage->renderer && err.code == ERROR_NO_DEVICE)
-        exit(77);
-    if (!stage->renderer)
-        fail_msg("%s", err.message);
+    stage->renderer = render_rig_create();
     rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
 }
 

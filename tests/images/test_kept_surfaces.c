@@ -4,7 +4,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
+#include <stddef.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -25,15 +25,10 @@ struct series {
 
 static void series_begin(struct series *series, bool redraws)
 {
-    struct error err = {0};
     series->redraws = redraws;
     series->count = 0;
-    series->renderer = renderer_create(
-        &(struct renderer_desc){.is_strict = true, .redraws_surfaces = redraws}, &err);
-    if (!series->renderer && err.code == ERROR_NO_DEVICE)
-        exit(77);
-    if (!series->renderer)
-        fail_msg("%s", err.message);
+    series->renderer = render_rig_create_as(
+        &(struct renderer_desc){.is_strict = true, .redraws_surfaces = redraws});
     rig_demo_open(&series->rig, series->renderer, "demo", 64);
 }
 

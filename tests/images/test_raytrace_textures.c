@@ -197,21 +197,6 @@ static void a_textured_scene_looks_the_same_traced_and_drawn(void **state)
     rig_scene_finish(&rig, *state);
 }
 
-static int setup(void **state)
-{
-    struct error err = {0};
-    *state = renderer_create(&(struct renderer_desc){.is_strict = true}, &err);
-    if (!*state && err.code == ERROR_NO_DEVICE)
-        exit(77);
-    return *state ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    renderer_destroy(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -220,5 +205,5 @@ int main(void)
         cmocka_unit_test(more_samples_near_the_reference),
         cmocka_unit_test(samplers_without_levels_are_averaged),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -6,7 +6,6 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -21,15 +20,8 @@ enum { MIB = 1 << 20 };
 /* from_levels: that would be withheld else; 0: never. */
 static struct renderer *open_renderer(uint64_t budget, uint32_t from_levels)
 {
-    struct error err = {0};
-    struct renderer *renderer = renderer_create(
-        &(struct renderer_desc){
-            .is_strict = true, .texture_budget_bytes = budget, .texture_upload_ms = 1000},
-        &err);
-    if (!renderer && err.code == ERROR_NO_DEVICE)
-        exit(77);
-    if (!renderer)
-        fail_msg("%s", err.message);
+    struct renderer *renderer = render_rig_create_as(&(struct renderer_desc){
+        .is_strict = true, .texture_budget_bytes = budget, .texture_upload_ms = 1000});
     renderer_set_texture_compression(renderer, from_levels);
     return renderer;
 }

@@ -125,23 +125,12 @@ static void open_scene(struct rig_scene *rig, struct renderer *renderer, struct 
     rig_scene_open(rig, renderer, "panels", file->glb, file->size);
 }
 
-static struct renderer *open_renderer_of(const struct renderer_desc *desc)
-{
-    struct error err = {0};
-    struct renderer *renderer = renderer_create(desc, &err);
-    if (!renderer && err.code == ERROR_NO_DEVICE)
-        exit(77);
-    if (!renderer)
-        fail_msg("%s", err.message);
-    return renderer;
-}
-
 static struct renderer *open_renderer(uint64_t texture_budget, uint64_t upload)
 {
-    return open_renderer_of(&(struct renderer_desc){.is_strict = true,
-                                                    .texture_budget_bytes = texture_budget,
-                                                    .texture_upload_bytes = upload,
-                                                    .texture_upload_ms = 1000});
+    return render_rig_create_as(&(struct renderer_desc){.is_strict = true,
+                                                        .texture_budget_bytes = texture_budget,
+                                                        .texture_upload_bytes = upload,
+                                                        .texture_upload_ms = 1000});
 }
 
 static struct view look(double x, double y, double z, double to_x, double to_z)
@@ -440,10 +429,10 @@ static void frames_in_motion_stop_for_the_clock(void **state)
     enum { FRAMES = 2000, QUICK = 3 };
     static const double LIMIT_MS = 0.05;
     struct renderer *renderer =
-        open_renderer_of(&(struct renderer_desc){.is_strict = true,
-                                                 .texture_budget_bytes = budget,
-                                                 .texture_upload_bytes = 1 << 30,
-                                                 .texture_upload_ms = LIMIT_MS});
+        render_rig_create_as(&(struct renderer_desc){.is_strict = true,
+                                                     .texture_budget_bytes = budget,
+                                                     .texture_upload_bytes = 1 << 30,
+                                                     .texture_upload_ms = LIMIT_MS});
     struct rig_scene rig;
     struct renderer_info info;
     open_scene(&rig, renderer, *state, TEXTURE, TEXTURE);

@@ -11,10 +11,10 @@
 #include "renderer/plan/camera.h"
 #include "renderer/scene/matrix.h"
 
-struct renderer *render_rig_create(void)
+struct renderer *render_rig_create_as(const struct renderer_desc *desc)
 {
     struct error err = {0};
-    struct renderer *renderer = renderer_create(&(struct renderer_desc){.is_strict = true}, &err);
+    struct renderer *renderer = renderer_create(desc, &err);
     if (!renderer && err.code == ERROR_NO_DEVICE) {
         fprintf(stderr, "skipped: %s\n", err.message);
         exit(77);
@@ -24,6 +24,11 @@ struct renderer *render_rig_create(void)
         exit(1);
     }
     return renderer;
+}
+
+struct renderer *render_rig_create(void)
+{
+    return render_rig_create_as(&(struct renderer_desc){.is_strict = true});
 }
 
 int render_rig_setup(void **state)

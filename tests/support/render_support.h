@@ -10,6 +10,8 @@
 /* A strict renderer (a GL error aborts). Exits the test program with 77 when the machine has no GL
  * device. */
 struct renderer *render_rig_create(void);
+/* One as described, with the same exit. */
+struct renderer *render_rig_create_as(const struct renderer_desc *desc);
 
 /* For cmocka_run_group_tests: *state is such a renderer. */
 int render_rig_setup(void **state);
