@@ -93,17 +93,14 @@ struct opened_view {
 static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
                                            const struct opened_view *opened)
 {
+    uint64_t share_bytes = renderer->use.shadow_bytes;
     return (struct frame_plan_desc){
         .view = &opened->view,
         .state = opened->state,
         .camera = &opened->camera,
         .limits = gl_context_limits(renderer->context),
         .automatic = &renderer->automatic,
-        .shadow_budget_bytes = renderer->use.shadow_bytes ? renderer->use.shadow_bytes : 1, /* 0
-                                                                                               would
-                                                                                               be
-                                                                                               any
-                                                                                             */
+        .shadow_budget_bytes = share_bytes ? share_bytes : 1, /* 0 would be any */
     };
 }
 

@@ -497,11 +497,11 @@ static bool prepare_within_budget(struct shadow_system *shadows,
         failure = (struct error){0};
         begin_attempt(shadows, attempt, quality->shadow_error_allowed);
         if (prepare_maps(shadows, desc, &failure)) {
-            if (is_compressed_in(attempt)) {
-                shadows->refused = exact;
-                shadows->refused_budget_bytes = shadows->store.budget_bytes;
-            }
-            if (is_compressed_in(attempt) && !(desc->progress && desc->progress->is_interrupted))
+            if (!is_compressed_in(attempt))
+                return true;
+            shadows->refused = exact;
+            shadows->refused_budget_bytes = shadows->store.budget_bytes;
+            if (!desc->progress || !desc->progress->is_interrupted)
                 report_warn(report,
                             "exact shadow lists exceed the budget of %llu bytes: compressed, no "
                             "transmittance farther off than %g",
