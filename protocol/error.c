@@ -90,6 +90,11 @@ bool error_set_at(struct error *err, enum error_code code, const char *pointer, 
     return false;
 }
 
+bool error_pass(struct error *err, const struct error *other)
+{
+    return error_set(err, other->code, "%s", other->message);
+}
+
 bool error_wrap(struct error *err, const char *format, ...)
 {
     if (!err || err->code == ERROR_NONE)

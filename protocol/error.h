@@ -57,12 +57,16 @@ bool error_set(struct error *err, enum error_code code, const char *format, ...)
 bool error_set_at(struct error *err, enum error_code code, const char *pointer, const char *format,
                   ...) __attribute__((format(printf, 4, 5)));
 
+/* As error_set, with code and message of another error, which is set. */
+bool error_pass(struct error *err, const struct error *other);
+
 /* Puts "context: " in front of the message of a set error. Always returns false. */
 bool error_wrap(struct error *err, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 #ifdef __clang_analyzer__ /* looks at one file at a time: tell it what error.c always returns */
 #define error_set(...) (error_set(__VA_ARGS__), false)
 #define error_set_at(...) (error_set_at(__VA_ARGS__), false)
+#define error_pass(...) (error_pass(__VA_ARGS__), false)
 #define error_wrap(...) (error_wrap(__VA_ARGS__), false)
 #endif
 

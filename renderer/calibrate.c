@@ -5,7 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "renderer/scene/blob_writer.h"
@@ -129,9 +128,7 @@ struct timing { /* the least so far */
 /* Of the whole process: on a rasteriser in software the device's work, too. */
 static double processor_now_ms(void)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+    return clock_now_ms(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 static struct view make_view(enum kind kind, const struct view_light *light)

@@ -69,12 +69,17 @@ static bool drop_kept(struct renderer *renderer)
     return true;
 }
 
+/* With so many bytes more. */
+static void keep_within(struct renderer *renderer, uint64_t bytes)
+{
+    while (renderer_used_bytes(renderer) > less(renderer->budget_bytes, bytes) &&
+           drop_kept(renderer))
+        continue;
+}
+
 void frame_budget_claim(void *context, uint64_t bytes)
 {
-    struct renderer *renderer = running_of(context);
-    uint64_t budget_bytes = renderer->budget_bytes;
-    while (renderer_used_bytes(context) > less(budget_bytes, bytes) && drop_kept(renderer))
-        continue;
+    keep_within(running_of(context), bytes);
 }
 
 /* Nothing goes while a frame is paused: it may show what is the oldest here. */
@@ -177,10 +182,9 @@ void frame_budget_begin(const struct frame_run *run)
     renderer->use.has_rays = has_step(run, PLAN_STEP_RAYS) || has_step(run, PLAN_STEP_TRACE);
     frame_budget_share(renderer, run->scene); /* its textures are there now */
     frame_budget_resume(renderer);
-    uint64_t shadows = shadows_to_come(run), own = renderer_window_bytes(renderer);
-    uint64_t wanted = wanted_bytes(run, pixel_bytes_of(run));
-    shadows += less(wanted, own);
-    while (renderer_used_bytes(renderer) > less(renderer->budget_bytes, shadows) &&
+    uint64_t windows = wanted_bytes(run, pixel_bytes_of(run));
+    uint64_t to_come = shadows_to_come(run) + less(windows, renderer_window_bytes(renderer));
+    while (renderer_used_bytes(renderer) > less(renderer->budget_bytes, to_come) &&
            (drop_kept(renderer) || drop_scene(renderer)))
         continue;
     renderer->use.has_windows = false;
@@ -191,8 +195,7 @@ void frame_budget_end(const struct frame_run *run)
 {
     struct renderer *renderer = run->renderer;
     renderer->use.has_windows = false;
-    while (renderer_used_bytes(renderer) > renderer->budget_bytes && drop_kept(renderer))
-        continue;
+    keep_within(renderer, 0);
     renderer->use.has_rays = false;
 }
 
@@ -200,8 +203,7 @@ void frame_budget_end_rays(const struct frame_run *run)
 {
     struct renderer *renderer = run->renderer;
     renderer->use.has_rays = false;
-    while (renderer_used_bytes(renderer) > renderer->budget_bytes && drop_kept(renderer))
-        continue;
+    keep_within(renderer, 0);
 }
 
 /* What a frame may yet ask of its shadow structures: to be built once more, after a pause or batch

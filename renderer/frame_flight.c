@@ -31,7 +31,7 @@ static bool arrive(struct renderer *renderer, const struct frame_ending *ending,
     struct error problem = {0};
     bool has_come = readback_collect(renderer->readback, report, &problem);
     bool ok = gl_context_check(renderer->context, "reading back", err) &&
-              (has_come || error_set(err, problem.code, "%s", problem.message));
+              (has_come || error_pass(err, &problem));
     if (ok && ending->plan && renderer->is_strict)
         check_passes(ending->plan, report);
     report->total_ms = wall_ms() - ending->begin_ms - report->paused_ms;

@@ -518,10 +518,9 @@ static bool is_rasterised(const struct frame_run *run)
 static bool draw_over(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
-    struct frame_report *report = &run->frame->report;
     gpu_timeline_will_wait(renderer->timeline);
-    gpu_timeline_collect(renderer->timeline, report); /* lines in the order of passes */
-    return readback_collect(renderer->readback, report, err) && frame_overlay(run, err);
+    return readback_collect(renderer->readback, &run->frame->report, err) &&
+           frame_overlay(run, err);
 }
 
 static bool run_steps(const struct frame_run *run, struct error *err)

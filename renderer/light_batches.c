@@ -72,7 +72,7 @@ bool light_batches_prepare(const struct frame_run *run, struct error *err)
     for (size_t i = 0; i < needs->light_count; i++)
         structures += needs->lights[i].has_structure;
     if (failure.code != ERROR_OVER_BUDGET || structures < 2)
-        return error_set(err, failure.code, "%s", failure.message);
+        return error_pass(err, &failure);
     batches->most = structures / 2;
     return shadow_system_prepare_none(run->renderer->shadows, run->state->light_count, err);
 }
@@ -145,7 +145,7 @@ static bool prepare_batch(struct batch *batch, const struct frame_run *run,
         if (prepare_shadows(run, batch->is_left_out, part, &failure))
             return true;
         if (failure.code != ERROR_OVER_BUDGET || batch->structures < 2)
-            return error_set(err, failure.code, "%s", failure.message);
+            return error_pass(err, &failure);
         run->renderer->batches.most = batch->structures / 2;
     }
 }
@@ -162,23 +162,23 @@ static bool upload_lights(const struct batch *batch, const struct frame_run *run
                                err);
 }
 
-/* A pause within a batch, whose structures others may have driven out. */
-struct batch_pause {
-    const struct batch *batch;
+/* A pause while lights shine, whose structures others may have driven out. */
+struct lights_pause {
     const struct frame_run *run;
     const struct shade_pause *outer;
-    bool *must_restart; /* set where they no longer fit: with fewer of them */
+    const struct batch *batch; /* NULL: all lights at once */
+    bool *must_restart;        /* set where they no longer fit: with fewer of them */
 };
 
 static bool is_pause_due(const void *context)
 {
-    const struct batch_pause *pause = context;
+    const struct lights_pause *pause = context;
     return pause->outer->is_due(pause->outer->context);
 }
 
 static bool serve_pause(const void *context, struct error *err)
 {
-    const struct batch_pause *pause = context;
+    const struct lights_pause *pause = context;
     const struct batch *batch = pause->batch;
     struct frame_report unseen = {0}; /* the report has all that from the first time */
     struct error failure = {0};
@@ -189,7 +189,7 @@ static bool serve_pause(const void *context, struct error *err)
     *pause->must_restart = failure.code == ERROR_OVER_BUDGET && batch->structures >= 2;
     if (*pause->must_restart)
         pause->run->renderer->batches.most = batch->structures / 2;
-    return error_set(err, failure.code, "%s", failure.message);
+    return error_pass(err, &failure);
 }
 
 /* What a window counted, as it was before its first batch; but what was built was built. */
@@ -215,8 +215,8 @@ static bool run_batch(struct batch *batch, const struct frame_run *run,
     struct error failure = {0};
     struct shade_desc place = *desc;
     size_t most = renderer->batches.most;
-    const struct batch_pause in_batch = {
-        .batch = batch, .run = run, .outer = desc->pause, .must_restart = must_restart};
+    const struct lights_pause in_batch = {
+        .run = run, .outer = desc->pause, .batch = batch, .must_restart = must_restart};
     const struct shade_pause pause = {
         .context = &in_batch, .is_due = is_pause_due, .serve = serve_pause};
     *must_restart = false;
@@ -233,7 +233,7 @@ static bool run_batch(struct batch *batch, const struct frame_run *run,
     place.pause = desc->pause ? &pause : NULL;
     return (upload_lights(batch, run, &failure) &&
             shade_window(&renderer->shade, &place, &failure)) ||
-           *must_restart || error_set(err, failure.code, "%s", failure.message);
+           *must_restart || error_pass(err, &failure);
 }
 
 static bool run_batches(struct batch *batch, const struct frame_run *run,
@@ -272,27 +272,14 @@ static bool needs_batches(const struct frame_run *run)
            content_key_equals(batches->key, key_of_run(run));
 }
 
-/* A pause while all lights shine at once: others may have driven out structures for which there is
- * no room any more, all together. */
-struct whole_pause {
-    const struct frame_run *run;
-    const struct shade_pause *outer;
-    bool *must_batch;
-};
-
-static bool is_whole_pause_due(const void *context)
-{
-    const struct whole_pause *pause = context;
-    return pause->outer->is_due(pause->outer->context);
-}
-
+/* All lights at once: where there is no room for them together any more, they come in batches. */
 static bool serve_whole_pause(const void *context, struct error *err)
 {
-    const struct whole_pause *pause = context;
+    const struct lights_pause *pause = context;
     if (!pause->outer->serve(pause->outer->context, err))
         return false;
-    *pause->must_batch = needs_batches(pause->run);
-    return !*pause->must_batch ||
+    *pause->must_restart = needs_batches(pause->run);
+    return !*pause->must_restart ||
            error_set(err, ERROR_OVER_BUDGET, "shadow structures no longer fit together");
 }
 
@@ -302,17 +289,17 @@ static bool shade_whole(const struct frame_run *run, const struct shade_desc *de
 {
     struct shade_desc place = *desc;
     struct error failure = {0};
-    const struct whole_pause in_whole = {
-        .run = run, .outer = desc->pause, .must_batch = must_batch};
+    const struct lights_pause in_whole = {
+        .run = run, .outer = desc->pause, .must_restart = must_batch};
     const struct shade_pause pause = {
-        .context = &in_whole, .is_due = is_whole_pause_due, .serve = serve_whole_pause};
+        .context = &in_whole, .is_due = is_pause_due, .serve = serve_whole_pause};
     uint64_t *slices = &run->frame->report.counts.light_slices, slices_before = *slices;
     place.pause = desc->pause ? &pause : NULL;
     *must_batch = false;
     bool ok = shade_window(&run->renderer->shade, &place, &failure);
     if (*must_batch)
         *slices = slices_before; /* they come again */
-    return ok || *must_batch || error_set(err, failure.code, "%s", failure.message);
+    return ok || *must_batch || error_pass(err, &failure);
 }
 
 /* The structures of all lights stood at first: batches count them again. */

@@ -6,8 +6,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "renderer/calibrate.h"
 #include "renderer/renderer_internal.h"
@@ -39,20 +37,6 @@ struct probe {
     struct gl_buffer sums;
     bool is_software;
 };
-
-static double processor_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
-}
-
-static double thread_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
-}
 
 /* ---- textures ---- */
 
@@ -98,9 +82,10 @@ static bool init_textures(struct probe *probe, struct texture_speed *speed, stru
         double squares = 0;
         paint(tile);
         write_tiles(&probe->textures[WHOLE], WHOLE, tile, TILE_BYTES);
-        double begin_ms = thread_ms();
+        double begin_ms = clock_now_ms(CLOCK_THREAD_CPUTIME_ID);
         texture_blocks_encode(tile, TILE_PX, TILE_PX, false, blocks, &squares);
-        speed->encode_bytes_per_ms = TILE_BYTES / fmax(thread_ms() - begin_ms, 1e-3);
+        speed->encode_bytes_per_ms =
+            TILE_BYTES / fmax(clock_now_ms(CLOCK_THREAD_CPUTIME_ID) - begin_ms, 1e-3);
         write_tiles(&probe->textures[BC1], BC1, blocks, 8 * BLOCKS);
         memcpy(blocks, tile, 16 * BLOCKS); /* any bytes are blocks */
         write_tiles(&probe->textures[BC3], BC3, blocks, 16 * BLOCKS);
@@ -115,12 +100,12 @@ static bool init_textures(struct probe *probe, struct texture_speed *speed, stru
 static double time_groups(const struct probe *probe, enum format format, GLuint groups)
 {
     gl_texture_bind(&probe->textures[format], UNIT_MATERIAL_0);
-    gl_program_set_u(probe->program, "u_seed", 7);
     glFinish();
-    double begin_ms = wall_ms(), processor_begin_ms = processor_ms();
+    double begin_ms = wall_ms(), processor_begin_ms = clock_now_ms(CLOCK_PROCESS_CPUTIME_ID);
     glDispatchCompute(groups, 1, 1);
     glFinish();
-    return calibrate_alone_ms(wall_ms() - begin_ms, processor_ms() - processor_begin_ms,
+    return calibrate_alone_ms(wall_ms() - begin_ms,
+                              clock_now_ms(CLOCK_PROCESS_CPUTIME_ID) - processor_begin_ms,
                               probe->is_software);
 }
 

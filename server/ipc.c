@@ -210,7 +210,7 @@ enum ipc_status ipc_receive(int socket, struct ipc_message *message, struct erro
 fail:
     free(text);
     ipc_message_finish(message);
-    error_set(err, problem.code, "%s", problem.message);
+    error_pass(err, &problem);
     return IPC_FAILED;
 }
 

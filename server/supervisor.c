@@ -149,8 +149,7 @@ bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, 
     if (supervisor->is_stopping || supervisor->is_draining)
         is_good = error_set(err, ERROR_OVERLOADED, "the server is stopping");
     else if (supervisor->start_error.code != ERROR_NONE)
-        is_good =
-            error_set(err, supervisor->start_error.code, "%s", supervisor->start_error.message);
+        is_good = error_pass(err, &supervisor->start_error);
     else
         is_good = supervisor_check_quarantine(supervisor, task, err);
     if (is_good && !render_queue_push(&supervisor->queue, task, LIMIT_QUEUE_DEPTH))
@@ -230,7 +229,7 @@ bool supervisor_is_ready(struct supervisor *supervisor, struct error *err)
     else if (supervisor->state == WORKER_READY)
         is_ready = true;
     else if (supervisor->start_error.code != ERROR_NONE)
-        error_set(err, supervisor->start_error.code, "%s", supervisor->start_error.message);
+        error_pass(err, &supervisor->start_error);
     else
         error_set(err, ERROR_OVERLOADED, "the render worker is starting");
     pthread_mutex_unlock(&supervisor->mutex);

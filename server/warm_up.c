@@ -269,7 +269,7 @@ static bool warm_up(struct warming *warming, struct error *err)
         if (meet(warming, &occasions[i], draws, &problem))
             continue;
         if (problem.code != ERROR_OVERLOADED) /* it gave way */
-            return error_set(err, problem.code, "%s", problem.message);
+            return error_pass(err, &problem);
         warming->left = what;
         return true;
     }

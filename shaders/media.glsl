@@ -80,8 +80,7 @@ vec2 media_range(vec2 plane, vec2 range)
 void media_begin(ivec2 pixel, float depth[SAMPLES])
 {
     for (int i = 0; i < SAMPLES; i++) {
-        vec2 at = vec2(u_window_first) + (vec2(pixel) + u_sample_positions[i]);
-        vec2 plane = u_window.xy + u_window.zw * at;
+        vec2 plane = view_plane(vec2(pixel) + u_sample_positions[i]);
 #ifdef IS_ORTHOGRAPHIC
         media_scale[i] = 1.0;
         vec2 range = vec2(u_depth.y - u_depth.z, u_depth.y);

@@ -46,15 +46,21 @@ void gl_buffer_finish(struct gl_buffer *buffer)
     *buffer = (struct gl_buffer){0};
 }
 
+uint64_t gl_buffer_reserved_bytes(const struct gl_buffer *buffer, uint64_t bytes)
+{
+    uint64_t half_again = buffer->size_bytes + buffer->size_bytes / 2;
+    if (buffer->name && buffer->size_bytes >= bytes)
+        return buffer->size_bytes;
+    return buffer->name && bytes < half_again ? (half_again + 255) & ~255ull : bytes;
+}
+
 bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *desc, bool keep,
                        struct error *err)
 {
     if (buffer->name && buffer->size_bytes >= desc->size_bytes)
         return true;
     struct gl_buffer_desc grown = *desc;
-    uint64_t half_again = buffer->size_bytes + buffer->size_bytes / 2;
-    if (buffer->name && grown.size_bytes < half_again)
-        grown.size_bytes = (half_again + 255) & ~255ull;
+    grown.size_bytes = gl_buffer_reserved_bytes(buffer, desc->size_bytes);
     grown.data = NULL;
     if (!keep)
         gl_buffer_finish(buffer);

@@ -28,6 +28,8 @@ void gl_buffer_finish(struct gl_buffer *buffer);
 /* Grows (never shrinks) to at least size_bytes, by half again; contents are lost unless keep. */
 MUST_CHECK bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
                                   bool keep, struct error *err);
+/* What it has after gl_buffer_reserve for so many bytes. */
+uint64_t gl_buffer_reserved_bytes(const struct gl_buffer *buffer, uint64_t bytes);
 void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                      const void *data);
 void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,

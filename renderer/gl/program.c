@@ -384,6 +384,11 @@ void gl_program_set_f(const struct gl_program *program, const char *name, float 
     glProgramUniform1f(program->name, location(program, name), value);
 }
 
+void gl_program_set_f2(const struct gl_program *program, const char *name, const float value[2])
+{
+    glProgramUniform2fv(program->name, location(program, name), 1, value);
+}
+
 void gl_program_set_f3(const struct gl_program *program, const char *name, const float value[3])
 {
     glProgramUniform3fv(program->name, location(program, name), 1, value);

@@ -67,6 +67,7 @@ void gl_program_set_i(const struct gl_program *program, const char *name, int va
 void gl_program_set_u(const struct gl_program *program, const char *name, uint32_t value);
 void gl_program_set_u2(const struct gl_program *program, const char *name, uint32_t x, uint32_t y);
 void gl_program_set_f(const struct gl_program *program, const char *name, float value);
+void gl_program_set_f2(const struct gl_program *program, const char *name, const float value[2]);
 void gl_program_set_f3(const struct gl_program *program, const char *name, const float value[3]);
 void gl_program_set_f4(const struct gl_program *program, const char *name, const float value[4]);
 

@@ -240,21 +240,6 @@ bool camera_resolve(struct camera *camera, const struct view *view, const struct
     return true;
 }
 
-/* The window of the image in normalised device coordinates, y up. */
-struct ndc_window {
-    double x0, x1, y0, y1;
-};
-
-static struct ndc_window window_ndc(const struct camera_window *w)
-{
-    return (struct ndc_window){
-        .x0 = 2.0 * w->x / w->image_width - 1,
-        .x1 = 2.0 * (w->x + w->width) / w->image_width - 1,
-        .y0 = 1 - 2.0 * (w->y + w->height) / w->image_height,
-        .y1 = 1 - 2.0 * w->y / w->image_height,
-    };
-}
-
 void camera_to_view(const struct camera *camera, const double world[3], double view[3])
 {
     double from_eye[3];
@@ -286,16 +271,12 @@ void camera_axes(const struct camera *camera, double axes[3][3])
     memcpy(axes[2], camera->back, sizeof axes[2]);
 }
 
-void camera_clip(const struct camera *camera, const struct camera_window *window, double unit_m,
-                 float across[4], float depth[4])
+void camera_clip(const struct camera *camera, double unit_m, float across[2], float depth[4])
 {
-    struct ndc_window ndc = window_ndc(window);
     bool is_flat = camera->is_orthographic;
-    double width = ndc.x1 - ndc.x0, height = ndc.y1 - ndc.y0, unit = is_flat ? unit_m : 1;
-    across[0] = (float)(2 * unit / (width * camera->half_width));
-    across[1] = (float)(2 * unit / (height * camera->half_height));
-    across[2] = (float)(-(ndc.x1 + ndc.x0) / width);
-    across[3] = (float)(-(ndc.y1 + ndc.y0) / height);
+    double unit = is_flat ? unit_m : 1;
+    across[0] = (float)(unit / camera->half_width);
+    across[1] = (float)(unit / camera->half_height);
     double range = camera->z_far - camera->z_near;
     depth[0] = (float)(is_flat ? camera->z_far / range : camera->z_near / unit_m);
     depth[1] = is_flat ? (float)(unit_m / range) : 0;

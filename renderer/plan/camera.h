@@ -37,11 +37,10 @@ void camera_to_view(const struct camera *camera, const double world[3], double v
 bool camera_may_see(const struct camera *camera, const double center[3], double radius_m,
                     double wider);
 
-/* From view space in units of unit_m to clip space of the window (GL convention: y up; the renderer
- * flips rows on readback), as shaders/geometry.vert.glsl takes it:
+/* From view space in units of unit_m to clip space of the image, whatever the window (GL
+ * convention: y up; the renderer flips rows on readback), as shaders/geometry.vert.glsl takes it:
  *   w' = depth[2] + depth[3] * z, z' = depth[0] + depth[1] * z,
- *   x' = across[0] * x + across[2] * w', y' = across[1] * y + across[3] * w' */
-void camera_clip(const struct camera *camera, const struct camera_window *window, double unit_m,
-                 float across[4], float depth[4]);
+ *   x' = across[0] * x, y' = across[1] * y */
+void camera_clip(const struct camera *camera, double unit_m, float across[2], float depth[4]);
 
 #endif

@@ -130,7 +130,7 @@ struct variant_context {
     bool evaluates;
     bool is_layer;
     bool is_hidden;                              /* of media: the part behind the opaque depth */
-    float across[4], depth[4];                   /* camera_clip */
+    float across[2], depth[4];                   /* camera_clip */
     const struct gl_program *programs[VARIANTS]; /* those in use, their uniforms set */
 };
 
@@ -198,7 +198,7 @@ static void set_variant_uniforms(const struct variant_context *context,
                                  const struct gl_program *program)
 {
     const struct window_frame *frame = context->frame;
-    gl_program_set_f4(program, "u_clip_across", context->across);
+    gl_program_set_f2(program, "u_clip_across", context->across);
     gl_program_set_f4(program, "u_clip_depth", context->depth);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
     window_set_clip_planes(frame, frame->state->unit_m, program);
@@ -315,10 +315,7 @@ static bool draw_selection(const struct window_frame *frame, const struct select
                            const struct pass *pass, struct error *err)
 {
     struct variant_context context = context_of(frame, pass);
-    const struct camera_window *w = &frame->window;
-    const struct camera_window image = {
-        0, 0, w->image_width, w->image_height, w->image_width, w->image_height};
-    camera_clip(frame->camera, &image, frame->state->unit_m, context.across, context.depth);
+    camera_clip(frame->camera, frame->state->unit_m, context.across, context.depth);
     struct draw_desc desc = {
         .gpu = frame->gpu,
         .state = frame->state,

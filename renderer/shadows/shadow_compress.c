@@ -262,7 +262,7 @@ static bool do_window(struct compress_job *job, struct shadow_window window, boo
     const struct shadow_map *map = job->build->map;
     int rows = window.row_count;
     if (failure.code != ERROR_OVER_BUDGET || rows == 1)
-        return error_set(err, failure.code, "%s", failure.message);
+        return error_pass(err, &failure);
     if (!rows && map->frame.face_count > 1) {
         for (uint32_t face = 0; face < map->frame.face_count; face++)
             if (!do_window(job, (struct shadow_window){face, 0, map->resolution}, false, err))
@@ -271,7 +271,7 @@ static bool do_window(struct compress_job *job, struct shadow_window window, boo
     }
     int all = rows ? rows : map->resolution, half = all / 2;
     if (half == 0)
-        return error_set(err, failure.code, "%s", failure.message);
+        return error_pass(err, &failure);
     return do_window(job, (struct shadow_window){window.face, window.first_row, half}, false,
                      err) &&
            do_window(job, (struct shadow_window){window.face, window.first_row + half, all - half},
@@ -314,7 +314,7 @@ static bool take_nodes(struct compress_job *job, struct error *err)
         shadow_store_take(store, SHADOW_POOL_EVENTS, map->event_count, &map->events, &failure);
     store->transient_bytes = 0;
     if (ok || failure.code != ERROR_OVER_BUDGET || !shadow_store_size_bytes(&job->work))
-        return ok || error_set(err, failure.code, "%s", failure.message);
+        return ok || error_pass(err, &failure);
     shadow_store_clear(&job->work);
     job->fine.heads.count = 0;
     return shadow_store_take(store, SHADOW_POOL_EVENTS, map->event_count, &map->events, err);

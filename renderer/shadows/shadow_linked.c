@@ -65,7 +65,7 @@ static bool take_guess(struct shadow_store *store, uint64_t elements, struct sha
         ok = shadow_store_take(store, SHADOW_POOL_NODES, elements, &map->nodes, &failure);
         elements /= 4;
     } while (!ok && failure.code == ERROR_OVER_BUDGET && elements >= least);
-    return ok || error_set(err, failure.code, "%s", failure.message);
+    return ok || error_pass(err, &failure);
 }
 
 static bool take_memory(const struct linked_job *job, struct error *err)

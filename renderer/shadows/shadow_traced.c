@@ -77,8 +77,9 @@ static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
                     struct error *err)
 {
     uint32_t old = buffer->name;
-    uint64_t half_again = traced_shadows_size_bytes(traced) + buffer->size_bytes / 2;
-    if (traced->most_bytes && buffer->size_bytes < bytes && half_again > traced->most_bytes)
+    uint64_t grown = traced_shadows_size_bytes(traced) - buffer->size_bytes +
+                     gl_buffer_reserved_bytes(buffer, bytes);
+    if (traced->most_bytes && buffer->size_bytes < bytes && grown > traced->most_bytes)
         gl_buffer_finish(buffer);
     if (!gl_buffer_reserve(
             buffer,
@@ -325,7 +326,7 @@ bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *
     struct error ended = {0};
     if (!raytrace_shadows_trace(traced->rays, &traced->window, &slice, &traced->stats, &ended)) {
         const struct error *cause = traced->failure.code ? &traced->failure : &ended;
-        return error_set(err, cause->code, "%s", cause->message);
+        return error_pass(err, cause);
     }
     if (!reserve(traced, &traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI,
                  points * 8, err) ||

@@ -519,7 +519,7 @@ static bool prepare_within_budget(struct shadow_system *shadows,
             attempt = ATTEMPTS / 2 - 1;
     }
     shadows->refused = (struct content_key){{0, 0}};
-    return error_set(err, failure.code, "%s", failure.message);
+    return error_pass(err, &failure);
 }
 
 bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,

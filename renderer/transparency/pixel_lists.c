@@ -16,15 +16,6 @@ static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes,
         false, err);
 }
 
-/* Of a buffer after `reserve`. */
-static uint64_t reserved_bytes(const struct gl_buffer *buffer, uint64_t bytes)
-{
-    uint64_t half_again = buffer->size_bytes + buffer->size_bytes / 2;
-    if (buffer->name && buffer->size_bytes >= bytes)
-        return buffer->size_bytes;
-    return buffer->name && bytes < half_again ? (half_again + 255) & ~255ull : bytes;
-}
-
 static const char scan_file[] = "lists_scan.comp.glsl", sort_file[] = "lists_sort.comp.glsl";
 static const char *const scan_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
 static const char *const sort_passes[] = {"PASS=0", "PASS=1"}; /* runs, and their merging */
@@ -141,10 +132,10 @@ static bool find_room(struct pixel_lists *lists)
 {
     uint64_t n = lists->entry_count, pixels = lists->counts.size_bytes + lists->scan.size_bytes;
     uint64_t exact = pixels + n * (key_bytes(lists) + 32 + 3 * 16);
-    uint64_t grown = pixels + reserved_bytes(&lists->keys, n * key_bytes(lists)) +
-                     reserved_bytes(&lists->colors, n * 32);
+    uint64_t grown = pixels + gl_buffer_reserved_bytes(&lists->keys, n * key_bytes(lists)) +
+                     gl_buffer_reserved_bytes(&lists->colors, n * 32);
     for (int i = 0; i < 3; i++)
-        grown += reserved_bytes(&lists->surfaces[i], n * 16);
+        grown += gl_buffer_reserved_bytes(&lists->surfaces[i], n * 16);
     if (!lists->most_bytes)
         return true;
     if (grown > lists->most_bytes)

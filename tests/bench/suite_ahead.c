@@ -60,7 +60,7 @@ static bool run_burst(struct series_of_frames *series, const struct view *view, 
     for (int i = 0; i < 2; i++)
         frame_finish(&series->frames[i]);
     if (ok && series->problem.code != ERROR_NONE)
-        return error_set(err, series->problem.code, "%s", series->problem.message);
+        return error_pass(err, &series->problem);
     return ok;
 }
 
