@@ -93,8 +93,15 @@ enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
 static_assert((int)KEY_COUNT <= (int)CONFIG_KEYS_MAX, "config.origins is too small");
 
 static const char *const auto_names[] = {"raster", "measured", "raytraced"};
-static const char *const compression_names[] = {"off", "on", "auto"};
 static const char *const level_names[] = {"error", "warning", "info", "debug"};
+
+const char *config_compression_name(enum config_compression compression)
+{
+    static const char *const names[] = {[CONFIG_COMPRESSION_OFF] = "off",
+                                        [CONFIG_COMPRESSION_ON] = "on",
+                                        [CONFIG_COMPRESSION_AUTO] = "auto"};
+    return names[compression];
+}
 
 static void *field_of(struct config *config, const struct key *key)
 {
@@ -520,7 +527,7 @@ static void print_value(const struct config *config, const struct key *key, FILE
         fprintf(out, "%s", auto_names[*(const enum config_auto *)field]);
         break;
     case KEY_COMPRESSION:
-        fprintf(out, "%s", compression_names[*(const enum config_compression *)field]);
+        fprintf(out, "%s", config_compression_name(*(const enum config_compression *)field));
         break;
     case KEY_LEVEL:
         fprintf(out, "%s", level_names[*(const enum log_level *)field]);

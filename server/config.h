@@ -66,6 +66,9 @@ struct config {
 MUST_CHECK bool config_load(struct config *config, int argc, char **argv, char **environment,
                             struct error *err);
 
+/* "off", "on" or "auto". */
+const char *config_compression_name(enum config_compression compression);
+
 void config_print(const struct config *config, FILE *out); /* as an INI file, with the origin of
                                                               every value */
 void config_print_help(FILE *out);

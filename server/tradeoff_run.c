@@ -29,7 +29,6 @@ struct run {
     struct tradeoff_entry *entry;
     struct render_request request; /* shallow copy, whose quality is set for each step */
     struct tradeoff_options options;
-    double started_s;
     double saved_s; /* of the monotonic clock */
     int reference_fd;
     int height;
@@ -48,7 +47,7 @@ struct run {
 
 static double elapsed_s(const struct run *run)
 {
-    return tradeoffs_clock_s() - run->started_s;
+    return tradeoffs_clock_s() - run->entry->started_s;
 }
 
 static void set_setting(struct run *run, const struct tradeoff_setting *setting)
@@ -621,10 +620,6 @@ void tradeoff_run(struct tradeoffs *tradeoffs, struct tradeoff_entry *entry)
     run->height = run->request.height;
     run->reference_fd = -1;
     run->run_scale = 1;
-    run->started_s = tradeoffs_clock_s();
-    pthread_mutex_lock(&tradeoffs->mutex);
-    entry->started_s = run->started_s;
-    pthread_mutex_unlock(&tradeoffs->mutex);
     bool is_good = probe(run) && trace_reference(run) && measure_settings(run);
     end(run, is_good);
     if (run->reference_fd >= 0)

@@ -26,7 +26,7 @@ double tradeoffs_clock_s(void)
 /* Under the mutex. A step may take long: the clock goes on meanwhile. */
 static void tell_elapsed(struct tradeoff_entry *entry)
 {
-    if (entry->document.state == TRADEOFF_RUNNING && entry->started_s > 0)
+    if (entry->document.state == TRADEOFF_RUNNING)
         entry->document.elapsed_s = tradeoffs_clock_s() - entry->started_s;
 }
 
@@ -344,6 +344,7 @@ static struct tradeoff_entry *next_entry(struct tradeoffs *tradeoffs)
         found = NULL;
     if (found) {
         found->document.state = TRADEOFF_RUNNING;
+        found->started_s = tradeoffs_clock_s();
         found->is_used = true;
     }
     pthread_mutex_unlock(&tradeoffs->mutex);

@@ -379,7 +379,6 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
         result = answer(worker, message, &request, &fd, &problem);
     render_request_finish(&request);
     send_totals(worker);
-    bool is_lost = problem.code == ERROR_NO_DEVICE;
     if (worker->is_lost) /* by one that went before the rest of it, which has told */
         json_decref(result);
     else if (result)
@@ -388,10 +387,10 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
             json_pack("{s:s,s:I,s:o}", "op", "answer", "id", (json_int_t)id, "result", result), &fd,
             fd >= 0 ? 1 : 0);
     else
-        send_error(worker, is_lost ? "lost" : "error", id, &problem);
+        say_failed(worker, id, &problem);
     if (fd >= 0)
         close(fd);
-    return !is_lost && !worker->is_lost;
+    return !worker->is_lost;
 }
 
 static int encode_threads(void)
@@ -426,10 +425,8 @@ static void set_compression(struct worker *worker, const json_t *settings)
     json_int_t policy = json_integer_value(json_object_get(settings, "texture_compression"));
     struct texture_speed speed = {0};
     struct device_blocks *blocks = &worker->blocks;
-    static const char *const names[] = {[CONFIG_COMPRESSION_OFF] = "off",
-                                        [CONFIG_COMPRESSION_ON] = "on",
-                                        [CONFIG_COMPRESSION_AUTO] = "auto"};
-    utf8_copy(blocks->policy, sizeof blocks->policy, names[policy]);
+    utf8_copy(blocks->policy, sizeof blocks->policy,
+              config_compression_name((enum config_compression)policy));
     if (policy == CONFIG_COMPRESSION_AUTO &&
         !texture_speed_find(
             &speed,

@@ -16,9 +16,11 @@
  *             as JSON (memfd), the scene's blob, those of `parts` in their order
  *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a
  *             reference: one step of a trade-off (server/measure.h), a plan (server/explain.h), a
- *             pick
+ *             pick, a warm-up (server/warm_up.h)
  *   cancel    {id}: a render that is not wanted any more; it ends with an error, or is done
- *   forget    {forget}: ids of scenes that were deleted, here and in render
+ *   forget    {forget}: ids of scenes that were deleted, here and in render and ask
+ *   rest      {}: nobody has asked for a while; memory of structures that the last frame did not
+ *             use is given back
  * out:
  *   hello     {device: {...}, depth}: ready; at most `depth` urgent renders and `depth` others may
  *             be on their way at once
@@ -30,7 +32,8 @@
  *   rendered  {id}: the encode pool works on it
  *   done      {id, stats}, descriptor: the image (sealed memfd)
  *   answer    {id, result}, perhaps a descriptor: its image or text
- *   totals    {gpu_used_bytes, cache_*}: after each frame
+ *   totals    {programs_*, gpu_used_bytes, cache_*}: at the start and after each frame, question
+ *             and rest
  *   error     {id, error}: this request failed, the worker is fine
  *   lost      {id, error}: the context is lost; the worker ends */
 int worker_main(int socket);
