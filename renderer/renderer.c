@@ -48,8 +48,7 @@ static struct texture_pool *create_textures(const struct renderer_desc *desc,
                                                         ? desc->texture_budget_bytes
                                                         : gpu_budget_bytes / 2,
                                     .upload_bytes = desc->texture_upload_bytes,
-                                    .upload_ms = desc->texture_upload_ms,
-                                    .compresses_from = desc->compresses_textures ? 1 : 0},
+                                    .upload_ms = desc->texture_upload_ms},
         err);
 }
 

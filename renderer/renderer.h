@@ -25,8 +25,6 @@ struct renderer_desc {
     uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
                                       MiB */
     double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
-    bool compresses_textures;      /* colours where their budget is exceeded, before levels are
-                                      withheld; see renderer_set_texture_compression */
     const char *shader_dump_dir;   /* optional, borrowed during create: composed shaders are saved
                                       there */
     const char *program_folder;    /* optional, borrowed during create: where compiled programs are

@@ -13,7 +13,6 @@
 #include "server/ipc.h"
 #include "server/negotiate.h"
 #include "server/router.h"
-#include "server/routes_views.h"
 #include "server/task_scenes.h"
 #include "server/text_body.h"
 #include "server/view_mapping.h"

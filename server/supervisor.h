@@ -16,6 +16,7 @@
 #include "server/config.h"
 #include "server/log.h"
 #include "server/render_queue.h"
+#include "server/warm_up.h"
 
 struct supervisor;
 
@@ -65,14 +66,6 @@ struct supervisor_budgets {
     uint64_t gpu, textures;
 };
 struct supervisor_budgets supervisor_get_budgets(const struct supervisor *supervisor);
-
-/* What warm-ups did (server/warm_up.h), since the start. */
-struct warm_up_totals {
-    uint64_t done, dropped, interrupted; /* scenes; interrupted: times that one gave way */
-    uint64_t pictures;                   /* drawn */
-    uint64_t shadow_maps_built, ray_structures_built;
-    uint64_t programs_built; /* compiled, or taken from the program folder */
-};
 
 struct supervisor_totals {
     uint64_t rendered, failed, cancelled, retried;

@@ -2,7 +2,6 @@
 /* Uploads: the body's pieces go to the spool file and the digest, part by part. */
 #include "server/upload.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +31,7 @@ static bool spool_write(struct upload *upload, const void *bytes, size_t size_by
                         struct error *err)
 {
     digest_write(upload->digest, bytes, size_bytes);
-    if (!ipc_pwrite_all(upload->fd, bytes, size_bytes, (uint64_t)upload->end_bytes, err))
+    if (!ipc_pwrite_all(upload->fd, bytes, size_bytes, upload->end_bytes, err))
         return error_wrap(err, "storing the upload");
     upload->end_bytes += size_bytes;
     return true;

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "server/ipc.h"
-#include "server/supervisor.h"
 #include "server/view_mapping.h"
 
 static void nobody_waits(void *context, struct render_outcome *outcome)

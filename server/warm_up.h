@@ -9,9 +9,10 @@
 #define VITRAIL_SERVER_WARM_UP_H
 
 #include "protocol/render_request.h"
-#include "renderer/renderer.h"
 #include "server/render_queue.h"
 #include "server/scene_store.h"
+
+struct renderer;
 
 enum {
     WARM_UPS_MAX = 4,      /* of what waits; the least wanted is dropped above it */
@@ -24,6 +25,14 @@ struct warm_ups {
     struct render_task *tasks[WARM_UPS_MAX + 1]; /* oldest first; one more while one is added */
     int count;
     uint64_t dropped;
+};
+
+/* What warm-ups did, since the start. */
+struct warm_up_totals {
+    uint64_t done, dropped, interrupted; /* scenes; interrupted: times that one gave way */
+    uint64_t pictures;                   /* drawn */
+    uint64_t shadow_maps_built, ray_structures_built;
+    uint64_t programs_built; /* compiled, or taken from the program folder */
 };
 
 struct warm_up_desc {
@@ -47,7 +56,6 @@ void warm_ups_note_drawn(struct warm_ups *warm_ups, const char *scene);
 /* In the front: whether the answer to one says that it gave way to what came in between; then the
  * task goes on with what is left when it is sent again. */
 bool warm_up_continue(struct render_task *task);
-struct warm_up_totals; /* server/supervisor.h */
 /* Adds what an answer says that it did. */
 void warm_up_count(struct warm_up_totals *totals, const json_t *answer);
 
