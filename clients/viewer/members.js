@@ -9,6 +9,9 @@ export const isEqual = (a, b) => a === b || JSON.stringify(a) === JSON.stringify
 export const isSame = (a, b) => Object.keys(a).length === Object.keys(b).length
   && Object.keys(a).every((name) => isEqual(a[name], b[name]));
 
+/** The scenes that the parts of a view are of. */
+export const partSceneIds = (parts) => new Set(Object.values(parts).map(({ scene }) => scene));
+
 /** The JSON merge patch (RFC 7396) that makes `to` of `from`; undefined when there is none. */
 export function mergePatch(from, to) {
   if (from === to) return undefined;

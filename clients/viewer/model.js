@@ -6,7 +6,7 @@ import { boundsBelow, boundsOfAll } from "./bounds.js";
 import { OrbitCamera } from "./camera.js";
 import { History } from "./history.js";
 import { lightMembers, newLight } from "./lights.js";
-import { copy, isEqual, isObject, isSame } from "./members.js";
+import { copy, isEqual, isObject, isSame, partSceneIds } from "./members.js";
 import { IDENTITY, add, inverse, middleOf, multiply } from "./transforms.js";
 
 /** The members of a view that this page edits, at the values a new one has. */
@@ -94,7 +94,7 @@ export class Model extends EventTarget {
 
   /** Scenes of parts that came with an undo or a link, and are not known here. */
   get unknownScenes() {
-    const ids = Object.values(this.view.parts).map(({ scene }) => scene);
+    const ids = [...partSceneIds(this.view.parts)];
     return new Set(ids.filter((id) => !this.#partScenes.has(id)));
   }
 

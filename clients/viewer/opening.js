@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenes come and go: by the list, by a link, as parts of others, and by other hands.
 import { openAddPart } from "./add_part.js";
+import { partSceneIds } from "./members.js";
 import { clearProblems, notice, showProblem } from "./messages.js";
 
 export class Opening {
@@ -56,8 +57,7 @@ export class Opening {
 
   /** The scenes of the parts that a link names, by id, as far as the server has them. */
   async #partsOf(state) {
-    const ids = new Set(Object.values(state?.view?.parts ?? {}).map(({ scene }) => scene));
-    return this.#describedOf(ids);
+    return this.#describedOf(partSceneIds(state?.view?.parts ?? {}));
   }
 
   async #describedOf(ids) {
@@ -93,8 +93,8 @@ export class Opening {
     const { scene } = this.model;
     const here = new Set((await this.client.scenes()).map(({ id }) => id));
     if (this.model.scene !== scene) return true; // another one shows by now
-    const ids = new Set(Object.values(this.model.view.parts).map((part) => part.scene));
-    return this.#dropParts(new Set([...ids].filter((id) => !here.has(id))));
+    const ids = [...partSceneIds(this.model.view.parts)];
+    return this.#dropParts(new Set(ids.filter((id) => !here.has(id))));
   }
 
   /** Somebody removed the scene that shows. What was made of it is kept, should it come back. */

@@ -335,8 +335,10 @@ class Daemon:
         ), f"{method} {path} answered {reply.status}: {faults}; {reply.body[:400]!r}"
         return reply
 
-    def wait_ready(self):
-        wait_until(lambda: self.raw("GET", "/readyz").status == 200, "the daemon is ready", START_S)
+    def wait_ready(self, timeout_s=START_S):
+        wait_until(
+            lambda: self.raw("GET", "/readyz").status == 200, "the daemon is ready", timeout_s
+        )
         return self
 
     def wait_device(self):

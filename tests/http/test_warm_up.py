@@ -9,6 +9,7 @@ import unittest
 import support
 
 REAL = os.path.join(support.BIN, "vitraild")
+DEVICE_S = 180  # to have one, and to measure it
 GLB = {"Content-Type": "model/gltf-binary"}
 
 
@@ -28,7 +29,7 @@ class Case(unittest.TestCase):
     def setUp(self):
         self.daemon = support.Daemon("--auto", self.AUTO, program=REAL, warms_up=True)
         self.addCleanup(self.daemon.__exit__)
-        support.wait_until(lambda: self.daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+        self.daemon.wait_ready(DEVICE_S)
 
     def post(self, content):
         return self.daemon.request("POST", "/v1/scenes", content, GLB).json()["id"]
@@ -186,7 +187,7 @@ class WarmStart(unittest.TestCase):
     def post_and_use(self, count):
         """Posts scenes; all but the first give an image. Returns their ids."""
         with self.start(warms_up=False) as daemon:
-            support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+            daemon.wait_ready(DEVICE_S)
             scenes = [support.triangle(f"Triangle {i}") for i in range(count)]
             ids = [daemon.request("POST", "/v1/scenes", scene, GLB).json()["id"]
                    for scene in scenes]
@@ -203,7 +204,7 @@ class WarmStart(unittest.TestCase):
                 if line.startswith("vitrail_warm_ups_total "):
                     return int(float(line.split()[1]))
             return self.fail("no metric")
-        support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+        daemon.wait_ready(DEVICE_S)
         support.wait_until(lambda: count() >= expected, "the warm-ups", 120)
         time.sleep(2)
         return count()
@@ -230,7 +231,7 @@ class WarmStart(unittest.TestCase):
     def test_a_render_comes_before_them(self):
         ids = self.post_and_use(2)
         with self.start() as daemon:
-            support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+            daemon.wait_ready(DEVICE_S)
             counts = self.counts(daemon, ids[1])
             self.assertGreater(counts["programs_built"] + counts["programs_loaded"], 0)
             self.assertEqual(1, self.warmed(daemon, 1))  # what the render left
@@ -248,7 +249,7 @@ class Rest(unittest.TestCase):
     def test_an_idle_worker_gives_back_what_its_last_frame_did_not_use(self):
         daemon = support.Daemon("--auto", "raster", "--rest-s", "1", program=REAL)
         self.addCleanup(daemon.__exit__)
-        support.wait_until(lambda: daemon.raw("GET", "/readyz").status == 200, "a device", 180)
+        daemon.wait_ready(DEVICE_S)
         scene = daemon.request("POST", "/v1/scenes", demo_scene(), GLB).json()["id"]
 
         def render(**quality):

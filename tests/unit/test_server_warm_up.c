@@ -9,7 +9,6 @@
 
 #include <cmocka.h>
 
-#include "server/supervisor.h"
 #include "server/warm_up.h"
 
 static struct render_task *task(char scene, bool is_at_start)

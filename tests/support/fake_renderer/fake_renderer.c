@@ -24,6 +24,7 @@
 #include "renderer/calibrate.h"
 #include "renderer/renderer.h"
 #include "renderer/texture_speed.h"
+#include "renderer/wall_clock.h"
 #include "renderer/scene/import.h"
 
 enum { SCENES_MAX = 8, DEVICE_MISSING = 64 };
@@ -205,13 +206,6 @@ void renderer_drop_structures(struct renderer *renderer, const char *key)
 static void sleep_ms(long ms)
 {
     nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000}, NULL);
-}
-
-static double clock_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
 }
 
 /* As the real one where a pass begins, or with `waits` where the device is waited for. */
@@ -396,7 +390,7 @@ static double device_ms(const struct scene *scene)
 static void take_off(struct renderer *renderer, const struct scene *scene, double ms,
                      struct frame *frame)
 {
-    double now_ms = clock_ms();
+    double now_ms = wall_ms();
     renderer->device_free_ms = fmax(renderer->device_free_ms, now_ms) + ms;
     renderer->flight.frame = frame;
     renderer->flight.end_ms = renderer->device_free_ms;
@@ -427,12 +421,12 @@ bool renderer_submit(struct renderer *renderer, const char *scene_key, const str
 
 bool renderer_wait(struct renderer *renderer, int timeout_ms)
 {
-    double until_ms = clock_ms() + timeout_ms;
+    double until_ms = wall_ms() + timeout_ms;
     if (!renderer->flight.frame)
         return true;
-    while (clock_ms() < until_ms && clock_ms() < renderer->flight.end_ms)
+    while (wall_ms() < until_ms && wall_ms() < renderer->flight.end_ms)
         nanosleep(&(struct timespec){0, 100000}, NULL);
-    return clock_ms() >= renderer->flight.end_ms;
+    return wall_ms() >= renderer->flight.end_ms;
 }
 
 bool renderer_collect(struct renderer *renderer, struct error *err)
