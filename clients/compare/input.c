@@ -3,7 +3,6 @@
 #include "clients/compare/input.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -216,8 +215,7 @@ static bool linearise_16_bits(struct compare_input *input, const struct image *d
         double alpha = colors < n ? in[n - 1] / 65535. : 1;
         for (int c = 0; c < colors; c++) {
             double x = in[c] / 65535.;
-            double linear = n < 3 ? x : x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
-            out[c] = (float)(linear * alpha);
+            out[c] = (float)((n < 3 ? x : srgb_to_linear(x)) * alpha);
         }
         if (colors < n)
             out[n - 1] = (float)alpha;

@@ -2,7 +2,6 @@
 /* The inverse of the sRGB transfer function by table, and multiplication with alpha. */
 #include "renderer/image/linear.h"
 
-#include <math.h>
 #include <string.h>
 
 bool image_linear_from_srgb(const struct image *srgb, struct image *linear, struct error *err)
@@ -13,10 +12,8 @@ bool image_linear_from_srgb(const struct image *srgb, struct image *linear, stru
         return error_set(err, ERROR_INTERNAL, "linearisation takes an RGBA image of U8");
     if (!image_init(linear, srgb->width_px, srgb->height_px, 4, IMAGE_F32, err))
         return false;
-    for (int code = 0; code < 256; code++) {
-        double x = code / 255.0;
-        table[code] = (float)(x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4));
-    }
+    for (int code = 0; code < 256; code++)
+        table[code] = (float)srgb_to_linear(code / 255.0);
     const uint8_t *in = srgb->pixels;
     float *out = linear->pixels;
     size_t count = (size_t)srgb->width_px * (size_t)srgb->height_px;

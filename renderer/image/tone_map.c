@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/image/linear.h"
+
 /* Khronos PBR Neutral Tone Mapper specification (2024), section "Reference implementation". */
 #define START_COMPRESSION (0.8f - 0.04f)
 #define DESATURATION 0.15f
@@ -23,16 +25,11 @@ struct srgb_bucket {
     uint32_t code;
 };
 
-static double oetf_inverse(double encoded)
-{
-    return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
-}
-
 static void fill_buckets(struct srgb_bucket *buckets)
 {
     float thresholds[256]; /* of code + 1: where rounding goes up */
     for (int code = 0; code < 255; code++)
-        thresholds[code] = (float)oetf_inverse((code + 0.5) / 255);
+        thresholds[code] = (float)srgb_to_linear((code + 0.5) / 255);
     thresholds[255] = 2;
     uint32_t code = 0;
     for (uint32_t i = 0; i < BUCKETS; i++) {

@@ -32,16 +32,14 @@ static void add_light(struct rt_shading *shading, const struct rt_ray_job *job,
 static void place_ray(const struct rt_scene *scene, const struct rt_start *start,
                       const struct rt_ray_job *job, struct rt_ray *ray)
 {
-    double size = scene->size_m, distance = (double)job->distance_m;
-    bool is_far = !isfinite(job->distance_m);
     for (int k = 0; k < 3; k++)
         ray->direction[k] = (double)job->direction[k];
     double side = vec3_dot(start->lift, ray->direction) < 0 ? -1 : 1;
     for (int k = 0; k < 3; k++)
         ray->origin[k] = start->point[k] + side * start->lift[k];
-    double end = is_far ? size : distance * (1 - 1e-9); /* as rt_shadow_ray has it */
-    ray->t_min = scene->epsilon * rt_min(end, size);
-    ray->t_max = is_far ? end : rt_max(end - 8 * scene->nudge_m, ray->t_min);
+    rt_shadow_range(scene, (double)job->distance_m, ray);
+    if (isfinite(job->distance_m))
+        ray->t_max = rt_max(ray->t_max - 8 * scene->nudge_m, ray->t_min);
     ray->culls_back_faces = ray->only_media = false;
     ray->skip_mesh = start->mesh;
     ray->skip_triangle = start->triangle;
@@ -251,8 +249,7 @@ static void average_base(const struct rt_scene *scene, const struct lit *lit)
 {
     struct rt_surface *surface = lit->surface;
     const struct rt_fragment *fragment = lit->fragment;
-    const struct scene_material *material = scene->meshes[fragment->hit.mesh].material;
-    int32_t texture = material->textures[SCENE_TEXTURE_BASE_COLOR].texture;
+    int32_t texture = surface->material->textures[SCENE_TEXTURE_BASE_COLOR].texture;
     double sum[4] = {surface->base[0], surface->base[1], surface->base[2], surface->alpha};
     if (texture < 0 || rt_texture_has_levels(&scene->state->scene->textures[texture]))
         return;
@@ -268,7 +265,7 @@ static void average_base(const struct rt_scene *scene, const struct lit *lit)
     }
     for (int k = 0; k < 3; k++)
         surface->base[k] = sum[k] / (fragment->texel_count + 1);
-    if (material->alpha_mode == SCENE_BLEND)
+    if (surface->material->alpha_mode == SCENE_BLEND)
         surface->alpha = sum[3] / (fragment->texel_count + 1);
 }
 
@@ -277,7 +274,6 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     struct rt_fragment *fragment = &batch->fragments[index];
     struct rt_shading *shading = &batch->shadings[index];
     const struct scene_state *state = batch->desc.scene->state;
-    const struct scene_material *material = batch->desc.scene->meshes[fragment->hit.mesh].material;
     struct lit lit;
     struct rt_surface surface;
     struct rt_reflector reflector;
@@ -296,7 +292,7 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
                                fragment->hit.is_front, shading->filter);
     shading->alpha = surface.alpha;
     memcpy(shading->radiance, surface.emissive, sizeof shading->radiance);
-    if (material->flags & SCENE_MATERIAL_UNLIT) {
+    if (surface.material->flags & SCENE_MATERIAL_UNLIT) {
         for (int k = 0; k < 3; k++)
             shading->radiance[k] += surface.base[k];
         return;

@@ -4,7 +4,6 @@
 
 #include <stdlib.h>
 
-#include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/scene/matrix.h"
@@ -30,10 +29,7 @@ void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arriva
                            .leaves_out = on ? rt_path_left_out(scene, on) : 0};
     memcpy(ray->origin, point, sizeof ray->origin);
     memcpy(ray->direction, arrival->direction, sizeof ray->direction);
-    double size = scene->size_m, distance = arrival->distance_m;
-    /* a light on a caster's plane is not behind it by the rounding of f64 */
-    ray->t_max = isfinite(distance) ? distance * (1 - 1e-9) : size;
-    ray->t_min = scene->epsilon * rt_min(ray->t_max, size);
+    rt_shadow_range(scene, arrival->distance_m, ray);
 }
 
 void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arrival,

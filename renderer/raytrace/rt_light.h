@@ -3,7 +3,10 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
 
+#include <math.h>
+
 #include "renderer/raytrace/rt_emitter.h"
+#include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_surface.h"
 
 struct rt_lighting {
@@ -18,6 +21,15 @@ struct rt_lighting {
 MUST_CHECK bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_scene *scene,
                                  const struct view *view, struct error *err);
 void rt_lighting_finish(struct rt_lighting *lighting);
+
+/* Where a ray to a light at this distance counts hits: a light on a caster's plane is not behind it
+ * by the rounding of f64. */
+static inline void rt_shadow_range(const struct rt_scene *scene, double distance_m,
+                                   struct rt_ray *ray)
+{
+    ray->t_max = isfinite(distance_m) ? distance_m * (1 - 1e-9) : scene->size_m;
+    ray->t_min = scene->epsilon * rt_min(ray->t_max, scene->size_m);
+}
 
 /* The ray from a point to a light. `on`: as below. */
 void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arrival,

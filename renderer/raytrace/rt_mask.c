@@ -24,18 +24,16 @@ bool rt_mask_init(struct rt_mask *mask, const uint8_t *texels, uint32_t width, u
     for (uint32_t b = 0; b < columns * rows; b++) {
         uint32_t column = b % columns, row = b / columns;
         uint8_t least = 255, most = 0;
+        memset(mask->alpha[b], 0, sizeof mask->alpha[b]);
         for (uint32_t y = row * RT_MASK_BLOCK; y < end_of_block(row, height); y++) {
             for (uint32_t x = column * RT_MASK_BLOCK; x < end_of_block(column, width); x++) {
                 uint8_t alpha = texels[4 * ((size_t)y * width + x) + 3];
                 least = alpha < least ? alpha : least;
                 most = alpha > most ? alpha : most;
+                if (y / RT_MASK_BLOCK == row && x / RT_MASK_BLOCK == column)
+                    mask->alpha[b][y % RT_MASK_BLOCK][x % RT_MASK_BLOCK] = alpha;
             }
         }
-        memset(mask->alpha[b], 0, sizeof mask->alpha[b]);
-        for (uint32_t y = row * RT_MASK_BLOCK; y < height && y / RT_MASK_BLOCK == row; y++)
-            for (uint32_t x = column * RT_MASK_BLOCK; x < width && x / RT_MASK_BLOCK == column; x++)
-                mask->alpha[b][y % RT_MASK_BLOCK][x % RT_MASK_BLOCK] =
-                    texels[4 * ((size_t)y * width + x) + 3];
         mask->bounds[b][0] = least;
         mask->bounds[b][1] = most;
     }

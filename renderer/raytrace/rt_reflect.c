@@ -12,7 +12,7 @@ void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const
 {
     double alpha = rt_max(s->roughness * s->roughness, min_alpha), a2 = alpha * alpha;
     double n_dot_v = rt_max(vec3_dot(s->normal, view), 1e-4);
-    double edge = rt_min(50 * s->f0, 1) - s->f0, dielectric = 1 - s->metallic;
+    double edge = rt_surface_edge(s), dielectric = 1 - s->metallic;
     memcpy(r->normal, s->normal, sizeof r->normal);
     memcpy(r->view, view, sizeof r->view);
     r->n_dot_v = n_dot_v;

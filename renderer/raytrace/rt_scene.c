@@ -9,11 +9,6 @@
 #include "renderer/raytrace/rt_surface.h"
 #include "renderer/scene/matrix.h"
 
-static const struct scene_primitive *mesh_primitive(const struct rt_scene *scene, uint32_t mesh)
-{
-    return state_geometry_of(scene->state, scene->meshes[mesh].item).primitive;
-}
-
 bool rt_hits_init(struct rt_hits *hits, struct error *err)
 {
     *hits = (struct rt_hits){.hits = calloc(RT_HITS_MAX + 1, sizeof *hits->hits)};
@@ -276,14 +271,6 @@ void rt_scene_finish(struct rt_scene *scene)
     free(scene->masks);
     free(scene->images);
     *scene = (struct rt_scene){0};
-}
-
-void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t triangle,
-                       uint32_t vertices[3])
-{
-    const struct scene_primitive *p = mesh_primitive(scene, mesh);
-    for (uint32_t k = 0; k < 3; k++)
-        vertices[k] = p->first_vertex + scene->meshes[mesh].triangles[3 * triangle + k];
 }
 
 /* Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", in f64 and without

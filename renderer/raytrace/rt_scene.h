@@ -30,6 +30,14 @@ struct rt_mesh { /* one state item, triangles only */
     double filter[3];
 };
 
+/* The three vertex numbers (in the mesh's streams) of a triangle. */
+static inline void rt_mesh_triangle(const struct rt_mesh *mesh, uint32_t triangle,
+                                    uint32_t vertices[3])
+{
+    for (size_t k = 0; k < 3; k++)
+        vertices[k] = mesh->primitive->first_vertex + mesh->triangles[3 * (size_t)triangle + k];
+}
+
 struct rt_scene {
     const struct scene_state *state;
     RTCDevice device;
@@ -132,9 +140,5 @@ void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, st
 
 /* The triangle's unit normal, on its counter-clockwise side; zero for one without area. */
 void rt_scene_normal(const struct rt_scene *scene, const struct rt_hit *hit, double normal[3]);
-
-/* The three vertex numbers (in the scene's streams) of a triangle. */
-void rt_scene_triangle(const struct rt_scene *scene, uint32_t mesh, uint32_t triangle,
-                       uint32_t vertices[3]);
 
 #endif

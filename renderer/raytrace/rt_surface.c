@@ -33,9 +33,7 @@ static void find_place(const struct rt_scene *scene, const struct rt_hit *hit,
     place->footprint = footprint;
     place->mesh = mesh;
     memset(place->texcoords, 0, sizeof place->texcoords);
-    for (size_t k = 0; k < 3; k++)
-        place->vertices[k] =
-            mesh->primitive->first_vertex + mesh->triangles[3 * (size_t)hit->triangle + k];
+    rt_mesh_triangle(mesh, hit->triangle, place->vertices);
 }
 
 static void interpolate(const struct place *place, const float *stream, int width, double *out)
@@ -183,8 +181,7 @@ static bool triangle_tangents(const struct place *place, double tangent[3], doub
     const float *stream =
         ref->texcoord ? place->mesh->streams->texcoords_1 : place->mesh->streams->texcoords_0;
     const uint32_t *vertices = place->vertices, first = place->mesh->primitive->first_vertex;
-    const double(*position)[3] =
-        (const double(*)[3])place->scene->meshes[place->hit->mesh].positions;
+    const double(*position)[3] = (const double(*)[3])place->mesh->positions;
     double uv[3][2], e1[3], e2[3];
     if (!stream) /* the material names a set that no primitive has */
         return false;
@@ -214,14 +211,14 @@ static bool tangent_frame(const struct place *place, const double n[3], double t
         return triangle_tangents(place, t, b) && vec3_normalize(t) && vec3_normalize(b);
     double local[4];
     interpolate(place, place->mesh->streams->tangents, 4, local);
-    mat4_transform_direction(place->scene->state->world[place->mesh->item->node], local, t);
+    mat4_transform_direction(place->scene->state->world[place->mesh->node], local, t);
     double along = vec3_dot(t, n);
     for (int k = 0; k < 3; k++)
         t[k] -= n[k] * along;
     if (!vec3_normalize(t))
         return false;
     vec3_cross(n, t, b);
-    double sign = local[3] * (place->mesh->item->is_mirrored ? -1 : 1);
+    double sign = local[3] * (place->mesh->is_mirrored ? -1 : 1);
     for (int k = 0; k < 3; k++)
         b[k] *= sign;
     return true;
@@ -270,7 +267,7 @@ static void evaluate_filter(const struct place *place, struct rt_surface *surfac
         return;
     sample_slot(place, SCENE_TEXTURE_TRANSMISSION, texel);
     surface->transmission = (double)m->transmission * texel[0];
-    if (m->thickness <= 0 || place->mesh->item->is_medium)
+    if (m->thickness <= 0 || place->mesh->is_medium)
         return; /* the inside of a medium attenuates, not its surface: rt_path.h */
     sample_slot(place, SCENE_TEXTURE_THICKNESS, texel);
     surface->thickness_m =
@@ -351,11 +348,11 @@ static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
     }
 }
 
-double rt_surface_fresnel(const struct rt_surface *s, double cosine)
+/* Schlick's term for the surface's f0. */
+static double fresnel_of(const struct rt_surface *s, double cosine)
 {
-    double f90 = rt_min(50 * s->f0, 1);
     double c = 1 - clamp01(cosine), c2 = c * c;
-    return s->f0 + (f90 - s->f0) * c2 * c2 * c;
+    return s->f0 + rt_surface_edge(s) * c2 * c2 * c;
 }
 
 void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool enters,
@@ -386,7 +383,7 @@ void rt_surface_view_filter(const struct rt_surface *s, double cosine, bool ente
         return;
     }
     rt_surface_light_filter(s, cosine, enters, VIEW_BLEND_COVERAGE, filter);
-    double fresnel = rt_surface_fresnel(s, cosine);
+    double fresnel = fresnel_of(s, cosine);
     for (int k = 0; k < 3; k++)
         filter[k] *= (1 - s->alpha * fresnel) * (1 - s->alpha * s->metallic);
 }

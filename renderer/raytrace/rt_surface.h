@@ -5,6 +5,7 @@
 #define VITRAIL_RENDERER_RAYTRACE_RT_SURFACE_H
 
 #include "renderer/raytrace/rt_footprint.h"
+#include "renderer/raytrace/rt_math.h"
 
 struct rt_surface {
     const struct scene_material *material;
@@ -36,9 +37,12 @@ bool rt_surface_plain_filter(const struct rt_mesh *mesh, enum view_blend_filter 
 void rt_surface_evaluate(const struct rt_scene *scene, const struct rt_hit *hit,
                          const struct rt_footprint *footprint, struct rt_surface *surface);
 
-/* Schlick's term for the surface's f0; a medium thinner than water reflects less at grazing angles
- * too, and ior 1 nothing at all. */
-double rt_surface_fresnel(const struct rt_surface *surface, double cosine);
+/* What a dielectric reflects at grazing angles beyond f0: the rest; a medium thinner than water
+ * less, and ior 1 nothing at all. */
+static inline double rt_surface_edge(const struct rt_surface *surface)
+{
+    return rt_min(50 * surface->f0, 1) - surface->f0;
+}
 
 /* Transmittance of one crossing by light, section 1 of docs/shading.md. cosine: |n.l|. */
 void rt_surface_light_filter(const struct rt_surface *surface, double cosine, bool enters,

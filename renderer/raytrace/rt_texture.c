@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "renderer/image/linear.h"
 #include "renderer/raytrace/rt_math.h"
 
 enum { /* numbers of glTF */
@@ -49,16 +50,10 @@ void rt_images_withhold(struct rt_image *images, size_t count, const uint8_t *le
         }
 }
 
-/* sRGB electro-optical transfer function, IEC 61966-2-1. */
-static double linear_from_srgb(double x)
-{
-    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
-}
-
 void rt_texel_tables_fill(struct rt_texel_tables *tables)
 {
     for (int i = 0; i < 256; i++) {
-        tables->linear_from_srgb[i] = linear_from_srgb(i / 255.0);
+        tables->linear_from_srgb[i] = srgb_to_linear(i / 255.0);
         tables->linear_from_unorm[i] = i / 255.0;
     }
 }

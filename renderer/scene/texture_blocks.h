@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { TEXTURE_BLOCK_SIDE = 4, TEXTURE_BLOCK_BYTES_MOST = 16 };
+enum { TEXTURE_BLOCK_SIDE = 4 };
 
 static inline uint32_t texture_block_bytes(bool has_alpha)
 {

@@ -20,6 +20,15 @@ static bool is_too_fine(const struct stored_texture *t)
            !texture_is_otherwise(t);
 }
 
+static void advance_incoming(struct texture_pool *pool, struct texture_spending *spending)
+{
+    if (!pool->incoming.of)
+        return;
+    texture_advance(&pool->incoming, spending);
+    if (texture_is_complete(&pool->incoming))
+        texture_install(&pool->incoming);
+}
+
 /* ---- all ---- */
 
 static uint64_t size_granted(const struct stored_texture *t)
@@ -59,18 +68,14 @@ static void settle_incoming(struct texture_pool *pool, uint64_t bytes,
     if (!t)
         return;
     if (texture_is_missing(t) && in->top == t->granted && in->is_packed == t->packs) {
-        texture_advance(in, spending);
-        texture_install(in);
+        advance_incoming(pool, spending);
         return;
     }
     bool is_surpassed =
         (t->full.texture.name && t->full.is_packed == in->is_packed && t->full.top <= in->top) ||
         (t->granted != TEXTURE_UNNEEDED && in->is_packed != t->packs);
-    for (size_t i = 0; i < pool->count; i++)
-        if (pool->textures[i]->granted == TEXTURE_UNNEEDED)
-            bytes += pool->textures[i]->full.texture.size_bytes;
-    if (texture_is_missing(t) || is_surpassed ||
-        bytes + in->texture.size_bytes > pool->budget_bytes)
+    bytes += texture_unneeded_bytes(pool) + in->texture.size_bytes;
+    if (texture_is_missing(t) || is_surpassed || bytes > pool->budget_bytes)
         texture_abandon(in);
 }
 
@@ -178,15 +183,6 @@ static bool make_room(const struct stored_texture *t, uint32_t top,
             return false;
     *has_room = pool->resident_bytes + more <= pool->budget_bytes;
     return true;
-}
-
-static void advance_incoming(struct texture_pool *pool, struct texture_spending *spending)
-{
-    if (!pool->incoming.of)
-        return;
-    texture_advance(&pool->incoming, spending);
-    if (texture_is_complete(&pool->incoming))
-        texture_install(&pool->incoming);
 }
 
 static bool begin(struct texture_pool *pool, struct stored_texture *t, uint32_t top,

@@ -121,6 +121,15 @@ uint64_t texture_bytes_to_be(const struct texture_pool *pool)
     return bytes;
 }
 
+uint64_t texture_unneeded_bytes(const struct texture_pool *pool)
+{
+    uint64_t bytes = 0;
+    for (size_t i = 0; i < pool->count; i++)
+        if (pool->textures[i]->granted == TEXTURE_UNNEEDED)
+            bytes += pool->textures[i]->full.texture.size_bytes;
+    return bytes;
+}
+
 static uint64_t last_use(const struct stored_texture *t)
 {
     return t->last_use > t->store->last_use ? t->last_use : t->store->last_use;
@@ -141,9 +150,7 @@ struct stored_texture *texture_find_victim(const struct texture_pool *pool)
 bool texture_drop_unneeded(struct texture_pool *pool, uint64_t bytes, struct error *err)
 {
     struct stored_texture *victim;
-    for (size_t i = 0; i < pool->count; i++)
-        if (pool->textures[i]->granted == TEXTURE_UNNEEDED)
-            bytes += pool->textures[i]->full.texture.size_bytes;
+    bytes += texture_unneeded_bytes(pool);
     while (bytes > pool->budget_bytes && (victim = texture_find_victim(pool)) != NULL) {
         uint64_t floors = pool->floor_bytes;
         bytes -= victim->full.texture.size_bytes;

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "renderer/image/linear.h"
+
 enum { LINEAR_MAX = 65535 }; /* 20 steps for the darkest step of sRGB */
 
 struct texture_tables {
@@ -35,11 +37,8 @@ struct texture_tables *texture_tables_create(struct error *err)
         error_set(err, ERROR_NO_MEMORY, "tables of sRGB");
         return NULL;
     }
-    for (int i = 0; i < 256; i++) {
-        double s = i / 255.0;
-        double linear = s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4);
-        tables->linear_from_srgb[i] = (uint16_t)(linear * LINEAR_MAX + 0.5);
-    }
+    for (int i = 0; i < 256; i++)
+        tables->linear_from_srgb[i] = (uint16_t)(srgb_to_linear(i / 255.0) * LINEAR_MAX + 0.5);
     for (int i = 0; i <= LINEAR_MAX; i++) {
         double linear = (double)i / LINEAR_MAX;
         double s = linear <= 0.0031308 ? linear * 12.92 : 1.055 * pow(linear, 1 / 2.4) - 0.055;

@@ -155,6 +155,8 @@ bool texture_is_missing(struct stored_texture *t);
 bool texture_is_otherwise(const struct stored_texture *t); /* packed and should not be, or should */
 /* With all that is granted, and what is there of textures of the wish that need no change. */
 uint64_t texture_bytes_to_be(const struct texture_pool *pool);
+/* Of full textures that the frame has no need of. */
+uint64_t texture_unneeded_bytes(const struct texture_pool *pool);
 /* Whom the frame does not need and who was used least recently; NULL: nobody. */
 struct stored_texture *texture_find_victim(const struct texture_pool *pool);
 /* Lets those go while so many bytes and theirs are above the budget. */

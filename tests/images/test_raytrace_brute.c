@@ -80,7 +80,7 @@ static bool is_solid(const struct rt_scene *scene, const struct rt_ray *ray,
         return item->class_ == STATE_OPAQUE;
     uint32_t index[3];
     double e1[3], e2[3], at[3], n[3], q[3], base[4];
-    rt_scene_triangle(scene, m->mesh, m->triangle, index);
+    rt_mesh_triangle(&scene->meshes[m->mesh], m->triangle, index);
     const double(*v)[3] = (const double(*)[3])scene->meshes[m->mesh].positions;
     const double *v0 = v[index[0] - p->first_vertex];
     vec3_sub(v[index[1] - p->first_vertex], v0, e1);
