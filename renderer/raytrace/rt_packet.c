@@ -13,28 +13,13 @@ struct packet_context { /* Embree hands its first member to filters */
     uint32_t first; /* lane of the packet that Embree calls ray 0 */
 };
 
-/* Where a packet's parts lie (Embree 3, rtcore_ray.h): arrays of N in the order of the members of
- * RTCRay and RTCHit. The header has accessors for C++ only. */
-enum {
-    RAY_ORIGIN = 0,
-    RAY_TNEAR = 3,
-    RAY_DIRECTION = 4,
-    RAY_TFAR = 8,
-    RAY_MASK = 9,
-    RAY_ID = 10,
-    RAY_MEMBERS = 12,
-    HIT_TRIANGLE = 5,
-    HIT_MESH = 6,
-    HIT_MEMBERS = 8,
-};
-
 /* Rays of one call of Embree's, 16 or 8. What all calls have alike is set once. */
 struct rt_query {
     union {
         struct RTCRayHit16 sixteen;
         struct RTCRayHit8 eight;
-        float floats[(RAY_MEMBERS + HIT_MEMBERS) * 16];
-        uint32_t words[(RAY_MEMBERS + HIT_MEMBERS) * 16];
+        float floats[(RT_RAY_MEMBERS + RT_HIT_MEMBERS) * 16];
+        uint32_t words[(RT_RAY_MEMBERS + RT_HIT_MEMBERS) * 16];
     };
     _Alignas(64) int valid[RT_LANES];
     unsigned width;
@@ -64,13 +49,13 @@ static bool is_plain_end(const struct rt_packet *packet,
 {
     if (!ray->culls_back_faces || packet->scene->clip_plane_count)
         return false;
-    double t = (double)packet_float(args->ray, args->N, RAY_TFAR, i);
+    double t = (double)packet_float(args->ray, args->N, RT_RAY_TFAR, i);
     if (t < ray->t_min * 1.0001 || t * 1.0001 > ray->t_max)
         return false;
     double along = 0, square = 0;
     for (unsigned k = 0; k < 3; k++) { /* the hit's first members are its normal */
         double n = (double)packet_float(args->hit, args->N, k, i);
-        double d = (double)packet_float(args->ray, args->N, RAY_DIRECTION + k, i);
+        double d = (double)packet_float(args->ray, args->N, RT_RAY_DIRECTION + k, i);
         along += n * d;
         square += n * n * d * d;
     }
@@ -96,10 +81,10 @@ static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunction
                         unsigned i)
 {
     uint32_t first = ((const struct packet_context *)args->context)->first;
-    uint32_t lane = first + packet_word(args->ray, args->N, RAY_ID, i);
-    const struct rt_candidate candidate = {packet_float(args->ray, args->N, RAY_TFAR, i),
-                                           packet_word(args->hit, args->N, HIT_MESH, i),
-                                           packet_word(args->hit, args->N, HIT_TRIANGLE, i)};
+    uint32_t lane = first + packet_word(args->ray, args->N, RT_RAY_ID, i);
+    const struct rt_candidate candidate = {packet_float(args->ray, args->N, RT_RAY_TFAR, i),
+                                           packet_word(args->hit, args->N, RT_HIT_MESH, i),
+                                           packet_word(args->hit, args->N, RT_HIT_TRIANGLE, i)};
     const struct rt_mesh *mesh = &packet->scene->meshes[candidate.mesh];
     if (mesh->class_ == STATE_TRANSPARENT && put_aside(packet, lane, &candidate))
         return false;
@@ -159,8 +144,8 @@ bool rt_packet_init(struct rt_packet *packet, const struct rt_scene *scene, stru
     memset(packet->query, 0, sizeof *packet->query);
     packet->query->width = scene->lanes == 8 ? 8 : RT_LANES;
     for (unsigned i = 0; i < packet->query->width; i++) {
-        packet->query->words[RAY_MASK * packet->query->width + i] = UINT32_MAX;
-        packet->query->words[RAY_ID * packet->query->width + i] = i;
+        packet->query->words[RT_RAY_MASK * packet->query->width + i] = UINT32_MAX;
+        packet->query->words[RT_RAY_ID * packet->query->width + i] = i;
     }
     return true;
 }
@@ -179,11 +164,11 @@ static inline void fill_lane(float *rays, unsigned width, unsigned lane, const s
 {
     float *at = rays + lane;
     for (unsigned k = 0; k < 3; k++) {
-        at[(RAY_ORIGIN + k) * width] = (float)ray->origin[k];
-        at[(RAY_DIRECTION + k) * width] = (float)ray->direction[k];
+        at[(RT_RAY_ORIGIN + k) * width] = (float)ray->origin[k];
+        at[(RT_RAY_DIRECTION + k) * width] = (float)ray->direction[k];
     }
-    at[RAY_TNEAR * width] = (float)(ray->t_min * (1 - slack));
-    at[RAY_TFAR * width] =
+    at[RT_RAY_TNEAR * width] = (float)(ray->t_min * (1 - slack));
+    at[RT_RAY_TFAR * width] =
         ray->t_max < (double)FLT_MAX ? (float)(ray->t_max * (1 + slack)) : FLT_MAX;
 }
 
@@ -207,14 +192,14 @@ static struct RTCRay lane_ray(const struct rt_query *query, unsigned lane)
 {
     const float *at = query->floats + lane;
     const unsigned w = query->width;
-    return (struct RTCRay){.org_x = at[RAY_ORIGIN * w],
-                           .org_y = at[(RAY_ORIGIN + 1) * w],
-                           .org_z = at[(RAY_ORIGIN + 2) * w],
-                           .dir_x = at[RAY_DIRECTION * w],
-                           .dir_y = at[(RAY_DIRECTION + 1) * w],
-                           .dir_z = at[(RAY_DIRECTION + 2) * w],
-                           .tnear = at[RAY_TNEAR * w],
-                           .tfar = at[RAY_TFAR * w],
+    return (struct RTCRay){.org_x = at[RT_RAY_ORIGIN * w],
+                           .org_y = at[(RT_RAY_ORIGIN + 1) * w],
+                           .org_z = at[(RT_RAY_ORIGIN + 2) * w],
+                           .dir_x = at[RT_RAY_DIRECTION * w],
+                           .dir_y = at[(RT_RAY_DIRECTION + 1) * w],
+                           .dir_z = at[(RT_RAY_DIRECTION + 2) * w],
+                           .tnear = at[RT_RAY_TNEAR * w],
+                           .tfar = at[RT_RAY_TFAR * w],
                            .mask = UINT32_MAX,
                            .id = lane};
 }
@@ -282,9 +267,9 @@ static void intersect_lanes(struct rt_packet *packet, struct packet_context *con
 {
     struct rt_query *query = packet->query;
     const unsigned w = query->width;
-    uint32_t *meshes = query->words + (RAY_MEMBERS + HIT_MESH) * w;
-    uint32_t *triangles = query->words + (RAY_MEMBERS + HIT_TRIANGLE) * w;
-    float *ends = query->floats + RAY_TFAR * w;
+    uint32_t *meshes = query->words + (RT_RAY_MEMBERS + RT_HIT_MESH) * w;
+    uint32_t *triangles = query->words + (RT_RAY_MEMBERS + RT_HIT_TRIANGLE) * w;
+    float *ends = query->floats + RT_RAY_TFAR * w;
     for (unsigned i = 0; i < w; i++)
         meshes[i] = RTC_INVALID_GEOMETRY_ID;
     if (packet->scene->lanes == 16)
@@ -316,7 +301,7 @@ static void intersect(struct rt_packet *packet, bool is_filtering_all)
     for (; context.first < count; context.first += width) {
         fill(packet, context.first, 1e-4);
         for (unsigned i = 0; is_filtering_all && i < width; i++)
-            packet->query->floats[RAY_TNEAR * width + i] = 0;
+            packet->query->floats[RT_RAY_TNEAR * width + i] = 0;
         unsigned rest = count - context.first;
         intersect_lanes(packet, &context, rest < width ? rest : width);
     }
@@ -344,7 +329,7 @@ void rt_packet_collect(struct rt_packet *packet)
 static void occlude_lanes(struct rt_packet *packet, struct packet_context *context, unsigned count)
 {
     struct rt_query *query = packet->query;
-    float *ends = query->floats + RAY_TFAR * query->width;
+    float *ends = query->floats + RT_RAY_TFAR * query->width;
     if (packet->scene->lanes == 16)
         rtcOccluded16(query->valid, packet->scene->scene, &context->embree, &query->sixteen.ray);
     else if (packet->scene->lanes == 8)

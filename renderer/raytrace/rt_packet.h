@@ -9,6 +9,21 @@
 
 enum { RT_LANES = 16, RT_WAITING_MAX = 24 };
 
+/* Where a packet's parts lie (Embree 3, rtcore_ray.h): arrays of N in the order of the members of
+ * RTCRay and RTCHit. The header has accessors for C++ only. */
+enum {
+    RT_RAY_ORIGIN = 0,
+    RT_RAY_TNEAR = 3,
+    RT_RAY_DIRECTION = 4,
+    RT_RAY_TFAR = 8,
+    RT_RAY_MASK = 9,
+    RT_RAY_ID = 10,
+    RT_RAY_MEMBERS = 12,
+    RT_HIT_TRIANGLE = 5,
+    RT_HIT_MESH = 6,
+    RT_HIT_MEMBERS = 8,
+};
+
 struct rt_candidate { /* a triangle that Embree found on a ray */
     float t;
     uint32_t mesh, triangle;

@@ -84,11 +84,7 @@ static bool take(const struct shot *shot, struct image *picture, struct frame_re
 
 static uint64_t shadow_bytes(const struct frame_report *report)
 {
-    uint64_t bytes = 0;
-    for (int i = 0; i < report->byte_count; i++)
-        if (!strncmp(report->bytes[i].structure, "shadow.", 7))
-            bytes += report->bytes[i].bytes;
-    return bytes;
+    return report_bytes_of(report, "shadow.");
 }
 
 /* Values of other bits in the picture within `budget_bytes`, which must take several batches. */

@@ -149,10 +149,7 @@ static void shadowed_lights_add_up_and_tell_their_memory(void **state)
         frame_finish(&frame);
         view.quality.shadow_resolution = 64;
         shoot(*state, &scene.rig, &view, &frame);
-        uint64_t bytes = 0;
-        for (int i = 0; i < frame.report.byte_count; i++)
-            if (strncmp(frame.report.bytes[i].structure, "shadow.", 7) == 0)
-                bytes += frame.report.bytes[i].bytes;
+        uint64_t bytes = report_bytes_of(&frame.report, "shadow.");
         image_mean(&frame.outputs[VIEW_OUTPUT_COLOR], whole, mean);
         double worst = 0;
         for (int k = 0; k < 3; k++)

@@ -67,12 +67,12 @@ static void set_lane(float *rays, unsigned n, unsigned lane, const struct rt_ray
 {
     const uint32_t mask = UINT32_MAX;
     for (unsigned k = 0; k < 3; k++) {
-        rays[k * n + lane] = (float)from->origin[k];
-        rays[(4 + k) * n + lane] = (float)from->direction[k];
+        rays[(RT_RAY_ORIGIN + k) * n + lane] = (float)from->origin[k];
+        rays[(RT_RAY_DIRECTION + k) * n + lane] = (float)from->direction[k];
     }
-    rays[3 * n + lane] = (float)from->t_min;
-    rays[8 * n + lane] = (float)from->t_max;
-    memcpy(&rays[9 * n + lane], &mask, sizeof mask);
+    rays[RT_RAY_TNEAR * n + lane] = (float)from->t_min;
+    rays[RT_RAY_TFAR * n + lane] = (float)from->t_max;
+    memcpy(&rays[RT_RAY_MASK * n + lane], &mask, sizeof mask);
 }
 
 static void ask_kernel(struct kernel *kernel, const struct rt_ray *rays, bool is_shadow)
@@ -81,8 +81,8 @@ static void ask_kernel(struct kernel *kernel, const struct rt_ray *rays, bool is
     union {
         _Alignas(64) struct RTCRayHit16 sixteen;
         struct RTCRayHit8 eight;
-        float floats[20 * 16];
-        uint32_t words[20 * 16];
+        float floats[(RT_RAY_MEMBERS + RT_HIT_MEMBERS) * 16];
+        uint32_t words[(RT_RAY_MEMBERS + RT_HIT_MEMBERS) * 16];
     } query = {0};
     _Alignas(64) int valid[RT_LANES];
     const unsigned n = kernel->scene.lanes == 16 ? 16 : 8;
@@ -93,7 +93,7 @@ static void ask_kernel(struct kernel *kernel, const struct rt_ray *rays, bool is
         for (unsigned i = 0; i < n; i++) {
             valid[i] = -1;
             set_lane(query.floats, n, i, &kernel->packet.rays[first + i]);
-            query.words[18 * n + i] = RTC_INVALID_GEOMETRY_ID;
+            query.words[(RT_RAY_MEMBERS + RT_HIT_MESH) * n + i] = RTC_INVALID_GEOMETRY_ID;
         }
         if (is_shadow && n == 16)
             rtcOccluded16(valid, kernel->scene.scene, &context, &query.sixteen.ray);

@@ -296,14 +296,6 @@ static void a_frame_that_has_come_is_done_at_once(void **state)
     stage_end(&stage);
 }
 
-static uint64_t readback_bytes(const struct frame_report *report)
-{
-    for (int i = 0; i < report->byte_count; i++)
-        if (!strcmp(report->bytes[i].structure, "readback"))
-            return report->bytes[i].bytes;
-    return 0;
-}
-
 /* Two frames after each other, the second one beside the first or not. */
 static uint64_t resident_after_two(bool has_arrival)
 {
@@ -317,7 +309,7 @@ static uint64_t resident_after_two(bool has_arrival)
     collect(&stage);
     for (int i = 1; i < 4; i += 2) {
         int pixels = stage.frames[i].outputs[VIEW_OUTPUT_COLOR].width_px * 64;
-        assert_int_equal(pixels * 16 + 256, readback_bytes(&stage.frames[i].report));
+        assert_int_equal(pixels * 16 + 256, report_bytes_of(&stage.frames[i].report, "readback"));
     }
     uint64_t bytes = stage.frames[3].report.resident_bytes;
     stage_end(&stage);

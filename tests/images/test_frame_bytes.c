@@ -43,24 +43,15 @@ static struct frame_report report_of(struct stage *stage, const struct view *vie
     return report;
 }
 
-static uint64_t bytes_of(const struct frame_report *report, const char *prefix)
-{
-    uint64_t bytes = 0;
-    for (int i = 0; i < report->byte_count; i++)
-        if (!strncmp(report->bytes[i].structure, prefix, strlen(prefix)))
-            bytes += report->bytes[i].bytes;
-    return bytes;
-}
-
 static void expect_same(const struct frame_report *fresh, const struct frame_report *used)
 {
     assert_int_equal(fresh->byte_count, used->byte_count);
     for (int i = 0; i < fresh->byte_count; i++) {
         const char *name = fresh->bytes[i].structure;
-        if (bytes_of(used, name) != fresh->bytes[i].bytes)
+        if (report_bytes_of(used, name) != fresh->bytes[i].bytes)
             fail_msg("%s: %llu bytes on a fresh renderer, %llu on a used one", name,
                      (unsigned long long)fresh->bytes[i].bytes,
-                     (unsigned long long)bytes_of(used, name));
+                     (unsigned long long)report_bytes_of(used, name));
     }
 }
 
@@ -77,7 +68,7 @@ static void a_setting_has_the_same_bytes_whatever_was_before(void **state)
         struct view view = view_of(techniques[i], 32);
         stage_begin(&stage);
         first[i] = report_of(&stage, &view);
-        assert_true(first[i].resident_bytes >= bytes_of(&first[i], ""));
+        assert_true(first[i].resident_bytes >= report_bytes_of(&first[i], ""));
         struct frame_report kept = report_of(&stage, &view); /* its structures stand */
         expect_same(&first[i], &kept);
         stage_end(&stage);
@@ -109,10 +100,10 @@ static void every_structure_is_counted_once(void **state)
     struct plan plan;
     struct error err = {0};
     assert_true(renderer_explain(stage.renderer, stage.demo.key, &view, &plan, &err));
-    assert_int_equal(bytes_of(&map, "shadow"), plan.shadow_texels * 4);
+    assert_int_equal(report_bytes_of(&map, "shadow"), plan.shadow_texels * 4);
     view.quality.shadows = VIEW_SHADOWS_NONE;
     struct frame_report none = report_of(&stage, &view);
-    assert_int_equal(bytes_of(&none, "shadow"), 0);
+    assert_int_equal(report_bytes_of(&none, "shadow"), 0);
     assert_int_equal(none.counts.shadowed_lights, 0);
     view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
     struct frame_report traced = report_of(&stage, &view);
@@ -138,7 +129,7 @@ static void a_scene_that_goes_takes_its_memory_along(void **state)
     view.quality.shadows = VIEW_SHADOWS_DEEP;
     struct frame_report deep = report_of(&stage, &view);
     renderer_get_info(stage.renderer, &during);
-    assert_true(during.used_bytes > before.used_bytes + bytes_of(&deep, "shadow"));
+    assert_true(during.used_bytes > before.used_bytes + report_bytes_of(&deep, "shadow"));
     rig_scene_finish(&stage.demo, stage.renderer);
     renderer_get_info(stage.renderer, &after);
     assert_true(after.used_bytes < before.used_bytes);
@@ -164,7 +155,8 @@ static void linked_lists_hold_little_more_than_they_need(void **state)
     struct frame_report linked = report_of(&stage, &view);
     renderer_get_info(stage.renderer, &after);
     assert_int_equal(linked.counts.light_batches, 1);
-    uint64_t held = after.used_bytes - before.used_bytes, needed = bytes_of(&linked, "shadow");
+    uint64_t held = after.used_bytes - before.used_bytes;
+    uint64_t needed = report_bytes_of(&linked, "shadow");
     print_message("%llu of %llu bytes needed\n", (unsigned long long)needed,
                   (unsigned long long)held);
     assert_true(held < 2 * needed + (128u << 20));

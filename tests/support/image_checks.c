@@ -267,6 +267,15 @@ bool report_has_reused(const struct frame_report *report, const char *what)
     return false;
 }
 
+uint64_t report_bytes_of(const struct frame_report *report, const char *prefix)
+{
+    uint64_t bytes = 0;
+    for (int i = 0; i < report->byte_count; i++)
+        if (!strncmp(report->bytes[i].structure, prefix, strlen(prefix)))
+            bytes += report->bytes[i].bytes;
+    return bytes;
+}
+
 double image_share_differing(const struct image *a, const struct image *b, double tolerance,
                              double least)
 {

@@ -67,6 +67,8 @@ size_t image_count_id(const struct image *ids, uint32_t id);
 /* Whether a pass whose name begins so ran, with this technique (NULL: any). */
 bool report_has_pass(const struct frame_report *report, const char *pass, const char *technique);
 bool report_has_reused(const struct frame_report *report, const char *what);
+/* Sum over the structures whose name begins so. */
+uint64_t report_bytes_of(const struct frame_report *report, const char *prefix);
 /* Whether some warning contains the text. */
 bool report_has_warning(const struct frame_report *report, const char *text);
 
