@@ -70,8 +70,8 @@ struct image_decode_desc {
     bool keep_16_bits;   /* PNG of 16 bits stays U16 with its 1 to 4 channels */
 };
 
-/* Decodes PNG, JPEG and WebP to U8 RGBA (and EXR, HDR if keep_float) by magic bytes; every other
- * format is refused. */
+/* Decodes PNG, JPEG and WebP to U8 RGBA (PNG of 16 bits to U16 if keep_16_bits; EXR and HDR, too,
+ * if keep_float) by magic bytes; every other format is refused. */
 MUST_CHECK bool image_decode(const void *bytes, size_t size_bytes,
                              const struct image_decode_desc *desc, struct image *image,
                              struct error *err);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which lights can brighten anything that a camera sees: the others need no
- * shadow. CPU only.
+/* Which lights can brighten anything that a camera sees: the others need no shadow. CPU only.
  * Thread: any. */
 #ifndef VITRAIL_RENDERER_LIGHTS_LIGHT_REACH_H
 #define VITRAIL_RENDERER_LIGHTS_LIGHT_REACH_H

@@ -7,9 +7,8 @@
 #include "renderer/raytrace/rt_surface.h"
 
 /* What all lights share at a surface seen from one side. The terms of f are linear in the specular
- * lobe and in w, the power of Schlick's approximation: diffuse - w * diffuse_edge + lobe *
- * (specular
- * + w * specular_edge). */
+ * lobe and in w, the power of Schlick's approximation:
+ * diffuse - w * diffuse_edge + lobe * (specular + w * specular_edge). */
 struct rt_reflector {
     double normal[3], view[3];          /* unit */
     double n_dot_v;                     /* at least 1e-4 */

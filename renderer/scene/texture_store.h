@@ -25,10 +25,9 @@ struct texture_pool_desc {
 struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, struct error *err);
 void texture_pool_destroy(struct texture_pool *pool);              /* after all of its stores */
 double texture_pool_bytes_per_ms(const struct texture_pool *pool); /* as measured, lately */
-/* Colours are compressed where a wish exceeds the budget so that so many levels or more
- * would be withheld else; of more than 1, where besides one level less would take twice the
- * budget. 0: never. Takes effect with the next
- * wish. */
+/* Colours are compressed where a wish exceeds the budget so that so many levels or more would be
+ * withheld else; of more than 1, where besides one level less would take twice the budget. 0:
+ * never. Takes effect with the next wish. */
 void texture_pool_set_compression(struct texture_pool *pool, uint32_t from_levels);
 bool texture_pool_samples_blocks(const struct texture_pool *pool); /* the device does */
 bool texture_pool_compresses(const struct texture_pool *pool);     /* asked to, and able to */

@@ -19,9 +19,8 @@ enum shadow_pool_kind {
 };
 
 enum { SHADOW_STREAMS_MAX = 4 };
-enum {
-    SHADOW_TARGET_KEPT_BYTES = 32 << 20
-}; /* of a target between builds: a cube of 1024 texels */
+/* Of a target between builds: a cube of 1024 texels. */
+enum { SHADOW_TARGET_KEPT_BYTES = 32 << 20 };
 /* Of SHADOW_POOL_EVENTS. */
 enum shadow_stream {
     SHADOW_STREAM_EVENT,
