@@ -32,6 +32,7 @@ bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
     glNamedBufferStorage(buffer->name, (GLsizeiptr)size, desc->size_bytes ? desc->data : NULL,
                          flags);
     buffer->size_bytes = size;
+    buffer->storage++;
     if (!check_memory(desc->label, size, err)) {
         gl_buffer_finish(buffer);
         return false;
@@ -43,7 +44,7 @@ void gl_buffer_finish(struct gl_buffer *buffer)
 {
     if (buffer->name)
         glDeleteBuffers(1, &buffer->name);
-    *buffer = (struct gl_buffer){0};
+    *buffer = (struct gl_buffer){.storage = buffer->storage};
 }
 
 uint64_t gl_buffer_reserved_bytes(const struct gl_buffer *buffer, uint64_t bytes)
@@ -64,7 +65,7 @@ bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *de
     grown.data = NULL;
     if (!keep)
         gl_buffer_finish(buffer);
-    struct gl_buffer fresh = {0};
+    struct gl_buffer fresh = {.storage = buffer->storage};
     if (!gl_buffer_init(&fresh, &grown, err))
         return false;
     if (buffer->name)
@@ -213,11 +214,22 @@ bool gl_texture_init_buffer(struct gl_texture *texture, const char *label, uint3
     if (texels > (uint64_t)max_texels)
         return error_set(err, ERROR_OVER_BUDGET, "'%s' has %llu texels, the device reads %d", label,
                          (unsigned long long)texels, max_texels);
-    *texture = (struct gl_texture){.target = GL_TEXTURE_BUFFER, .format = format};
+    *texture = (struct gl_texture){
+        .target = GL_TEXTURE_BUFFER, .format = format, .storage = buffer->storage};
     glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture->name);
     set_label(GL_TEXTURE, texture->name, label);
     glTextureBuffer(texture->name, format, buffer->name);
     return true;
+}
+
+bool gl_texture_follow_buffer(struct gl_texture *view, const char *label, uint32_t format,
+                              const struct gl_buffer *buffer, struct error *err)
+{
+    assert(!view->name || view->format == format);
+    if (view->name && view->storage == buffer->storage)
+        return true;
+    gl_texture_finish(view);
+    return gl_texture_init_buffer(view, label, format, buffer, err);
 }
 
 void gl_texture_finish(struct gl_texture *texture)

@@ -10,7 +10,8 @@
 #include "protocol/error.h"
 
 struct gl_buffer {
-    uint32_t name;
+    uint32_t name; /* tells nothing of the storage: drivers give names of deleted buffers again */
+    uint32_t storage; /* how many storages this buffer has had: survives gl_buffer_finish */
     uint64_t size_bytes;
 };
 
@@ -57,6 +58,7 @@ struct gl_texture {
     uint32_t name;
     uint32_t target, format;
     int width, height, layers, levels, samples;
+    uint32_t storage;    /* of the buffer that it views */
     uint64_t size_bytes; /* estimate, all levels */
 };
 
@@ -76,6 +78,11 @@ MUST_CHECK bool gl_texture_init(struct gl_texture *texture, const struct gl_text
 MUST_CHECK bool gl_texture_init_buffer(struct gl_texture *texture, const char *label,
                                        uint32_t format, const struct gl_buffer *buffer,
                                        struct error *err);
+/* The same for a buffer that grows: makes the view again where the buffer has another storage than
+ * when the view was made, and only there. A view follows one buffer in one format. */
+MUST_CHECK bool gl_texture_follow_buffer(struct gl_texture *view, const char *label,
+                                         uint32_t format, const struct gl_buffer *buffer,
+                                         struct error *err);
 void gl_texture_finish(struct gl_texture *texture);
 void gl_texture_bind(const struct gl_texture *texture, uint32_t unit);
 

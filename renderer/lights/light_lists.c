@@ -68,8 +68,7 @@ static bool upload(struct gl_buffer *buffer, struct gl_texture *view, const char
             false, err))
         return false;
     gl_buffer_write(buffer, 0, size_bytes, data);
-    gl_texture_finish(view);
-    return gl_texture_init_buffer(view, label, format, buffer, err);
+    return gl_texture_follow_buffer(view, label, format, buffer, err);
 }
 
 static uint64_t clusters_count(const struct clusters *clusters)

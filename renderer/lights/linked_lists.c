@@ -103,14 +103,6 @@ static void write_record(const struct linked_draw *draw, float record[RECORD_FLO
     record[13] += (float)bound->slack_m;
 }
 
-/* A view of a buffer, made anew because the buffer may have been. */
-static bool view_buffer(struct gl_texture *view, const char *label, uint32_t format,
-                        const struct gl_buffer *buffer, struct error *err)
-{
-    gl_texture_finish(view);
-    return gl_texture_init_buffer(view, label, format, buffer, err);
-}
-
 static bool upload_records(struct linked_lists *lists, struct error *err)
 {
     size_t size_bytes = lists->draw_count * RECORD_FLOATS * sizeof(float);
@@ -127,8 +119,8 @@ static bool upload_records(struct linked_lists *lists, struct error *err)
     if (ok)
         gl_buffer_write(&lists->records, 0, size_bytes, records);
     free(records);
-    return ok && view_buffer(&lists->records_view, "lights.linked.records", GL_RGBA32F,
-                             &lists->records, err);
+    return ok && gl_texture_follow_buffer(&lists->records_view, "lights.linked.records", GL_RGBA32F,
+                                          &lists->records, err);
 }
 
 static bool make_mesh(struct linked_lists *lists, struct error *err)
@@ -143,7 +135,8 @@ static bool make_mesh(struct linked_lists *lists, struct error *err)
                                                    .size_bytes = sizeof vertices,
                                                    .data = vertices},
                           err) &&
-           view_buffer(&lists->mesh_view, "lights.linked.mesh", GL_RGBA32F, &lists->mesh, err);
+           gl_texture_follow_buffer(&lists->mesh_view, "lights.linked.mesh", GL_RGBA32F,
+                                    &lists->mesh, err);
 }
 
 /* The insert pass has no attachment: llvmpipe drops side effects of fragments that fill a tile of a
@@ -382,9 +375,10 @@ bool linked_lists_build(struct linked_lists *lists, const struct linked_desc *de
     }
     lists->element_count = wanted;
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
-    return view_buffer(&lists->heads_view, "lights.linked.heads", GL_R32UI, &lists->heads, err) &&
-           view_buffer(&lists->elements_view, "lights.linked.elements", GL_RGBA32UI,
-                       &lists->elements, err);
+    return gl_texture_follow_buffer(&lists->heads_view, "lights.linked.heads", GL_R32UI,
+                                    &lists->heads, err) &&
+           gl_texture_follow_buffer(&lists->elements_view, "lights.linked.elements", GL_RGBA32UI,
+                                    &lists->elements, err);
 }
 
 uint64_t linked_lists_used_bytes(const struct linked_lists *lists)

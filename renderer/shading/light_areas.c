@@ -31,15 +31,11 @@ bool light_areas_upload(struct light_areas *areas, const struct scene_state *sta
         }
         records[i].half_u.v[3] = light->type == SCENE_LIGHT_DISK;
     }
-    uint32_t old = areas->records.name;
     bool ok = gl_buffer_reserve(
-        &areas->records,
-        &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true}, false,
-        err);
-    if (ok && (!areas->view.name || areas->records.name != old)) {
-        gl_texture_finish(&areas->view);
-        ok = gl_texture_init_buffer(&areas->view, label, GL_RGBA32F, &areas->records, err);
-    }
+                  &areas->records,
+                  &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
+                  false, err) &&
+              gl_texture_follow_buffer(&areas->view, label, GL_RGBA32F, &areas->records, err);
     if (ok)
         gl_buffer_write(&areas->records, 0, bytes, records);
     free(records);

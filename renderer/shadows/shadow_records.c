@@ -72,18 +72,14 @@ bool shadow_records_upload(struct shadow_system *shadows, const struct shadow_pr
         fill_record(shadows, shadows->light_maps[i], desc, &records[count]);
         shadows->light_records[i] = count++;
     }
-    uint32_t old = shadows->records.name;
     bool ok =
         gl_buffer_reserve(&shadows->records,
                           &(struct gl_buffer_desc){.label = "shadow.records",
                                                    .size_bytes = (count + 1) * sizeof *records,
                                                    .is_dynamic = true},
-                          false, err);
-    if (ok && (shadows->records.name != old || !shadows->record_view.name)) {
-        gl_texture_finish(&shadows->record_view);
-        ok = gl_texture_init_buffer(&shadows->record_view, "shadow.records", GL_RGBA32UI,
-                                    &shadows->records, err);
-    }
+                          false, err) &&
+        gl_texture_follow_buffer(&shadows->record_view, "shadow.records", GL_RGBA32UI,
+                                 &shadows->records, err);
     if (ok)
         gl_buffer_write(&shadows->records, 0, count * sizeof *records, records);
     free(records);

@@ -140,9 +140,9 @@ static uint64_t choose_capacity(const struct shadow_store *store, enum shadow_po
 static bool resize_stream(struct shadow_pool *pool, const struct stream_kind *kind, int stream,
                           uint64_t capacity, bool is_software, struct error *err)
 {
-    struct gl_buffer fresh = {0};
-    struct gl_texture view = {0};
     struct gl_buffer *old = &pool->streams[stream];
+    struct gl_buffer fresh = {.storage = old->storage};
+    struct gl_texture view = {0};
     struct gl_buffer_desc desc = {.label = kind->label,
                                   .size_bytes = stream_bytes(kind, capacity),
                                   .is_dynamic = kind->format == GL_R32UI && is_software};

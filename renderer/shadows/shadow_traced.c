@@ -76,7 +76,6 @@ static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
                     struct gl_texture *view, const char *label, uint32_t format, uint64_t bytes,
                     struct error *err)
 {
-    uint32_t old = buffer->name;
     uint64_t grown = traced_shadows_size_bytes(traced) - buffer->size_bytes +
                      gl_buffer_reserved_bytes(buffer, bytes);
     if (traced->most_bytes && buffer->size_bytes < bytes && grown > traced->most_bytes)
@@ -86,10 +85,7 @@ static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
             &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
             false, err))
         return false;
-    if (!view || (view->name && buffer->name == old))
-        return true;
-    gl_texture_finish(view);
-    return gl_texture_init_buffer(view, label, format, buffer, err);
+    return !view || gl_texture_follow_buffer(view, label, format, buffer, err);
 }
 
 static const char entries_file[] = "shadow_points_entries.comp.glsl",
