@@ -36,7 +36,7 @@ enum error_code {
     ERROR_CODE_COUNT
 };
 
-enum { ERROR_MESSAGE_BYTES = 320, ERROR_POINTER_BYTES = 128 };
+enum { ERROR_MESSAGE_BYTES = 640, ERROR_POINTER_BYTES = 128 };
 
 /* Zeroed = no error. Caller owns it. The first error wins; error_wrap adds context in front. Texts
  * are always NUL-terminated. */

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "protocol/limits.h"
+#include "protocol/nearest.h"
 #include "protocol/utf8.h"
 
 /* ---- loading ---- */
@@ -185,7 +186,8 @@ static void describe(const json_t *value, char *text, size_t size)
 bool json_refuse(const struct json_node *node, enum error_code code, const char *format, ...)
 {
     enum { SHOWN_MAX = 96 }; /* leaves most of a message to what is allowed */
-    char pointer[2 * ERROR_POINTER_BYTES] = "", shown[SHOWN_MAX], found[80], allowed[224];
+    char pointer[2 * ERROR_POINTER_BYTES] = "", shown[SHOWN_MAX], found[80],
+                     allowed[ERROR_MESSAGE_BYTES];
     size_t used = 0;
     pointer_write(node, pointer, sizeof pointer, &used);
     utf8_copy(shown, sizeof shown, pointer);
@@ -200,7 +202,7 @@ bool json_refuse(const struct json_node *node, enum error_code code, const char 
 
 /* ---- containers ---- */
 
-static bool is_known(const char *key, const char *const *known)
+bool json_is_known(const char *key, const char *const *known)
 {
     for (; *known; known++)
         if (strcmp(key, *known) == 0)
@@ -208,16 +210,48 @@ static bool is_known(const char *key, const char *const *known)
     return false;
 }
 
-static bool refuse_unknown(const struct json_node *node, const char *key, const char *const *known)
+/* A list of names for a message: whole ones, as many as fit, and "..." where some do not. */
+struct name_list {
+    char text[416];
+    size_t used;
+};
+
+static void list_name(struct name_list *list, const char *name)
 {
-    char list[200] = "";
-    size_t used = 0;
-    for (size_t i = 0; known[i] && used < sizeof list; i++)
-        used += (size_t)snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", known[i]);
+    const char *mark = list->used ? ", " : "";
+    size_t bytes = strlen(mark) + strlen(name);
+    if (list->used + bytes + sizeof ", ..." > sizeof list->text) {
+        if (list->used < sizeof list->text)
+            snprintf(list->text + list->used, sizeof list->text - list->used, ", ...");
+        list->used = sizeof list->text;
+        return;
+    }
+    list->used += (size_t)snprintf(list->text + list->used, sizeof list->text - list->used, "%s%s",
+                                   mark, name);
+}
+
+/* "did you mean X? " where a name is near. */
+static void suggest(const struct nearest *nearest, char *text, size_t size)
+{
+    text[0] = '\0';
+    if (nearest->name)
+        snprintf(text, size, "did you mean %s? ", nearest->name);
+}
+
+bool json_refuse_unknown(const struct json_node *node, const char *key, const char *const *known)
+{
+    struct name_list list = {.used = 0};
+    struct nearest nearest = {.text = key};
+    char meant[96];
+    for (size_t i = 0; known[i]; i++) {
+        list_name(&list, known[i]);
+        nearest_offer(&nearest, known[i]);
+    }
+    suggest(&nearest, meant, sizeof meant);
     struct json_node member = json_member(node, key);
     member.value = json_object_get(node->value, key);
-    return json_refuse(&member, ERROR_INVALID_REQUEST, "but there is no such member; known: %s%s",
-                       list, used >= sizeof list ? "..." : "");
+    return json_refuse(&member, ERROR_INVALID_REQUEST, "but there is no such member; %sknown: %s",
+                       meant, list.text);
 }
 
 bool json_expect_object(const struct json_node *node, const char *const *known)
@@ -227,9 +261,9 @@ bool json_expect_object(const struct json_node *node, const char *const *known)
     const char *key;
     json_t *value;
     if (known)
-        json_object_foreach(node->value, key,
-                            value) if (!is_known(key, known)) return refuse_unknown(node, key,
-                                                                                    known);
+        json_object_foreach(
+            node->value, key,
+            value) if (!json_is_known(key, known)) return json_refuse_unknown(node, key, known);
     return true;
 }
 
@@ -340,18 +374,20 @@ bool json_read_choice(const struct json_node *node, const struct json_choice *ch
     if (!node->value)
         return true;
     const char *found = json_is_string(node->value) ? json_string_value(node->value) : NULL;
-    char list[160] = "";
-    size_t used = 0;
+    struct name_list list = {.used = 0};
+    struct nearest nearest = {.text = found ? found : ""};
+    char meant[96];
     for (int i = choice->first; choice->name(i); i++) {
         if (found && strcmp(found, choice->name(i)) == 0) {
             *out = i;
             return true;
         }
-        if (used < sizeof list)
-            used += (size_t)snprintf(list + used, sizeof list - used, "%s%s",
-                                     i > choice->first ? ", " : "", choice->name(i));
+        list_name(&list, choice->name(i));
+        if (found)
+            nearest_offer(&nearest, choice->name(i));
     }
-    if (found && choice->planned && is_known(found, choice->planned))
-        return json_refuse(node, ERROR_UNSUPPORTED, "but this version has only: %s", list);
-    return json_refuse(node, ERROR_INVALID_REQUEST, "must be one of: %s", list);
+    if (found && choice->planned && json_is_known(found, choice->planned))
+        return json_refuse(node, ERROR_UNSUPPORTED, "but this version has only: %s", list.text);
+    suggest(&nearest, meant, sizeof meant);
+    return json_refuse(node, ERROR_INVALID_REQUEST, "%smust be one of: %s", meant, list.text);
 }

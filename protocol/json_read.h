@@ -35,6 +35,12 @@ struct json_node json_element(const struct json_node *array, size_t index);
 bool json_refuse(const struct json_node *node, enum error_code code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* Whether the list (NULL-terminated) has the name. */
+bool json_is_known(const char *name, const char *const *known);
+
+/* The member `key` of the node is none of `known`: names the nearest one, and lists them. */
+bool json_refuse_unknown(const struct json_node *node, const char *key, const char *const *known);
+
 /* The node is an object and has no members but these (NULL-terminated; NULL allows any). */
 MUST_CHECK bool json_expect_object(const struct json_node *node, const char *const *known);
 MUST_CHECK bool json_expect_array(const struct json_node *node, size_t max_count, size_t *count);

@@ -74,6 +74,15 @@ bool request_read_matrix(const struct json_node *node, double *matrix)
     return true;
 }
 
+void request_default_up(const double forward[3], double up[3])
+{
+    const double y[3] = {0, 1, 0};
+    bool is_level = request_are_independent(forward, y);
+    up[0] = 0;
+    up[1] = is_level ? 1 : 0;
+    up[2] = is_level ? 0 : forward[1] < 0 ? -1 : 1;
+}
+
 static bool read_look_at(const struct json_node *node, struct request_camera *camera)
 {
     struct json_node eye = json_member(node, "eye"), target = json_member(node, "target");
@@ -94,10 +103,10 @@ static bool read_look_at(const struct json_node *node, struct request_camera *ca
                            "%.3g m from eye: too near to say where to look", distance);
 
     if (!up.value)
-        camera->up[1] = 1;
+        request_default_up(forward, camera->up);
     if (!request_are_independent(forward, camera->up))
         return json_refuse(&up, ERROR_INVALID_REQUEST,
-                           "parallel to the view direction; give an up across it (default +Y)");
+                           "parallel to the view direction; give an up across it");
     return true;
 }
 

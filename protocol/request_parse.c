@@ -225,8 +225,11 @@ static bool read_animation(const struct json_node *node, struct request_animatio
 
 static bool read_background(const struct json_node *node, double *background)
 {
-    if (!json_read_numbers(node, 4, 0, LIMIT_INTENSITY, background))
+    bool is_opaque = json_is_array(node->value) && json_array_size(node->value) == 3;
+    if (!json_read_numbers(node, is_opaque ? 3 : 4, 0, LIMIT_INTENSITY, background))
         return false;
+    if (is_opaque)
+        background[3] = 1;
     if (background[3] > 1) {
         struct json_node alpha = json_element(node, 3);
         return json_refuse(&alpha, ERROR_INVALID_REQUEST, "alpha must be from 0 to 1");
@@ -320,14 +323,28 @@ static bool read_members(const struct json_node *root, struct render_request *re
     return true;
 }
 
+/* Those of images first, then those that a view has, too. */
+static const char *const request_members[] = {"output",       "outputs",
+                                              "format",       "quality_percent",
+                                              "scene",        "width",
+                                              "height",       "camera",
+                                              "lights",       "scene_lights",
+                                              "overrides",    "parts",
+                                              "clip_planes",  "animation",
+                                              "background",   "exposure_ev",
+                                              "tone_mapping", "environment",
+                                              "quality",      "highlight",
+                                              "edges",        NULL};
+enum { MEMBERS_OF_IMAGES = 4 };
+
+const char *const *request_view_members(void)
+{
+    return request_members + MEMBERS_OF_IMAGES;
+}
+
 static bool read_request(const struct json_node *root, struct render_request *request)
 {
-    static const char *const known[] = {
-        "scene",       "width",       "height",    "camera",     "lights",      "scene_lights",
-        "overrides",   "clip_planes", "animation", "background", "exposure_ev", "tone_mapping",
-        "environment", "quality",     "output",    "outputs",    "format",      "quality_percent",
-        "highlight",   "edges",       "parts",     NULL};
-    if (!json_expect_object(root, known) || !read_members(root, request))
+    if (!json_expect_object(root, request_members) || !read_members(root, request))
         return false;
     struct json_node camera = json_member(root, "camera"), lights = json_member(root, "lights");
     struct json_node overrides = json_member(root, "overrides");

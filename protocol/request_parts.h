@@ -27,11 +27,19 @@ MUST_CHECK bool request_read_scene(const struct json_node *node, char scene[65])
 /* A whole request. On failure it is zeroed. */
 MUST_CHECK bool request_read_root(const struct json_node *root, struct render_request *request);
 
+/* The members of a request that a view has; the others are said when an image is asked for.
+ * NULL-terminated. */
+const char *const *request_view_members(void);
+
 /* A direction: three finite numbers that are not all (nearly) zero. */
 MUST_CHECK bool request_read_direction(const struct json_node *node, double *direction);
 
 /* Whether two directions span a plane, as an up and a view must. */
 bool request_are_independent(const double a[3], const double b[3]);
+
+/* The up of a look-at camera that names none: +Y, but where the camera looks along +Y, -Z from
+ * above and +Z from below, as the top view that fits a scene has it. */
+void request_default_up(const double forward[3], double up[3]);
 
 /* 16 numbers, column-major: affine and invertible. */
 MUST_CHECK bool request_read_matrix(const struct json_node *node, double *matrix);

@@ -1,12 +1,27 @@
 /* SPDX-License-Identifier: MIT */
 /* Writing a render request as canonical JSON. */
+#include <string.h>
+
 #include "protocol/json_write.h"
-#include "protocol/render_request.h"
+#include "protocol/request_parts.h"
 
 /* A number for which 0 means "not given". */
 static void put_number_or_null(struct json_writer *writer, const char *key, double number)
 {
     json_put(writer, key, number != 0 ? json_finite(number) : json_null());
+}
+
+/* An up that follows from the view is left out, so that it follows when the camera turns; +Y is
+ * always written. */
+static bool says_up(const struct request_camera *camera)
+{
+    double forward[3], implied[3];
+    for (int i = 0; i < 3; i++)
+        forward[i] = camera->target[i] - camera->eye[i];
+    request_default_up(forward, implied);
+    if (implied[1] == 0 && memcmp(implied, camera->up, sizeof implied) == 0)
+        return false;
+    return camera->up[0] != 0 || camera->up[1] != 0 || camera->up[2] != 0;
 }
 
 static json_t *write_camera(const struct request_camera *camera)
@@ -21,7 +36,7 @@ static json_t *write_camera(const struct request_camera *camera)
     case REQUEST_CAMERA_LOOK_AT:
         json_put_numbers(&writer, "eye", camera->eye, 3);
         json_put_numbers(&writer, "target", camera->target, 3);
-        if (camera->up[0] != 0 || camera->up[1] != 0 || camera->up[2] != 0)
+        if (says_up(camera))
             json_put_numbers(&writer, "up", camera->up, 3);
         break;
     case REQUEST_CAMERA_MATRIX:

@@ -10,6 +10,7 @@
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 #include "protocol/limits.h"
+#include "protocol/request_parts.h"
 #include "protocol/view_parts.h"
 
 enum { CANONICAL = JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17) };
@@ -93,6 +94,13 @@ static bool names_form(const json_t *patch, int form)
     return false;
 }
 
+static bool is_default_up(const json_t *up)
+{
+    return json_number_value(json_array_get(up, 0)) == 0 &&
+           json_number_value(json_array_get(up, 1)) == 1 &&
+           json_number_value(json_array_get(up, 2)) == 0;
+}
+
 /* A patch that names one form drops the members of the others, instead of failing on them. */
 static json_t *merge_camera(const json_t *target, json_t *patch)
 {
@@ -100,6 +108,8 @@ static json_t *merge_camera(const json_t *target, json_t *patch)
     bool names_any = false;
     for (int form = 0; form < CAMERA_FORMS; form++)
         names_any |= names_form(patch, form);
+    if (is_default_up(json_object_get(base, "up")))
+        json_object_del(base, "up"); /* the patched camera may look along it */
     for (int form = 0; names_any && form < CAMERA_FORMS; form++)
         for (int i = 0; i < 4 && camera_forms[form][i] && !names_form(patch, form); i++)
             json_object_del(base, camera_forms[form][i]);
@@ -201,6 +211,10 @@ static bool put_member(const struct view_document *document, const struct view_p
         return (json_is_string(value) && strcmp(json_string_value(value), document->scene) == 0) ||
                refuse_member(patch->json, key,
                              "but the scene of a view cannot change; make another view", err);
+    if (!json_is_known(key, request_view_members())) {
+        struct json_node root = json_root(patch->json, err);
+        return json_refuse_unknown(&root, key, request_view_members());
+    }
     if (strcmp(key, "overrides") == 0)
         return put_overrides(fragment, old, value, err);
     if (strcmp(key, "parts") == 0)

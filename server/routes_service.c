@@ -193,7 +193,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
     snprintf(build, sizeof build, "version=\"%s\",build=\"%s\"", VITRAIL_VERSION,
              service->build_id);
     const char *const renders = "vitrail_renders_total", *const resets =
-                                                             "vitrail_gl_context_resets_total";
+                                                             "vitrail_worker_restarts_total";
     const struct metrics_gauge gauges[] = {
         {"vitrail_build_info", "Always 1; the labels say which build this is.", false, build, 1},
         {"vitrail_uptime_seconds", "Since the daemon started.", false, NULL, uptime_s(service)},

@@ -7,8 +7,19 @@
 
 static const char *light_name(const struct scene_state *state, uint32_t light)
 {
-    static const char *const names[] = {"directional", "point", "spot"};
-    return names[state->lights[light].type];
+    switch (state->lights[light].type) {
+    case SCENE_LIGHT_DIRECTIONAL:
+        return "directional";
+    case SCENE_LIGHT_POINT:
+        return "point";
+    case SCENE_LIGHT_SPOT:
+        return "spot";
+    case SCENE_LIGHT_RECT:
+        return "rect";
+    case SCENE_LIGHT_DISK:
+        return "disk";
+    }
+    return "light";
 }
 
 enum { NAMED_LIGHTS = 4 }; /* of a reason; more would not fit its line */

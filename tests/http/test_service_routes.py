@@ -126,7 +126,7 @@ class Routes(support.ServiceTest):
             "vitrail_render_stage_duration_seconds",
             "vitrail_render_queue_depth",
             "vitrail_render_queue_age_seconds",
-            "vitrail_gl_context_resets_total",
+            "vitrail_worker_restarts_total",
             "vitrail_gpu_memory_bytes",
             "vitrail_scene_cache_bytes",
             "vitrail_scene_cache_entries",

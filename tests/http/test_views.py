@@ -205,6 +205,20 @@ class Patching(ViewTest):
         last = self.members(view)["lights"]
         self.assertEqual((65536, 3), (len(last), last[-1]["intensity"]))
 
+    def test_a_camera_may_turn_to_the_ground_and_back(self):
+        view = self.make(camera={"eye": [0, 1, 5], "target": [0, 0, 0]})
+        for eye in ([0, 5, 0], [0, 1, 5], [0, -5, 0], [4, 1, 0]):
+            reply = self.patch(view, {"camera": {"eye": eye}})
+            self.assertEqual(200, reply.status, (eye, reply.body))
+            self.assertEqual(eye, self.members(view)["camera"]["eye"])
+
+    def test_unknown_members_name_those_of_a_view(self):
+        view = self.make()
+        reply = self.patch(view, {"heigth": 4})
+        self.assertEqual((400, "/heigth"), (reply.status, reply.json()["pointer"]))
+        self.assertIn("did you mean height?", reply.json()["detail"])
+        self.assertNotIn("quality_percent", reply.json()["detail"])
+
     def test_a_patch_may_change_the_form_of_the_camera(self):
         view = self.make(camera={**LOOK, "fov_y_deg": 30})
         self.assertEqual(200, self.patch(view, {"camera": {"fit": "top"}}).status)

@@ -105,7 +105,7 @@ static void long_messages_end_at_a_character(void **state)
     static const char *const characters[] = {"\xC3\xA9", "\xE2\x82\xAC", "\xF0\x9F\x8C\x88"};
     for (size_t c = 0; c < 3; c++) {
         for (size_t shift = 0; shift < 8; shift++) {
-            char text[600] = "";
+            char text[2 * ERROR_MESSAGE_BYTES] = "";
             memset(text, 'a', shift);
             while (strlen(text) < sizeof text - 8)
                 strcat(text, characters[c]);

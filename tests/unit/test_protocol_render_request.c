@@ -164,6 +164,46 @@ static void camera_light_and_picture_members_arrive(void **state)
     render_request_finish(&r);
 }
 
+/* The canonical text of a request, parsed again. */
+static void cameras_that_look_straight_up_or_down_have_an_up(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *camera;
+        double up[3];
+    } cases[] = {
+        {"{\"eye\":[0,5,0],\"target\":[0,0,0]}", {0, 0, -1}},
+        {"{\"eye\":[3,-5,2],\"target\":[3,7,2]}", {0, 0, 1}},
+        {"{\"eye\":[0,5,1],\"target\":[0,0,0]}", {0, 1, 0}},
+        {"{\"eye\":[0,5,0],\"target\":[0,0,0],\"up\":[1,0,0]}", {1, 0, 0}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[256];
+        snprintf(text, sizeof text, "{\"scene\":\"%064d\",\"camera\":%s}", 0, cases[i].camera);
+        struct render_request request = parse(text);
+        assert_memory_equal(request.camera.up, cases[i].up, sizeof cases[i].up);
+        char *canonical = render_request_to_json(&request);
+        render_request_finish(&request);
+        assert_non_null(canonical);
+        assert_int_equal(strstr(canonical, "\"up\"") != NULL, i > 1);
+        request = parse(canonical);
+        assert_memory_equal(request.camera.up, cases[i].up, sizeof cases[i].up);
+        render_request_finish(&request);
+        free(canonical);
+    }
+}
+
+static void a_background_of_three_numbers_is_opaque(void **state)
+{
+    (void)state;
+    char text[160];
+    snprintf(text, sizeof text, "{\"scene\":\"%064d\",\"background\":[1,0.5,0]}", 0);
+    struct render_request request = parse(text);
+    assert_true(request.background[0] == 1 && request.background[1] == 0.5);
+    assert_true(request.background[2] == 0 && request.background[3] == 1);
+    render_request_finish(&request);
+}
+
 static void override_and_quality_members_arrive(void **state)
 {
     (void)state;
@@ -439,6 +479,8 @@ int main(void)
         cmocka_unit_test(null_is_the_same_as_absent),
         cmocka_unit_test(nulls_inside_members_are_absent_too),
         cmocka_unit_test(camera_light_and_picture_members_arrive),
+        cmocka_unit_test(cameras_that_look_straight_up_or_down_have_an_up),
+        cmocka_unit_test(a_background_of_three_numbers_is_opaque),
         cmocka_unit_test(override_and_quality_members_arrive),
         cmocka_unit_test(canonical_json_reads_back_as_itself),
         cmocka_unit_test(canonical_json_does_not_depend_on_how_it_was_said),
