@@ -225,7 +225,7 @@ bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t fir
         fprintf(stderr, "skipped: %s\n", err.message);
         return false;
     }
-    rig->programs = program_cache_create(getenv("VITRAIL_DUMP_SHADERS"), &err);
+    rig->programs = program_cache_create(NULL, &err);
     rig->timeline = gpu_timeline_create(rig->context, &err);
     rig->arena = draw_arena_create(&err);
     rig->textures =
