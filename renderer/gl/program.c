@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "renderer/gl/program_source.h"
+#include "renderer/gl/program_uniforms.h"
 #include "renderer/wall_clock.h"
 
 struct cached_program {
@@ -248,6 +249,7 @@ void program_cache_destroy(struct program_cache *cache)
         return;
     for (size_t i = 0; i < cache->count; i++) {
         glDeleteProgram(cache->entries[i]->program.name);
+        program_uniforms_destroy(cache->entries[i]->program.uniforms);
         free(cache->entries[i]->key);
         free(cache->entries[i]);
     }
@@ -292,6 +294,11 @@ static const struct gl_program *build_program(struct program_cache *cache,
     entry->program.name = make_program(cache, desc, err);
     if (!entry->program.name)
         goto fail;
+    entry->program.uniforms = program_uniforms_create(entry->program.name, err);
+    if (!entry->program.uniforms) {
+        glDeleteProgram(entry->program.name);
+        goto fail;
+    }
     if (desc->vertex)
         entry->program.attributes = read_attributes(entry->program.name);
     cache->entries[cache->count++] = entry;
@@ -359,42 +366,58 @@ void gl_program_use(const struct gl_program *program)
     glUseProgram(program->name);
 }
 
-static GLint location(const struct gl_program *program, const char *name)
+/* -1: nothing is to be sent. */
+static GLint change(const struct gl_program *program, const char *name, const void *value,
+                    uint32_t words)
 {
-    return glGetUniformLocation(program->name, name);
+    return program_uniforms_change(program->uniforms, name, value, words);
 }
 
 void gl_program_set_i(const struct gl_program *program, const char *name, int value)
 {
-    glProgramUniform1i(program->name, location(program, name), value);
+    GLint location = change(program, name, &value, 1);
+    if (location >= 0)
+        glProgramUniform1i(program->name, location, value);
 }
 
 void gl_program_set_u(const struct gl_program *program, const char *name, uint32_t value)
 {
-    glProgramUniform1ui(program->name, location(program, name), value);
+    GLint location = change(program, name, &value, 1);
+    if (location >= 0)
+        glProgramUniform1ui(program->name, location, value);
 }
 
 void gl_program_set_u2(const struct gl_program *program, const char *name, uint32_t x, uint32_t y)
 {
-    glProgramUniform2ui(program->name, location(program, name), x, y);
+    GLint location = change(program, name, (const uint32_t[2]){x, y}, 2);
+    if (location >= 0)
+        glProgramUniform2ui(program->name, location, x, y);
 }
 
 void gl_program_set_f(const struct gl_program *program, const char *name, float value)
 {
-    glProgramUniform1f(program->name, location(program, name), value);
+    GLint location = change(program, name, &value, 1);
+    if (location >= 0)
+        glProgramUniform1f(program->name, location, value);
 }
 
 void gl_program_set_f2(const struct gl_program *program, const char *name, const float value[2])
 {
-    glProgramUniform2fv(program->name, location(program, name), 1, value);
+    GLint location = change(program, name, value, 2);
+    if (location >= 0)
+        glProgramUniform2fv(program->name, location, 1, value);
 }
 
 void gl_program_set_f3(const struct gl_program *program, const char *name, const float value[3])
 {
-    glProgramUniform3fv(program->name, location(program, name), 1, value);
+    GLint location = change(program, name, value, 3);
+    if (location >= 0)
+        glProgramUniform3fv(program->name, location, 1, value);
 }
 
 void gl_program_set_f4(const struct gl_program *program, const char *name, const float value[4])
 {
-    glProgramUniform4fv(program->name, location(program, name), 1, value);
+    GLint location = change(program, name, value, 4);
+    if (location >= 0)
+        glProgramUniform4fv(program->name, location, 1, value);
 }

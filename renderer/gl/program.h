@@ -27,7 +27,8 @@ struct program_desc {
 
 struct gl_program {
     uint32_t name;
-    uint32_t attributes; /* bits by location: those that the vertex shader reads */
+    uint32_t attributes;               /* bits by location: those that the vertex shader reads */
+    struct program_uniforms *uniforms; /* owned by the cache; setters change it */
 };
 
 /* The linked program, built on first use. `#include "file.glsl"` (once per program) takes files of
@@ -61,7 +62,8 @@ struct program_cache_stats {
 };
 void program_cache_get_stats(const struct program_cache *cache, struct program_cache_stats *stats);
 
-/* glUseProgram + one uniform by name; a name the linker removed is ignored. */
+/* glUseProgram; and one uniform by name, of arrays one element ("u_sigma[1]"). A name that the
+ * linker removed is ignored; a value that was set before is not sent again. */
 void gl_program_use(const struct gl_program *program);
 void gl_program_set_i(const struct gl_program *program, const char *name, int value);
 void gl_program_set_u(const struct gl_program *program, const char *name, uint32_t value);

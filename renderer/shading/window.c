@@ -57,8 +57,7 @@ void window_set_samples(const struct window_frame *frame, const struct gl_progra
     for (int i = 0; i < frame->targets->samples; i++) {
         char name[32];
         snprintf(name, sizeof name, "u_sample_positions[%d]", i);
-        glProgramUniform2fv(program->name, glGetUniformLocation(program->name, name), 1,
-                            frame->sample_positions[i]);
+        gl_program_set_f2(program, name, frame->sample_positions[i]);
     }
 }
 
