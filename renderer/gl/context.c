@@ -20,13 +20,12 @@ struct gl_context {
 static void GLAPIENTRY on_debug_message(GLenum source, GLenum type, GLuint id, GLenum severity,
                                         GLsizei length, const GLchar *message, const void *user)
 {
-    (void)source, (void)id, (void)length;
-    const struct gl_context *context = user;
+    (void)source, (void)id, (void)length, (void)user;
     bool is_error = type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR;
     if (!is_error && severity != GL_DEBUG_SEVERITY_HIGH)
         return;
     fprintf(stderr, "<4>gl: %s\n", message);
-    if (is_error && context->is_strict)
+    if (is_error)
         abort();
 }
 
@@ -171,16 +170,18 @@ static bool check_requirements(struct error *err)
     return true;
 }
 
-static void set_fixed_state(struct gl_context *context)
+static void set_fixed_state(bool is_strict)
 {
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glDisable(GL_DITHER);
+    glDisable(GL_DEBUG_OUTPUT); /* drivers that thread their work give it up to report in order */
+    if (!is_strict)
+        return;
     glEnable(GL_DEBUG_OUTPUT);
-    if (context->is_strict)
-        glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-    glDebugMessageCallback(on_debug_message, context);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(on_debug_message, NULL);
 }
 
 struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct error *err)
@@ -204,7 +205,7 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
     if (!check_requirements(err))
         goto fail;
     read_limits(&context->limits);
-    set_fixed_state(context);
+    set_fixed_state(context->is_strict);
     return context;
 
 fail:

@@ -14,7 +14,8 @@ struct gl_context;
 struct gl_context_desc {
     int device;     /* 0 chooses: surfaceless on Mesa, else the first EGL device; N is the N-th EGL
                        device */
-    bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests) */
+    bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests); without
+                       it the driver is asked for no messages */
 };
 
 struct gl_limits {

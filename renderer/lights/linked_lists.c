@@ -329,7 +329,7 @@ static bool draw_corrected(struct linked_lists *lists, struct program_cache *pro
 /* How many elements were asked for, once the GPU is done. */
 static bool read_counter(struct linked_lists *lists, uint32_t *wanted, struct error *err)
 {
-    uint32_t header[LINKED_HEADER_WORDS];
+    uint32_t header[LINKED_HEADER_WORDS] = {0}; /* a lost context reads nothing */
     gl_buffer_read(&lists->heads, 0, sizeof header, header);
     *wanted = header[0];
     if (header[1])

@@ -191,7 +191,7 @@ bool aov_read(struct aov *aov, const struct shade_desc *desc, struct image *outp
             false, err) ||
         !run(aov, desc, err))
         return false;
-    uint32_t *words = malloc(bytes);
+    uint32_t *words = calloc(1, bytes); /* a lost context reads nothing */
     if (!words)
         return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
                          (unsigned long long)bytes);

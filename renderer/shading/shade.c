@@ -331,7 +331,7 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
 /* A batch of lights: its sums would not be told from those of the others. What follows finds 0. */
 static void take_lookups(struct shade *shade, const struct shade_desc *desc)
 {
-    uint32_t words[READBACK_LOOKUP_WORDS];
+    uint32_t words[READBACK_LOOKUP_WORDS] = {0}; /* a lost context reads nothing */
     gpu_timeline_will_wait(desc->frame->timeline);
     gl_buffer_read(&shade->statistics, STATISTICS_LOOKUPS * 4, sizeof words, words);
     gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);

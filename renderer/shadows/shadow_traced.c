@@ -220,7 +220,7 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
 static bool read_array(struct traced_shadows *traced, enum array_kind array,
                        const struct gl_buffer *buffer, uint64_t bytes, struct error *err)
 {
-    traced->arrays[array] = malloc(bytes ? bytes : 1);
+    traced->arrays[array] = calloc(1, bytes ? bytes : 1); /* a lost context reads nothing */
     if (!traced->arrays[array])
         return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
                          (unsigned long long)bytes);

@@ -83,7 +83,7 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         window_dispatch_items(i == 1 ? 1 : chunks);
     }
-    uint32_t totals[2];
+    uint32_t totals[2] = {0}; /* a lost context reads nothing */
     gpu_timeline_will_wait(frame->timeline);
     gl_buffer_read(&lists->statistics, 0, sizeof totals, totals);
     lists->entry_count = totals[0];

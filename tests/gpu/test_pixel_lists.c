@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include <cmocka.h>
+#include <epoxy/gl.h>
 
 #include "clients/glb/glb_builder.h"
 #include "tests/support/render_support.h"
@@ -174,6 +175,31 @@ static void nothing_transparent_costs_no_list(void **state)
     free(glb);
 }
 
+static void read_nothing(GLuint buffer, GLintptr offset, GLsizeiptr size, void *data)
+{
+    (void)buffer, (void)offset, (void)size, (void)data;
+}
+
+/* As after a reset of the device: what asks for numbers gets none. */
+static void what_a_lost_context_does_not_read_is_zero(void **state)
+{
+    const double t[3 * 3] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5};
+    PFNGLGETNAMEDBUFFERSUBDATAPROC read = epoxy_glGetNamedBufferSubData;
+    void *glb;
+    size_t size;
+    build_stack(3, t, NULL, false, &glb, &size);
+    epoxy_glGetNamedBufferSubData = read_nothing;
+    for (int samples = 1; samples <= 4; samples += 3) {
+        struct frame frame;
+        render_stack(*state, glb, size, samples, &frame);
+        assert_int_equal(frame.report.counts.transparent_fragments, 0);
+        assert_int_equal(frame.report.counts.longest_pixel_list, 0);
+        frame_finish(&frame);
+    }
+    epoxy_glGetNamedBufferSubData = read;
+    free(glb);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -181,6 +207,7 @@ int main(void)
         cmocka_unit_test(storage_order_does_not_change_a_bit),
         cmocka_unit_test(blended_layers_cover),
         cmocka_unit_test(nothing_transparent_costs_no_list),
+        cmocka_unit_test(what_a_lost_context_does_not_read_is_zero),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }
