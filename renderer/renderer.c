@@ -8,6 +8,7 @@
 
 #include "renderer/frame_budget.h"
 #include "renderer/frame_flight.h"
+#include "renderer/gl/loop_probe.h"
 #include "renderer/gl/selftest.h"
 #include "renderer/renderer_internal.h"
 #include "renderer/scene_parts.h"
@@ -85,7 +86,6 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     }
     renderer->is_strict = desc->is_strict;
     renderer->redraws_surfaces = desc->redraws_surfaces;
-    renderer->shade.loop_steps = desc->loop_steps ? desc->loop_steps : LOOP_STEPS_MAX;
     renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->shadow_most_bytes = renderer->budget_bytes / 2;
@@ -98,6 +98,10 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
         goto fail;
     keep_programs(renderer, desc);
+    if (!loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err))
+        goto fail;
+    renderer->shade.loop_steps =
+        desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
     renderer->own_scenes.textures = create_textures(desc, renderer->budget_bytes, err);
     renderer->timeline = gpu_timeline_create(renderer->context, err);
     renderer->readback = readback_create(desc->defers_frames, err);
@@ -146,6 +150,7 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .shadow_most_bytes = renderer->shadow_most_bytes,
         .is_strict = renderer->is_strict,
         .redraws_surfaces = renderer->redraws_surfaces,
+        .loop_end = renderer->loop_end,
         .shade.loop_steps = renderer->shade.loop_steps,
     };
     if (create_own(beside, err))
@@ -210,6 +215,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .has_post_depth_coverage = limits->has_post_depth_coverage,
         .is_robust = limits->is_robust,
         .is_software = limits->is_software,
+        .loop_end = renderer->loop_end,
         .budget_bytes = renderer->budget_bytes,
         .used_bytes = renderer_used_bytes(renderer),
         .compresses_textures = texture_pool_compresses(renderer->scenes->textures),

@@ -32,8 +32,8 @@ struct renderer_desc {
     uint64_t program_budget_bytes; /* of that folder; 0 means 256 MiB */
     bool redraws_surfaces;         /* for measuring: no G-buffer, per-pixel list or light list of an
                                       earlier frame is used again */
-    uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means
-                            LOOP_STEPS_MAX (renderer/shading/loop_steps.h) */
+    uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means what
+                            the device allows (loop_steps_most of renderer/shading/loop_steps.h) */
     uint32_t first_band; /* tests: pixels or list entries of the first piece of a shading pass that
                             others may interrupt; 0 means BAND_FIRST (renderer/shading/bands.h) */
     bool defers_frames;  /* tests: what renderer_submit may leave under way is never there before it
@@ -50,9 +50,11 @@ struct renderer_info {
     uint64_t max_storage_block_bytes;
     bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;
-    bool is_robust;                              /* context reports resets */
-    bool compresses_textures;                    /* asked to, at whatever level, and able to */
-    bool is_software;                            /* the rasteriser runs on our own processors */
+    bool is_robust;           /* context reports resets */
+    bool compresses_textures; /* asked to, at whatever level, and able to */
+    bool is_software;         /* the rasteriser runs on our own processors */
+    uint32_t loop_end; /* steps after which the device ends loops (renderer/gl/loop_probe.h); 0:
+                          never */
     uint64_t programs_built, programs_reused;    /* since the start: compiled, and found compiled */
     uint64_t programs_loaded;                    /* taken from the program folder */
     uint64_t programs_kept, programs_kept_bytes; /* in that folder */

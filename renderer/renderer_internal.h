@@ -76,6 +76,7 @@ struct renderer {
     struct budget_use use;
     struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
+    uint32_t loop_end;                   /* loop_probe_run */
     const struct interlude *interlude;   /* borrowed; NULL: frames are made in one piece */
     bool is_paused;                      /* its frame is: others go to `other` */
     struct frame_flight flight;          /* not of one beside */

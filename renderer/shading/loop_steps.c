@@ -17,6 +17,13 @@ enum {
                            not */
 };
 
+uint32_t loop_steps_most(uint32_t end)
+{
+    enum { LLVMPIPE_END = 65535 };
+    uint64_t share = (uint64_t)end * LOOP_STEPS_MAX / LLVMPIPE_END;
+    return end ? (uint32_t)share : (uint32_t)LOOP_STEPS_WATCHDOG;
+}
+
 static uint64_t halvings(uint64_t count)
 {
     uint64_t steps = 0;

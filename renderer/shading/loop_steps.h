@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* How many steps the loops of one shader invocation take at most, and so how many lights one
- * dispatch may walk. llvmpipe ends all loops of an invocation after 65,535 steps together, without
- * a word, and what they had not reached is missing in the image; other devices have watchdogs.
- * docs/performance.md lists every loop and what bounds it. Pure functions. Thread: any. */
+ * dispatch may walk. llvmpipe up to 22.3 ends all loops of an invocation after 65,535 steps
+ * together, without a word, and what they had not reached is missing in the image; other devices
+ * have watchdogs. docs/performance.md lists every loop and what bounds it. Pure functions. Thread:
+ * any. */
 #ifndef VITRAIL_RENDERER_SHADING_LOOP_STEPS_H
 #define VITRAIL_RENDERER_SHADING_LOOP_STEPS_H
 
@@ -10,9 +11,15 @@
 #include <stdint.h>
 
 enum {
-    LOOP_STEPS_MAX = 60000, /* what an invocation may take; the rest of the 65,535 is room for
-                               loops of a few steps that nobody counts */
+    LOOP_STEPS_MAX = 60000, /* what an invocation may take where loops end after 65,535; the rest is
+                               room for loops of a few steps that nobody counts */
+    LOOP_STEPS_WATCHDOG = 1 << 18, /* where nothing ends loops: at 0.3 us for a step that waits for
+                                      memory, an invocation takes 80 ms; watchdogs wait seconds */
 };
+
+/* What an invocation may take on a device that ends loops after so many steps; 0: that does not,
+ * as far as LOOP_STEPS_WATCHDOG. */
+uint32_t loop_steps_most(uint32_t end);
 
 /* What the lights of a point ask of its invocation. */
 struct loop_lights {

@@ -11,6 +11,8 @@
 #include <cmocka.h>
 
 #include "clients/glb/glb_builder.h"
+#include "renderer/gl/loop_probe.h"
+#include "renderer/shading/loop_steps.h"
 #include "tests/support/render_support.h"
 
 enum {
@@ -246,13 +248,13 @@ static void steps_are_counted_high_enough_for_every_step_of_the_device(void **st
     check_cases(*state);
 }
 
-/* What the pieces are for; on devices without such a limit there is nothing to see. */
+/* What the pieces are for; on devices that end no loop there is nothing to see. */
 static void one_dispatch_for_all_would_lose_light(void **state)
 {
     struct renderer *renderer = *state;
     struct renderer_info info;
     renderer_get_info(renderer, &info);
-    if (!info.is_software)
+    if (!info.loop_end)
         skip();
     for (int i = 0; i < CASES; i++) {
         struct rig_scene scene;
@@ -270,6 +272,26 @@ static void one_dispatch_for_all_would_lose_light(void **state)
             fail_msg("%s: %.7g of %.7g in one dispatch", cases[i].name, (double)many, (double)one);
         rig_scene_finish(&scene, renderer);
     }
+}
+
+/* Asked once more, with fewer and more steps than those after which loops were found to end. */
+static void the_end_of_loops_is_found_where_it_is(void **state)
+{
+    struct renderer_info info;
+    struct error err = {0};
+    struct program_cache *programs = program_cache_create(NULL, &err);
+    uint32_t end = 1;
+    renderer_get_info(*state, &info);
+    print_message("%s: loops end after %u steps\n", info.renderer, info.loop_end);
+    assert_non_null(programs);
+    uint32_t whole = info.loop_end ? info.loop_end : LOOP_STEPS_WATCHDOG;
+    assert_true(loop_probe_run(programs, whole, &end, &err));
+    assert_int_equal(end, 0);
+    assert_true(loop_probe_run(programs, 2 * whole, &end, &err));
+    if (info.loop_end)
+        assert_int_equal(end, info.loop_end);
+    assert_true(loop_steps_most(info.loop_end) <= whole);
+    program_cache_destroy(programs);
 }
 
 /* Of the picture's middle: what passes all layers, and the floor behind them. Its own light is what
@@ -354,6 +376,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(steps_are_counted_high_enough_for_every_step_of_the_device,
                                         set_up_to_the_end, render_rig_teardown),
         cmocka_unit_test_setup_teardown(one_dispatch_for_all_would_lose_light, set_up_unlimited,
+                                        render_rig_teardown),
+        cmocka_unit_test_setup_teardown(the_end_of_loops_is_found_where_it_is, render_rig_setup,
                                         render_rig_teardown),
         cmocka_unit_test_setup_teardown(the_longest_lists_of_a_pixel_are_whole, render_rig_setup,
                                         render_rig_teardown),

@@ -70,6 +70,15 @@ static void layers_are_walked_once_more_around_an_eye_in_a_medium(void **state)
     assert_int_equal(loop_steps_of_layers(20000, true), 40000);
 }
 
+static void the_end_of_loops_leaves_room_for_those_not_counted(void **state)
+{
+    (void)state;
+    assert_int_equal(loop_steps_most(65535), LOOP_STEPS_MAX);
+    assert_int_equal(loop_steps_most(0), LOOP_STEPS_WATCHDOG);
+    for (uint32_t end = 1000; end < LOOP_STEPS_WATCHDOG; end += 1000)
+        assert_in_range(loop_steps_most(end), end / 10 * 9, end / 100 * 92);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -78,6 +87,7 @@ int main(void)
         cmocka_unit_test(lists_cost_what_their_search_costs),
         cmocka_unit_test(points_of_an_area_cost_a_step_each),
         cmocka_unit_test(layers_are_walked_once_more_around_an_eye_in_a_medium),
+        cmocka_unit_test(the_end_of_loops_leaves_room_for_those_not_counted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
