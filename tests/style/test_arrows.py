@@ -30,7 +30,7 @@ HOMES = [
     ("draco/*", ["renderer/*_shim.cpp"]),
     ("meshoptimizer.h", ["renderer/*_shim.cpp"]),
     ("curl/*", ["clients/vitrail/http.c"]),
-    ("epoxy/*", ["renderer/*", "tests/gpu/*", "tests/bench/*"]),
+    ("epoxy/*", ["renderer/*", "tests/gpu/*", "tests/bench/*", "tests/support/gl_*"]),
     ("GL/glu.h", ["renderer/scene/section_resolve.c"]),
     ("GL/*", []),
     ("GLES*/*", []),
