@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The door to frames: the view is checked, its plan made or found, and run. */
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 
 #include "renderer/frame_budget.h"
@@ -41,6 +42,8 @@ static bool check_view(const struct view *view, struct error *err)
         view->row_count_px > view->height_px - view->first_row_px)
         return error_set(err, ERROR_INVALID_REQUEST, "%d rows from row %d of an image of %d rows",
                          view->row_count_px, view->first_row_px, view->height_px);
+    if (view->screen.channels && !isfinite(view->screen.mapping.exposure_ev))
+        return error_set(err, ERROR_INVALID_REQUEST, "exposure_ev is not finite");
     if (view->clip_plane_count > VIEW_CLIP_PLANES_MAX)
         return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is %d",
                          view->clip_plane_count, VIEW_CLIP_PLANES_MAX);
@@ -53,6 +56,10 @@ static bool create_outputs(const struct view *view, struct frame *frame, struct 
         int channels;
         enum image_component component;
         aov_shape((enum view_output)i, &channels, &component);
+        if (i == VIEW_OUTPUT_COLOR && view->screen.channels) {
+            channels = view->screen.channels;
+            component = IMAGE_U8;
+        }
         if (view->outputs & 1u << i && !image_init(&frame->outputs[i], view->width_px,
                                                    view->height_px, channels, component, err))
             return false;
@@ -104,6 +111,15 @@ static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
     };
 }
 
+/* What is drawn over the picture, and compared with others, is linear. A software rasteriser would
+ * only take the time of the processor that encodes meanwhile. */
+static bool shows_on_device(const struct renderer *renderer, const struct plan *plan)
+{
+    return !gl_context_limits(renderer->context)->is_software &&
+           plan->requirements[PLAN_NEED_COLOR].is_met &&
+           !plan->requirements[PLAN_NEED_OVERLAY].is_met;
+}
+
 /* err names what is wrong. */
 static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
                       struct opened_view *opened, struct error *err)
@@ -126,6 +142,8 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
     struct content_key plan_key = view_plan_key(key, &opened->view);
     content_key_add_word(&plan_key, desc.shadow_budget_bytes);
     opened->plan = plan_cache_get(&renderer->plans, plan_key, &desc, err);
+    if (opened->plan && !shows_on_device(renderer, &opened->plan->plan))
+        opened->view.screen.channels = 0;
     return opened->plan;
 }
 

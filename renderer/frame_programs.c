@@ -3,6 +3,7 @@
 #include "renderer/frame_programs.h"
 
 #include "renderer/shading/aov.h"
+#include "renderer/shading/screen.h"
 #include "renderer/shading/shade.h"
 #include "renderer/shadows/shadow_programs.h"
 
@@ -119,6 +120,8 @@ static void list_surfaces(const struct listing *listing, const struct geometry_i
         light_lists_list_programs(quality->light_lists, quality->faithful, listing->list);
     if (needs(desc, PLAN_NEED_TRACED_SHADOWS))
         traced_shadows_list_programs(&listing->frame, has_layers, listing->list);
+    if (desc->view->screen.channels)
+        screen_list_programs(listing->list);
 }
 
 /* Of the lights that every choice has, and a choice, by its bits, of the others. */

@@ -90,8 +90,11 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
     renderer->shadow_most_bytes = renderer->budget_bytes / 2;
     renderer->scenes = &renderer->own_scenes;
-    renderer->context = gl_context_create(
-        &(struct gl_context_desc){.device = desc->device, .is_strict = desc->is_strict}, err);
+    renderer->context =
+        gl_context_create(&(struct gl_context_desc){.device = desc->device,
+                                                    .is_strict = desc->is_strict,
+                                                    .poses_as_hardware = desc->poses_as_hardware},
+                          err);
     if (!renderer->context)
         goto fail;
     renderer->programs = program_cache_create(desc->shader_dump_dir, err);

@@ -38,7 +38,8 @@ struct renderer_desc {
                             others may interrupt; 0 means BAND_FIRST (renderer/shading/bands.h) */
     bool defers_frames;  /* tests: what renderer_submit may leave under way is never there before it
                             is waited for, as on the slowest device */
-    bool is_strict;      /* tests: a GL error or undefined-behaviour message aborts */
+    bool poses_as_hardware; /* tests: a software rasteriser goes the ways of other devices */
+    bool is_strict;         /* tests: a GL error or undefined-behaviour message aborts */
 };
 
 /* What the device is, as /v1/capabilities tells it. */

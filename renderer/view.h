@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "renderer/image/tone_map.h"
 #include "renderer/scene/scene_blob.h"
 
 enum view_camera_kind {
@@ -140,7 +141,7 @@ struct view_quality {
 };
 
 enum view_output {
-    VIEW_OUTPUT_COLOR,    /* F32 RGBA, linear radiance, associated alpha */
+    VIEW_OUTPUT_COLOR,    /* F32 RGBA, linear radiance, associated alpha; or see view_screen */
     VIEW_OUTPUT_DEPTH,    /* F32, metres along the view direction; +inf where nothing opaque is */
     VIEW_OUTPUT_NORMAL,   /* F32 RGB, world space, unit; 0 where nothing is */
     VIEW_OUTPUT_ALBEDO,   /* F32 RGB, linear base colour */
@@ -170,6 +171,13 @@ struct view_edges {
     float width_px; /* > 0 */
     float color[3]; /* as above */
     float hidden;   /* as above */
+};
+
+/* The colour as a screen shows it, in a quarter of the bytes. */
+struct view_screen {
+    int channels; /* 3, or 4 with alpha: the colour output may be U8, as tone_map gives it, where
+                     the device does that sooner than the processor; 0: it is linear */
+    struct tone_map_desc mapping;
 };
 
 enum { VIEW_CLIP_PLANES_MAX = 8 };
@@ -209,6 +217,7 @@ struct view {
     const char *animation; /* name, or "#0" for index 0; borrowed; NULL: all, in file order */
     double animation_time_s;
     float background[4]; /* linear, unassociated alpha; 0 = transparent black */
+    struct view_screen screen;
     struct view_quality quality;
 };
 

@@ -23,8 +23,10 @@ static bool make_plan(const struct explain_desc *desc, struct explanation *made,
     struct view view;
     struct view_storage storage = {0};
     const char *scene = desc->request->scene;
-    bool is_good = view_from_request(desc->request, &storage, &view, err) &&
-                   renderer_explain(desc->renderer, scene, &view, &made->plan, err) &&
+    if (!view_from_request(desc->request, &storage, &view, err))
+        return false;
+    view.screen = view_screen_from_request(desc->request, image_format_from_request(desc->request));
+    bool is_good = renderer_explain(desc->renderer, scene, &view, &made->plan, err) &&
                    renderer_list_programs(desc->renderer, scene, &view, &made->list, err);
     view_storage_finish(&storage);
     if (is_good)

@@ -209,14 +209,25 @@ static bool show_ids(struct image *image, const struct image *ids, struct error 
     return true;
 }
 
-static bool show(struct image *image, const struct frame *frame,
-                 const struct render_request *request, enum image_format format, struct error *err)
+/* Tone mapped on the device, or here. */
+static bool show_color(struct image *image, struct image *color,
+                       const struct render_request *request, struct error *err)
 {
     struct tone_map_desc mapping;
-    if (request->outputs & 1u << VIEW_OUTPUT_COLOR) {
-        tone_map_from_request(request, &mapping);
-        return tone_map(&frame->outputs[VIEW_OUTPUT_COLOR], &mapping, image, err);
+    if (color->component == IMAGE_U8) {
+        *image = *color;
+        *color = (struct image){0};
+        return true;
     }
+    tone_map_from_request(request, &mapping);
+    return tone_map(color, &mapping, image, err);
+}
+
+static bool show(struct image *image, struct frame *frame, const struct render_request *request,
+                 enum image_format format, struct error *err)
+{
+    if (request->outputs & 1u << VIEW_OUTPUT_COLOR)
+        return show_color(image, &frame->outputs[VIEW_OUTPUT_COLOR], request, err);
     if (request->outputs & 1u << VIEW_OUTPUT_DEPTH)
         return show_depth(image, &frame->outputs[VIEW_OUTPUT_DEPTH], format == IMAGE_FORMAT_PNG,
                           err);

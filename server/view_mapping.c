@@ -283,6 +283,16 @@ void tone_map_from_request(const struct render_request *request, struct tone_map
     };
 }
 
+struct view_screen view_screen_from_request(const struct render_request *request,
+                                            enum image_format format)
+{
+    struct view_screen screen = {.channels = format == IMAGE_FORMAT_EXR    ? 0
+                                             : format == IMAGE_FORMAT_JPEG ? 3
+                                                                           : 4};
+    tone_map_from_request(request, &screen.mapping);
+    return screen;
+}
+
 enum image_format image_format_from_request(const struct render_request *request)
 {
     switch (request->format) {

@@ -36,6 +36,9 @@ MUST_CHECK bool view_from_request(const struct render_request *request,
 
 /* The rest of a request, for those who tone map and encode. */
 void tone_map_from_request(const struct render_request *request, struct tone_map_desc *desc);
+/* What an answer in the format needs of the picture, at most. */
+struct view_screen view_screen_from_request(const struct render_request *request,
+                                            enum image_format format);
 enum image_format image_format_from_request(const struct render_request *request); /* ANY: PNG */
 
 /* Copies the report of a frame and what the request says about it. Queue, encode, total, id, view

@@ -292,7 +292,10 @@ json_t *warm_up_step(const struct warm_up_step_desc *desc, struct error *err)
     struct view_storage storage = {0};
     struct warming warming = {.desc = desc, .view = &view};
     uint64_t before = programs_made(desc->renderer);
-    bool is_good = view_from_request(desc->request, &storage, &view, err) && warm_up(&warming, err);
+    bool is_good = view_from_request(desc->request, &storage, &view, err);
+    if (is_good)
+        view.screen = view_screen_from_request(desc->request, IMAGE_FORMAT_PNG);
+    is_good = is_good && warm_up(&warming, err);
     view_storage_finish(&storage);
     if (!is_good)
         return NULL;

@@ -232,6 +232,7 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
         return false;
     view.quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
     view.quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
+    view.screen = view_screen_from_request(&task->request, task->format);
     bool is_good =
         renderer_submit(worker->renderer, task->request.scene, &view, &task->frame, is_done, err);
     view_storage_finish(&storage);

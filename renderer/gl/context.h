@@ -16,6 +16,7 @@ struct gl_context_desc {
                        device */
     bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests); without
                        it the driver is asked for no messages */
+    bool poses_as_hardware; /* tests: is_software is false, whatever the device */
 };
 
 struct gl_limits {

@@ -21,4 +21,10 @@ struct tone_map_desc {
 MUST_CHECK bool tone_map(const struct image *hdr, const struct tone_map_desc *desc,
                          struct image *ldr, struct error *err);
 
+/* For the same on the device (shaders/tone_map.comp.glsl): the factor of radiance, and the codes of
+ * sRGB, TONE_BUCKETS of shaders/shared/tone_curve.h. */
+float tone_map_gain(const struct tone_map_desc *desc);
+struct tone_bucket;
+void tone_map_fill_buckets(struct tone_bucket *buckets);
+
 #endif

@@ -63,6 +63,7 @@ static struct view scene_part(const struct view *view)
     own.clip_plane_count = 0;
     own.highlight = (struct view_highlight){0};
     own.edges = (struct view_edges){0};
+    own.screen = (struct view_screen){0};
     own.quality = (struct view_quality){0};
     for (int k = 0; k < 4; k++)
         own.background[k] = 0;
@@ -116,6 +117,7 @@ struct content_key view_plan_key(struct content_key state_key, const struct view
     struct view own = without_pointers(view);
     for (int k = 0; k < 4; k++)
         own.background[k] = 0; /* decides pixels, no pass */
+    own.screen = (struct view_screen){0};
     own.quality.may_be_coarse = false;
     own.highlight = (struct view_highlight){.node_count = view->highlight.node_count > 0};
     own.edges = (struct view_edges){.is_drawn = view->edges.is_drawn}; /* how is not planned */

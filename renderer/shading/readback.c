@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/shading/screen.h"
 #include "renderer/wall_clock.h"
 
 enum {
@@ -18,7 +19,8 @@ enum {
 
 static const char because[] = "the color output was asked for";
 
-/* A window's picture: rows of f32, the lowest first, then the words of lookups. */
+/* A window's picture: rows of f32, the lowest first, or of bytes, the top one first; then the words
+ * of lookups. */
 struct way {
     struct gl_buffer buffer;
     struct gl_fence fence;
@@ -30,6 +32,7 @@ struct way {
 
 struct readback {
     struct way ways[WAYS];
+    struct screen screen; /* of the picture that was packed last */
     uint64_t sent;
     bool is_lazy;
 };
@@ -52,12 +55,13 @@ void readback_destroy(struct readback *readback)
         gl_fence_finish(&readback->ways[i].fence);
         gl_buffer_finish(&readback->ways[i].buffer);
     }
+    screen_finish(&readback->screen);
     free(readback);
 }
 
 uint64_t readback_size_bytes(const struct readback *readback)
 {
-    uint64_t bytes = 0;
+    uint64_t bytes = screen_size_bytes(&readback->screen);
     for (int i = 0; i < WAYS; i++)
         bytes += readback->ways[i].buffer.size_bytes;
     return bytes;
@@ -65,7 +69,7 @@ uint64_t readback_size_bytes(const struct readback *readback)
 
 uint64_t readback_free_bytes(const struct readback *readback)
 {
-    uint64_t bytes = 0;
+    uint64_t bytes = screen_size_bytes(&readback->screen);
     for (int i = 0; i < WAYS; i++)
         bytes += readback->ways[i].report ? 0 : readback->ways[i].buffer.size_bytes;
     return bytes;
@@ -76,6 +80,7 @@ void readback_trim(struct readback *readback)
     for (int i = 0; i < WAYS; i++)
         if (!readback->ways[i].report)
             gl_buffer_finish(&readback->ways[i].buffer);
+    screen_finish(&readback->screen);
 }
 
 uint64_t readback_window_bytes(uint64_t pixels)
@@ -84,14 +89,17 @@ uint64_t readback_window_bytes(uint64_t pixels)
     return WAYS * (bytes + bytes / 2); /* buffers grow by half */
 }
 
-static uint64_t row_bytes(const struct camera_window *w)
+/* Bytes of a pixel of a screen's; 0: the image is linear. */
+static int screen_channels(const struct image *color)
 {
-    return (uint64_t)w->width * CHANNELS * sizeof(float);
+    return color->component == IMAGE_U8 ? color->channels : 0;
 }
 
-static uint64_t pixel_bytes(const struct camera_window *w)
+static uint64_t pixel_bytes(const struct camera_window *w, const struct image *color)
 {
-    return row_bytes(w) * (uint64_t)w->height;
+    int channels = screen_channels(color);
+    return channels ? screen_bytes(w, channels)
+                    : (uint64_t)w->width * (uint64_t)w->height * CHANNELS * sizeof(float);
 }
 
 static void release(struct way *way)
@@ -105,11 +113,13 @@ static void copy_rows(const struct way *way, const unsigned char *pixels)
 {
     const struct camera_window *w = &way->window;
     struct image *color = way->color;
-    size_t row = row_bytes(w);
+    int channels = screen_channels(color);
+    size_t pixel = channels ? (size_t)channels : CHANNELS * sizeof(float);
+    size_t row = (size_t)w->width * pixel;
     for (int y = 0; y < w->height; y++) {
-        float *out = (float *)color->pixels +
-                     ((size_t)(w->y + y) * (size_t)color->width_px + (size_t)w->x) * CHANNELS;
-        memcpy(out, pixels + (size_t)(w->height - 1 - y) * row, row);
+        unsigned char *out = (unsigned char *)color->pixels +
+                             ((size_t)(w->y + y) * (size_t)color->width_px + (size_t)w->x) * pixel;
+        memcpy(out, pixels + (size_t)(channels ? y : w->height - 1 - y) * row, row);
     }
 }
 
@@ -117,7 +127,7 @@ static void copy_rows(const struct way *way, const unsigned char *pixels)
 static bool collect(struct way *way, bool is_in_scope, struct error *err)
 {
     uint32_t lookups[READBACK_LOOKUP_WORDS];
-    uint64_t bytes = pixel_bytes(&way->window);
+    uint64_t bytes = pixel_bytes(&way->window, way->color);
     struct frame_report *report = way->report;
     while (!gl_fence_wait(&way->fence, WAIT_NS))
         continue; /* who asked has a deadline for the process */
@@ -178,38 +188,58 @@ static struct way *take_way(struct readback *readback, const struct window_frame
     return collect(way, true, &of_other) ? way : find_free(readback);
 }
 
-static void pack(struct way *way, const struct readback_desc *desc)
+static void pack_linear(struct way *way, const struct window_frame *frame, uint64_t bytes)
 {
-    const struct camera_window *w = &way->window;
-    uint64_t bytes = pixel_bytes(w);
+    const struct camera_window *w = &frame->window;
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
                     GL_PIXEL_BUFFER_BARRIER_BIT);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, way->buffer.name);
-    glGetTextureSubImage(desc->frame->targets->image.name, 0, 0, 0, 0, w->width, w->height, 1,
-                         GL_RGBA, GL_FLOAT, (GLsizei)bytes, NULL);
+    glGetTextureSubImage(frame->targets->image.name, 0, 0, 0, 0, w->width, w->height, 1, GL_RGBA,
+                         GL_FLOAT, (GLsizei)bytes, NULL);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+}
+
+static void pack_screen(struct way *way, const struct screen *screen, uint64_t bytes)
+{
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glCopyNamedBufferSubData(screen->words.name, way->buffer.name, 0, 0, (GLsizeiptr)bytes);
+}
+
+static bool pack(struct readback *readback, struct way *way, const struct readback_desc *desc,
+                 struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    int channels = screen_channels(desc->color);
+    uint64_t bytes = pixel_bytes(&frame->window, desc->color);
+    if (channels && !screen_draw(&readback->screen, frame, channels, err))
+        return false;
+    if (channels)
+        pack_screen(way, &readback->screen, bytes);
+    else
+        pack_linear(way, frame, bytes);
     glCopyNamedBufferSubData(desc->lookups->name, way->buffer.name,
                              (GLintptr)desc->lookups_offset_bytes, (GLintptr)bytes, LOOKUP_BYTES);
     gl_fence_set(&way->fence);
+    return true;
 }
 
 static bool send(struct readback *readback, const struct readback_desc *desc, struct error *err)
 {
     const struct window_frame *frame = desc->frame;
     struct way *way = take_way(readback, frame, err);
-    if (!way || !gl_buffer_reserve(&way->buffer,
-                                   &(struct gl_buffer_desc){
-                                       .label = "frame.readback",
-                                       .size_bytes = pixel_bytes(&frame->window) + LOOKUP_BYTES,
-                                       .is_mappable = true},
-                                   false, err))
+    uint64_t bytes = pixel_bytes(&frame->window, desc->color) + LOOKUP_BYTES;
+    if (!way ||
+        !gl_buffer_reserve(&way->buffer,
+                           &(struct gl_buffer_desc){
+                               .label = "frame.readback", .size_bytes = bytes, .is_mappable = true},
+                           false, err) ||
+        !pack(readback, way, desc, err))
         return false;
     way->window = frame->window;
     way->color = desc->color;
     way->report = frame->report;
     way->number = readback->sent++;
-    pack(way, desc);
-    report_raise_bytes(frame->report, "readback", pixel_bytes(&way->window) + LOOKUP_BYTES);
+    report_raise_bytes(frame->report, "readback", bytes);
     return readback->is_lazy || !gl_fence_wait(&way->fence, 0) || collect(way, true, err);
 }
 

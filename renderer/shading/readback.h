@@ -26,7 +26,8 @@ uint64_t readback_window_bytes(uint64_t pixels);
 
 struct readback_desc { /* all required */
     const struct window_frame *frame;
-    struct image *color; /* of the whole frame: valid until it is collected or dropped */
+    struct image *color; /* of the whole frame: valid until it is collected or dropped; of U8: as a
+                            screen shows it */
     const struct gl_buffer *lookups; /* READBACK_LOOKUP_WORDS from ... */
     uint64_t lookups_offset_bytes;   /* ... here on, added to the frame's report */
 };

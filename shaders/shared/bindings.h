@@ -34,6 +34,8 @@
 #define BIND_TRACED_POINTS 11 /* points that traced shadows are asked for */
 #define BIND_TRACED_HEADS 12  /* u32 per pixel: its first point << 3 | their number */
 #define BIND_STATISTICS 14    /* counters read back by the report */
+#define BIND_SCREEN 10        /* u32: the window as a screen shows it */
+#define BIND_TONE_BUCKETS 11  /* struct tone_bucket[] */
 #define BIND_LIST_NODES 15    /* linked techniques: elements under construction */
 
 /* texture units */

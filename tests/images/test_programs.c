@@ -178,6 +178,22 @@ static void lists_outputs_and_cameras_build_what_is_listed(void **state)
     close_case(&c);
 }
 
+static void pictures_for_a_screen_build_what_is_listed(void **state)
+{
+    struct program_case c = {.renderer = render_rig_create_as(&(struct renderer_desc){
+                                 .is_strict = true, .poses_as_hardware = true})};
+    struct view view = small_view();
+    (void)state;
+    rig_demo_open(&c.rig, c.renderer, "demo", 64);
+    view.quality.shadows = VIEW_SHADOWS_NONE;
+    assert_true(check_programs(&c, &view) > 0);
+    view.screen.channels = 3;
+    assert_int_equal(check_programs(&c, &view), 1);
+    view.screen = (struct view_screen){.channels = 4, .mapping = {.operator_ = TONE_MAPPING_NONE}};
+    assert_int_equal(check_programs(&c, &view), 0);
+    close_case(&c);
+}
+
 static void cuts_and_compression_build_what_is_listed(void **state)
 {
     (void)state;
@@ -424,6 +440,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_technique_builds_what_is_listed),
         cmocka_unit_test(lists_outputs_and_cameras_build_what_is_listed),
+        cmocka_unit_test(pictures_for_a_screen_build_what_is_listed),
         cmocka_unit_test(cuts_and_compression_build_what_is_listed),
         cmocka_unit_test(media_and_bare_floors_build_what_is_listed),
         cmocka_unit_test(batches_build_what_is_listed),

@@ -151,6 +151,32 @@ static void default_request_gives_the_default_view(void **state)
     render_request_finish(&request);
 }
 
+static void formats_of_eight_bits_take_the_picture_of_a_screen(void **state)
+{
+    (void)state;
+    static const struct {
+        enum image_format format;
+        int channels;
+    } cases[] = {{IMAGE_FORMAT_PNG, 4},
+                 {IMAGE_FORMAT_JPEG, 3},
+                 {IMAGE_FORMAT_WEBP, 4},
+                 {IMAGE_FORMAT_EXR, 0}};
+    struct render_request request = parse(BODY(",\"exposure_ev\":2,\"tone_mapping\":\"none\""));
+    struct view_storage storage;
+    struct view view;
+    struct error err = {0};
+    assert_true(view_from_request(&request, &storage, &view, &err));
+    assert_int_equal(0, view.screen.channels); /* what is measured is linear */
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const struct view_screen screen = view_screen_from_request(&request, cases[i].format);
+        assert_int_equal(cases[i].channels, screen.channels);
+        assert_int_equal(TONE_MAPPING_NONE, screen.mapping.operator_);
+        assert_true(screen.mapping.exposure_ev == 2);
+    }
+    view_storage_finish(&storage);
+    render_request_finish(&request);
+}
+
 /* The ends of the ranges in docs/requests.md must not become inf, nor "0 means default", in f32. */
 static void ends_of_ranges_survive_the_way_to_f32(void **state)
 {
@@ -551,6 +577,7 @@ int main(void)
         cmocka_unit_test(every_member_of_a_request_reaches_the_view),
         cmocka_unit_test(what_is_said_of_deep_lists_arrives),
         cmocka_unit_test(default_request_gives_the_default_view),
+        cmocka_unit_test(formats_of_eight_bits_take_the_picture_of_a_screen),
         cmocka_unit_test(ends_of_ranges_survive_the_way_to_f32),
         cmocka_unit_test(formats_map_by_name),
         cmocka_unit_test(reports_reach_the_stats_whole),

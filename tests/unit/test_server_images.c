@@ -54,6 +54,31 @@ static void make_image(struct image *image, uint32_t outputs, enum image_format 
     render_request_finish(&request);
 }
 
+/* Whose alpha is not that of tone mapping. */
+static void a_picture_that_was_mapped_on_the_device_is_taken_as_it_is(void **state)
+{
+    (void)state;
+    for (int channels = 3; channels <= 4; channels++) {
+        struct frame frame = {.outputs[VIEW_OUTPUT_COLOR] = {0}};
+        struct image image, *color = &frame.outputs[VIEW_OUTPUT_COLOR];
+        struct render_request request;
+        struct error err = {0};
+        render_request_init_defaults(&request);
+        request.outputs = 1u << VIEW_OUTPUT_COLOR;
+        request.exposure_ev = 3;
+        assert_true(image_init(color, 2, 1, channels, IMAGE_U8, &err));
+        for (int i = 0; i < 2 * channels; i++)
+            ((uint8_t *)color->pixels)[i] = (uint8_t)(10 * i);
+        const void *pixels = color->pixels;
+        assert_true(frame_image_init(&image, &frame, &request, IMAGE_FORMAT_JPEG, &err));
+        assert_ptr_equal(pixels, image.pixels);
+        assert_int_equal(channels, image.channels);
+        assert_null(color->pixels);
+        image_finish(&image);
+        render_request_finish(&request);
+    }
+}
+
 static void several_outputs_share_one_exr_with_named_channels(void **state)
 {
     (void)state;
@@ -170,6 +195,7 @@ static void every_output_encodes_in_every_format_that_holds_it(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_picture_that_was_mapped_on_the_device_is_taken_as_it_is),
         cmocka_unit_test(several_outputs_share_one_exr_with_named_channels),
         cmocka_unit_test(ids_want_a_lossless_format_and_keep_every_bit),
         cmocka_unit_test(an_id_that_png_cannot_hold_is_refused),
