@@ -46,6 +46,8 @@ static const struct key keys[] = {
      "permit a HOST that other machines can reach (put a proxy in front)"},
     {"allow-host", KEY_TEXT, AT(allow_host), 0, 0,
      "comma-separated names accepted in the Host header beside localhost"},
+    {"allow-origin", KEY_TEXT, AT(allow_origin), 0, 0,
+     "comma-separated origins (https://cad.example) whose pages may use the API"},
     {"state-dir", KEY_PATH, AT(state_dir), 0, 0,
      "directory that holds everything the daemon keeps"},
     {"cache-bytes", KEY_BYTES, AT(cache_bytes), 1 << 20, INT64_MAX,

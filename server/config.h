@@ -34,8 +34,9 @@ struct config {
     struct sockaddr_storage address;     /* resolved; port 0 = the system chooses */
     bool is_loopback;
     bool allow_remote;
-    char allow_host[CONFIG_TEXT_BYTES]; /* comma-separated names accepted in Host beside the
-                                           loopback ones */
+    char allow_host[CONFIG_TEXT_BYTES];   /* comma-separated names accepted in Host beside the
+                                             loopback ones */
+    char allow_origin[CONFIG_TEXT_BYTES]; /* comma-separated origins whose pages may use the API */
     char state_dir[CONFIG_PATH_BYTES];
     uint64_t cache_bytes; /* of scenes mapped by the worker */
     uint64_t gpu_budget_bytes;

@@ -174,6 +174,22 @@ static bool has_header(const struct http_exchange *exchange, const char *name)
     return false;
 }
 
+/* Cross-origin resource sharing (WHATWG Fetch, section 3.2): the page behind the request may read
+ * the reply, and those of its fields that clients use. */
+static void share_response(const struct http_exchange *exchange, struct MHD_Response *response)
+{
+    MHD_add_response_header(response, "Access-Control-Allow-Origin", exchange->origin);
+    MHD_add_response_header(
+        response, "Access-Control-Expose-Headers",
+        "Allow, ETag, Link, Location, Retry-After, Server-Timing, X-Request-Id");
+    MHD_add_response_header(response, "Vary", "Origin");
+}
+
+bool http_request_is_shared(const struct http_exchange *exchange)
+{
+    return exchange->origin != NULL;
+}
+
 void http_set_response(struct http_exchange *exchange, int status, const char *media_type,
                        struct MHD_Response *response, uint64_t size_bytes)
 {
@@ -192,6 +208,8 @@ void http_set_response(struct http_exchange *exchange, int status, const char *m
         MHD_add_response_header(response, "Content-Type", media_type);
     if (!has_header(exchange, "Cache-Control"))
         MHD_add_response_header(response, "Cache-Control", "no-store");
+    if (exchange->origin)
+        share_response(exchange, response);
     MHD_add_response_header(response, "X-Request-Id", exchange->id);
     MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
 }
@@ -360,6 +378,8 @@ static enum MHD_Result begin_exchange(struct http_exchange *exchange, const char
         http_reply_error(exchange, &problem);
         return send_reply(exchange);
     }
+    if (http_head_is_shared(&head, &server->policy))
+        exchange->origin = strdup(head.origin); /* without memory the page reads nothing */
     exchange->announced_bytes = http_head_body_bytes(&head);
     http_watch_expect_body(server->watch, exchange->watched);
     server->service.open(server->service.context, exchange);
@@ -444,6 +464,7 @@ static void completed(void *context, struct MHD_Connection *connection, void **s
         MHD_destroy_response(exchange->response);
     free(exchange->headers);
     free(exchange->path);
+    free(exchange->origin);
     free(exchange);
     *state = NULL;
     atomic_fetch_sub(&server->in_flight, 1);
@@ -536,7 +557,8 @@ struct http_server *http_server_create(const struct http_server_desc *desc, stru
     server->service = desc->service;
     server->policy = (struct http_policy){.is_loopback = desc->config->is_loopback,
                                           .listen_host = desc->config->listen_host,
-                                          .allow_host = desc->config->allow_host};
+                                          .allow_host = desc->config->allow_host,
+                                          .allow_origin = desc->config->allow_origin};
     server->listen_fd = -1;
     server->watch = http_watch_create(&(struct http_watch_desc){0}, err);
     if (!server->watch)

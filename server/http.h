@@ -87,6 +87,8 @@ MUST_CHECK bool http_request_check_query(const struct http_exchange *exchange,
 enum { HTTP_ADDRESS_BYTES = 46 };
 void http_request_address(const struct http_exchange *exchange,
                           char address[HTTP_ADDRESS_BYTES]); /* "" when it is not known */
+/* Whether a page of a listed origin (allow-origin) asks. */
+bool http_request_is_shared(const struct http_exchange *exchange);
 const char *http_request_id(const struct http_exchange *exchange);
 uint64_t http_request_body_bytes(const struct http_exchange *exchange); /* announced; UINT64_MAX
                                                                            when chunked */

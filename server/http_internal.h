@@ -55,6 +55,7 @@ struct http_exchange {
     uint64_t announced_bytes, body_bytes;
     struct http_body_sink sink;
     bool has_sink, must_close;
+    char *origin; /* of a page that may read the reply; owned, NULL: none */
     struct error body_error;
     enum exchange_state state;
     void *data;

@@ -147,11 +147,17 @@ static bool check_host(const struct http_head *head, const struct http_policy *p
                      head->host);
 }
 
+bool http_head_is_shared(const struct http_head *head, const struct http_policy *policy)
+{
+    return head->origin && is_listed(head->origin, policy->allow_origin);
+}
+
 /* Forms and simple fetches of foreign pages need no preflight, so they are told apart by what
  * browsers always send. */
-static bool check_origin(const struct http_head *head, struct error *err)
+static bool check_origin(const struct http_head *head, const struct http_policy *policy,
+                         struct error *err)
 {
-    if (!head->is_change)
+    if (!head->is_change || http_head_is_shared(head, policy))
         return true;
     if (head->fetch_site && strcasecmp(head->fetch_site, "cross-site") == 0)
         return error_set(err, ERROR_INVALID_REQUEST,
@@ -161,14 +167,17 @@ static bool check_origin(const struct http_head *head, struct error *err)
     const char *authority = strstr(head->origin, "://");
     if (authority && strcasecmp(authority + 3, head->host) == 0)
         return true;
-    return error_set(err, ERROR_INVALID_REQUEST, "a page of '%.80s' may not change anything here",
+    return error_set(err, ERROR_INVALID_REQUEST,
+                     "a page of '%.80s' may not change anything here "
+                     "(allow-origin adds origins)",
                      head->origin);
 }
 
 bool http_head_check(const struct http_head *head, const struct http_policy *policy,
                      struct error *err)
 {
-    return check_framing(head, err) && check_host(head, policy, err) && check_origin(head, err);
+    return check_framing(head, err) && check_host(head, policy, err) &&
+           check_origin(head, policy, err);
 }
 
 uint64_t http_head_body_bytes(const struct http_head *head)

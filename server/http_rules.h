@@ -26,13 +26,18 @@ void http_head_add(struct http_head *head, const char *name, const char *value);
 struct http_policy {
     bool is_loopback; /* Host must be localhost, a loopback address, or one of: */
     const char *listen_host;
-    const char *allow_host; /* comma-separated */
+    const char *allow_host;   /* comma-separated */
+    const char *allow_origin; /* comma-separated origins whose pages may do all that ours may */
 };
 
 /* ERROR_INVALID_REQUEST says which rule was broken; the connection must be closed after the reply.
  */
 MUST_CHECK bool http_head_check(const struct http_head *head, const struct http_policy *policy,
                                 struct error *err);
+
+/* Whether the request comes from a page of an origin that the policy lists, so that its replies may
+ * be read there. */
+bool http_head_is_shared(const struct http_head *head, const struct http_policy *policy);
 
 /* Bytes of the body: 0 without one, UINT64_MAX when chunked. Call after a successful check. */
 uint64_t http_head_body_bytes(const struct http_head *head);

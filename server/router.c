@@ -74,6 +74,19 @@ static void add_allow(struct http_exchange *exchange, const struct route *route)
     http_reply_header(exchange, "Allow", "%s", allow);
 }
 
+/* A page of a listed origin asks what it may send: what any client may. */
+static void add_preflight(struct http_exchange *exchange)
+{
+    if (!http_request_is_shared(exchange) ||
+        !http_request_header(exchange, "Access-Control-Request-Method"))
+        return;
+    http_reply_header(exchange, "Access-Control-Allow-Methods", "GET, HEAD, POST, PATCH, DELETE");
+    http_reply_header(exchange, "Access-Control-Allow-Headers",
+                      "Accept, Content-Type, If-Match, If-None-Match, Idempotency-Key, Prefer, "
+                      "X-Request-Id");
+    http_reply_header(exchange, "Access-Control-Max-Age", "600");
+}
+
 static void open_exchange(void *context, struct http_exchange *exchange)
 {
     struct service *service = context;
@@ -102,6 +115,7 @@ static void open_exchange(void *context, struct http_exchange *exchange)
     }
     add_allow(exchange, routed->route);
     if (method == HTTP_OPTIONS) {
+        add_preflight(exchange);
         http_reply_empty(exchange, 204);
         return;
     }

@@ -36,8 +36,8 @@ static bool select_nodes(struct outline *o, struct error *err)
     for (size_t i = 0; i < o->style->node_count; i++) {
         int32_t node = scene_find_node(scene, o->style->nodes[i]);
         if (node < 0)
-            return error_set(err, ERROR_NOT_FOUND, "the scene has no node '%s'",
-                             o->style->nodes[i]);
+            return error_set_at(err, ERROR_NOT_FOUND, "/highlight/nodes",
+                                "the scene has no node '%s'", o->style->nodes[i]);
         o->is_selected[node] = true;
     }
     for (uint32_t i = 0; i < scene->node_count; i++)

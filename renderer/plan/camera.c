@@ -148,8 +148,8 @@ static bool resolve_node(struct camera *camera, const struct view *view,
 {
     const struct scene *scene = state->scene;
     if (scene->nodes[node].camera < 0)
-        return error_set(err, ERROR_NOT_FOUND, "node '%s' carries no camera",
-                         scene->strings + scene->nodes[node].name);
+        return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "node '%s' carries no camera",
+                            scene->strings + scene->nodes[node].name);
     const struct scene_camera *source = &scene->cameras[scene->nodes[node].camera];
     if (!resolve_matrix(camera, state->world[node], err))
         return false;
@@ -202,7 +202,8 @@ static bool resolve_kind(struct camera *camera, const struct view *view,
     case VIEW_CAMERA_NODE:
         node = scene_find_node(state->scene, source->node);
         if (node < 0)
-            return error_set(err, ERROR_NOT_FOUND, "the scene has no node '%s'", source->node);
+            return error_set_at(err, ERROR_NOT_FOUND, "/camera/node", "the scene has no node '%s'",
+                                source->node);
         return resolve_node(camera, view, state, node, aspect, err);
     case VIEW_CAMERA_LOOK_AT:
         memcpy(camera->eye, source->eye, sizeof camera->eye);

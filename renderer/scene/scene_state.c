@@ -29,7 +29,8 @@ static bool apply_node_overrides(struct scene_state *state, const struct view *v
         const struct view_node_override *o = &view->nodes[i];
         int32_t node = scene_find_node(state->scene, o->node);
         if (node < 0)
-            return error_set(err, ERROR_NOT_FOUND, "the scene has no node '%s'", o->node);
+            return error_set_at(err, ERROR_NOT_FOUND, "/overrides/nodes",
+                                "the scene has no node '%s'", o->node);
         if (o->has_visible)
             state->is_visible[node] = o->visible;
         if (o->has_matrix) {
@@ -99,7 +100,8 @@ static bool animate(const struct scene *scene, const struct view *view, struct m
         is_known = is_known || find_animation(scene, i, view->animation) >= 0;
     }
     if (!is_known)
-        return error_set(err, ERROR_NOT_FOUND, "the scene has no animation '%s'", view->animation);
+        return error_set_at(err, ERROR_NOT_FOUND, "/animation/name",
+                            "the scene has no animation '%s'", view->animation);
     if (!isfinite(view->animation_time_s))
         return error_set(err, ERROR_INVALID_REQUEST, "the time of the animation is not finite");
     moved->poses = malloc((poses + 1) * sizeof *moved->poses);
@@ -213,7 +215,8 @@ static bool apply_material_overrides(struct scene_state *state, const struct vie
         const struct view_material_override *o = &view->materials[i];
         int32_t index = scene_find_material(state->scene, o->material);
         if (index < 0)
-            return error_set(err, ERROR_NOT_FOUND, "the scene has no material '%s'", o->material);
+            return error_set_at(err, ERROR_NOT_FOUND, "/overrides/materials",
+                                "the scene has no material '%s'", o->material);
         struct state_material *material = &state->materials[index];
         override_factors(&material->base, o);
         if (o->has_self_shadow)

@@ -200,6 +200,44 @@ class Origins(support.ServiceTest):
         )
 
 
+class Origins(support.ServiceTest):
+    flags = ("--allow-origin", "http://localhost:5173, https://cad.example")
+
+    def ask(self, origin, method="GET", path="/v1/stats", **headers):
+        fields = {name.replace("_", "-"): value for name, value in headers.items()}
+        return self.daemon.request(method, path, headers={"Origin": origin, **fields})
+
+    def test_pages_of_listed_origins_read_and_change(self):
+        scene = self.daemon.push(triangle())
+        for origin in ("http://localhost:5173", "https://cad.example"):
+            reply = self.ask(origin, Sec_Fetch_Site="cross-site")
+            self.assertEqual(200, reply.status)
+            self.assertEqual(origin, reply.header("Access-Control-Allow-Origin"))
+            self.assertIn("ETag", reply.header("Access-Control-Expose-Headers"))
+        reply = self.ask("https://cad.example", "DELETE", f"/v1/scenes/{scene}",
+                         Sec_Fetch_Site="cross-site")
+        self.assertEqual((204, "https://cad.example"),
+                         (reply.status, reply.header("Access-Control-Allow-Origin")))
+
+    def test_preflights_of_listed_origins_are_answered(self):
+        reply = self.ask("https://cad.example", "OPTIONS", "/v1/renders",
+                         Access_Control_Request_Method="POST",
+                         Access_Control_Request_Headers="content-type")
+        self.assertEqual(204, reply.status)
+        self.assertIn("PATCH", reply.header("Access-Control-Allow-Methods"))
+        self.assertIn("Content-Type", reply.header("Access-Control-Allow-Headers"))
+
+    def test_other_origins_neither_read_nor_change(self):
+        for origin in ("https://cad.example.evil", "http://cad.example", "null",
+                       "http://localhost:51730", "*"):
+            reply = self.ask(origin)
+            self.assertEqual(200, reply.status)
+            self.assertIsNone(reply.header("Access-Control-Allow-Origin"), origin)
+            reply = self.ask(origin, "OPTIONS", "/v1/renders", Access_Control_Request_Method="POST")
+            self.assertIsNone(reply.header("Access-Control-Allow-Methods"), origin)
+            self.assertEqual(400, self.ask(origin, "DELETE", "/v1/scenes/" + "0" * 64).status)
+
+
 class Clients(support.ServiceTest):
     flags = ("--connections", "512")
 
