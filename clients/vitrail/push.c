@@ -6,24 +6,45 @@
 #include "clients/vitrail/commands.h"
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/scene_source.h"
+#include "clients/vitrail/warnings.h"
 
 struct push_options {
     struct common_options common;
-    bool force;
+    bool force, strict;
 };
 
 static void print_push(const struct push_options *options, const char *path,
-                       const struct scene_push *push)
+                       const struct scene_push *push, json_t *warnings)
 {
     if (!options->common.json) {
         puts(push->id);
     } else {
         json_t *line =
             json_pack("{s:s, s:s, s:b}", "file", path, "id", push->id, "sent", push->was_sent);
+        if (line && warnings)
+            json_object_set(line, "warnings", warnings);
         json_print(line, true);
         json_decref(line);
     }
     fflush(stdout);
+    if (!options->common.json && !options->common.quiet)
+        warnings_print(warnings, path);
+}
+
+/* The id is printed in any case: the server has the scene. */
+static bool push_file(struct session *session, const struct push_options *options, const char *path,
+                      struct failure *failure)
+{
+    struct scene_push push;
+    if (!scene_source_push(session, path, options->force, &push, failure))
+        return false;
+    json_t *warnings = warnings_of_scene(session, push.id, failure);
+    progress_hide(&session->progress);
+    print_push(options, path, &push, warnings);
+    bool is_ok =
+        !failure->exit_code && (!options->strict || warnings_refuse(warnings, NULL, failure));
+    json_decref(warnings);
+    return is_ok;
 }
 
 static bool push_run(void *context, const struct text_list *files, struct failure *failure)
@@ -35,13 +56,9 @@ static bool push_run(void *context, const struct text_list *files, struct failur
     for (size_t i = 0; i < files->count && is_ok; i++)
         is_ok = scene_source_check(files->items[i], failure);
     is_ok = is_ok && session_begin(&session, &options->common, failure);
-    for (size_t i = 0; i < files->count && is_ok; i++) {
-        struct scene_push push;
-        is_ok = scene_source_push(&session, files->items[i], options->force, &push, failure);
-        progress_hide(&session.progress);
-        if (is_ok)
-            print_push(options, files->items[i], &push);
-    }
+    for (size_t i = 0; i < files->count && is_ok; i++)
+        is_ok = push_file(&session, options, files->items[i], failure);
+    progress_hide(&session.progress);
     session_end(&session);
     return is_ok;
 }
@@ -49,6 +66,8 @@ static bool push_run(void *context, const struct text_list *files, struct failur
 static const struct option OPTIONS[] = {
     {OPTION_FLAG, "force", 0, NULL, "send even what the server has already",
      offsetof(struct push_options, force)},
+    {OPTION_FLAG, "strict", 0, NULL, "a scene with warnings is a failure",
+     offsetof(struct push_options, strict)},
     {0},
 };
 

@@ -10,11 +10,13 @@
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/request_json.h"
 #include "clients/vitrail/scene_source.h"
+#include "clients/vitrail/warnings.h"
 
 struct render_options {
     struct common_options common;
     struct request_options request;
     const char *output, *stats;
+    bool strict;
 };
 
 /* One run of the command. Zeroed = nothing done. */
@@ -28,6 +30,7 @@ struct render {
     struct scene_push scene;
     struct http_reply reply; /* of the image; its body is in `image` */
     json_t *frame;           /* the frame's report; NULL when the server keeps none */
+    json_t *scene_warnings;  /* NULL: unknown */
     double started_s;
 };
 
@@ -180,19 +183,13 @@ static bool commit(struct render *render, struct failure *failure)
            (!render->options->stats || output_file_commit(&render->stats, failure));
 }
 
-static void print_warnings(const struct render *render)
+static bool check_warnings(struct render *render, struct failure *failure)
 {
-    const json_t *warning;
-    size_t index;
-
-    json_array_foreach(json_object_get(render->frame, "warnings"), index, warning)
-    {
-        char text[FAILURE_MESSAGE_BYTES];
-        if (json_is_string(warning)) {
-            text_copy_printable(text, sizeof text, json_string_value(warning));
-            fprintf(stderr, "vitrail: warning: %s\n", text);
-        }
-    }
+    render->scene_warnings = warnings_of_scene(&render->session, render->scene.id, failure);
+    return !failure->exit_code &&
+           (!render->options->strict ||
+            warnings_refuse(render->scene_warnings, json_object_get(render->frame, "warnings"),
+                            failure));
 }
 
 /* What the server chose by --max-error or --budget-ms. */
@@ -228,6 +225,8 @@ static void print_result_json(const struct render *render, double elapsed_s)
         if (value)
             json_object_set(result, AS[i], value);
     }
+    if (result && render->scene_warnings)
+        json_object_set(result, "scene_warnings", render->scene_warnings);
     json_print(result, true);
     json_decref(result);
 }
@@ -240,8 +239,10 @@ static void print_result(struct render *render)
 
     progress_show(&render->session.progress, PROGRESS_STAGE_DONE, 0, 0);
     progress_hide(&render->session.progress);
-    if (!options->common.quiet && !options->common.json)
-        print_warnings(render);
+    if (!options->common.quiet && !options->common.json) {
+        warnings_print(render->scene_warnings, "the scene");
+        warnings_print(json_object_get(render->frame, "warnings"), NULL);
+    }
     if (!strcmp(options->output, "-") || (options->stats && !strcmp(options->stats, "-")))
         return;
     if (options->common.json) {
@@ -261,7 +262,8 @@ static bool render_run(void *context, const struct text_list *operands, struct f
     bool is_ok = prepare(&render, failure) &&
                  session_begin(&render.session, &render.options->common, failure) &&
                  render_image(&render, failure) && check_image(&render, failure) &&
-                 fetch_frame(&render, failure) && commit(&render, failure);
+                 fetch_frame(&render, failure) && check_warnings(&render, failure) &&
+                 commit(&render, failure);
 
     if (is_ok)
         print_result(&render);
@@ -270,6 +272,7 @@ static bool render_run(void *context, const struct text_list *operands, struct f
     output_file_finish(&render.stats);
     http_reply_finish(&render.reply);
     json_decref(render.frame);
+    json_decref(render.scene_warnings);
     json_decref(render.request);
     return is_ok;
 }
@@ -284,6 +287,8 @@ static const struct option OPTIONS[] = {
     REQUEST_OPTIONS(struct render_options),
     {OPTION_TEXT, "stats", 0, "FILE", "what the frame cost and why, as JSON; - is stdout",
      AT(stats)},
+    {OPTION_FLAG, "strict", 0, NULL,
+     "a warning of scene or frame is a failure: no image is written", AT(strict)},
     {0},
 };
 

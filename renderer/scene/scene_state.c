@@ -49,6 +49,7 @@ struct moved_nodes {
     struct scene_pose *poses;
     double (*locals)[16]; /* per pose */
     size_t count;
+    bool *has_channel; /* per node of the whole scene: a channel of the animation moves it */
 };
 
 /* Those of one scene, whose nodes begin at first_node. only: -1 for all of its animations. */
@@ -58,9 +59,16 @@ static void move_nodes(const struct scene *scene, int32_t only, double time_s, u
     struct scene_pose *poses = moved->poses + moved->count;
     if (scene->pose_count)
         memcpy(poses, scene->poses, scene->pose_count * sizeof *poses);
-    for (uint32_t i = 0; i < scene->animation_count; i++)
-        if (only < 0 || only == (int32_t)i)
-            animation_evaluate(scene, i, time_s, poses);
+    for (uint32_t i = 0; i < scene->animation_count; i++) {
+        const struct scene_animation *animation = &scene->animations[i];
+        if (only >= 0 && only != (int32_t)i)
+            continue;
+        animation_evaluate(scene, i, time_s, poses);
+        for (uint32_t c = 0; c < animation->channel_count; c++) {
+            const struct scene_channel *channel = &scene->channels[animation->first_channel + c];
+            moved->has_channel[first_node + poses[channel->pose].node] = true;
+        }
+    }
     for (uint32_t i = 0; i < scene->pose_count; i++) {
         double *local = moved->locals[moved->count + i];
         mat4_compose(poses[i].translation, poses[i].rotation, poses[i].scale, local);
@@ -106,7 +114,8 @@ static bool animate(const struct scene *scene, const struct view *view, struct m
         return error_set(err, ERROR_INVALID_REQUEST, "the time of the animation is not finite");
     moved->poses = malloc((poses + 1) * sizeof *moved->poses);
     moved->locals = calloc(poses + 1, sizeof *moved->locals);
-    if (!moved->poses || !moved->locals)
+    moved->has_channel = calloc(scene->node_count + 1, sizeof *moved->has_channel);
+    if (!moved->poses || !moved->locals || !moved->has_channel)
         return error_set(err, ERROR_NO_MEMORY, "%zu moved nodes", poses);
     for (uint32_t i = 0; i < member_count(scene); i++) {
         int32_t only = view->animation ? find_animation(scene, i, view->animation) : -1;
@@ -134,6 +143,21 @@ static bool place_parts(struct scene_state *state, const struct view *view, cons
     return true;
 }
 
+/* Whether a mesh, a light or a camera hangs on a node that the animation moves. Joints of skins
+ * carry nothing. */
+static bool moves_anything(const struct scene *scene, const struct moved_nodes *moved)
+{
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+        const struct scene_node *node = &scene->nodes[i];
+        if (node->mesh < 0 && node->light < 0 && node->camera < 0)
+            continue;
+        for (int32_t at = (int32_t)i; at >= 0; at = scene->nodes[at].parent)
+            if (moved->has_channel[at])
+                return true;
+    }
+    return false;
+}
+
 /* Parents come before children, so one pass composes matrices and passes invisibility down. */
 static bool compose_nodes(struct scene_state *state, const struct view *view, struct error *err)
 {
@@ -157,9 +181,11 @@ static bool compose_nodes(struct scene_state *state, const struct view *view, st
             state->is_visible[i] = state->is_visible[i] && state->is_visible[node->parent];
         }
     }
+    state->has_idle_animation = ok && view->is_animated && !moves_anything(scene, &moved);
     free(locals);
     free(moved.poses);
     free(moved.locals);
+    free(moved.has_channel);
     return ok;
 }
 

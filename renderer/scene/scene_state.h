@@ -84,6 +84,7 @@ struct scene_state {
     size_t open_volume_count;   /* items that would be if their surface were closed */
     struct state_light *lights; /* scene lights in node order, then those of the view */
     size_t light_count;
+    bool has_idle_animation; /* animated, and no mesh, light or camera hangs on a moved node */
     bool has_default_lights; /* neither scene nor view brought a light */
     bool has_environment;
     float sky[3], ground[3];                       /* nt */

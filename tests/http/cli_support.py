@@ -110,7 +110,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 stub.scenes.discard(scene)
                 self.answer(204)
             else:
-                self.answer(200, {"id": scene})
+                self.answer(200, {"id": scene, "warnings": stub.scene_warnings})
         elif path == "/v1/renders":
             if request.json()["scene"] not in stub.scenes:
                 self.problem(404, "not_found", "no such scene", "/scene")
@@ -133,6 +133,7 @@ class Stub:
 
     def __init__(self):
         self.requests, self.scenes, self.special = [], set(), {}
+        self.scene_warnings = []
         self.image, self.lock = PNG, threading.Lock()
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.server.daemon_threads = True

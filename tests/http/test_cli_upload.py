@@ -33,7 +33,8 @@ class UploadTest(CliTest):
         self.stub.scenes.add(scene_id)
         out, _ = self.run_cli("push", self.scene(content), "--json")
         self.assertEqual(json.loads(out),
-                         {"file": self.path("box.glb"), "id": scene_id, "sent": False})
+                         {"file": self.path("box.glb"), "id": scene_id, "sent": False,
+                          "warnings": []})
         self.assertEqual(self.stub.sent("POST", "/v1/scenes"), [])
         self.run_cli("push", self.path("box.glb"), "--force")
         self.assertEqual(len(self.stub.sent("POST", "/v1/scenes")), 1)
@@ -50,7 +51,30 @@ class UploadTest(CliTest):
     def test_scene_id_is_rendered_without_any_upload(self):
         self.stub.scenes.add("c0" * 32)
         self.run_cli("render", "c0" * 32, "-o", "out.png")
-        self.assertEqual([r.path for r in self.stub.requests], ["/v1/renders", "/v1/frames/f1"])
+        self.assertEqual([r.path for r in self.stub.requests], ["/v1/renders", "/v1/frames/f1", "/v1/scenes/" + "c0" * 32])
+
+    def test_warnings_of_a_scene_are_told(self):
+        self.stub.scene_warnings = ["1 skinned node is not deformed"]
+        _, err = self.run_cli("push", self.scene())
+        self.assertIn("box.glb: 1 skinned node is not deformed", err)
+        self.assertEqual("", self.run_cli("push", self.scene(), "-q")[1])
+        out, _ = self.run_cli("push", self.scene(), "--json")
+        self.assertEqual(self.stub.scene_warnings, json.loads(out)["warnings"])
+        _, err = self.run_cli("render", self.scene(), "-o", "out.png")
+        self.assertIn("the scene: 1 skinned node", err)
+        out, _ = self.run_cli("render", self.scene(), "-o", "out.png", "--json")
+        self.assertEqual(self.stub.scene_warnings, json.loads(out)["scene_warnings"])
+
+    def test_strict_takes_warnings_for_failures(self):
+        self.stub.scene_warnings = ["1 skinned node is not deformed"]
+        out, err = self.run_cli("push", self.scene(), "--strict", code=1)
+        self.assertIn("--strict: 1 warning: 1 skinned", err)
+        self.assertEqual(65, len(out))
+        _, err = self.run_cli("render", self.scene(), "-o", "out.png", "--strict", code=1)
+        self.assertIn("--strict: 2 warnings, the first: 1 skinned", err)
+        self.assert_only("box.glb")
+        self.stub.scene_warnings = []
+        self.run_cli("push", self.scene(), "--strict")
 
     def test_several_files_print_their_ids_in_order(self):
         paths = [self.write("%d.glb" % i, glb(100 + i)) for i in range(3)]

@@ -201,6 +201,30 @@ static void what_hangs_on_a_moved_node_moves_with_it(void **state)
     imported_scene_finish(&s);
 }
 
+static bool is_idle(const struct motion *m)
+{
+    struct imported_scene s = make(m);
+    struct view view = {.width_px = 1, .height_px = 1};
+    struct scene_state evaluated;
+    struct error err = {0};
+    view.is_animated = true;
+    if (!scene_state_init(&evaluated, &s.scene, &view, &err))
+        fail_msg("%s", err.message);
+    bool idle = evaluated.has_idle_animation;
+    scene_state_finish(&evaluated);
+    imported_scene_finish(&s);
+    return idle;
+}
+
+static void animations_that_move_nothing_visible_are_known(void **state)
+{
+    (void)state;
+    struct motion m = moving;
+    assert_false(is_idle(&m)); /* a lamp hangs on the arm */
+    m.path = "pointer";
+    assert_true(is_idle(&m));
+}
+
 static void assert_refused(const struct motion *m, const char *reason)
 {
     struct imported_scene s;
@@ -254,6 +278,7 @@ int main(void)
         cmocka_unit_test(rotations_turn_at_constant_speed_along_the_shorter_arc),
         cmocka_unit_test(cubic_splines_reproduce_a_cubic),
         cmocka_unit_test(what_hangs_on_a_moved_node_moves_with_it),
+        cmocka_unit_test(animations_that_move_nothing_visible_are_known),
         cmocka_unit_test(keys_that_do_not_fit_are_refused),
         cmocka_unit_test(channels_that_move_no_node_are_told),
     };
