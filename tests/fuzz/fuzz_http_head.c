@@ -29,7 +29,8 @@ static void negotiate(const char *value)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    const struct http_policy policy = {true, "127.0.0.1", "a.example, b.example"};
+    const struct http_policy policy = {true, "127.0.0.1", "a.example, b.example",
+                                       "https://a.example"};
     struct http_head head = {.is_change = size & 1, .is_http_1_0 = size & 2};
     struct error err = {0};
     char *text = malloc(size + 1), *at = text;

@@ -24,7 +24,8 @@
 /* fields: "Name: value|Name: value". Answers the message of the refusal, or "". */
 static const char *check(const char *fields, bool is_change, struct error *err)
 {
-    const struct http_policy policy = {true, "192.0.2.7", "a.example,b.example"};
+    const struct http_policy policy = {
+        .is_loopback = true, .listen_host = "192.0.2.7", .allow_host = "a.example,b.example"};
     struct http_head head = {.is_change = is_change};
     static char text[1024];
     snprintf(text, sizeof text, "%s", fields);
