@@ -51,7 +51,8 @@ class UploadTest(CliTest):
     def test_scene_id_is_rendered_without_any_upload(self):
         self.stub.scenes.add("c0" * 32)
         self.run_cli("render", "c0" * 32, "-o", "out.png")
-        self.assertEqual([r.path for r in self.stub.requests], ["/v1/renders", "/v1/frames/f1", "/v1/scenes/" + "c0" * 32])
+        self.assertEqual([r.path for r in self.stub.requests],
+                         ["/v1/renders", "/v1/frames/f1", "/v1/scenes/" + "c0" * 32])
 
     def test_warnings_of_a_scene_are_told(self):
         self.stub.scene_warnings = ["1 skinned node is not deformed"]
