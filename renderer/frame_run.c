@@ -151,6 +151,7 @@ static bool build_lights(struct window_run *window, struct error *err)
                                    .camera = frame->camera,
                                    .window = &frame->window,
                                    .bounds = &window->run->frame_plan->reach.bounds,
+                                   .block_bytes = gl_limits_block(frame->limits, 1),
                                    .rebuilds = window->run->renderer->redraws_surfaces,
                                },
                                frame->report, err);
@@ -402,14 +403,23 @@ static void split_window(const struct camera_window *w, struct camera_window hal
     }
 }
 
+/* Counts of lists, heads of traced points and words of outputs have a storage block each. */
+static uint64_t most_pixels(const struct frame_run *run)
+{
+    const struct gl_limits *limits = gl_context_limits(run->renderer->context);
+    uint64_t words = 4, outputs = aov_pixel_bytes(run->view);
+    uint64_t most = gl_limits_block(limits, outputs > words ? outputs : words);
+    return most < WINDOW_PIXELS_MAX ? most : WINDOW_PIXELS_MAX;
+}
+
 /* Before anything of it is drawn. */
-static bool is_too_large(const struct camera_window *w, const struct window_budget *budget,
-                         bool *is_over_budget)
+static bool is_too_large(const struct frame_run *run, const struct camera_window *w,
+                         const struct window_budget *budget, bool *is_over_budget)
 {
     uint64_t pixels = pixels_of(w);
     *is_over_budget = pixels > WINDOW_PIXELS_LEAST && !window_budget_has_room(budget, pixels);
     return *is_over_budget || w->width > WINDOW_SIDE_MAX || w->height > WINDOW_SIDE_MAX ||
-           pixels > WINDOW_PIXELS_MAX;
+           pixels > most_pixels(run);
 }
 
 static bool refuse_window(const struct frame_run *run, const struct window_budget *budget,
@@ -417,10 +427,12 @@ static bool refuse_window(const struct frame_run *run, const struct window_budge
 {
     if (lacked_bytes)
         return window_budget_refuse(budget, run, w, lacked_bytes, err);
+    const struct gl_limits *limits = gl_context_limits(run->renderer->context);
     return error_set(err, ERROR_OVER_BUDGET,
-                     "more than %d transparent fragments, or %d shadow rays, in a window of %dx%d "
-                     "pixels",
-                     PIXEL_LISTS_ENTRIES_MAX, TRACED_FILTERS_MAX, w->width, w->height);
+                     "more than %llu transparent fragments, or %d shadow rays, in a window of "
+                     "%dx%d pixels, for a storage block of %llu bytes",
+                     (unsigned long long)pixel_lists_entries_max(limits), TRACED_FILTERS_MAX,
+                     w->width, w->height, (unsigned long long)limits->max_storage_block_bytes);
 }
 
 /* A stack of windows. */
@@ -445,7 +457,7 @@ static bool run_top(const struct frame_run *run, const struct window_budget *bud
     struct camera_window w = stack->windows[--stack->depth];
     struct window_result result = {0};
     bool is_over_budget;
-    if (is_too_large(&w, budget, &is_over_budget)) {
+    if (is_too_large(run, &w, budget, &is_over_budget)) {
         stack->is_for_budget |= is_over_budget;
         return split_top(stack, &w);
     }

@@ -20,7 +20,7 @@ static const uint64_t default_program_bytes = 256ull << 20;
 /* What frames hold, of this renderer alone. */
 static bool create_own(struct renderer *renderer, struct error *err)
 {
-    renderer->arena = draw_arena_create(err);
+    renderer->arena = draw_arena_create(gl_context_limits(renderer->context), err);
     if (!renderer->arena)
         return false;
     renderer->lists = light_lists_create(renderer->programs, renderer->timeline, err);

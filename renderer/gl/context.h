@@ -32,6 +32,12 @@ struct gl_limits {
     bool has_true_timers; /* set by the self-test */
 };
 
+/* Elements that a storage block takes: one that is larger loses what is written beyond it. */
+static inline uint64_t gl_limits_block(const struct gl_limits *limits, uint64_t element_bytes)
+{
+    return (uint64_t)limits->max_storage_block_bytes / element_bytes;
+}
+
 /* ERROR_INTERNAL where another one, of whomever, is current on the thread. */
 struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct error *err);
 void gl_context_destroy(struct gl_context *context);

@@ -106,6 +106,15 @@ void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding)
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer->name);
 }
 
+void gl_buffer_bind_storage_range(const struct gl_buffer *buffer, uint64_t offset_bytes,
+                                  uint64_t size_bytes, uint32_t binding)
+{
+    assert(offset_bytes < buffer->size_bytes && offset_bytes % GL_BUFFER_ALIGNMENT == 0);
+    uint64_t most = buffer->size_bytes - offset_bytes;
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, buffer->name, (GLintptr)offset_bytes,
+                      (GLsizeiptr)(size_bytes && size_bytes < most ? size_bytes : most));
+}
+
 const void *gl_buffer_map(const struct gl_buffer *buffer, uint64_t size_bytes)
 {
     assert(size_bytes <= buffer->size_bytes);

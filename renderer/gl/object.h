@@ -38,6 +38,10 @@ void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint6
 void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                          uint32_t value);
 void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding); /* whole, as SSBO */
+/* A part, from a multiple of GL_BUFFER_ALIGNMENT on, and no further than the buffer goes. */
+enum { GL_BUFFER_ALIGNMENT = 256 }; /* no device may ask for more */
+void gl_buffer_bind_storage_range(const struct gl_buffer *buffer, uint64_t offset_bytes,
+                                  uint64_t size_bytes, uint32_t binding);
 /* The first bytes of a mappable buffer, as the device left them: waits for it. Until
  * gl_buffer_unmap the buffer is not used otherwise. NULL where the context is lost, or without
  * memory. */

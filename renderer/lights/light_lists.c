@@ -137,6 +137,7 @@ static bool prepare_linked(struct light_lists *lists, const struct light_lists_d
                                             .camera = desc->camera,
                                             .window = desc->window,
                                             .bounds = desc->bounds,
+                                            .block_bytes = desc->block_bytes,
                                             .faithful = desc->faithful};
     double begin_ms = wall_ms();
     if (!linked_lists_collect(linked, &linked_desc, err))

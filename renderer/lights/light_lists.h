@@ -27,7 +27,8 @@ struct light_lists_desc {
     const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
     const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
-    bool rebuilds; /* for measuring: builds them even where those of before would do */
+    uint64_t block_bytes; /* of a storage block of the device; 0 means 128 MiB, which all have */
+    bool rebuilds;        /* for measuring: builds them even where those of before would do */
 };
 
 /* Builds the lists for one window, or keeps those of the last call: where the camera, the window

@@ -50,8 +50,11 @@ static bool reserve_draws(struct linked_lists *lists, size_t count, struct error
 bool linked_lists_collect(struct linked_lists *lists, const struct linked_desc *desc,
                           struct error *err)
 {
+    uint64_t block = desc->block_bytes / LINKED_ELEMENT_BYTES;
     lists->draw_count = 0;
     lists->tile_sum = 0;
+    lists->elements_most =
+        block && block < LINKED_ELEMENTS_MAX ? (uint32_t)block : (uint32_t)LINKED_ELEMENTS_MAX;
     lists->bounds = desc->bounds ? desc->bounds : &lists->own_bounds;
     if ((!desc->bounds && !light_bounds_collect(&lists->own_bounds, desc->lights, desc->light_count,
                                                 desc->camera, err)) ||
@@ -172,11 +175,11 @@ static bool make_targets(struct linked_lists *lists, struct error *err)
 
 static bool reserve_elements(struct linked_lists *lists, uint64_t count, struct error *err)
 {
-    if (count > LINKED_ELEMENTS_MAX)
+    if (count > lists->elements_most)
         return error_set(err, ERROR_OVER_BUDGET,
-                         "light linked lists need %llu elements of %d bytes, the limit is %d; "
+                         "light linked lists need %llu elements of %d bytes, the limit is %u; "
                          "'clustered' needs less",
-                         (unsigned long long)count, LINKED_ELEMENT_BYTES, LINKED_ELEMENTS_MAX);
+                         (unsigned long long)count, LINKED_ELEMENT_BYTES, lists->elements_most);
     return gl_buffer_reserve(&lists->elements,
                              &(struct gl_buffer_desc){.label = "lights.linked.elements",
                                                       .size_bytes = count * LINKED_ELEMENT_BYTES,
@@ -187,7 +190,7 @@ static bool reserve_elements(struct linked_lists *lists, uint64_t count, struct 
 static uint32_t capacity_of(const struct linked_lists *lists)
 {
     uint64_t capacity = lists->elements.size_bytes / LINKED_ELEMENT_BYTES;
-    return capacity > LINKED_ELEMENTS_MAX ? LINKED_ELEMENTS_MAX : (uint32_t)capacity;
+    return capacity > lists->elements_most ? lists->elements_most : (uint32_t)capacity;
 }
 
 /* Empty lists; the prefix takes the first elements. */
@@ -242,7 +245,8 @@ static void set_state(const struct linked_lists *lists)
     glViewport(0, 0, lists->grid.columns, lists->grid.rows);
     glBindVertexArray(lists->vertex_array.name);
     gl_buffer_bind_storage(&lists->heads, BIND_LIGHT_HEADS);
-    gl_buffer_bind_storage(&lists->elements, BIND_LIST_NODES);
+    gl_buffer_bind_storage_range(
+        &lists->elements, 0, (uint64_t)capacity_of(lists) * LINKED_ELEMENT_BYTES, BIND_LIST_NODES);
     gl_texture_bind(&lists->records_view, UNIT_LIGHT_RECORDS);
     gl_texture_bind(&lists->mesh_view, UNIT_LIGHT_MESH);
     gl_texture_bind(&lists->front, UNIT_LIGHT_FRONT);
@@ -360,9 +364,12 @@ bool linked_lists_build(struct linked_lists *lists, const struct linked_desc *de
     uint64_t first = desc->elements_first ? desc->elements_first : LINKED_ELEMENTS_FIRST;
     if (first > lists->tile_sum)
         first = lists->tile_sum;
+    first += lists->prefix_count;
+    if (first > lists->elements_most && lists->prefix_count <= lists->elements_most)
+        first = lists->elements_most;
     lists->builds = 0;
     if (!make_mesh(lists, err) || !make_targets(lists, err) || !upload_records(lists, err) ||
-        !reserve_elements(lists, first + lists->prefix_count, err))
+        !reserve_elements(lists, first, err))
         return false;
     uint32_t wanted;
     while (true) {

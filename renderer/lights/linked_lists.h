@@ -13,7 +13,7 @@
 enum {
     LINKED_TILE_PX = 4, /* "each list covers 16 pixels" */
     LINKED_ELEMENT_BYTES = 16,
-    LINKED_ELEMENTS_MAX = 8 << 20,   /* 128 MiB: the storage block every GL 4.5 device has */
+    LINKED_ELEMENTS_MAX = 8 << 20,   /* 128 MiB, the storage block of every device */
     LINKED_ELEMENTS_FIRST = 1 << 20, /* pool of the first build, unless the lights cannot need as
                                         many */
     LINKED_LIGHTS_MAX = 16384, /* an insertion walks its list; llvmpipe ends loops at 65,535 steps
@@ -36,6 +36,7 @@ struct linked_lists {
 
     struct linked_draw *draws;
     size_t draw_count, draw_capacity;
+    uint32_t elements_most; /* that a storage block holds, of the last collect */
     uint64_t tile_sum; /* of all rectangles: no build needs more elements, but for the prefix */
     struct gl_buffer records, mesh;
     struct gl_texture records_view, mesh_view, front;
@@ -51,6 +52,7 @@ struct linked_desc {
     const struct camera_window *window; /* required */
     const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
     bool faithful;
+    uint64_t block_bytes;    /* of a storage block; 0 means 128 MiB */
     uint32_t elements_first; /* 0 means LINKED_ELEMENTS_FIRST; tests make it small */
 };
 

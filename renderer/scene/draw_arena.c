@@ -14,11 +14,14 @@
 
 enum { RECORDS_KEPT = 1 << 19 }; /* 56 MiB; one placement may be larger */
 
-struct draw_arena *draw_arena_create(struct error *err)
+struct draw_arena *draw_arena_create(const struct gl_limits *limits, struct error *err)
 {
     struct draw_arena *arena = calloc(1, sizeof *arena);
-    if (!arena)
+    if (!arena) {
         error_set(err, ERROR_NO_MEMORY, "draw arena");
+        return NULL;
+    }
+    arena->limits = limits;
     return arena;
 }
 
@@ -197,6 +200,12 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
     size_t count = state->material_count;
     for (size_t i = 0; i < state->item_count; i++)
         count += needs_copy(state, &state->items[i]);
+    uint64_t most = gl_limits_block(arena->limits, sizeof(struct material_record));
+    if (count > most)
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "%zu materials, with those that media and scaled nodes need of their own: "
+                         "a storage block of this device holds %llu",
+                         count, (unsigned long long)most);
     struct material_record *records = calloc(count, sizeof *records);
     if (!records || !reserve_items(arena, state->item_count, err)) {
         free(records);
@@ -219,8 +228,9 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
                               .label = "frame.materials", .size_bytes = bytes, .is_dynamic = true},
                           false, err);
     if (ok) {
+        arena->material_bytes = bytes;
         gl_buffer_write(&arena->materials, 0, bytes, records);
-        gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
+        draw_arena_bind_materials(arena);
     }
     free(records);
     return ok && upload_caps(&arena->caps, &state->caps, err);
@@ -228,7 +238,7 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
 
 void draw_arena_bind_materials(const struct draw_arena *arena)
 {
-    gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
+    gl_buffer_bind_storage_range(&arena->materials, 0, arena->material_bytes, BIND_MATERIALS);
 }
 
 /* Cofactors transform normals for any invertible matrix, without dividing. They are normalised in

@@ -209,7 +209,7 @@ bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, stru
         !list_commands(desc, &batch_count, &command_count, err) ||
         !upload_commands(arena, command_count, err))
         return false;
-    gl_buffer_bind_storage(&arena->materials, BIND_MATERIALS);
+    draw_arena_bind_materials(arena);
     const struct gl_program *bound = NULL;
     GLuint vertices = 0;
     for (uint32_t i = 0; i < batch_count; i++) {

@@ -47,7 +47,7 @@ uint32_t material_flags(const struct state_material *material);
 
 /* Per-frame store of draw and material records. */
 struct draw_arena;
-struct draw_arena *draw_arena_create(struct error *err);
+struct draw_arena *draw_arena_create(const struct gl_limits *limits, struct error *err);
 void draw_arena_destroy(struct draw_arena *arena);
 /* Starts a frame: forgets all draws, uploads the material records of `state` (BIND_MATERIALS). */
 MUST_CHECK bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,

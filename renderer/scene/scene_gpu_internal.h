@@ -64,7 +64,9 @@ struct draw_command { /* OpenGL 4.5 core profile, 10.4, DrawElementsIndirectComm
 };
 
 struct draw_arena {
+    const struct gl_limits *limits;
     struct gl_buffer draws, materials, commands;
+    uint64_t material_bytes; /* of the frame's */
     struct cap_gpu caps;
     uint32_t *item_materials;    /* per item of the state: index of its material record */
     struct draw_record *records; /* of the placement in the making */

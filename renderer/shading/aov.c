@@ -122,7 +122,9 @@ static bool run(struct aov *aov, const struct shade_desc *desc, struct error *er
     pixel_lists_bind(desc->pixels, program);
     if (strstr(defines, " HAS_LIGHTS"))
         light_lists_bind(desc->lists, program);
-    gl_buffer_bind_storage(&aov->words, BIND_STATISTICS);
+    uint64_t pixels = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
+    gl_buffer_bind_storage_range(&aov->words, 0, pixels * aov_pixel_bytes(frame->view),
+                                 BIND_STATISTICS);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     window_dispatch_pixels(frame);
     gpu_scope_end(frame->timeline);

@@ -387,8 +387,9 @@ static bool may_exceed_rays(const struct shade_parts_desc *desc)
     uint64_t points = (uint64_t)frame->view->width_px * (uint64_t)frame->view->height_px *
                       (uint64_t)frame->targets->samples;
     uint64_t each = frame->needs->area_samples > 1 ? (uint64_t)frame->needs->area_samples : 1;
-    if (desc->has_layers || points > TRACED_POINTS_MAX)
-        points = TRACED_POINTS_MAX;
+    uint64_t most = traced_shadows_points_max(frame->limits);
+    if (desc->has_layers || points > most)
+        points = most;
     return frame->state->light_count * each > TRACED_FILTERS_MAX / points;
 }
 

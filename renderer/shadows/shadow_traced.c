@@ -13,6 +13,12 @@
 
 enum array_kind { POINTS, HEADS, LIST_ENDS, TABLE, FILTERS };
 
+uint64_t traced_shadows_points_max(const struct gl_limits *limits)
+{
+    uint64_t most = gl_limits_block(limits, sizeof(struct shadow_point));
+    return most < TRACED_POINTS_MAX ? most : TRACED_POINTS_MAX;
+}
+
 bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_desc *desc,
                           const bool *is_shadowed, struct error *err)
 {
@@ -134,7 +140,8 @@ static bool collect_entries(struct traced_shadows *traced, const struct window_f
     if (!program)
         return false;
     pixel_lists_bind(pixels, program);
-    gl_buffer_bind_storage(&traced->points, BIND_TRACED_POINTS);
+    gl_buffer_bind_storage_range(
+        &traced->points, 0, pixels->entry_count * sizeof(struct shadow_point), BIND_TRACED_POINTS);
     gl_program_set_u(program, "u_entries", (uint32_t)pixels->entry_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     window_dispatch_items(pixels->entry_count);
@@ -149,8 +156,11 @@ static bool collect_surfaces(struct traced_shadows *traced, const struct window_
     if (!program)
         return false;
     gl_buffer_clear_u32(&traced->counter, 0, 4, 0);
-    gl_buffer_bind_storage(&traced->points, BIND_TRACED_POINTS);
-    gl_buffer_bind_storage(&traced->heads, BIND_TRACED_HEADS);
+    uint64_t pixels = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
+    uint64_t points = (uint64_t)first + room;
+    gl_buffer_bind_storage_range(&traced->points, 0, points * sizeof(struct shadow_point),
+                                 BIND_TRACED_POINTS);
+    gl_buffer_bind_storage_range(&traced->heads, 0, pixels * 4, BIND_TRACED_HEADS);
     gl_buffer_bind_storage(&traced->counter, BIND_STATISTICS);
     gl_program_set_u(program, "u_first_point", first);
     gl_program_set_u(program, "u_room", room);
@@ -205,7 +215,7 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
         return TRACED_FAILED;
     for (uint32_t room = 0; room < *surfaces;) {
         room = *surfaces;
-        if ((uint64_t)room + entries > TRACED_POINTS_MAX ||
+        if ((uint64_t)room + entries > traced_shadows_points_max(frame->limits) ||
             !has_room(traced, pixel_count, (uint64_t)room + entries))
             return TRACED_TOO_MANY;
         if (!reserve(traced, &traced->points, NULL, "shadow.traced.points", 0,

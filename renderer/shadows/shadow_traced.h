@@ -11,10 +11,13 @@
 #include "renderer/transparency/pixel_lists.h"
 
 enum {
-    /* one storage block or buffer texture of 128 MiB, which every device binds, each */
+    /* one storage block, or a buffer texture of 2^27 texels, of every device */
     TRACED_POINTS_MAX = 4 << 20,
     TRACED_FILTERS_MAX = 16 << 20,
 };
+
+/* Points that a window may have. */
+uint64_t traced_shadows_points_max(const struct gl_limits *limits);
 
 struct traced_shadows { /* zeroed before begin; buffers are kept between frames */
     struct gl_buffer points, heads, counter, table, filters;

@@ -16,6 +16,21 @@ static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes,
         false, err);
 }
 
+/* What is in use, as the buffer may have grown beyond a storage block. */
+static void bind(const struct gl_buffer *buffer, uint64_t used_bytes, uint32_t binding)
+{
+    if (used_bytes)
+        gl_buffer_bind_storage_range(buffer, 0, used_bytes, binding);
+    else
+        gl_buffer_bind_storage(buffer, binding);
+}
+
+uint64_t pixel_lists_entries_max(const struct gl_limits *limits)
+{
+    uint64_t most = gl_limits_block(limits, PIXEL_LISTS_ENTRY_BYTES);
+    return most < PIXEL_LISTS_ENTRIES_MAX ? most : PIXEL_LISTS_ENTRIES_MAX;
+}
+
 static const char scan_file[] = "lists_scan.comp.glsl", sort_file[] = "lists_sort.comp.glsl";
 static const char *const scan_passes[] = {"PASS=0", "PASS=1", "PASS=2"};
 static const char *const sort_passes[] = {"PASS=0", "PASS=1"}; /* runs, and their merging */
@@ -69,7 +84,7 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
     if (!reserve(&lists->scan, "lists.scan", (uint64_t)chunks * 8, err) ||
         !reserve(&lists->statistics, "lists.statistics", 16, err))
         return false;
-    gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
+    bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
     gl_buffer_bind_storage(&lists->scan, BIND_SCAN);
     gl_buffer_bind_storage(&lists->statistics, BIND_STATISTICS);
     for (int i = 0; i < 3; i++) {
@@ -95,6 +110,7 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                             const struct geometry_items *items, struct error *err)
 {
     uint64_t bytes = (uint64_t)frame->window.width * (uint64_t)frame->window.height * 4;
+    lists->pixel_count = bytes / 4;
     lists->list_bytes = bytes;
     if (!reserve(&lists->counts, "lists.counts", bytes, err))
         return false;
@@ -105,7 +121,7 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                                          .stage = REPORT_SHADE,
                                      });
     gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
-    gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
+    bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
     bool ok = geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
               run_scan(lists, frame, err);
     gpu_scope_end(frame->timeline);
@@ -212,6 +228,7 @@ static bool sort_lists(struct pixel_lists *lists, const struct window_frame *fra
 void pixel_lists_clear(struct pixel_lists *lists)
 {
     lists->entry_count = lists->longest = lists->keys_offset = lists->list_bytes = 0;
+    lists->pixel_count = 0;
     lists->has_media = lists->may_surround = false;
     lists->lacked_bytes = 0;
 }
@@ -240,7 +257,7 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                   (unsigned long long)lists->longest, PIXEL_LISTS_LONGEST_MAX);
         return PIXEL_LISTS_FAILED;
     }
-    if (lists->entry_count > PIXEL_LISTS_ENTRIES_MAX || !find_room(lists))
+    if (lists->entry_count > pixel_lists_entries_max(frame->limits) || !find_room(lists))
         return PIXEL_LISTS_TOO_MANY;
     if (lists->entry_count &&
         (!scatter_fragments(lists, frame, items, err) || !sort_lists(lists, frame, err)))
@@ -251,12 +268,13 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
 
 void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *program)
 {
-    gl_buffer_bind_storage(&lists->counts, BIND_PIXEL_COUNTS);
-    gl_buffer_bind_storage(&lists->keys, BIND_FRAGMENT_KEYS);
-    gl_buffer_bind_storage(&lists->surfaces[0], BIND_FRAGMENT_SURFACE_0);
-    gl_buffer_bind_storage(&lists->surfaces[1], BIND_FRAGMENT_SURFACE_1);
-    gl_buffer_bind_storage(&lists->surfaces[2], BIND_FRAGMENT_SURFACE_2);
-    gl_buffer_bind_storage(&lists->colors, BIND_FRAGMENT_COLORS);
+    bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
+    uint64_t n = lists->entry_count;
+    bind(&lists->keys, n * key_bytes(lists), BIND_FRAGMENT_KEYS);
+    bind(&lists->surfaces[0], n * 16, BIND_FRAGMENT_SURFACE_0);
+    bind(&lists->surfaces[1], n * 16, BIND_FRAGMENT_SURFACE_1);
+    bind(&lists->surfaces[2], n * 16, BIND_FRAGMENT_SURFACE_2);
+    bind(&lists->colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_FRAGMENT_COLORS);
     if (program)
         gl_program_set_u(program, "u_keys_offset", (uint32_t)lists->keys_offset);
 }

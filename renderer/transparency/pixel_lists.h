@@ -7,9 +7,9 @@
 #include "renderer/shading/geometry.h"
 
 enum {
-    /* two vec4 per entry stay inside the 128 MiB that every device binds as one storage block */
-    PIXEL_LISTS_ENTRIES_MAX = 4 << 20,
-    PIXEL_LISTS_LONGEST_MAX = 20000, /* merging and compositing stay under 65,535 loop steps */
+    PIXEL_LISTS_ENTRY_BYTES = 32,      /* of the widest buffers: two vec4 */
+    PIXEL_LISTS_ENTRIES_MAX = 4 << 20, /* these in 128 MiB, the storage block of every device */
+    PIXEL_LISTS_LONGEST_MAX = 20000,   /* merging and compositing stay under 65,535 loop steps */
 };
 
 struct pixel_lists {
@@ -18,6 +18,7 @@ struct pixel_lists {
     struct gl_buffer keys; /* uvec4, two halves: depth, tie, entry, coverage */
     struct gl_buffer surfaces[3];
     struct gl_buffer colors; /* filled by shading: two vec4 per entry */
+    uint64_t pixel_count;    /* of the window */
     uint64_t entry_count, longest;
     uint64_t list_bytes;   /* that the lists take; the buffers may be larger */
     uint64_t keys_offset;  /* of the sorted half, in entries */
@@ -28,6 +29,8 @@ struct pixel_lists {
 
 enum pixel_lists_outcome { PIXEL_LISTS_FAILED, PIXEL_LISTS_BUILT, PIXEL_LISTS_TOO_MANY };
 
+/* Entries that the lists of one window may have. */
+uint64_t pixel_lists_entries_max(const struct gl_limits *limits);
 /* Builds the lists of one window. TOO_MANY asks the caller to split the window, for entries or,
  * with lacked_bytes, for memory; err is then untouched. A single list beyond
  * PIXEL_LISTS_LONGEST_MAX is ERROR_OVER_BUDGET. Nothing transparent in view: built, with no

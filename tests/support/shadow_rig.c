@@ -227,7 +227,7 @@ bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t fir
     }
     rig->programs = program_cache_create(NULL, &err);
     rig->timeline = gpu_timeline_create(rig->context, &err);
-    rig->arena = draw_arena_create(&err);
+    rig->arena = draw_arena_create(gl_context_limits(rig->context), &err);
     rig->textures =
         texture_pool_create(&(struct texture_pool_desc){.budget_bytes = 1ull << 40}, &err);
     must(rig->programs && rig->timeline && rig->arena && rig->textures, &err);

@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: MIT */
+/* No storage block is larger than the device says it may be: on one that gives 1 MiB pictures are
+ * those of this device, in more windows, or frames are refused by number. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <epoxy/gl.h>
+
+#include "tests/support/extreme_checks.h"
+#include "tests/support/image_checks.h"
+
+enum { BLOCK_BYTES = 1 << 20, WIDTH_PX = 320, HEIGHT_PX = 180 };
+
+/* GL has no argument to carry this in: functions that stand in for its own keep it here. libepoxy
+ * replaces a pointer by that of the driver when it is called first, so it is taken anew. */
+static struct {
+    PFNGLGETINTEGER64VPROC get;
+    PFNGLBINDBUFFERBASEPROC bind_base;
+    PFNGLBINDBUFFERRANGEPROC bind_range;
+    GLint64 largest; /* block bound since it was set to 0 */
+} below;
+
+static void GLAPIENTRY get_clamped(GLenum name, GLint64 *value)
+{
+    below.get(name, value);
+    if (epoxy_glGetInteger64v != get_clamped)
+        below.get = epoxy_glGetInteger64v;
+    epoxy_glGetInteger64v = get_clamped;
+    if (name == GL_MAX_SHADER_STORAGE_BLOCK_SIZE)
+        *value = BLOCK_BYTES;
+}
+
+static void note(GLenum target, GLint64 size)
+{
+    if (target == GL_SHADER_STORAGE_BUFFER && size > below.largest)
+        below.largest = size;
+}
+
+static void GLAPIENTRY bind_base_noted(GLenum target, GLuint index, GLuint buffer)
+{
+    GLint64 size = 0;
+    if (buffer)
+        glGetNamedBufferParameteri64v(buffer, GL_BUFFER_SIZE, &size);
+    note(target, size);
+    below.bind_base(target, index, buffer);
+    if (epoxy_glBindBufferBase != bind_base_noted)
+        below.bind_base = epoxy_glBindBufferBase;
+    epoxy_glBindBufferBase = bind_base_noted;
+}
+
+static void GLAPIENTRY bind_range_noted(GLenum target, GLuint index, GLuint buffer, GLintptr offset,
+                                        GLsizeiptr size)
+{
+    note(target, size);
+    below.bind_range(target, index, buffer, offset, size);
+    if (epoxy_glBindBufferRange != bind_range_noted)
+        below.bind_range = epoxy_glBindBufferRange;
+    epoxy_glBindBufferRange = bind_range_noted;
+}
+
+static int stand_between(void **unused)
+{
+    (void)unused;
+    below.get = epoxy_glGetInteger64v;
+    below.bind_base = epoxy_glBindBufferBase;
+    below.bind_range = epoxy_glBindBufferRange;
+    epoxy_glGetInteger64v = get_clamped;
+    epoxy_glBindBufferBase = bind_base_noted;
+    epoxy_glBindBufferRange = bind_range_noted;
+    return 0;
+}
+
+static int step_aside(void **unused)
+{
+    (void)unused;
+    epoxy_glGetInteger64v = below.get;
+    epoxy_glBindBufferBase = below.bind_base;
+    epoxy_glBindBufferRange = below.bind_range;
+    return 0;
+}
+
+struct fixture {
+    struct renderer *renderer;
+    struct rig_scene demo;
+};
+
+static void fixture_init(struct fixture *fixture)
+{
+    fixture->renderer = render_rig_create();
+    rig_demo_open(&fixture->demo, fixture->renderer, "demo", 128);
+    below.largest = 0;
+}
+
+static void fixture_finish(struct fixture *fixture)
+{
+    rig_scene_finish(&fixture->demo, fixture->renderer);
+    renderer_destroy(fixture->renderer);
+}
+
+static bool take(struct fixture *fixture, const struct view *view, struct frame *frame,
+                 struct error *err)
+{
+    bool is_made = renderer_render(fixture->renderer, fixture->demo.key, view, frame, err);
+    print_message("%s, shadows %d, outputs %x: blocks of at most %lld bytes: %s\n",
+                  fixture->demo.key, (int)view->quality.shadows, view->outputs,
+                  (long long)below.largest, err->message);
+    return is_made;
+}
+
+/* A picture of the one device and of the other. */
+struct pair {
+    struct frame ample, tight;
+};
+
+static void take_pair(const struct view *view, struct pair *pair)
+{
+    for (int is_tight = 0; is_tight < 2; is_tight++) {
+        struct fixture fixture;
+        struct error err = {0};
+        if (is_tight)
+            stand_between(NULL);
+        fixture_init(&fixture);
+        bool is_made = take(&fixture, view, is_tight ? &pair->tight : &pair->ample, &err);
+        fixture_finish(&fixture);
+        if (is_tight)
+            step_aside(NULL);
+        if (!is_made)
+            fail_msg("%s", err.message);
+    }
+    if (below.largest > BLOCK_BYTES)
+        fail_msg("a storage block of %lld bytes was bound", (long long)below.largest);
+}
+
+static void pair_finish(struct pair *pair)
+{
+    frame_finish(&pair->ample);
+    frame_finish(&pair->tight);
+}
+
+static void windows_keep_lists_and_points_within_a_block(void **unused)
+{
+    (void)unused;
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE,
+                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    for (int i = 0; i < 2; i++) {
+        struct pair pair;
+        const struct view view = {.width_px = WIDTH_PX,
+                                  .height_px = HEIGHT_PX,
+                                  .quality = {.shadows = techniques[i], .samples = 4}};
+        take_pair(&view, &pair);
+        const struct image *a = &pair.tight.outputs[VIEW_OUTPUT_COLOR],
+                           *b = &pair.ample.outputs[VIEW_OUTPUT_COLOR];
+        print_message("RMSE, relative: %.2g\n", extreme_rmse(a, b));
+        assert_true(extreme_rmse(a, b) < 1e-2);
+        assert_true(image_share_differing(a, b, 1e-2, 1e-2) < 2e-3);
+        pair_finish(&pair);
+    }
+}
+
+/* Numbers of layers, too, which windows do not change but for edges. */
+static void outputs_are_written_within_a_block(void **unused)
+{
+    (void)unused;
+    struct pair pair;
+    struct view view = {
+        .width_px = WIDTH_PX, .height_px = HEIGHT_PX, .quality.shadows = VIEW_SHADOWS_NONE};
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
+        view.outputs |= 1u << i;
+    take_pair(&view, &pair);
+    const struct image *a = &pair.tight.outputs[VIEW_OUTPUT_LAYERS],
+                       *b = &pair.ample.outputs[VIEW_OUTPUT_LAYERS];
+    const uint32_t *x = a->pixels, *y = b->pixels;
+    int differing = 0;
+    for (int i = 0; i < WIDTH_PX * HEIGHT_PX; i++)
+        differing += x[i] != y[i];
+    print_message("%d pixels of other numbers of layers\n", differing);
+    assert_true(differing < WIDTH_PX * HEIGHT_PX / 500);
+    pair_finish(&pair);
+}
+
+static void linked_light_lists_beyond_a_block_are_refused_by_number(void **unused)
+{
+    (void)unused;
+    enum { LIGHTS = 64 };
+    struct view_light lights[LIGHTS];
+    for (int i = 0; i < LIGHTS; i++)
+        lights[i] = (struct view_light){.type = SCENE_LIGHT_POINT,
+                                        .position = {0.1 * i - 3, 1, 0},
+                                        .color = {1, 1, 1},
+                                        .intensity = 1,
+                                        .range = 30,
+                                        .casts_no_shadow = true};
+    const struct view view = {
+        .width_px = WIDTH_PX,
+        .height_px = HEIGHT_PX,
+        .lights = lights,
+        .light_count = LIGHTS,
+        .quality = {.shadows = VIEW_SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED}};
+    struct fixture fixture;
+    struct frame frame;
+    struct error err = {0};
+    fixture_init(&fixture);
+    assert_false(take(&fixture, &view, &frame, &err));
+    fixture_finish(&fixture);
+    assert_int_equal(err.code, ERROR_OVER_BUDGET);
+    assert_non_null(strstr(err.message, "the limit is 65536"));
+    assert_in_range(below.largest, 1, BLOCK_BYTES);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(windows_keep_lists_and_points_within_a_block),
+        cmocka_unit_test(outputs_are_written_within_a_block),
+        cmocka_unit_test_setup_teardown(linked_light_lists_beyond_a_block_are_refused_by_number,
+                                        stand_between, step_aside),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
