@@ -13,25 +13,34 @@ static void set_label(GLenum kind, GLuint name, const char *label)
     glObjectLabel(kind, name, -1, label);
 }
 
+enum { CHECKED_BYTES = 1 << 20 }; /* what scenes and views make large is larger, or soon grows */
+
+/* Asking for errors waits for threads of the driver: small storages leave it to gl_context_check.
+ * Another error than the one looked for is not lost either. */
 static bool check_memory(const char *label, uint64_t size_bytes, struct error *err)
 {
-    if (glGetError() != GL_OUT_OF_MEMORY)
+    GLenum problem = size_bytes < CHECKED_BYTES ? GL_NO_ERROR : glGetError();
+    if (problem == GL_NO_ERROR)
         return true;
-    return error_set(err, ERROR_NO_MEMORY, "the device has no %llu bytes for '%s'",
-                     (unsigned long long)size_bytes, label);
+    if (problem == GL_OUT_OF_MEMORY)
+        return error_set(err, ERROR_NO_MEMORY, "the device has no %llu bytes for '%s'",
+                         (unsigned long long)size_bytes, label);
+    return error_set(err, problem == GL_CONTEXT_LOST ? ERROR_NO_DEVICE : ERROR_INTERNAL,
+                     "GL error 0x%x until '%s' was made", problem, label);
 }
 
 bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc, struct error *err)
 {
     assert(!buffer->name);
     uint64_t size = desc->size_bytes ? desc->size_bytes : 16;
-    GLbitfield flags = (desc->is_dynamic ? GL_DYNAMIC_STORAGE_BIT : 0u) |
+    GLbitfield flags = (desc->is_dynamic || desc->is_uploaded ? GL_DYNAMIC_STORAGE_BIT : 0u) |
                        (desc->is_mappable ? GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT : 0u);
     glCreateBuffers(1, &buffer->name);
     set_label(GL_BUFFER, buffer->name, desc->label);
     glNamedBufferStorage(buffer->name, (GLsizeiptr)size, desc->size_bytes ? desc->data : NULL,
                          flags);
     buffer->size_bytes = size;
+    buffer->is_uploaded = desc->is_uploaded;
     buffer->storage++;
     if (!check_memory(desc->label, size, err)) {
         gl_buffer_finish(buffer);
@@ -69,36 +78,59 @@ bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *de
     if (!gl_buffer_init(&fresh, &grown, err))
         return false;
     if (buffer->name)
-        glCopyNamedBufferSubData(buffer->name, fresh.name, 0, 0, (GLsizeiptr)buffer->size_bytes);
+        gl_buffer_copy(buffer, 0, &fresh, 0, buffer->size_bytes);
     gl_buffer_finish(buffer);
     *buffer = fresh;
     return true;
+}
+
+/* Before GL itself reads or writes a buffer. */
+static void await_shaders(const struct gl_buffer *buffer)
+{
+    if (!buffer->is_uploaded)
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
 void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                      const void *data)
 {
     assert(offset_bytes + size_bytes <= buffer->size_bytes);
-    if (size_bytes)
-        glNamedBufferSubData(buffer->name, (GLintptr)offset_bytes, (GLsizeiptr)size_bytes, data);
+    if (!size_bytes)
+        return;
+    await_shaders(buffer);
+    glNamedBufferSubData(buffer->name, (GLintptr)offset_bytes, (GLsizeiptr)size_bytes, data);
 }
 
 void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                     void *data)
 {
     assert(offset_bytes + size_bytes <= buffer->size_bytes);
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    if (size_bytes)
-        glGetNamedBufferSubData(buffer->name, (GLintptr)offset_bytes, (GLsizeiptr)size_bytes, data);
+    if (!size_bytes)
+        return;
+    await_shaders(buffer);
+    glGetNamedBufferSubData(buffer->name, (GLintptr)offset_bytes, (GLsizeiptr)size_bytes, data);
 }
 
 void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                          uint32_t value)
 {
     assert(offset_bytes + size_bytes <= buffer->size_bytes && size_bytes % 4 == 0);
-    if (size_bytes)
-        glClearNamedBufferSubData(buffer->name, GL_R32UI, (GLintptr)offset_bytes,
-                                  (GLsizeiptr)size_bytes, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
+    if (!size_bytes)
+        return;
+    await_shaders(buffer);
+    glClearNamedBufferSubData(buffer->name, GL_R32UI, (GLintptr)offset_bytes,
+                              (GLsizeiptr)size_bytes, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
+}
+
+void gl_buffer_copy(const struct gl_buffer *from, uint64_t from_bytes, struct gl_buffer *to,
+                    uint64_t to_bytes, uint64_t size_bytes)
+{
+    assert(from_bytes + size_bytes <= from->size_bytes && to_bytes + size_bytes <= to->size_bytes);
+    if (!size_bytes)
+        return;
+    await_shaders(from->is_uploaded ? to : from);
+    glCopyNamedBufferSubData(from->name, to->name, (GLintptr)from_bytes, (GLintptr)to_bytes,
+                             (GLsizeiptr)size_bytes);
 }
 
 void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Buffers, textures and framebuffers: the only owners of GL names. Thread: GL. Immutable storage,
- * labelled at birth. init fails with ERROR_NO_MEMORY; finish accepts zeroed objects. */
+ * labelled at birth. init fails with ERROR_NO_MEMORY where a storage of a MiB or more has no room:
+ * for smaller ones gl_context_check says so. finish accepts zeroed objects. */
 #ifndef VITRAIL_RENDERER_GL_OBJECT_H
 #define VITRAIL_RENDERER_GL_OBJECT_H
 
@@ -13,6 +14,7 @@ struct gl_buffer {
     uint32_t name; /* tells nothing of the storage: drivers give names of deleted buffers again */
     uint32_t storage; /* how many storages this buffer has had: survives gl_buffer_finish */
     uint64_t size_bytes;
+    bool is_uploaded; /* of its desc */
 };
 
 struct gl_buffer_desc {
@@ -20,6 +22,7 @@ struct gl_buffer_desc {
     uint64_t size_bytes; /* 0 becomes 16, so that an empty list can still be bound */
     const void *data;    /* optional, copied */
     bool is_dynamic;     /* gl_buffer_write will be used */
+    bool is_uploaded;    /* the same, and shaders never write to it: no write waits for them */
     bool is_mappable;    /* read through gl_buffer_map: in memory of the host's */
 };
 
@@ -31,12 +34,16 @@ MUST_CHECK bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buff
                                   bool keep, struct error *err);
 /* What it has after gl_buffer_reserve for so many bytes. */
 uint64_t gl_buffer_reserved_bytes(const struct gl_buffer *buffer, uint64_t bytes);
+/* What follows takes effect behind all that shaders wrote to these buffers: no barrier is to be
+ * issued for it. (For what shaders read afterwards GL needs none.) */
 void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                      const void *data);
 void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                     void *data);
 void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                          uint32_t value);
+void gl_buffer_copy(const struct gl_buffer *from, uint64_t from_bytes, struct gl_buffer *to,
+                    uint64_t to_bytes, uint64_t size_bytes);
 void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding); /* whole, as SSBO */
 /* A part, from a multiple of GL_BUFFER_ALIGNMENT on, and no further than the buffer goes. */
 enum { GL_BUFFER_ALIGNMENT = 256 }; /* no device may ask for more */

@@ -64,7 +64,7 @@ static bool upload(struct gl_buffer *buffer, struct gl_texture *view, const char
 {
     if (!gl_buffer_reserve(
             buffer,
-            &(struct gl_buffer_desc){.label = label, .size_bytes = size_bytes, .is_dynamic = true},
+            &(struct gl_buffer_desc){.label = label, .size_bytes = size_bytes, .is_uploaded = true},
             false, err))
         return false;
     gl_buffer_write(buffer, 0, size_bytes, data);

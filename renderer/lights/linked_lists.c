@@ -117,7 +117,7 @@ static bool upload_records(struct linked_lists *lists, struct error *err)
     bool ok = gl_buffer_reserve(&lists->records,
                                 &(struct gl_buffer_desc){.label = "lights.linked.records",
                                                          .size_bytes = size_bytes,
-                                                         .is_dynamic = true},
+                                                         .is_uploaded = true},
                                 false, err);
     if (ok)
         gl_buffer_write(&lists->records, 0, size_bytes, records);

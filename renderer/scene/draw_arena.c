@@ -225,7 +225,7 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
     bool ok =
         gl_buffer_reserve(&arena->materials,
                           &(struct gl_buffer_desc){
-                              .label = "frame.materials", .size_bytes = bytes, .is_dynamic = true},
+                              .label = "frame.materials", .size_bytes = bytes, .is_uploaded = true},
                           false, err);
     if (ok) {
         arena->material_bytes = bytes;
@@ -338,7 +338,7 @@ bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *de
             &arena->draws,
             &(struct gl_buffer_desc){.label = "frame.draws",
                                      .size_bytes = (arena->used + desc->item_count) * size,
-                                     .is_dynamic = true},
+                                     .is_uploaded = true},
             true, err))
         return false;
     for (size_t i = 0; i < desc->item_count; i++)

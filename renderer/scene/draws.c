@@ -148,7 +148,7 @@ static bool upload_commands(struct draw_arena *arena, uint32_t count, struct err
             &arena->commands,
             &(struct gl_buffer_desc){.label = "frame.draws.commands",
                                      .size_bytes = (arena->command_used + count) * size,
-                                     .is_dynamic = true},
+                                     .is_uploaded = true},
             true, err))
         return false;
     gl_buffer_write(&arena->commands, arena->command_used * size, count * size,

@@ -31,10 +31,10 @@ bool light_areas_upload(struct light_areas *areas, const struct scene_state *sta
         }
         records[i].half_u.v[3] = light->type == SCENE_LIGHT_DISK;
     }
-    bool ok = gl_buffer_reserve(
-                  &areas->records,
-                  &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
-                  false, err) &&
+    bool ok = gl_buffer_reserve(&areas->records,
+                                &(struct gl_buffer_desc){
+                                    .label = label, .size_bytes = bytes, .is_uploaded = true},
+                                false, err) &&
               gl_texture_follow_buffer(&areas->view, label, GL_RGBA32F, &areas->records, err);
     if (ok)
         gl_buffer_write(&areas->records, 0, bytes, records);

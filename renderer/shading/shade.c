@@ -63,7 +63,7 @@ bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *de
     bool ok =
         gl_buffer_reserve(&shade->lights,
                           &(struct gl_buffer_desc){
-                              .label = "frame.lights", .size_bytes = bytes, .is_dynamic = true},
+                              .label = "frame.lights", .size_bytes = bytes, .is_uploaded = true},
                           false, err) &&
         gl_buffer_reserve(&shade->statistics,
                           &(struct gl_buffer_desc){.label = "frame.statistics",

@@ -76,7 +76,7 @@ bool shadow_records_upload(struct shadow_system *shadows, const struct shadow_pr
         gl_buffer_reserve(&shadows->records,
                           &(struct gl_buffer_desc){.label = "shadow.records",
                                                    .size_bytes = (count + 1) * sizeof *records,
-                                                   .is_dynamic = true},
+                                                   .is_uploaded = true},
                           false, err) &&
         gl_texture_follow_buffer(&shadows->record_view, "shadow.records", GL_RGBA32UI,
                                  &shadows->records, err);

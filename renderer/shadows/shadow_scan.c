@@ -202,7 +202,6 @@ static bool sum_on_host(struct deep_job *job, struct error *err)
     bool ok = counts && job->texels;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "scan of %llu texels", (unsigned long long)largest);
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     for (size_t i = 0; ok && i < job->count; i++)
         if (deep_job_has(job, i))
             ok = scan_on_host(job, i, counts, err);

@@ -152,12 +152,9 @@ static bool resize_stream(struct shadow_pool *pool, const struct stream_kind *ki
         gl_buffer_finish(&fresh);
         return false;
     }
-    if (old->name) {
-        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-        glCopyNamedBufferSubData(
-            old->name, fresh.name, 0, 0,
-            (GLsizeiptr)(old->size_bytes < fresh.size_bytes ? old->size_bytes : fresh.size_bytes));
-    }
+    if (old->name)
+        gl_buffer_copy(old, 0, &fresh, 0,
+                       old->size_bytes < fresh.size_bytes ? old->size_bytes : fresh.size_bytes);
     gl_texture_finish(&pool->views[stream]);
     gl_buffer_finish(old);
     *old = fresh;

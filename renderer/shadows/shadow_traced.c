@@ -82,14 +82,17 @@ static bool reserve(struct traced_shadows *traced, struct gl_buffer *buffer,
                     struct gl_texture *view, const char *label, uint32_t format, uint64_t bytes,
                     struct error *err)
 {
+    const bool from_host = format == GL_RG32UI; /* what rays found */
     uint64_t grown = traced_shadows_size_bytes(traced) - buffer->size_bytes +
                      gl_buffer_reserved_bytes(buffer, bytes);
     if (traced->most_bytes && buffer->size_bytes < bytes && grown > traced->most_bytes)
         gl_buffer_finish(buffer);
-    if (!gl_buffer_reserve(
-            buffer,
-            &(struct gl_buffer_desc){.label = label, .size_bytes = bytes, .is_dynamic = true},
-            false, err))
+    if (!gl_buffer_reserve(buffer,
+                           &(struct gl_buffer_desc){.label = label,
+                                                    .size_bytes = bytes,
+                                                    .is_dynamic = !from_host,
+                                                    .is_uploaded = from_host},
+                           false, err))
         return false;
     return !view || gl_texture_follow_buffer(view, label, format, buffer, err);
 }
@@ -167,7 +170,6 @@ static bool collect_surfaces(struct traced_shadows *traced, const struct window_
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);
     window_dispatch_pixels(frame);
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     gpu_timeline_will_wait(frame->timeline);
     gl_buffer_read(&traced->counter, 0, 4, count);
     return true;
