@@ -22,7 +22,7 @@ struct header { /* in the order of this machine: the file does not travel */
     uint64_t size_bytes;
     uint32_t format, version;
 };
-static const char MAGIC[8] = "VITRPROG";
+static const char MAGIC[] = "VITRPROG"; /* its zero stays at home */
 enum { VERSION = 1 };
 
 struct program_store {
@@ -215,8 +215,9 @@ static bool read_file(int fd, const struct program_store *store, struct content_
     struct header header;
     struct stat status;
     if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode) ||
-        !read_all(fd, &header, sizeof header) || memcmp(header.magic, MAGIC, sizeof MAGIC) != 0 ||
-        header.version != VERSION || !content_key_equals(header.driver, store->driver) ||
+        !read_all(fd, &header, sizeof header) ||
+        memcmp(header.magic, MAGIC, sizeof header.magic) != 0 || header.version != VERSION ||
+        !content_key_equals(header.driver, store->driver) ||
         !content_key_equals(header.source, source) || !header.size_bytes ||
         header.size_bytes > PROGRAM_BINARY_BYTES_MAX ||
         (uint64_t)status.st_size != sizeof header + header.size_bytes)
@@ -302,7 +303,7 @@ void program_store_write(struct program_store *store, struct content_key source,
                             .format = binary->format,
                             .version = VERSION};
     char name[NAME_BYTES], draft[NAME_BYTES];
-    memcpy(header.magic, MAGIC, sizeof MAGIC);
+    memcpy(header.magic, MAGIC, sizeof header.magic);
     draft_of(store, source, name, draft);
     uint64_t bytes = sizeof header + binary->size_bytes;
     if (!binary->size_bytes || binary->size_bytes > PROGRAM_BINARY_BYTES_MAX ||

@@ -8,7 +8,7 @@
 #include <string.h>
 
 struct packet_context { /* Embree hands its first member to filters */
-    struct RTCIntersectContext embree;
+    struct embree_context embree;
     struct rt_packet *packet;
     uint32_t first; /* lane of the packet that Embree calls ray 0 */
 };
@@ -80,7 +80,7 @@ static bool put_aside(struct rt_packet *packet, uint32_t lane, const struct rt_c
 static bool filter_lane(struct rt_packet *packet, const struct RTCFilterFunctionNArguments *args,
                         unsigned i)
 {
-    uint32_t first = ((const struct packet_context *)args->context)->first;
+    uint32_t first = ((const struct packet_context *)embree_context_of(args))->first;
     uint32_t lane = first + packet_word(args->ray, args->N, RT_RAY_ID, i);
     const struct rt_candidate candidate = {packet_float(args->ray, args->N, RT_RAY_TFAR, i),
                                            packet_word(args->hit, args->N, RT_HIT_MESH, i),
@@ -114,7 +114,7 @@ static uint32_t valid_lanes(const int *valid, unsigned n)
 /* Lanes are told by their ray id, because Embree also filters parts of a packet. */
 static void filter_lanes(const struct RTCFilterFunctionNArguments *args)
 {
-    struct rt_packet *packet = ((struct packet_context *)args->context)->packet;
+    struct rt_packet *packet = ((struct packet_context *)embree_context_of(args))->packet;
     for (uint32_t lanes = valid_lanes(args->valid, args->N); lanes; lanes &= lanes - 1) {
         unsigned i = (unsigned)__builtin_ctz(lanes);
         args->valid[i] = filter_lane(packet, args, i) ? -1 : 0;
@@ -124,7 +124,7 @@ static void filter_lanes(const struct RTCFilterFunctionNArguments *args)
 /* A filter of the context sees all hits; that of the geometry then leaves them to it. */
 void rt_packet_filter(const struct RTCFilterFunctionNArguments *args)
 {
-    if (!args->context->filter)
+    if (!embree_context_of(args)->filter)
         filter_lanes(args);
 }
 
@@ -273,13 +273,13 @@ static void intersect_lanes(struct rt_packet *packet, struct packet_context *con
     for (unsigned i = 0; i < w; i++)
         meshes[i] = RTC_INVALID_GEOMETRY_ID;
     if (packet->scene->lanes == 16)
-        rtcIntersect16(query->valid, packet->scene->scene, &context->embree, &query->sixteen);
+        embree_intersect16(query->valid, packet->scene->scene, &context->embree, &query->sixteen);
     else if (packet->scene->lanes == 8)
-        rtcIntersect8(query->valid, packet->scene->scene, &context->embree, &query->eight);
+        embree_intersect8(query->valid, packet->scene->scene, &context->embree, &query->eight);
     for (unsigned i = 0; packet->scene->lanes == 1 && i < count; i++) {
         struct RTCRayHit one = {.ray = lane_ray(query, i),
                                 .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
-        rtcIntersect1(packet->scene->scene, &context->embree, &one);
+        embree_intersect1(packet->scene->scene, &context->embree, &one);
         ends[i] = one.ray.tfar;
         meshes[i] = one.hit.geomID;
         triangles[i] = one.hit.primID;
@@ -293,8 +293,8 @@ static void intersect(struct rt_packet *packet, bool is_filtering_all)
 {
     struct packet_context context = {.packet = packet};
     const unsigned width = packet->query->width, count = (unsigned)packet->count;
-    rtcInitIntersectContext(&context.embree);
-    context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    embree_context_init(&context.embree);
+    context.embree.is_coherent = true;
     if (is_filtering_all)
         context.embree.filter = filter_lanes;
     forget_hits(packet);
@@ -331,12 +331,13 @@ static void occlude_lanes(struct rt_packet *packet, struct packet_context *conte
     struct rt_query *query = packet->query;
     float *ends = query->floats + RT_RAY_TFAR * query->width;
     if (packet->scene->lanes == 16)
-        rtcOccluded16(query->valid, packet->scene->scene, &context->embree, &query->sixteen.ray);
+        embree_occluded16(query->valid, packet->scene->scene, &context->embree,
+                          &query->sixteen.ray);
     else if (packet->scene->lanes == 8)
-        rtcOccluded8(query->valid, packet->scene->scene, &context->embree, &query->eight.ray);
+        embree_occluded8(query->valid, packet->scene->scene, &context->embree, &query->eight.ray);
     for (unsigned i = 0; packet->scene->lanes == 1 && i < count; i++) {
         struct RTCRay one = lane_ray(query, i);
-        rtcOccluded1(packet->scene->scene, &context->embree, &one);
+        embree_occluded1(packet->scene->scene, &context->embree, &one);
         ends[i] = one.tfar;
     }
     for (unsigned i = 0; i < count; i++)
@@ -347,8 +348,8 @@ void rt_packet_occlude(struct rt_packet *packet)
 {
     struct packet_context context = {.packet = packet};
     const unsigned width = packet->query->width, count = (unsigned)packet->count;
-    rtcInitIntersectContext(&context.embree);
-    context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    embree_context_init(&context.embree);
+    context.embree.is_coherent = true;
     if (packet->scene->clip_plane_count)
         context.embree.filter = filter_lanes;
     forget_hits(packet);

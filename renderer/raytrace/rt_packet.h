@@ -9,8 +9,8 @@
 
 enum { RT_LANES = 16, RT_WAITING_MAX = 24 };
 
-/* Where a packet's parts lie (Embree 3, rtcore_ray.h): arrays of N in the order of the members of
- * RTCRay and RTCHit. The header has accessors for C++ only. */
+/* Where a packet's parts lie (rtcore_ray.h of Embree 3 and 4): arrays of N in the order of the
+ * members of RTCRay and RTCHit. The header has accessors for C++ only. */
 enum {
     RT_RAY_ORIGIN = 0,
     RT_RAY_TNEAR = 3,

@@ -237,7 +237,7 @@ bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state, cons
         : rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8
                                                                                          : 1;
     scene->scene = rtcNewScene(scene->device);
-    rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST | EMBREE_SCENE_FILTERS);
     rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_MEDIUM); /* no spatial splits */
     for (size_t i = 0; i < state->item_count; i++)
         if (state->items[i].casts_shadow &&
@@ -355,7 +355,7 @@ static bool is_clipped(const struct rt_scene *scene, const struct rt_ray *ray, d
 }
 
 struct collect_context {
-    struct RTCIntersectContext embree;
+    struct embree_context embree; /* first: filters are handed it */
     const struct rt_scene *scene;
     const struct rt_ray *ray;
     struct rt_hits *hits;
@@ -409,7 +409,7 @@ bool rt_scene_add_hit(const struct rt_scene *scene, const struct rt_ray *ray, ui
  * which shortens the ray to it. */
 static void on_hit(const struct RTCFilterFunctionNArguments *args)
 {
-    struct collect_context *context = (struct collect_context *)args->context;
+    struct collect_context *context = (struct collect_context *)embree_context_of(args);
     const struct RTCHit *hit = (const struct RTCHit *)args->hit;
     bool ends =
         rt_scene_add_hit(context->scene, context->ray, hit->geomID, hit->primID, context->hits);
@@ -531,8 +531,8 @@ void rt_scene_collect(const struct rt_scene *scene, const struct rt_ray *ray, st
     };
     hits->count = 0;
     hits->has_overflowed = false;
-    rtcInitIntersectContext(&context.embree);
+    embree_context_init(&context.embree);
     context.embree.filter = on_hit;
-    rtcIntersect1(scene->scene, &context.embree, &query);
+    embree_intersect1(scene->scene, &context.embree, &query);
     rt_scene_order_hits(scene, hits);
 }

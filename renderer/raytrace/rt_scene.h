@@ -4,9 +4,9 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_SCENE_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_SCENE_H
 
-#include <embree3/rtcore.h>
 #include <stdatomic.h>
 
+#include "renderer/raytrace/embree.h"
 #include "renderer/raytrace/rt_mask.h"
 #include "renderer/raytrace/rt_texture.h"
 #include "renderer/scene/scene_state.h"

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The one home of tinygltf (Debian's 2.7.0): from glTF JSON to the plain C arrays of gltf_shim.h.
+// The one home of tinygltf (2.7 to 2.9): from glTF JSON to the plain C arrays of gltf_shim.h.
 //
-// Known traps of this version and why they cannot bite: it opens any URI (CVE-2022-3008, issue 373)
-// and copies the BIN chunk once per buffer, but is given a document without buffers and images; its
-// GLB reader (issue 372) is not called; its recursive conversions are bounded by the depth that
-// gltf_json.c allows. The callbacks below refuse everything, as the second line of defence.
+// Known traps of these versions and why they cannot bite: it opens any URI (CVE-2022-3008, issue
+// 373) and copies the BIN chunk once per buffer, but is given a document without buffers and
+// images; its GLB reader (issue 372) is not called; its recursive conversions are bounded by the
+// depth that gltf_json.c allows. The callbacks below refuse everything, as the second line of
+// defence.
 #include "renderer/scene/gltf_shim.h"
 
 #include <exception>
@@ -55,6 +56,43 @@ bool refuse_read(std::vector<unsigned char> *, std::string *, const std::string 
 bool refuse_write(std::string *, const std::string &, const std::vector<unsigned char> &, void *)
 {
     return false;
+}
+
+// tinygltf has a fifth callback since 2.9, and then takes all of them or none.
+template <typename callbacks>
+auto refuse_sizes(callbacks &fs, int) -> decltype(fs.GetFileSizeInBytes, void())
+{
+    fs.GetFileSizeInBytes = [](size_t *, std::string *, const std::string &, void *) {
+        return false;
+    };
+}
+
+template <typename callbacks> void refuse_sizes(callbacks &, long) {}
+
+// The result of SetFsCallbacks, which older versions do not have.
+template <typename loader>
+auto take_callbacks(loader &gltf, const tinygltf::FsCallbacks &fs, int)
+    -> decltype(bool(gltf.SetFsCallbacks(fs)))
+{
+    return gltf.SetFsCallbacks(fs);
+}
+
+template <typename loader> bool take_callbacks(loader &gltf, const tinygltf::FsCallbacks &fs, long)
+{
+    gltf.SetFsCallbacks(fs);
+    return true;
+}
+
+// False where tinygltf would go on opening files by itself.
+bool refuse_files(tinygltf::TinyGLTF &loader)
+{
+    tinygltf::FsCallbacks fs{};
+    fs.FileExists = refuse_exists;
+    fs.ExpandFilePath = refuse_expand;
+    fs.ReadWholeFile = refuse_read;
+    fs.WriteWholeFile = refuse_write;
+    refuse_sizes(fs, 0);
+    return take_callbacks(loader, fs, 0);
 }
 
 bool refuse_image(tinygltf::Image *, const int, std::string *, std::string *, int, int,
@@ -388,7 +426,8 @@ bool check_version(const tinygltf::Asset &asset, struct error *err)
 bool load(holder &h, const char *json, size_t length, const char *const *known, struct error *err)
 {
     tinygltf::TinyGLTF loader;
-    loader.SetFsCallbacks({refuse_exists, refuse_expand, refuse_read, refuse_write, nullptr});
+    if (!refuse_files(loader))
+        return error_set(err, ERROR_INTERNAL, "tinygltf does not let its file access be replaced");
     loader.SetImageLoader(refuse_image, nullptr);
     std::string problem, warning;
     bool is_loaded = loader.LoadASCIIFromString(&h.model, &problem, &warning, json,

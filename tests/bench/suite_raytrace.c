@@ -77,7 +77,7 @@ static void set_lane(float *rays, unsigned n, unsigned lane, const struct rt_ray
 
 static void ask_kernel(struct kernel *kernel, const struct rt_ray *rays, bool is_shadow)
 {
-    struct RTCIntersectContext context;
+    struct embree_context context;
     union {
         _Alignas(64) struct RTCRayHit16 sixteen;
         struct RTCRayHit8 eight;
@@ -86,8 +86,8 @@ static void ask_kernel(struct kernel *kernel, const struct rt_ray *rays, bool is
     } query = {0};
     _Alignas(64) int valid[RT_LANES];
     const unsigned n = kernel->scene.lanes == 16 ? 16 : 8;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    embree_context_init(&context);
+    context.is_coherent = true;
     memcpy(kernel->packet.rays, rays, sizeof kernel->packet.rays); /* as ask_ours must */
     for (unsigned first = 0; first < RT_LANES; first += n) {
         for (unsigned i = 0; i < n; i++) {
@@ -96,13 +96,13 @@ static void ask_kernel(struct kernel *kernel, const struct rt_ray *rays, bool is
             query.words[(RT_RAY_MEMBERS + RT_HIT_MESH) * n + i] = RTC_INVALID_GEOMETRY_ID;
         }
         if (is_shadow && n == 16)
-            rtcOccluded16(valid, kernel->scene.scene, &context, &query.sixteen.ray);
+            embree_occluded16(valid, kernel->scene.scene, &context, &query.sixteen.ray);
         else if (is_shadow)
-            rtcOccluded8(valid, kernel->scene.scene, &context, &query.eight.ray);
+            embree_occluded8(valid, kernel->scene.scene, &context, &query.eight.ray);
         else if (n == 16)
-            rtcIntersect16(valid, kernel->scene.scene, &context, &query.sixteen);
+            embree_intersect16(valid, kernel->scene.scene, &context, &query.sixteen);
         else
-            rtcIntersect8(valid, kernel->scene.scene, &context, &query.eight);
+            embree_intersect8(valid, kernel->scene.scene, &context, &query.eight);
     }
 }
 

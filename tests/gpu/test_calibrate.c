@@ -24,7 +24,7 @@ static void a_device_is_measured_within_its_bound(void **state)
     assert_true(device_speed_is_known(speed));
     assert_true(speed->shade < 1e4 && speed->maps < 1e4 && speed->trace < 1e4 &&
                 speed->build < 1e4 && speed->frame_ms > 0);
-    assert_in_range(calibration.rounds, 1, 1000);
+    assert_int_in_range(calibration.rounds, 1, 1000);
     assert_false(renderer_has_scene(renderer, "calibration"));
 }
 

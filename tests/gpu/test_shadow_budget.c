@@ -121,8 +121,8 @@ static void only_the_budget_decides(void **state)
             }
         }
     }
-    assert_in_range(refused[0], 2, STEPS - 2);
-    assert_in_range(compressed, 2, STEPS - 2);
+    assert_int_in_range(refused[0], 2, STEPS - 2);
+    assert_int_in_range(compressed, 2, STEPS - 2);
     pane_scene_finish(&panes);
 }
 

@@ -251,7 +251,7 @@ static void the_room_of_lists_follows_what_they_had(void **state)
     assert_true(shadow_rig_prepare(&rig, &panes, &lamp, 1, no_eye, &quality, &err));
     assert_int_equal(shadow_system_map(rig.shadows, 0)->expected_nodes, 0);
     uint64_t nodes = shadow_system_map(rig.shadows, 0)->nodes.count;
-    assert_in_range(nodes, 1000, 65536 - 1);
+    assert_int_in_range(nodes, 1000, 65536 - 1);
     lamp.direction[0] += 0.01;
     assert_true(shadow_rig_prepare(&rig, &panes, &lamp, 1, no_eye, &quality, &err));
     assert_int_equal(shadow_system_map(rig.shadows, 0)->expected_nodes, nodes);

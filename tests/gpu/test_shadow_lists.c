@@ -315,7 +315,7 @@ static void holes_of_textured_panes_let_light_through(void **state)
                                                                          through */
         if (blended) { /* holes make no event: half of the map has none */
             assert_int_equal(rig.report.counts.longest_list, 1);
-            assert_in_range(rig.report.counts.events, 1500, 2300);
+            assert_int_in_range(rig.report.counts.events, 1500, 2300);
         }
         pane_scene_finish(&panes);
     }

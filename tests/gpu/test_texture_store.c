@@ -284,7 +284,7 @@ static void a_frame_that_took_too_long_halves_the_next_calls(void **state)
     struct texture_pace pace = {.bytes_per_ms = 256e3};
     texture_note_pace(&pace, 4, 1000000, 3.9);
     uint64_t chunk = pace.chunk_bytes, slow = 0;
-    assert_in_range(chunk, 256000, 260000);
+    assert_int_in_range(chunk, 256000, 260000);
     for (double ms = 64; ms > 4.1; slow++) {
         double before = pace.bytes_per_ms;
         ms = 4 * before / 16e3;

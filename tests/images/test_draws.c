@@ -120,7 +120,7 @@ static void each_object_of_a_shared_call_is_in_its_place(void **state)
     open_wall(&rig, *state, KINDS);
     check_places(*state, &rig, KINDS, &report);
     assert_int_equal(report.counts.draws, OBJECTS);
-    assert_in_range(report.counts.draw_calls, 2, OBJECTS - 1);
+    assert_int_in_range(report.counts.draw_calls, 2, OBJECTS - 1);
     assert_int_equal(report.counts.culled, 0);
     rig_scene_finish(&rig, *state);
 }
@@ -145,7 +145,7 @@ static void windows_draw_what_they_see(void **state)
                          scene_node_id(&rig, name));
     }
     assert_int_equal(frame.report.warning_count > 0, 1); /* of the windows */
-    assert_in_range(frame.report.counts.draws, OBJECTS, OBJECTS * 3 / 2);
+    assert_int_in_range(frame.report.counts.draws, OBJECTS, OBJECTS * 3 / 2);
     frame_finish(&frame);
     rig_scene_finish(&rig, *state);
 }
@@ -158,7 +158,7 @@ static void equal_objects_are_one_call(void **state)
     static char names[OBJECTS][16];
     open_wall(&rig, *state, 1);
     check_places(*state, &rig, 1, &report);
-    assert_in_range(report.counts.draw_calls, 2, OBJECTS); /* every other one is mirrored */
+    assert_int_in_range(report.counts.draw_calls, 2, OBJECTS); /* every other one is mirrored */
     for (int i = 0; i < OBJECTS; i++) {
         double *m = straight[i].matrix;
         straight[i] = (struct view_node_override){.node = names[i], .has_matrix = true};
@@ -189,7 +189,7 @@ static void what_is_culled_is_what_nobody_sees(void **state)
     open_wall(&rig, *state, KINDS);
     view.quality.shadows = VIEW_SHADOWS_NONE;
     shoot(*state, &rig, &view, &all);
-    assert_in_range(all.report.counts.culled, OBJECTS / 2, OBJECTS - 1);
+    assert_int_in_range(all.report.counts.culled, OBJECTS / 2, OBJECTS - 1);
     assert_int_equal(all.report.counts.culled + all.report.counts.draws, OBJECTS);
     view.nodes = hidden;
     for (int i = 0; i < OBJECTS; i++) {
@@ -201,7 +201,7 @@ static void what_is_culled_is_what_nobody_sees(void **state)
         hidden[view.node_override_count++] =
             (struct view_node_override){.node = names[i], .has_visible = true};
     }
-    assert_in_range(view.node_override_count, SIDE, OBJECTS);
+    assert_int_in_range(view.node_override_count, SIDE, OBJECTS);
     shoot(*state, &rig, &view, &seen);
     assert_same_bits(&all.outputs[VIEW_OUTPUT_COLOR], &seen.outputs[VIEW_OUTPUT_COLOR]);
     assert_same_bits(&all.outputs[VIEW_OUTPUT_NODE], &seen.outputs[VIEW_OUTPUT_NODE]);
@@ -227,7 +227,7 @@ static void casters_that_a_face_does_not_see_are_not_drawn(void **state)
     view.light_count = 1;
     shoot(*state, &rig, &view, &all);
     assert_int_equal(all.report.counts.shadow_maps_built, 1);
-    assert_in_range(all.report.counts.shadow_draws, 4, OBJECTS);
+    assert_int_in_range(all.report.counts.shadow_draws, 4, OBJECTS);
     assert_int_equal(all.report.counts.shadow_draws + all.report.counts.shadow_culled, 6 * OBJECTS);
     view.nodes = &far;
     view.node_override_count = 1;

@@ -139,8 +139,8 @@ static void assert_pauses_change_nothing(struct fixture *fixture, const struct v
     shoot(fixture->renderer, &fixture->demo, view, &plain);
     if (!render_with_pauses(fixture, view, &paused, &err))
         fail_msg("%s", err.message);
-    assert_in_range(fixture->interruption.served, least_pauses,
-                    fixture->interruption.pauses ? fixture->interruption.pauses : PAUSES);
+    assert_int_in_range(fixture->interruption.served, least_pauses,
+                        fixture->interruption.pauses ? fixture->interruption.pauses : PAUSES);
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
         if (plain.outputs[i].pixels)
             assert_same_bits(&plain.outputs[i], &paused.outputs[i]);
@@ -203,7 +203,7 @@ static void batches_of_lights_keep_their_bits(void **state)
     view.quality.shadow_resolution = 256;
     struct frame frame;
     shoot(renderer, &fixture.demo, &view, &frame);
-    assert_in_range(frame.report.counts.light_batches, 2, 100);
+    assert_int_in_range(frame.report.counts.light_batches, 2, 100);
     frame_finish(&frame);
     assert_pauses_change_nothing(&fixture, &view, 4);
     fixture_finish(&fixture);
@@ -346,7 +346,7 @@ static void rays_of_an_unwanted_frame_end_within_a_tile(void **state)
         if (err.code != ERROR_TIMEOUT)
             fail_msg("form %zu: %s", i, err.message);
         assert_null(frame.outputs[VIEW_OUTPUT_COLOR].pixels);
-        assert_in_range(atomic_load(&questions), 3, 16);
+        assert_int_in_range(atomic_load(&questions), 3, 16);
         view.quality = (struct view_quality){.shadows = qualities[i].shadows, .samples = 1};
         shoot(fixture.renderer, &fixture.demo, &view, &frame);
         frame_finish(&frame);

@@ -166,7 +166,7 @@ static void lights_count_the_list_of_either_form(void **state)
                 assert_int_equal(counts[i], 0);
                 continue;
             }
-            assert_in_range(counts[i], 2, 3);
+            assert_int_in_range(counts[i], 2, 3);
             if (square < 0.25f)
                 assert_int_equal(counts[i], 3); /* no light is missed */
             with_point += counts[i] == 3;

@@ -195,7 +195,7 @@ static void assert_png_within_one(const struct image *a, const struct image *b)
     }
     const uint8_t *p = decoded[0].pixels, *q = decoded[1].pixels;
     for (size_t i = 0; i < image_size_bytes(&decoded[0]); i++)
-        assert_in_range(p[i] - q[i] + 1, 0, 2);
+        assert_int_in_range(p[i] - q[i] + 1, 0, 2);
     image_finish(&decoded[0]);
     image_finish(&decoded[1]);
 }

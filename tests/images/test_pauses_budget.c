@@ -142,7 +142,7 @@ static void assert_batches_follow(struct fixture *fixture, uint64_t from_bytes, 
         more += paused.report.counts.light_batches > batches;
         frame_finish(&paused);
     }
-    assert_in_range(more, 7, 100); /* five steps, and pieces of them */
+    assert_int_in_range(more, 7, 100); /* five steps, and pieces of them */
     frame_finish(&plain);
 }
 
@@ -188,7 +188,7 @@ static void what_fails_in_a_pause_of_shadow_rays_is_told(void **state)
             fail_msg("no textures after pause %d: %s", at, err.message);
         frame_finish(&frame);
     }
-    assert_in_range(at, 11, 10000); /* tiles of rays among them */
+    assert_int_in_range(at, 11, 10000); /* tiles of rays among them */
     fixture_finish(&fixture);
 }
 

@@ -272,7 +272,7 @@ static void batches_build_what_is_listed(void **state)
                 assert_true(check_programs(&c, &view) > 0);
             struct frame frame;
             shoot(c.renderer, &c.rig, &view, &frame);
-            assert_in_range(frame.report.counts.light_batches, 2, 100);
+            assert_int_in_range(frame.report.counts.light_batches, 2, 100);
             frame_finish(&frame);
             assert_true(lists(&c, &view, "HAS_LIGHT_PARTS", true));
             assert_int_equal(check_programs(&c, &view), 0);
@@ -311,7 +311,7 @@ static void slices_build_what_is_listed(void **state)
         }
         close_case(&c);
     }
-    assert_in_range(sliced, 4, 20);
+    assert_int_in_range(sliced, 4, 20);
     struct program_case c;
     open_short(&c, 0, 2000);
     struct view view = small_view();

@@ -496,8 +496,8 @@ static void auto_traces_area_lights_and_maps_draw_their_centre(void **unused)
     printf("%d pixels in shadow, %d of another value\n", shadowed, penumbra);
     /* 0.4 m * 0.5 m / 1.5 m wide in a picture of 0.9 m: 9.5 columns, less those that differ little
      */
-    assert_in_range(penumbra, 64 * 7, 64 * 12);
-    assert_in_range(shadowed, 64 * 31, 64 * 33);
+    assert_int_in_range(penumbra, 64 * 7, 64 * 12);
+    assert_int_in_range(shadowed, 64 * 31, 64 * 33);
     frame_finish(&traced);
     frame_finish(&mapped);
     rig_scene_finish(&rig, renderer);

@@ -323,7 +323,7 @@ static void penumbra_of_a_half_plane_follows_lamberts_formula(void **state)
     printf("error of the penumbra %.2g of the brightest, %d pixels in it\n", worst / brightest,
            partly);
     assert_true(worst <= 1.1 / SAMPLES * brightest);
-    assert_in_range(partly, 64 * 13, 64 * 15);
+    assert_int_in_range(partly, 64 * 13, 64 * 15);
     assert_false(report_has_warning(&frame.report, "centre"));
     assert_true(frame.report.counts.shadow_rays >= PICTURE_PX * PICTURE_PX / 2 * SAMPLES);
     frame_finish(&frame);

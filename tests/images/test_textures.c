@@ -261,7 +261,7 @@ static void what_exceeds_the_budget_is_withheld_and_said(void **state)
     const struct report_textures *report = &frame.report.textures;
     check_report(report, SMALL_TEXTURES);
     assert_true(report->wanted_bytes > SMALL_TEXTURES);
-    assert_in_range(report->level_bias, 1, 4);
+    assert_int_in_range(report->level_bias, 1, 4);
     assert_true(report->coarse_count > 0);
     assert_true(has_warning(&frame.report, "level bias"));
     assert_true(report->resident_bytes > SMALL_TEXTURES * 3 / 4); /* what there is, is used */
@@ -288,7 +288,7 @@ static void check_traced(struct renderer *little, const struct rig_scene *little
     view->quality.shadows = VIEW_SHADOWS_RAYTRACED;
     shoot(little, little_rig, view, &traced);
     const struct report_textures *a = &drawn.report.textures, *b = &traced.report.textures;
-    assert_in_range(a->level_bias, 2, 5);
+    assert_int_in_range(a->level_bias, 2, 5);
     assert_int_equal(b->level_bias, a->level_bias);
     assert_int_equal(b->coarse_count, a->coarse_count);
     assert_int_equal(b->budget_bytes, TINY_TEXTURES);

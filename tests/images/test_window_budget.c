@@ -187,8 +187,8 @@ static void every_technique_keeps_every_budget(void **state)
             if (b)
                 compare(&tight, &ample, i / 2, i % 2, is_split, budgets_mib[b]);
         }
-        assert_in_range(split, budgets_mib[b] == 16 || budgets_mib[b] == 64 ? 1 : 0,
-                        b < 2 ? 0 : 2 * TECHNIQUES);
+        assert_int_in_range(split, budgets_mib[b] == 16 || budgets_mib[b] == 64 ? 1 : 0,
+                            b < 2 ? 0 : 2 * TECHNIQUES);
         if (b)
             pictures_finish(&tight);
         else

@@ -3,6 +3,8 @@
 
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -11,6 +13,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 C_SUFFIXES = {".c", ".h", ".cpp"}
 CODE_SUFFIXES = C_SUFFIXES | {".glsl", ".py"}
 SKIPPED_EXIT_CODE = 77
+CLANG_VERSION = 14  # of clang-format and clang-tidy: each version formats and judges otherwise
 
 
 def root():
@@ -44,6 +47,17 @@ def read(path):
 
 def read_manual(name):
     return read(f"docs/{name}")
+
+
+def clang_tool(name):
+    """The tool in the version that judges here, or None."""
+    for command in (f"{name}-{CLANG_VERSION}", name):
+        path = shutil.which(command)
+        told = path and subprocess.run([path, "--version"], capture_output=True, text=True,
+                                       check=False).stdout
+        if told and re.search(rf"version {CLANG_VERSION}\.", told):
+            return path
+    return None
 
 
 def run_tests(module_name):

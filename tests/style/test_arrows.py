@@ -43,7 +43,7 @@ HOMES = [
     ("openssl/*", ["server/*", "clients/vitrail/scene_source.c"]),
     ("png.h", ["clients/glb/*", "renderer/image/png_codec.c", "tests/*"]),
     ("webp/*", ["renderer/image/webp_codec.c"]),
-    ("embree*/*", ["renderer/*"]),
+    ("embree*/*", ["renderer/raytrace/embree.h"]),
     ("cmocka.h", ["tests/*"]),
 ]
 

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: MIT
 """clang-format would change nothing in C and C++."""
 
-import shutil
 import subprocess
 import sys
 import unittest
 
 import sources
 
-FORMATTER = shutil.which("clang-format")
+FORMATTER = sources.clang_tool("clang-format")
 
 
 class Format(unittest.TestCase):
@@ -31,6 +30,6 @@ class Format(unittest.TestCase):
 
 if __name__ == "__main__":
     if not FORMATTER:
-        print("skipped: clang-format is not installed")
+        print(f"skipped: no clang-format {sources.CLANG_VERSION}; others judge otherwise")
         sys.exit(sources.SKIPPED_EXIT_CODE)
     sources.run_tests(__name__)

@@ -28,9 +28,9 @@ skipped: no device
 """
 
 
-def call(script, *arguments):
+def call(script, *arguments, environment=None):
     return subprocess.run([str(sources.root() / script), *arguments], capture_output=True,
-                          text=True, check=False, timeout=60)
+                          text=True, check=False, timeout=60, env=environment)
 
 
 class Scripts(unittest.TestCase):
@@ -61,6 +61,21 @@ class Scripts(unittest.TestCase):
         self.assertEqual(1, done.returncode)
         self.assertIn("no section [nonsense]", done.stderr)
 
+    def test_a_release_that_nobody_listed_is_told_what_it_would_need(self):
+        with tempfile.TemporaryDirectory() as folder:
+            release = pathlib.Path(folder) / "os-release"
+            release.write_text("ID=gentoo\nVERSION_CODENAME=wilma\n")
+            tools = pathlib.Path(folder) / "bin"  # where nothing is, least of all dpkg
+            tools.mkdir()
+            for name in "bash env dirname readlink sed sort grep awk paste".split():
+                (tools / name).symlink_to(shutil.which(name))
+            done = call("packaging/install-packages", "build", "page",
+                        environment={"VITRAIL_OS_RELEASE": str(release), "PATH": str(tools)})
+        self.assertEqual(0, done.returncode, done.stderr)
+        self.assertIn("'wilma' is not one of bookworm trixie forky noble", done.stderr)
+        self.assertIn(" libembree-dev ", done.stderr)
+        self.assertIn(" chromium ", done.stderr)
+
 
 class Packages(unittest.TestCase):
     @unittest.skipUnless(shutil.which("dpkg-query"), "not a Debian system")
@@ -69,7 +84,7 @@ class Packages(unittest.TestCase):
                         if path.name == "CMakeLists.txt")
         modules = re.findall(r"pkg_check_modules\(\w+ REQUIRED IMPORTED_TARGET (\w+)", cmake)
         configs = re.findall(r"find_package\((\w+) [\d.]+ REQUIRED", cmake)
-        listed = set(sources.read("packaging/debian-packages.txt").split())
+        listed = set(sources.read("packaging/packages.txt").split())
         self.assertGreater(len(modules), 5)
         for module in modules:
             folder = subprocess.run(["pkg-config", "--variable=pcfiledir", module], text=True,

@@ -19,7 +19,7 @@ import unittest
 
 import sources
 
-TIDY = shutil.which("clang-tidy")
+TIDY = sources.clang_tool("clang-tidy")
 FOLDERS = {"protocol", "server", "renderer"}
 
 
@@ -122,6 +122,6 @@ class Tidy(unittest.TestCase):
 
 if __name__ == "__main__":
     if not TIDY:
-        print("skipped: clang-tidy is not installed")
+        print(f"skipped: no clang-tidy {sources.CLANG_VERSION}; others judge otherwise")
         sys.exit(sources.SKIPPED_EXIT_CODE)
     sources.run_tests(__name__)

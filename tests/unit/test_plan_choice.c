@@ -196,7 +196,7 @@ static void rays_go_up_to_256_samples_for_small_errors(void **state)
     struct choice choice;
     size_t count = choice_estimate(&frame, &quick, estimates);
     assert_true(choice_make(estimates, count, &quick, &choice));
-    assert_in_range(choice.row->setting.samples, 1, 4);
+    assert_int_in_range(choice.row->setting.samples, 1, 4);
 }
 
 static void models_give_only_what_was_said(void **state)
@@ -213,7 +213,7 @@ static void models_give_only_what_was_said(void **state)
     };
     for (size_t w = 0; w < sizeof wishes / sizeof wishes[0]; w++) {
         size_t count = choice_estimate(&frame, &wishes[w], estimates);
-        assert_in_range(count, 1, CHOICE_ESTIMATES_MAX);
+        assert_int_in_range(count, 1, CHOICE_ESTIMATES_MAX);
         for (size_t i = 0; i < count; i++) {
             const struct choice_setting *setting = &estimates[i].setting;
             assert_true(choice_row_fits(&estimates[i], &wishes[w]));

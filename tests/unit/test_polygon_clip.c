@@ -79,7 +79,7 @@ static void a_plane_adds_one_corner_at_the_most(void **state)
                                 length * plane[3]};
             int before = count;
             count = polygon_clip(scaled, corners, count);
-            assert_in_range(count, 0, before + 1);
+            assert_int_in_range(count, 0, before + 1);
             most = count > most ? count : most;
         }
     }

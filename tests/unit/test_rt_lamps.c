@@ -99,9 +99,9 @@ static void no_light_that_arrives_is_left_out(void **unused)
         look_at_all(&lamps, point, (const float[3]){0}, &any_side);
     }
     /* what is let through in vain is a matter of rounding */
-    assert_in_range(sided.found, sided.facing, sided.facing + sided.facing / 1000);
-    assert_in_range(any_side.found, any_side.arriving,
-                    any_side.arriving + any_side.arriving / 1000);
+    assert_int_in_range(sided.found, sided.facing, sided.facing + sided.facing / 1000);
+    assert_int_in_range(any_side.found, any_side.arriving,
+                        any_side.arriving + any_side.arriving / 1000);
     assert_int_equal(sided.reaching, any_side.found);
     assert_true(sided.facing > 10000 && sided.arriving > sided.facing + 10000);
     rt_lamps_finish(&lamps);

@@ -125,7 +125,7 @@ static void odd_accept_headers_are_survived(void **state)
         enum image_format format = IMAGE_FORMAT_COUNT;
         struct error err = {0};
         if (negotiate_format(odd[i], 15, &format, &err))
-            assert_in_range(format, 0, IMAGE_FORMAT_COUNT - 1);
+            assert_int_in_range(format, 0, IMAGE_FORMAT_COUNT - 1);
         else
             assert_int_equal(ERROR_NOT_ACCEPTABLE, err.code);
     }
@@ -191,7 +191,7 @@ static void a_head_that_does_not_come_ends_the_connection(void **state)
     (void)state;
     struct watched_pair pair;
     pair_begin(&pair);
-    assert_in_range(ms_until_shut(&pair, 3000), 100, 2000);
+    assert_int_in_range(ms_until_shut(&pair, 3000), 100, 2000);
     pair_end(&pair);
 }
 
@@ -203,7 +203,7 @@ static void a_body_may_be_large_but_not_slow(void **state)
     http_watch_expect_body(pair.watch, pair.watched);
     http_watch_count_body(pair.watch, pair.watched, 2000); /* earns two seconds */
     assert_int_equal(-1, ms_until_shut(&pair, 1500));
-    assert_in_range(ms_until_shut(&pair, 5000), 0, 4000);
+    assert_int_in_range(ms_until_shut(&pair, 5000), 0, 4000);
     pair_end(&pair);
 }
 

@@ -52,13 +52,13 @@ static void pieces_are_as_long_as_others_may_wait(void **state)
     double longest_ms;
     /* one second, evenly: 40 pieces but for the first ones and the last */
     int pieces = walk(1000000, 1000, 8, 0.001, UINT64_MAX, &longest_ms);
-    assert_in_range(pieces, 38, 45);
+    assert_int_in_range(pieces, 38, 45);
     assert_true(longest_ms <= 1.6 * BAND_MS);
     /* what gets ten times as dear is too long once */
     walk(1000000, 1000, 8, 0.001, 500000, &longest_ms);
     assert_true(longest_ms <= 10 * 1.6 * BAND_MS);
     /* a quick pass has few pieces */
-    assert_in_range(walk(1 << 21, BAND_FIRST, 8, 1e-6, UINT64_MAX, &longest_ms), 1, 5);
+    assert_int_in_range(walk(1 << 21, BAND_FIRST, 8, 1e-6, UINT64_MAX, &longest_ms), 1, 5);
 }
 
 int main(void)

@@ -57,10 +57,10 @@ static void points_of_an_area_cost_a_step_each(void **state)
     struct loop_lights lights = {.surfaces = 1, .shadowed = 10};
     uint64_t centre = loop_steps_of_lights(&lights, 10);
     lights.points = 16;
-    assert_in_range(loop_steps_of_lights(&lights, 10), centre + 10 * 16, centre + 10 * 19);
+    assert_int_in_range(loop_steps_of_lights(&lights, 10), centre + 10 * 16, centre + 10 * 19);
     lights.points = 4096; /* the most, on four surfaces of a pixel */
     lights.surfaces = 4;
-    assert_in_range(loop_steps_room(&lights, LOOP_STEPS_MAX), 3, 3);
+    assert_int_in_range(loop_steps_room(&lights, LOOP_STEPS_MAX), 3, 3);
 }
 
 static void layers_are_walked_once_more_around_an_eye_in_a_medium(void **state)
@@ -76,7 +76,7 @@ static void the_end_of_loops_leaves_room_for_those_not_counted(void **state)
     assert_int_equal(loop_steps_most(65535), LOOP_STEPS_MAX);
     assert_int_equal(loop_steps_most(0), LOOP_STEPS_WATCHDOG);
     for (uint32_t end = 1000; end < LOOP_STEPS_WATCHDOG; end += 1000)
-        assert_in_range(loop_steps_most(end), end / 10 * 9, end / 100 * 92);
+        assert_int_in_range(loop_steps_most(end), end / 10 * 9, end / 100 * 92);
 }
 
 int main(void)
