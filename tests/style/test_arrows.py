@@ -52,7 +52,7 @@ STANDARD = re.compile(r"""
     (assert|complex|ctype|errno|fenv|float|inttypes|limits|locale|math|setjmp|signal|stdalign|stdarg
     |stdatomic|stdbool|stddef|stdint|stdio|stdlib|stdnoreturn|string|strings|threads|time
     |uchar|wchar|dirent|dlfcn|elf|endian|execinfo|fcntl|ftw|getopt|glob|grp|iconv|ifaddrs
-    |langinfo|libgen|link
+    |fnmatch|langinfo|libgen|link
     |malloc|netdb|paths|poll|pthread|pwd|sched|semaphore|spawn|syslog|termios|ucontext|unistd|utime
     |arpa/\w+|net/\w+|netinet/\w+|sys/\w+|linux/\w+|asm/\w+|bits/\w+|x86intrin|immintrin)\.h
     |c?[a-z_]+""", re.VERBOSE)

@@ -65,6 +65,8 @@ static void at_end(void)
 {
     if (hooks.installed.prints && hooks.installed.counts)
         gl_counts_print();
+    if (hooks.installed.prints && hooks.installed.reorders)
+        gl_order_print();
     if (!hooks.fault_count)
         return;
     fprintf(stderr, "gl faults: %d distinct\n", hooks.fault_count);
@@ -76,9 +78,41 @@ static void at_end(void)
 
 /* ---- what to install ---- */
 
+static bool parse_hostility(const char *name, struct gl_hostility *hostility)
+{
+    const struct {
+        const char *name;
+        bool *flag;
+    } flags[] = {
+        {"names-reused", &hostility->reuses_names},
+        {"small-blocks", &hostility->has_small_blocks},
+        {"small-texels", &hostility->has_small_texels},
+        {"no-post-depth-coverage", &hostility->lacks_post_coverage},
+        {"not-software", &hostility->is_not_software},
+    };
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
+        if (!strcmp(name, flags[i].name))
+            return *flags[i].flag = true;
+    if (!strcmp(name, "timers-true"))
+        return hostility->timers = GL_TIMERS_TRUE, true;
+    if (!strcmp(name, "timers-false"))
+        return hostility->timers = GL_TIMERS_FALSE, true;
+    if (strncmp(name, "lost-after=", 11) != 0)
+        return false;
+    char *end;
+    hostility->lost_after = strtoull(name + 11, &end, 10);
+    return hostility->lost_after > 0 && !*end;
+}
+
 static bool parse_item(const char *item, struct gl_hooks_desc *desc)
 {
-    return !strcmp(item, "count") && (desc->counts = true);
+    if (!strcmp(item, "count"))
+        return desc->counts = true;
+    if (!strcmp(item, "track"))
+        return desc->tracks = true;
+    if (!strcmp(item, "reorder"))
+        return desc->reorders = true;
+    return !strncmp(item, "hostile=", 8) && parse_hostility(item + 8, &desc->hostility);
 }
 
 bool gl_hooks_parse(const char *text, struct gl_hooks_desc *desc, struct error *err)
@@ -111,6 +145,12 @@ static void put_in_place(const struct gl_functions *functions)
 #undef HOOKS_PUT
 }
 
+static bool is_hostile(const struct gl_hostility *h)
+{
+    return h->has_small_blocks || h->has_small_texels || h->lacks_post_coverage ||
+           h->is_not_software || h->timers != GL_TIMERS_AS_THEY_ARE || h->lost_after;
+}
+
 void gl_hooks_install(const struct gl_hooks_desc *desc)
 {
     if (!hooks.has_device)
@@ -118,7 +158,16 @@ void gl_hooks_install(const struct gl_hooks_desc *desc)
     hooks.has_device = true;
     hooks.installed = *desc;
     struct gl_functions functions = hooks.device;
-    if (desc->counts)
+    if (desc->hostility.reuses_names)
+        setenv("force_gl_names_reuse", "true", 1); /* Mesa reads it with the first context */
+    if (is_hostile(&desc->hostility))
+        gl_hostile_install(&functions, &desc->hostility);
+    if (desc->reorders)
+        gl_order_install(&functions);
+    if (desc->tracks)
+        gl_access_install(&functions);
+    if (desc->tracks || desc->reorders || desc->counts || desc->hostility.has_small_blocks ||
+        desc->hostility.has_small_texels)
         gl_mirror_install(&functions);
     if (desc->counts)
         gl_counts_install(&functions);

@@ -5,6 +5,9 @@
  * The product's calls go down through the layers that are switched on:
  *   gl_counts.c   counts calls, waits and bytes by pass
  *   gl_mirror.c   knows objects, bindings and programs for the layers around it
+ *   gl_access.c   follows memory accesses, and names pairs that no barrier orders
+ *   gl_order.c    runs dispatches that no barrier separates in another order
+ *   gl_hostile.c  is a device with small limits, few extensions, lying timers, a lost context
  *
  * Each layer keeps its state in one static struct of its file: GL itself has one current context
  * per thread and no argument to carry a layer's state in, so these globals mirror those of GL. */
@@ -35,12 +38,28 @@ enum gl_function {
 
 const char *gl_function_name(enum gl_function function); /* "glFinish" */
 
-struct gl_hooks_desc { /* zeroed = no layer */
-    bool counts;
-    bool prints; /* what was counted, when the program ends */
+enum gl_timers { GL_TIMERS_AS_THEY_ARE, GL_TIMERS_TRUE, GL_TIMERS_FALSE };
+
+struct gl_hostility {         /* zeroed = the device as it is */
+    bool reuses_names;        /* a deleted object's name is the next one's (Mesa; only before the
+                                 first context) */
+    bool has_small_blocks;    /* GL_MAX_SHADER_STORAGE_BLOCK_SIZE is 1 MiB */
+    bool has_small_texels;    /* GL_MAX_TEXTURE_BUFFER_SIZE is 65,536, the least that GL allows */
+    bool lacks_post_coverage; /* GL_ARB_post_depth_coverage is absent */
+    bool is_not_software;     /* GL_RENDERER names no software rasteriser */
+    enum gl_timers timers;
+    uint64_t lost_after; /* calls until the context is lost; 0: never */
 };
 
-/* Names of layers separated by commas: "count". */
+struct gl_hooks_desc { /* zeroed = no layer */
+    bool counts, tracks, reorders;
+    struct gl_hostility hostility;
+    bool prints; /* counts and what was reordered, when the program ends */
+};
+
+/* "count", "track", "reorder" and "hostile=..." with names-reused, small-blocks, small-texels,
+ * no-post-depth-coverage, not-software, timers-true, timers-false or lost-after=N, separated by
+ * commas. */
 MUST_CHECK bool gl_hooks_parse(const char *text, struct gl_hooks_desc *desc, struct error *err);
 
 /* Replaces what was installed before. Between contexts: layers know nothing of objects that stand

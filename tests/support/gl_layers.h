@@ -6,9 +6,13 @@
 
 #include "tests/support/gl_hooks.h"
 
+void gl_hostile_install(struct gl_functions *functions, const struct gl_hostility *hostility);
+void gl_order_install(struct gl_functions *functions);
+void gl_access_install(struct gl_functions *functions);
 void gl_mirror_install(struct gl_functions *functions);
 void gl_counts_install(struct gl_functions *functions);
 
+void gl_order_print(void);
 void gl_counts_print(void);
 
 #endif

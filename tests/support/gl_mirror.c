@@ -239,8 +239,13 @@ static void GLAPIENTRY on_BindImageTexture(GLuint unit, GLuint texture, GLint le
                                            GLenum format)
 {
     if (unit < GL_IMAGES)
-        mirror.state.images[unit] =
-            (struct gl_slot){.object = gl_mirror_texture(texture), .end = 1, .access = access};
+        mirror.state.images[unit] = (struct gl_slot){.object = gl_mirror_texture(texture),
+                                                     .end = 1,
+                                                     .level = level,
+                                                     .layer = layer,
+                                                     .is_layered = layered,
+                                                     .access = access,
+                                                     .format = format};
     mirror.next.BindImageTexture(unit, texture, level, layered, layer, access, format);
 }
 

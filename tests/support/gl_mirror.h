@@ -50,7 +50,9 @@ struct gl_object {
 struct gl_slot { /* an indexed binding */
     struct gl_object *object;
     uint64_t begin, end;
-    GLenum access; /* of an image */
+    GLint level, layer; /* and what follows: of an image */
+    bool is_layered;
+    GLenum access, format;
 };
 
 /* A storage block, uniform block, sampler or image of a program. */

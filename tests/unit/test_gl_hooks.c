@@ -18,7 +18,22 @@ static void each_name_switches_on_its_layer(void **state)
     assert_true(gl_hooks_parse("", &desc, &err));
     assert_false(desc.counts);
     assert_true(gl_hooks_parse("count", &desc, &err));
-    assert_true(desc.counts && desc.prints);
+    assert_true(desc.counts && desc.prints && !desc.tracks && !desc.reorders);
+    assert_true(
+        gl_hooks_parse("track,reorder,hostile=names-reused,hostile=small-blocks", &desc, &err));
+    assert_true(desc.tracks && desc.reorders && !desc.counts);
+    assert_true(desc.hostility.reuses_names && desc.hostility.has_small_blocks);
+    assert_false(desc.hostility.has_small_texels || desc.hostility.is_not_software);
+    assert_true(gl_hooks_parse("hostile=small-texels,hostile=no-post-depth-coverage,"
+                               "hostile=not-software,hostile=lost-after=77",
+                               &desc, &err));
+    assert_true(desc.hostility.has_small_texels && desc.hostility.lacks_post_coverage);
+    assert_true(desc.hostility.is_not_software && desc.hostility.lost_after == 77);
+    assert_int_equal(desc.hostility.timers, GL_TIMERS_AS_THEY_ARE);
+    assert_true(gl_hooks_parse("hostile=timers-true", &desc, &err));
+    assert_int_equal(desc.hostility.timers, GL_TIMERS_TRUE);
+    assert_true(gl_hooks_parse("hostile=timers-false", &desc, &err));
+    assert_int_equal(desc.hostility.timers, GL_TIMERS_FALSE);
 }
 
 static void what_is_no_layer_is_refused_by_its_name(void **state)
