@@ -244,6 +244,8 @@ static bool compile(struct renderer *renderer, const struct program_list *list,
         is_good = !*is_complete || program_cache_get(renderer->programs, &program, err);
         has_built = true;
     }
+    if (!is_good)
+        gl_context_blame(renderer->context, "compiling programs", err);
     return is_good;
 }
 

@@ -47,6 +47,7 @@ static bool end_here(struct renderer *renderer, const struct frame_ending *endin
     gpu_timeline_collect(renderer->timeline, report);
     if (!ending->has_failed)
         return arrive(renderer, ending, err);
+    gl_context_blame(renderer->context, "rendering", err);
     readback_drop(renderer->readback, report);
     frame_finish(ending->frame);
     return false;

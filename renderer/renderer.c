@@ -128,6 +128,8 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     return renderer;
 
 fail:
+    if (renderer->context)
+        gl_context_blame(renderer->context, "starting", err);
     renderer_destroy(renderer);
     return NULL;
 }
@@ -333,8 +335,10 @@ bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scen
             desc->release(desc->context);
         return true;
     }
-    if (!scene_cache_add(renderer->scenes, desc, err))
+    if (!scene_cache_add(renderer->scenes, desc, err)) {
+        gl_context_blame(renderer->context, "uploading a scene", err);
         return false;
+    }
     frame_budget_claim(renderer, 0); /* what is kept of views goes before scenes do */
     if (desc->keep_count)
         renderer_evict_scenes(renderer, desc->keep, desc->keep_count);

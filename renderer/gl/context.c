@@ -257,3 +257,10 @@ bool gl_context_check(struct gl_context *context, const char *doing, struct erro
     return error_set(err, first == GL_OUT_OF_MEMORY ? ERROR_NO_MEMORY : ERROR_INTERNAL,
                      "GL error 0x%x while %s", first, doing);
 }
+
+void gl_context_blame(struct gl_context *context, const char *doing, struct error *err)
+{
+    struct error loss = {0};
+    if (!gl_context_check(context, doing, &loss) && loss.code == ERROR_NO_DEVICE)
+        *err = loss;
+}

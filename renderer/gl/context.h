@@ -48,5 +48,7 @@ void gl_context_set_true_timers(struct gl_context *context, bool has_true_timers
 /* False with ERROR_NO_DEVICE when the context was reset or lost, ERROR_INTERNAL on any pending GL
  * error. */
 MUST_CHECK bool gl_context_check(struct gl_context *context, const char *doing, struct error *err);
+/* After something failed: a context that was lost is the reason, whatever err says so far. */
+void gl_context_blame(struct gl_context *context, const char *doing, struct error *err);
 
 #endif
