@@ -27,8 +27,18 @@ export class Comparison {
     this.technique = this.model.scene ? technique : "";
     this.#live?.stop();
     this.#live = this.technique ? this.asks.line(this.stage.second) : null;
-    this.stage.compare(this.technique && [this.model.view.quality.shadows ?? "auto", this.technique]);
+    const asked = this.model.view.quality.shadows ?? "auto";
+    this.stage.compare(this.technique && [asked, this.technique]);
     this.asks.changed();
+    if (this.technique && asked === "auto") this.#nameChosen();
+  }
+
+  /** The label says what the server chose for the first picture, once that is known. */
+  async #nameChosen() {
+    const { technique } = this;
+    const chosen = await this.asks.current();
+    if (technique === this.technique && chosen !== "auto")
+      this.stage.compare([`auto: ${chosen}`, technique]);
   }
 
   async toggle() {

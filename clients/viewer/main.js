@@ -100,7 +100,8 @@ class Viewer {
     const right = new Dock("right");
     this.docks = { left, right };
     this.scenes = new ScenesPanel(left.add("scenes", "Scenes", "scenes"), this.client, this.model,
-      { open: (id) => this.opening.open(id), limits: () => this.capabilities?.limits ?? {} });
+      { open: (id) => this.opening.open(id), show: () => left.show("scenes"),
+        limits: () => this.capabilities?.limits ?? {} });
     this.tree = new TreePanel(left.add("tree", "Parts", "tree"), this.model, () => this.opening.addPart());
     const fitNode = (index) => this.fit(this.model.boundsOf(index));
     this.properties = new PropertiesPanel(right.add("properties", "Properties", "properties"),
@@ -344,8 +345,7 @@ class Viewer {
     const asked = this.model.view.quality.shadows ?? "auto";
     if (asked !== "auto" || !this.lastFrame) return asked;
     const report = await this.client.frame(this.lastFrame).catch(() => null);
-    const used = report?.plan.map(({ technique }) => technique) ?? [];
-    return ["raytraced", "deep", "map"].find((name) => used.includes(name)) ?? asked;
+    return report?.chosen?.shadows ?? asked;
   }
 
   /** Another output over the picture, by its name in SHOWN. */
@@ -379,7 +379,7 @@ class Viewer {
 
   step(which) {
     const label = this.model[which]();
-    if (label) notice(`${which === "undo" ? "Undone" : "Done again"}: ${label}`);
+    if (label) notice(`${which === "undo" ? "Undone" : "Redone"}: ${label}`);
   }
 
   save() {

@@ -57,7 +57,7 @@ export class PropertiesPanel {
         path.length > 0 && ["Path", path.join(" › ")],
         ["Index", index],
         size && ["Size", `${vector(size)} m`],
-        position && ["Hit", `${place(position, this.model.camera.sceneSize)} m`],
+        position && ["Clicked point", `${place(position, this.model.camera.sceneSize)} m`],
         normal && ["Normal", vector(normal.map((value) => Math.round(value * 1e4) / 1e4 || 0))],
         depth !== undefined && depth !== null && ["Depth", `${number(depth)} m`],
       ]),
@@ -119,7 +119,7 @@ export class PropertiesPanel {
       this.model.editMaterial(index, { ...read(), [member]: value });
     const color = colorField({ label: "Attenuation", value: read().attenuation_color,
       onchange: write("attenuation_color") });
-    const distance = slider({ label: "… after", unit: "m", least: 1e-3 * size, most: size, limit: 1e12,
+    const distance = slider({ label: "Attenuation distance", unit: "m", least: 1e-3 * size, most: size, limit: 1e12,
       curve: 3, value: read().attenuation_distance, onchange: write("attenuation_distance") });
     this.#controls.push(() => {
       color.set(read().attenuation_color);
@@ -142,7 +142,7 @@ export class PropertiesPanel {
       tint = rgb;
       write(read().strength);
     } });
-    const power = slider({ label: "… strength", unit: "nt", least: 0, most: 100, limit: 1e12, curve: 3,
+    const power = slider({ label: "Emission strength", unit: "nt", least: 0, most: 100, limit: 1e12, curve: 3,
       value: read().strength, onchange: write });
     this.#controls.push(() => {
       const now = read();

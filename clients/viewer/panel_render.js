@@ -147,7 +147,7 @@ export class RenderPanel {
     refill(this.panel,
       group("Techniques", this.#techniqueFields(), compare.row),
       group("Accuracy and time",
-        this.#quality(numberField, "max_error", null, { label: "Largest error", least: 1e-9, most: 1e6,
+        this.#quality(numberField, "max_error", null, { label: "Max error", least: 1e-9, most: 1e6,
           placeholder: "none", isOptional: true }),
         this.#quality(numberField, "budget_ms", null, { label: "Budget", unit: "ms", least: 0.001,
           most: 86400000, placeholder: "none", isOptional: true }),
@@ -158,7 +158,7 @@ export class RenderPanel {
           [["0.25", "25 %"], ["0.5", "50 %"], ["0.75", "75 %"], ["1", "100 %"]],
         onchange: (value) => this.actions.rescale(Number(value)) }).row),
       this.#lens(), this.#look(), drawnOverGroup(this.model, this.#controls, this.actions),
-      button({ text: "All as at first", icon: "reset", onclick: () =>
+      button({ text: "Reset render settings", icon: "reset", onclick: () =>
         this.model.edit("Reset quality", (view) => {
           view.quality = {};
         }) }));

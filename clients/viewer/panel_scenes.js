@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The scenes on the server: choose, bring by file or by drag and drop, forget.
+// The scenes on the server: choose, bring by file or by drag and drop, delete. What of a file its
+// pictures leave out is told in its row.
 import { announce, button, byId, bytes, count, el, icon } from "./dom.js";
 import { refill } from "./docks.js";
 import { notice, showProblem } from "./messages.js";
@@ -43,7 +44,7 @@ export class ScenesPanel {
   scenes = [];
   upload = null; // {name, which, share, abort}
 
-  /** @param {{open: (id: string|null) => void, limits: () => object}} actions */
+  /** @param {{open: (id: string|null) => void, show: () => void, limits: () => object}} actions */
   constructor(panel, client, model, actions) {
     Object.assign(this, { panel, client, model, actions });
     this.input = el("input", { type: "file", multiple: true, class: "hidden-text", id: "scene-files",
@@ -51,7 +52,10 @@ export class ScenesPanel {
       "aria-label": "Files of a scene",
       onchange: () => this.bring([...this.input.files].map((file) =>
         ({ name: file.webkitRelativePath || file.name, blob: file }))) });
-    model.addEventListener("scene", () => this.fill());
+    model.addEventListener("scene", () => {
+      this.#warn();
+      this.fill();
+    });
     this.#takeDrops();
     this.fill();
   }
@@ -134,10 +138,10 @@ export class ScenesPanel {
     try {
       summary = await this.client.postScene(named, { signal: abort.signal,
         onProgress: (share) => this.#progress(share) });
-      notice(`${name} is here`);
+      notice(`Opened ${name}`);
     } catch (problem) {
       if (problem.name === "AbortError") summary = undefined;
-      else showProblem(problem, `${name} was not taken`);
+      else showProblem(problem, `${name} could not be opened`);
     }
     this.upload = null;
     await this.refresh();
@@ -152,15 +156,15 @@ export class ScenesPanel {
     this.said.textContent = share < 1 ? `${Math.round(100 * share)} %` : "decoding";
   }
 
-  async #forget(scene) {
+  async #delete(scene) {
     const name = scene.name ?? scene.id.slice(0, 12);
-    if (!confirm(`Forget ${name}? It is removed from the server.`)) return;
+    if (!confirm(`Delete ${name}? It is removed from the server.`)) return;
     try {
       await this.client.deleteScene(scene.id);
       if (this.model.scene?.id === scene.id) this.actions.open(null);
-      notice(`${name} is forgotten`);
+      notice(`Deleted ${name}`);
     } catch (problem) {
-      showProblem(problem, `${name} was not forgotten`);
+      showProblem(problem, `${name} could not be deleted`);
     }
     this.refresh();
   }
@@ -172,8 +176,21 @@ export class ScenesPanel {
         "aria-current": isOpen ? "true" : undefined, onclick: () => this.actions.open(scene.id) },
       el("strong", {}, scene.name ?? `Scene ${scene.id.slice(0, 8)}`),
       el("span", { class: "fine" }, `${count(scene.triangles)} triangles · ${bytes(scene.bytes.upload)}`)),
-      button({ label: `Forget ${scene.name ?? scene.id.slice(0, 8)}`, icon: "remove", class: "plain",
-        onclick: () => this.#forget(scene) }));
+      button({ label: `Delete ${scene.name ?? scene.id.slice(0, 8)}`, icon: "remove", class: "plain",
+        onclick: () => this.#delete(scene) }),
+      isOpen && this.model.scene.warnings.length > 0 && el("ul", { class: "scene-warnings",
+        "aria-label": "What pictures leave out" },
+      this.model.scene.warnings.map((warning) => el("li", {}, warning))));
+  }
+
+  /** Below the picture: how many parts of the open file it leaves out; the row of the scene tells which. */
+  #warn() {
+    const warnings = this.model.scene?.warnings ?? [];
+    const said = byId("status-warnings");
+    said.hidden = !warnings.length;
+    said.textContent = warnings.length === 1 ? "1 warning" : `${warnings.length} warnings`;
+    said.title = warnings.join("\n");
+    said.onclick = () => this.actions.show();
   }
 
   #uploading() {

@@ -83,7 +83,7 @@ export class SectionPanel {
   /** Light and caps: caps are asked for only where the plane lets light in. */
   #effects(index) {
     const entry = () => this.#entries[index];
-    const shadows = checkField({ label: "Lets light in", value: cutsShadows(entry()), onchange: (isCutting) =>
+    const shadows = checkField({ label: "Removed part casts no shadow", value: cutsShadows(entry()), onchange: (isCutting) =>
       this.#setEffect(index, "shadows", { shadows: isCutting }) });
     this.#controls.push(() => shadows.set(cutsShadows(entry())));
     if (!cutsShadows(entry())) return [shadows.row];

@@ -76,7 +76,7 @@ export async function openTradeoff(client, wanted) {
   const results = el("p");
   replace(dialog, el("h2", { id: "help-title" }, "Time against error"),
     el("p", {}, "Every technique is timed and compared with a ray-traced reference. Afterwards "
-      + "“Largest error” and “Budget” choose by what was measured. This takes minutes."),
+      + "“Max error” and “Budget” choose by what was measured. This takes minutes."),
     bar, said, results, el("div", { class: "row row-end" },
       button({ text: "Close", class: "primary", onclick: () => dialog.close() })));
   dialog.showModal();

@@ -70,7 +70,7 @@ class Parts(WithTool):
         x, y = self.center()
         self.browser.drag((x - 30, y + 30), (x - 30, y + 30))
         self.browser.wait("""return document.getElementById('panel-properties').innerText
-          .includes('Hit')""", "something is hit")
+          .includes('Clicked point')""", "something is hit")
         self.assertIn("tool › Tool", self.text())
         self.assertIn("tool: Steel", self.text())
         self.changed_by(lambda: self.browser.run("""

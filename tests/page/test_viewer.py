@@ -85,7 +85,7 @@ class Editing(PageTest):
         self.browser.drag((x, y), (x, y))
         text = self.browser.wait("""
           const text = document.getElementById('panel-properties').innerText;
-          return text.includes('Hit') && text;""", "the hit is shown")
+          return text.includes('Clicked point') && text;""", "the hit is shown")
         self.assertIn("Pane material", text)
         self.assertIn("Room", text)
         self.assertFalse(self.browser.run("return document.getElementById('selection').hidden"))
@@ -233,6 +233,16 @@ class Bringing(PageTest):
         self.assertIn("uploaded", self.browser.run(
             "return document.querySelector('[role=tree]').innerText"))
 
+    def test_what_pictures_leave_out_of_a_file_is_said(self):
+        self.load()
+        hidden = "return document.getElementById('status-warnings').hidden"
+        self.assertTrue(self.browser.run(hidden))
+        self.upload({"warned.glb": support.triangle(extensionsUsed=["EXT_that_nobody_has"])})
+        self.browser.wait("return !document.getElementById('status-warnings').hidden", "a warning")
+        for where in ("getElementById('status-warnings').title",
+                      "getElementById('panel-scenes').innerText"):
+            self.assertIn("EXT_that_nobody_has", self.browser.run("return document." + where))
+
     def test_a_gltf_is_uploaded_with_its_files(self):
         self.load()
         document = support.triangle_document("with files")
@@ -244,7 +254,7 @@ class Bringing(PageTest):
     def test_a_broken_file_is_refused_in_words_that_can_be_closed(self):
         self.load()
         text = self.upload({"broken.glb": b"glTF" + bytes(40)})
-        self.assertIn("broken.glb was not taken", text)
+        self.assertIn("broken.glb could not be opened", text)
         self.assertRegex(text, r"4\d\d \w+")
         self.press("Dismiss", "#messages")
         self.assertEqual(0, self.browser.run("return document.querySelectorAll('.message').length"))
