@@ -18,19 +18,19 @@ layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec
 #ifndef IDS
 #include "shadow_key.glsl"
 layout(std430, binding = BIND_SHADOW_KEYS) writeonly buffer key_buffer { uint keys[]; };
-uniform float u_keys_per_m;
 #endif
 #ifdef MEDIA
 #include "material.glsl"
 layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
     uvec4 events_medium[];
 };
-uniform vec4 u_sigma[2]; // where the light stands: the sum of both
 #endif
 #ifdef IDS
 layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
 #endif
 layout(std430, binding = BIND_SCAN) readonly buffer texel_buffer { uint class_texels[]; };
+layout(std430, binding = BIND_DEEP_LISTS) readonly buffer table_buffer { uint list_first[]; };
+layout(std430, binding = BIND_DEEP_LIGHTS) readonly buffer light_buffer { deep_light lights[]; };
 #ifdef SCRATCH
 layout(std430, binding = BIND_LIST_NODES) buffer scratch_buffer { vec4 scratch[]; }; // z, T
 #ifdef IDS
@@ -45,10 +45,19 @@ layout(std430, binding = BIND_SHADOW_SCRATCH_MEDIA) buffer scratch_media_buffer 
 
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_heads;
 
-uniform uint u_first_head;  // of the light
-uniform uint u_event_base;
-uniform uint u_list_first;  // of the class in class_texels
-uniform uint u_list_count;
+uniform uint u_row;    // in list_first: of the class, and of the first light
+uniform uint u_lights; // whose lists of the class are sorted, the first of them ...
+uniform uint u_first_light; // ... this one
+uniform uint u_skip, u_most; // lists of theirs that are passed over, and that are sorted
+uniform uint u_event_window; // the first event that is bound; places are counted from it
+#ifdef SCRATCH
+uniform uint u_room;       // of a list in scratch memory
+uniform uint u_from, u_to; // where these lists lie there
+#endif
+
+// Of the thread's list.
+uint list_light = 0u;  // index of its light
+uint list_number = 0u; // among those that are sorted
 
 struct event {
     vec4 z_t;
@@ -87,6 +96,7 @@ struct list_end {
     dvec3 product;
     uint last_id;
     uint key; // of the event before
+    float keys_per_m;
 #ifdef MEDIA
     dvec3 tau, sigma, size; // size: of all that was added to sigma
     float z;
@@ -99,9 +109,10 @@ list_end list_end_begin()
     end.product = dvec3(1.0);
     end.last_id = 0xffffffffu;
     end.key = 0u;
+    end.keys_per_m = lights[list_light].keys_per_m;
 #ifdef MEDIA
     end.tau = dvec3(0.0);
-    end.sigma = dvec3(u_sigma[0].xyz) + dvec3(u_sigma[1].xyz);
+    end.sigma = dvec3(lights[list_light].sigma_high.xyz) + dvec3(lights[list_light].sigma_low.xyz);
     end.size = end.sigma;
     end.z = 0.0;
 #endif
@@ -153,7 +164,7 @@ void list_append(inout list_end end, uint first, uint n, uint i, event e)
 #endif
     events[place] = vec4(e.z_t.x, t);
 #ifndef IDS
-    uint key = shadow_key(e.z_t.x, u_keys_per_m);
+    uint key = shadow_key(e.z_t.x, end.keys_per_m);
     if (i > 0u && i % 2u == 0u)
         keys[SHADOW_KEYS_AT(first) + i / 2u - 1u] = end.key | key << 16u;
     else if (i % 2u == 1u && i + 1u == n)
@@ -163,11 +174,18 @@ void list_append(inout list_end end, uint first, uint n, uint i, event e)
 }
 
 // Lists longer than a network are sorted in runs of 32 and merged level by level, to and fro
-// between the streams and scratch memory; the last level finishes in the streams. All lists of a
-// class have equally many levels.
+// between two halves of scratch memory; the last level finishes in the streams. All lists of a
+// class have equally many levels, and as much room.
 #ifdef SCRATCH
+uint scratch_place(uint lists, uint i)
+{
+    return lists + list_number * u_room + i;
+}
+
+// Event i of the list.
 event scratch_read(uint i)
 {
+    i = scratch_place(u_from, i);
     event e;
     e.z_t = scratch[i];
 #ifdef IDS
@@ -181,6 +199,7 @@ event scratch_read(uint i)
 
 void scratch_write(uint i, event e)
 {
+    i = scratch_place(u_to, i);
     scratch[i] = e.z_t;
 #ifdef IDS
     scratch_id[i] = e.id;
@@ -191,25 +210,32 @@ void scratch_write(uint i, event e)
 }
 #endif
 
-void stream_write(uint place, event e)
-{
-    events[place] = e.z_t;
-#ifdef IDS
-    events_id[place] = e.id;
-#endif
-#ifdef MEDIA
-    events_medium[place].x = e.medium;
-#endif
-}
+// The list of n events whose first has this place.
+void sort_list(uint first, uint n);
 
-void sort_list(uint begin, uint end);
+// The light that has the list: the last one whose lists begin at it or before.
+uint find_light(uint list)
+{
+    uint low = 0u, high = u_lights;
+    while (high - low > 1u) {
+        uint middle = (low + high) / 2u;
+        if (list_first[u_row + middle] <= list)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low + u_first_light;
+}
 
 void main()
 {
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint thread = group * 64u + gl_LocalInvocationID.x;
-    if (thread >= u_list_count)
+    list_number = group * 64u + gl_LocalInvocationID.x;
+    uint list = list_first[u_row] + u_skip + list_number;
+    if (list_number >= u_most || list >= list_first[u_row + u_lights])
         return;
-    int texel = int(u_first_head + class_texels[u_list_first + thread]);
-    sort_list(texelFetch(u_heads, texel).r, texelFetch(u_heads, texel + 1).r);
+    list_light = find_light(list);
+    int head = int(lights[list_light].first_count - 1u + class_texels[list]);
+    uint begin = texelFetch(u_heads, head).r, end = texelFetch(u_heads, head + 1).r;
+    sort_list(lights[list_light].event_base - u_event_window + begin, end - begin);
 }

@@ -1,121 +1,239 @@
 // SPDX-License-Identifier: MIT
-// Exclusive scan of the counts of one light in place, and the lists of its texels by length class,
-// in three dispatches without shared memory: the result depends on the counts alone, never on the
-// order of threads.
-//   PASS=0  one thread per chunk: sums of the chunk
-//   PASS=1  one thread per word: exclusive scan of the chunk sums; totals to the statistics
-//   PASS=2  one thread per chunk: exclusive scan of its counts, and its texels of u_shortest or
-//           more events by class
-// A thread loops over u_chunk or u_chunks entries; the host keeps both below 17,000.
+// Exclusive scans of the counts of all lights in place, and the lists of their texels by length
+// class, in three levels: reduce, scan, add (Sengupta, Harris, Zhang and Owens 2007, "Scan
+// primitives for GPU computing"; Merrill and Grimshaw 2009, "Parallel scan for stream
+// architectures"). All are sums of integers, so the result depends on the counts alone.
+//   PASS=0  a group per tile of TILE counts: its sums
+//   PASS=1  a group per light and word: exclusive scan of the sums of its tiles; totals to the
+//           statistics
+//   PASS=2  a group per tile: exclusive scan of its counts, and its texels of `shortest` or more
+//           events, by class and in their order
+// A thread loops over 8 counts, or over the tiles of a light divided by 256.
+#include "shared/layout.h"
 #include "shared/bindings.h"
+#include "shared/records.h"
 
-layout(local_size_x = 64) in;
-layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
-layout(std430, binding = BIND_SCAN) buffer scan_buffer { uint sums[]; };
-layout(std430, binding = BIND_STATISTICS) writeonly buffer statistics_buffer { uint statistics[]; };
-layout(std430, binding = BIND_LIST_NODES) writeonly buffer list_buffer { uint class_texels[]; };
-
-uniform uint u_first;   // of the light's counts
-uniform uint u_count;
-uniform uint u_chunk;   // entries per chunk
-uniform uint u_chunks;
-uniform uint u_chunk_first; // of the light in sums
-uniform uint u_slot;    // of the light in the statistics
-uniform uint u_list;    // of the light in class_texels
-uniform uint u_shortest; // list to be finished: 2; with media 1
-
-// Words of a chunk and of a slot. Class c: texels of 2^c + 1 to 2^(c + 1) events; class 0: of
-// u_shortest to 2.
-#define WORDS 20u
+#define WORDS 20u // of a tile and of a light: struct deep_statistics
 #define SUM 0u
-#define HIGH 1u       // bits 32.. of the total
+#define HIGH 1u   // bits 32.. of the total
 #define LONGEST 2u
 #define OCCUPIED 3u
-#define CLASS_0 4u
+#define CLASS_0 4u // texels of 2^c + 1 to 2^(c + 1) events; class 0: of `shortest` to 2
 #define CLASSES 16u
+
+#define ITEMS 8u // counts per thread; in fields of four bits, their classes are two words
+#define TILE (256u * ITEMS)
+
+// Words of a group's scan. Two classes share one: 16 bits hold the counts of a tile.
+#define SCAN_CLASSES 8u
+#if PASS == 0
+#define SCAN_SUM 8u
+#define SCAN_OCCUPIED 9u
+#define SCAN_LONGEST 10u
+#define SCAN_WORDS 11u
+#define SCAN_JOIN(word, a, b) ((word) == SCAN_LONGEST ? max(a, b) : (a) + (b))
+#elif PASS == 1
+// Sums of the lower and upper halves of words: together their total, in 48 bits.
+#define SCAN_WORDS 2u
+#define SCAN_JOIN(word, a, b) (gl_WorkGroupID.z == LONGEST ? max(a, b) : (a) + (b))
+#else
+#define SCAN_SUM 8u
+#define SCAN_WORDS 9u
+#endif
+
+layout(local_size_x = 256) in;
+#include "group_scan.glsl"
+
+layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
+layout(std430, binding = BIND_SCAN) buffer scan_buffer { uint sums[]; }; // word, tile
+layout(std430, binding = BIND_STATISTICS) writeonly buffer statistics_buffer { uint statistics[]; };
+layout(std430, binding = BIND_LIST_NODES) writeonly buffer list_buffer { uint class_texels[]; };
+layout(std430, binding = BIND_DEEP_LIGHTS) readonly buffer light_buffer { deep_light lights[]; };
+layout(std430, binding = BIND_DEEP_LISTS) readonly buffer table_buffer { uint list_first[]; };
+
+uniform uint u_tiles;       // of all lights
+uniform uint u_lights;      // PASS=1: all; else those whose counts are bound, from ...
+uniform uint u_first_light; // ... on
+uniform uint u_groups;      // tiles of these lights
+uniform uint u_window;      // the first count that is bound
+uniform uint u_table;       // of these lights in list_first
+
+uint group_index()
+{
+    return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+}
+
+#if PASS != 1
+// The light that the tile is of: the last one that begins at it or before.
+uint find_light(uint tile)
+{
+    uint low = u_first_light, high = u_first_light + u_lights;
+    while (high - low > 1u) {
+        uint middle = (low + high) / 2u;
+        if (lights[middle].first_tile <= tile)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
 
 uint length_class(uint n)
 {
     return min(uint(findMSB(max(n, 2u) - 1u)), CLASSES - 1u);
 }
 
-#if PASS == 0
-void scan(uint thread)
+// One in a class's field of four bits: classes 0 to 7 in x, the others in y.
+uvec2 class_field(uint class_)
 {
-    uint first = u_first + thread * u_chunk;
-    uint end = min(first + u_chunk, u_first + u_count);
+    uint field = 1u << (class_ % 8u * 4u);
+    return class_ < 8u ? uvec2(field, 0u) : uvec2(0u, field);
+}
+
+// Classes 8 h + i and 8 h + i + 4, i below 4, go into word 4 h + i of a group's scan.
+void put_classes(uvec2 classes)
+{
+    for (uint i = 0u; i < 4u; i++) {
+        scan_put(i, classes.x >> (i * 4u) & 0x000f000fu);
+        scan_put(4u + i, classes.y >> (i * 4u) & 0x000f000fu);
+    }
+}
+
+uint class_of_scan(uint word, uint class_)
+{
+    return word >> (class_ % 8u / 4u * 16u) & 0xffffu;
+}
+
+uint class_word(uint class_)
+{
+    return class_ / 8u * 4u + class_ % 4u;
+}
+#endif
+
+#if PASS == 0
+void main()
+{
+    if (group_index() >= u_groups)
+        return;
+    uint tile = lights[u_first_light].first_tile + group_index();
+    uint light = find_light(tile);
+    uint at = (tile - lights[light].first_tile) * TILE, left = lights[light].texels - at;
+    uint first = lights[light].first_count - u_window + at, shortest = lights[light].shortest;
     uint sum = 0u, longest = 0u, occupied = 0u;
-    uvec4 classes[CLASSES / 4u];
-    for (uint c = 0u; c < CLASSES / 4u; c++)
-        classes[c] = uvec4(0u);
-    for (uint i = first; i < end; i++) {
-        uint n = counts[i];
+    uvec2 classes = uvec2(0u);
+    for (uint k = 0u; k < ITEMS; k++) {
+        uint i = k * SCAN_THREADS + gl_LocalInvocationIndex;
+        uint n = i < left ? counts[first + i] : 0u;
         sum += n;
         longest = max(longest, n);
         occupied += min(n, 1u);
-        uint class_ = n < u_shortest ? CLASSES : length_class(n);
-        uvec4 c = uvec4(class_) - uvec4(0u, 1u, 2u, 3u); // selects: no indexed memory
-        classes[0] += uvec4(equal(c, uvec4(0u)));
-        classes[1] += uvec4(equal(c, uvec4(4u)));
-        classes[2] += uvec4(equal(c, uvec4(8u)));
-        classes[3] += uvec4(equal(c, uvec4(12u)));
+        classes += n >= shortest ? class_field(length_class(n)) : uvec2(0u);
     }
-    uint at = (u_chunk_first + thread) * WORDS;
-    sums[at + SUM] = sum;
-    sums[at + LONGEST] = longest;
-    sums[at + OCCUPIED] = occupied;
-    for (uint c = 0u; c < CLASSES; c++)
-        sums[at + CLASS_0 + c] = classes[c / 4u][c % 4u];
+    put_classes(classes);
+    scan_put(SCAN_SUM, sum);
+    scan_put(SCAN_OCCUPIED, occupied);
+    scan_put(SCAN_LONGEST, longest);
+    scan_group();
+    uint word = gl_LocalInvocationIndex;
+    if (word >= WORDS || word == HIGH)
+        return;
+    uint value;
+    if (word >= CLASS_0)
+        value = class_of_scan(scan_total(class_word(word - CLASS_0)), word - CLASS_0);
+    else
+        value = scan_total(word == SUM ? SCAN_SUM : word == LONGEST ? SCAN_LONGEST : SCAN_OCCUPIED);
+    sums[word * u_tiles + tile] = value;
 }
 #elif PASS == 1
-// One thread per word.
-void scan(uint word)
+void main()
 {
-    uint running = 0u, high = 0u;
-    for (uint i = 0u; i < u_chunks; i++) {
-        uint at = (u_chunk_first + i) * WORDS + word, carry, n = sums[at];
-        sums[at] = running;
-        if (word == LONGEST)
-            running = max(running, n);
-        else
-            running = uaddCarry(running, n, carry), high += carry;
-    }
-    if (word == HIGH)
+    uint light = group_index(), word = gl_WorkGroupID.z;
+    if (light >= u_lights || word == HIGH)
         return;
-    statistics[u_slot * WORDS + word] = running;
+    uint tiles = (lights[light].texels + TILE - 1u) / TILE;
+    uint share = (tiles + SCAN_THREADS - 1u) / SCAN_THREADS;
+    uint first = min(gl_LocalInvocationIndex * share, tiles), end = min(first + share, tiles);
+    uint column = word * u_tiles + lights[light].first_tile;
+    uint low = 0u, high = 0u; // of LONGEST: all in `low`
+    for (uint i = column + first; i < column + end; i++) {
+        uint n = sums[i];
+        low = word == LONGEST ? max(low, n) : low + (n & 0xffffu);
+        high = word == LONGEST ? 0u : high + (n >> 16);
+    }
+    if (word != LONGEST) {
+        high += low >> 16;
+        low &= 0xffffu;
+    }
+    scan_put(0u, low);
+    scan_put(1u, high);
+    scan_group();
+    uint running = scan_before(0u) + (scan_before(1u) << 16);
+    for (uint i = column + first; i < column + end && word != LONGEST; i++) {
+        uint n = sums[i];
+        sums[i] = running;
+        running += n;
+    }
+    if (gl_LocalInvocationIndex != 0u)
+        return;
+    uint carry, total = uaddCarry(scan_total(0u), scan_total(1u) << 16, carry);
+    statistics[light * WORDS + word] = total;
     if (word == SUM)
-        statistics[u_slot * WORDS + HIGH] = high;
+        statistics[light * WORDS + HIGH] = (scan_total(1u) >> 16) + carry;
 }
 #else
-uniform uint u_class_first[CLASSES]; // in the light's list
+shared uint tile_counts[TILE + TILE / 32u]; // padded: threads eight apart read other banks
+shared uint class_first[CLASSES];           // where the tile's texels of a class go
 
-void scan(uint thread)
+uint tile_place(uint i)
 {
-    uint first = u_first + thread * u_chunk;
-    uint end = min(first + u_chunk, u_first + u_count);
-    uint at = (u_chunk_first + thread) * WORDS;
-    uint running = sums[at + SUM];
-    uint place[CLASSES];
-    for (uint c = 0u; c < CLASSES; c++)
-        place[c] = u_list + u_class_first[c] + sums[at + CLASS_0 + c];
-    for (uint i = first; i < end; i++) {
-        uint n = counts[i];
-        counts[i] = running;
-        running += n;
-        if (n >= u_shortest)
-            class_texels[place[length_class(n)]++] = i - u_first;
-    }
+    return i + i / 32u;
 }
-#endif
 
 void main()
 {
-    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint thread = group * 64u + gl_LocalInvocationID.x;
-#if PASS == 1
-    if (thread < WORDS)
-#else
-    if (thread < u_chunks)
-#endif
-        scan(thread);
+    if (group_index() >= u_groups)
+        return;
+    uint tile = lights[u_first_light].first_tile + group_index();
+    uint light = find_light(tile), thread = gl_LocalInvocationIndex;
+    uint at = (tile - lights[light].first_tile) * TILE, left = lights[light].texels - at;
+    uint first = lights[light].first_count - u_window + at, shortest = lights[light].shortest;
+    for (uint k = 0u; k < ITEMS; k++) {
+        uint i = k * SCAN_THREADS + thread;
+        tile_counts[tile_place(i)] = i < left ? counts[first + i] : 0u;
+    }
+    if (thread < CLASSES)
+        class_first[thread] = list_first[u_table + thread * u_lights + light - u_first_light] +
+                              sums[(CLASS_0 + thread) * u_tiles + tile];
+    scan_wait();
+    uint sum = 0u;
+    uvec2 classes = uvec2(0u);
+    for (uint k = 0u; k < ITEMS; k++) {
+        uint n = tile_counts[tile_place(thread * ITEMS + k)];
+        sum += n;
+        classes += n >= shortest ? class_field(length_class(n)) : uvec2(0u);
+    }
+    put_classes(classes);
+    scan_put(SCAN_SUM, sum);
+    scan_group();
+    uint running = sums[SUM * u_tiles + tile] + scan_before(SCAN_SUM);
+    uvec2 seen = uvec2(0u); // by this thread
+    for (uint k = 0u; k < ITEMS; k++) {
+        uint i = thread * ITEMS + k, n = tile_counts[tile_place(i)];
+        tile_counts[tile_place(i)] = running;
+        running += n;
+        if (n >= shortest && i < left) {
+            uint class_ = length_class(n);
+            uint before = class_of_scan(scan_before(class_word(class_)), class_);
+            before += (class_ < 8u ? seen.x : seen.y) >> (class_ % 8u * 4u) & 15u;
+            class_texels[class_first[class_] + before] = at + i;
+            seen += class_field(class_);
+        }
+    }
+    scan_wait();
+    for (uint k = 0u; k < ITEMS; k++) {
+        uint i = k * SCAN_THREADS + thread;
+        if (i < left)
+            counts[first + i] = tile_counts[tile_place(i)];
+    }
 }
+#endif

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Sorts the events of one texel per thread in registers: NET is 2, 4, 8, 16 or 32. With RUNS longer
-// lists become sorted runs of 32 for shadow_merge.comp.glsl, in place or (SCRATCH) in scratch
-// memory.
+// lists become sorted runs of 32 in scratch memory, for shadow_merge.comp.glsl.
+#ifdef RUNS
+#define SCRATCH
+#endif
 #include "shadow_list.glsl"
 #include "shadow_network.glsl"
 
@@ -19,6 +21,7 @@ event e[NET];
 
 void load(int i, uint place, bool is_used)
 {
+    place += u_event_window;
     e[i].z_t = is_used ? texelFetch(u_events, int(place)) : vec4(FAR_AWAY, vec3(1.0));
 #ifdef IDS
     e[i].id = is_used ? texelFetch(u_id, int(place)).r : 0u;
@@ -49,7 +52,7 @@ void exchange(int i, int j, bool is_wrong)
 #define TIE_CE(i) swap = event_is_after(e[i], e[(i) + 1]); \
     swapped = swapped || swap; exchange(i, (i) + 1, swap);
 #define APPEND(i) if (uint(i) < n) list_append(end, first, n, uint(i), e[i]);
-#define STORE(i) if (uint(i) < n) store_run(first + uint(i), e[i]);
+#define STORE(i) if (uint(i) < left) scratch_write(at + uint(i), e[i]);
 
 #if NET == 2
 #define NETWORK CE(0, 1)
@@ -89,27 +92,17 @@ void sort_registers(uint first, uint n)
 }
 
 #ifdef RUNS
-void store_run(uint place, event sorted)
+void sort_list(uint first, uint n)
 {
-#ifdef SCRATCH
-    scratch_write(place - u_event_base, sorted);
-#else
-    stream_write(place, sorted);
-#endif
-}
-
-void sort_list(uint begin, uint finish)
-{
-    for (uint at = begin; at < finish; at += uint(NET)) {
-        uint first = u_event_base + at, n = min(uint(NET), finish - at);
-        sort_registers(first, n);
+    for (uint at = 0u; at < n; at += uint(NET)) {
+        uint left = min(uint(NET), n - at);
+        sort_registers(first + at, left);
         ALL(STORE)
     }
 }
 #else
-void sort_list(uint begin, uint finish)
+void sort_list(uint first, uint n)
 {
-    uint first = u_event_base + begin, n = finish - begin;
     sort_registers(first, n);
     list_end end = list_end_begin();
     ALL(APPEND)

@@ -283,22 +283,20 @@ static bool place_nodes(struct compress_job *job, struct error *err)
 {
     struct shadow_map *map = job->build->map, plain = *map;
     struct shadow_build build = *job->build;
-    struct deep_statistics statistics = {0};
     plain.flags = 0;
     build.map = &plain;
     struct deep_job scan = {.builder = job->builder,
-                            .builds = &build,
-                            .count = 1,
                             .scene = job->scene,
                             .because = job->because,
-                            .statistics = &statistics};
-    bool ok = deep_scan_sum(&scan, err);
-    map->event_count = statistics.total | (uint64_t)statistics.total_high << 32;
-    map->longest_list = statistics.longest;
-    map->occupied_texels = statistics.occupied;
-    statistics.longest = 0; /* nothing is sorted, so no scratch memory is needed */
+                            .has_no_lists = true};
+    bool ok = deep_job_init(&scan, &build, 1, err) && deep_scan_sum(&scan, err);
+    if (ok) {
+        map->event_count = deep_statistics_total(&scan.statistics[0]);
+        map->longest_list = scan.statistics[0].longest;
+        map->occupied_texels = scan.statistics[0].occupied;
+    }
     ok = ok && deep_sort_reserve(&scan, err) && deep_scan_place(&scan, err);
-    deep_scan_finish(&scan);
+    deep_job_finish(&scan);
     deep_free_transient(job->builder);
     return ok;
 }

@@ -32,6 +32,7 @@ struct shadow_builder { /* what the list builders share */
     struct shadow_store *store;
     struct caster_painter *painter;
     struct gl_buffer sums, statistics; /* of a scan */
+    struct gl_buffer lights, table;    /* struct deep_light; lists of texels: shadow_deep_job.h */
     /* of a sort; freed after it */
     struct gl_buffer texels, scratch, scratch_objects, scratch_media;
     uint64_t first_elements; /* linked: first guess per light; 0 means one of its own */

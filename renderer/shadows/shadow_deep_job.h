@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The deep shadow maps being built, as the steps of their construction share them. Thread: GL. */
+/* The deep shadow maps being built, as the steps of their construction share them: every step is
+ * one dispatch over all of them, cut where a storage block of the device ends. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_JOB_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_JOB_H
 
@@ -11,45 +12,87 @@ enum {
     DEEP_RUN = 32,        /* longer lists are merged from runs of this many */
     DEEP_LONGEST = 60000, /* llvmpipe ends all loops of a thread after 65,535 iterations; merging
                              needs one per event */
+    DEEP_SCRATCH_BYTES = 16, /* per event that is merged; 4 more for its object and its medium */
+    DEEP_TILE = 2048, /* counts of a light that a group of a scan takes: shadow_scan.comp.glsl */
 };
 
 struct deep_statistics { /* of one light; words as shadow_scan.comp.glsl writes them */
     uint32_t total, total_high, longest, occupied;
     uint32_t classes[DEEP_CLASSES]; /* texels per class */
 };
-enum { DEEP_STATISTIC_WORDS = sizeof(struct deep_statistics) / 4 };
+enum {
+    DEEP_FIRST_CLASS_WORD = 4,
+    DEEP_STATISTIC_WORDS = sizeof(struct deep_statistics) / 4,
+};
+
+struct deep_slot {
+    struct shadow_build *build;
+    uint32_t first_tile;
+    uint32_t *texels; /* host scan: those of `shortest` or more events, by class */
+};
+
+/* Slots side by side whose heads one storage block takes. Their lists of texels lie together, all
+ * of a class beside each other: builder->table has for each class and slot the first, from
+ * lists_first on, and then their number. */
+struct deep_group {
+    size_t first, count;
+    struct shadow_range heads;
+    uint32_t table;       /* its first word in builder->table */
+    uint64_t lists_first; /* in builder->texels */
+};
 
 struct deep_job {
     struct shadow_builder *builder;
-    struct shadow_build *builds; /* those of other kinds are passed over */
-    size_t count;
     const struct shadow_scene *scene;
     const char *because;
-    struct deep_statistics *statistics; /* per build */
-    uint32_t chunks;                    /* device scan: room for the sums of each build */
-    uint32_t **texels; /* host scan: per build, its texels of deep_job_shortest or more events by
-                          class */
+    bool has_no_lists; /* offsets are all that is asked for: nothing is to be sorted */
+
+    struct deep_slot *slots; /* the deep shadow maps, those of like streams side by side */
+    struct deep_statistics *statistics; /* per slot */
+    size_t count;
+    struct deep_group *groups;
+    size_t group_count;
+    uint32_t *table; /* as builder->table */
+    uint32_t tiles;  /* of all slots */
 };
 
-bool deep_job_has(const struct deep_job *job, size_t build); /* it is a deep shadow map */
+/* The caller has set all up to has_no_lists; builds of other kinds are passed over. Heads must be
+ * taken. deep_job_finish accepts half-built jobs. */
+MUST_CHECK bool deep_job_init(struct deep_job *job, struct shadow_build *builds, size_t count,
+                              struct error *err);
+void deep_job_finish(struct deep_job *job);
+
+bool deep_is_built(const struct shadow_map *map); /* it is a deep shadow map of exact lists */
 /* Events from which on a list must be finished: a single one is, where nothing acts behind it. */
-uint32_t deep_job_shortest(const struct deep_job *job, size_t build);
+uint32_t deep_job_shortest(const struct deep_job *job, size_t slot);
 void deep_job_begin(const struct deep_job *job, const char *pass);
+uint64_t deep_statistics_total(const struct deep_statistics *statistics);  /* events */
 uint32_t deep_statistics_texels(const struct deep_statistics *statistics); /* of all classes */
+
+/* What shaders know of the lights, to builder->lights: anew once they have their events. */
+MUST_CHECK bool deep_job_upload(const struct deep_job *job, struct error *err);
+/* Lays the lists of texels out by job->statistics: table and groups; how many there are. */
+MUST_CHECK bool deep_job_lay_out(struct deep_job *job, uint64_t *lists, struct error *err);
+/* The lists of a class of some slots of a group, from *first on; their number. */
+uint32_t deep_group_lists(const struct deep_job *job, const struct deep_group *group, int class_,
+                          size_t slot, size_t slots, uint32_t *first);
+/* Binds the lists of a group. */
+void deep_group_bind_lists(const struct deep_job *job, const struct deep_group *group,
+                           uint32_t binding);
 
 void deep_free_transient(struct shadow_builder *builder); /* what a build needs while it lasts */
 
+/* So many groups and slices of them, over two dimensions where one is too short. */
+void deep_dispatch_groups(uint64_t groups, uint32_t slices);
 /* One thread each, in groups of 64. */
 void deep_dispatch(uint32_t threads);
 
 /* Sums the counts of every light into job->statistics: the one readback of a build. */
 MUST_CHECK bool deep_scan_sum(struct deep_job *job, struct error *err);
-/* Turns counts into offsets and fills builder->texels with the class lists, one light after
- * another. */
+/* Turns counts into offsets and fills builder->texels with the lists of the groups. */
 MUST_CHECK bool deep_scan_place(struct deep_job *job, struct error *err);
-void deep_scan_finish(struct deep_job *job);
 
-/* Makes room for class lists and scratch memory. */
+/* Makes room for lists of texels and scratch memory. */
 MUST_CHECK bool deep_sort_reserve(struct deep_job *job, struct error *err);
 MUST_CHECK bool deep_sort(struct deep_job *job, struct error *err);
 

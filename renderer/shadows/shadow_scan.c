@@ -1,82 +1,78 @@
 /* SPDX-License-Identifier: MIT */
 /* From counts to offsets. Where the device is our own cores a loop in C is several times faster
- * than a shader; both ways give the same words (tests/gpu/test_shadow_determinism.c). */
+ * than a shader; both ways give the same words (tests/gpu/test_shadow_scan.c). */
 #include <epoxy/gl.h>
-#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/shadows/shadow_deep_job.h"
 #include "shaders/shared/bindings.h"
+
+enum { REDUCE, SCAN, ADD, PASSES }; /* PASS of shadow_scan.comp.glsl */
 
 static struct gl_buffer *heads_of(const struct deep_job *job)
 {
     return &job->builder->store->pools[SHADOW_POOL_HEADS].streams[0];
 }
 
-/* Chunks of about the square root of the texels balance the two levels of the scan. */
-static uint32_t chunk_size(uint64_t texels)
-{
-    uint32_t chunk = 64;
-    while ((uint64_t)chunk * chunk < texels)
-        chunk *= 2;
-    return chunk;
-}
-
-static uint32_t chunk_count(uint64_t texels)
-{
-    uint32_t chunk = chunk_size(texels);
-    return (uint32_t)((texels + chunk - 1) / chunk);
-}
-
 static struct program_desc program_of(int pass)
 {
-    static const char *const defines[] = {"PASS=0", "PASS=1", "PASS=2"};
+    static const char *const defines[PASSES] = {"PASS=0", "PASS=1", "PASS=2"};
     return (struct program_desc){
         .label = "shadow.deep.scan", .compute = "shadow_scan.comp.glsl", .defines = defines[pass]};
 }
 
 void deep_scan_list_programs(struct program_list *list)
 {
-    for (int pass = 0; pass < 3; pass++) {
+    for (int pass = 0; pass < PASSES; pass++) {
         const struct program_desc desc = program_of(pass);
         program_list_add(list, "shadow.deep.scan", &desc, false);
     }
 }
 
-static const struct gl_program *use_scan(const struct deep_job *job, int pass, size_t build,
-                                         struct error *err)
+static const struct gl_program *use_scan(const struct deep_job *job, int pass, struct error *err)
 {
+    const struct shadow_builder *builder = job->builder;
     const struct program_desc desc = program_of(pass);
-    const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
-    const struct shadow_map *map = job->builds[build].map;
-    uint64_t texels = shadow_map_texels(map);
+    const struct gl_program *program = program_cache_get(builder->programs, &desc, err);
     if (!program)
         return NULL;
     gl_program_use(program);
-    gl_program_set_u(program, "u_first", (uint32_t)map->heads.first + 1);
-    gl_program_set_u(program, "u_count", (uint32_t)texels);
-    gl_program_set_u(program, "u_chunk", chunk_size(texels));
-    gl_program_set_u(program, "u_chunks", chunk_count(texels));
-    gl_program_set_u(program, "u_chunk_first", job->chunks * (uint32_t)build);
-    gl_program_set_u(program, "u_slot", (uint32_t)build);
-    gl_program_set_u(program, "u_shortest", deep_job_shortest(job, build));
-    gl_buffer_bind_storage(heads_of(job), BIND_SHADOW_COUNTS);
-    gl_buffer_bind_storage(&job->builder->sums, BIND_SCAN);
-    gl_buffer_bind_storage(&job->builder->statistics, BIND_STATISTICS);
-    gl_buffer_bind_storage(&job->builder->texels, BIND_LIST_NODES);
+    gl_program_set_u(program, "u_tiles", job->tiles);
+    gl_program_set_u(program, "u_lights", (uint32_t)job->count);
+    gl_buffer_bind_storage(&builder->sums, BIND_SCAN);
+    gl_buffer_bind_storage(&builder->statistics, BIND_STATISTICS);
+    gl_buffer_bind_storage(&builder->lights, BIND_DEEP_LIGHTS);
     return program;
+}
+
+static uint32_t tiles_end(const struct deep_job *job, size_t slot)
+{
+    return slot < job->count ? job->slots[slot].first_tile : job->tiles;
+}
+
+/* A group of threads per tile of each light. */
+static void dispatch_tiles(const struct deep_job *job, const struct gl_program *program)
+{
+    for (size_t g = 0; g < job->group_count; g++) {
+        const struct deep_group *group = &job->groups[g];
+        uint32_t tiles = tiles_end(job, group->first + group->count) - tiles_end(job, group->first);
+        gl_program_set_u(program, "u_lights", (uint32_t)group->count);
+        gl_program_set_u(program, "u_first_light", (uint32_t)group->first);
+        gl_program_set_u(program, "u_groups", tiles);
+        gl_program_set_u(program, "u_window", (uint32_t)group->heads.first);
+        gl_program_set_u(program, "u_table", group->table);
+        shadow_store_bind(job->builder->store, SHADOW_POOL_HEADS, 0, &group->heads,
+                          BIND_SHADOW_COUNTS);
+        deep_group_bind_lists(job, group, BIND_LIST_NODES);
+        deep_dispatch_groups(tiles, 1);
+    }
 }
 
 static bool reserve_sums(struct deep_job *job, struct error *err)
 {
-    for (size_t i = 0; i < job->count; i++) {
-        uint32_t chunks = chunk_count(shadow_map_texels(job->builds[i].map));
-        if (deep_job_has(job, i) && chunks > job->chunks)
-            job->chunks = chunks;
-    }
     struct gl_buffer_desc sums = {.label = "shadow.deep.sums",
-                                  .size_bytes =
-                                      4ull * job->chunks * job->count * DEEP_STATISTIC_WORDS};
+                                  .size_bytes = 4ull * DEEP_STATISTIC_WORDS * job->tiles};
     struct gl_buffer_desc statistics = {.label = "shadow.deep.statistics",
                                         .size_bytes = job->count * sizeof *job->statistics};
     return gl_buffer_reserve(&job->builder->sums, &sums, false, err) &&
@@ -85,46 +81,33 @@ static bool reserve_sums(struct deep_job *job, struct error *err)
 
 static bool sum_on_device(struct deep_job *job, struct error *err)
 {
-    if (!reserve_sums(job, err))
+    if (!reserve_sums(job, err) || !deep_job_upload(job, err))
         return false;
-    for (size_t i = 0; i < job->count; i++) {
-        if (!deep_job_has(job, i))
-            continue;
-        if (!use_scan(job, 0, i, err))
-            return false;
-        deep_dispatch(chunk_count(shadow_map_texels(job->builds[i].map)));
-        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-        if (!use_scan(job, 1, i, err))
-            return false;
-        deep_dispatch(DEEP_STATISTIC_WORDS);
-    }
+    const struct gl_program *reduce = use_scan(job, REDUCE, err);
+    if (!reduce)
+        return false;
+    dispatch_tiles(job, reduce);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    if (!use_scan(job, SCAN, err))
+        return false;
+    deep_dispatch_groups(job->count,
+                         job->has_no_lists ? DEEP_FIRST_CLASS_WORD : DEEP_STATISTIC_WORDS);
     gpu_timeline_will_wait(job->builder->timeline);
     gl_buffer_read(&job->builder->statistics, 0, job->count * sizeof *job->statistics,
                    job->statistics);
+    for (size_t i = 0; job->has_no_lists && i < job->count; i++)
+        memset(job->statistics[i].classes, 0, sizeof job->statistics[i].classes);
     return true;
 }
 
 static bool place_on_device(struct deep_job *job, struct error *err)
 {
-    uint32_t list = 0;
-    for (size_t i = 0; i < job->count; i++) {
-        if (!deep_job_has(job, i))
-            continue;
-        const struct gl_program *program = use_scan(job, 2, i, err);
-        if (!program)
-            return false;
-        gl_program_set_u(program, "u_list", list);
-        uint32_t first = 0;
-        for (int c = 0; c < DEEP_CLASSES; c++) {
-            char name[32];
-            snprintf(name, sizeof name, "u_class_first[%d]", c);
-            gl_program_set_u(program, name, first);
-            first += job->statistics[i].classes[c];
-        }
-        deep_dispatch(chunk_count(shadow_map_texels(job->builds[i].map)));
-        list += first;
-    }
+    const struct gl_program *add = use_scan(job, ADD, err);
+    if (!add)
+        return false;
+    gl_buffer_bind_storage(&job->builder->table, BIND_DEEP_LISTS);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    dispatch_tiles(job, add);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     return true;
 }
@@ -175,18 +158,19 @@ static void place_counts(uint32_t *counts, uint64_t count, uint32_t shortest,
 
 /* Reads the counts of a light once, and writes its offsets at once: they are relative to its first
  * event. */
-static bool scan_on_host(struct deep_job *job, size_t build, uint32_t *counts, struct error *err)
+static bool scan_on_host(struct deep_job *job, size_t index, uint32_t *counts, struct error *err)
 {
-    const struct shadow_map *map = job->builds[build].map;
-    struct deep_statistics *s = &job->statistics[build];
+    struct deep_slot *slot = &job->slots[index];
+    const struct shadow_map *map = slot->build->map;
+    struct deep_statistics *s = &job->statistics[index];
     uint64_t count = shadow_map_texels(map), offset_bytes = (map->heads.first + 1) * 4;
     gl_buffer_read(heads_of(job), offset_bytes, count * 4, counts);
-    uint32_t shortest = deep_job_shortest(job, build);
+    uint32_t shortest = deep_job_shortest(job, index);
     sum_counts(counts, count, shortest, s);
-    job->texels[build] = malloc(deep_statistics_texels(s) * sizeof *job->texels[build] + 1);
-    if (!job->texels[build])
+    slot->texels = malloc(deep_statistics_texels(s) * sizeof *slot->texels + 1);
+    if (!slot->texels)
         return error_set(err, ERROR_NO_MEMORY, "scan of a shadow map");
-    place_counts(counts, count, shortest, s, job->texels[build]);
+    place_counts(counts, count, shortest, s, slot->texels);
     gl_buffer_write(heads_of(job), offset_bytes, count * 4, counts);
     return true;
 }
@@ -195,29 +179,31 @@ static bool sum_on_host(struct deep_job *job, struct error *err)
 {
     uint64_t largest = 0;
     for (size_t i = 0; i < job->count; i++)
-        if (deep_job_has(job, i) && shadow_map_texels(job->builds[i].map) > largest)
-            largest = shadow_map_texels(job->builds[i].map);
-    uint32_t *counts = malloc(largest * sizeof *counts);
-    job->texels = calloc(job->count, sizeof *job->texels);
-    bool ok = counts && job->texels;
+        if (shadow_map_texels(job->slots[i].build->map) > largest)
+            largest = shadow_map_texels(job->slots[i].build->map);
+    uint32_t *counts = malloc(largest * sizeof *counts + 1);
+    bool ok = counts != NULL;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "scan of %llu texels", (unsigned long long)largest);
     for (size_t i = 0; ok && i < job->count; i++)
-        if (deep_job_has(job, i))
-            ok = scan_on_host(job, i, counts, err);
+        ok = scan_on_host(job, i, counts, err);
     free(counts);
     return ok;
 }
 
 static void place_on_host(struct deep_job *job)
 {
-    uint64_t offset_bytes = 0;
-    for (size_t i = 0; i < job->count; i++) {
-        if (!deep_job_has(job, i))
-            continue;
-        uint64_t bytes = 4ull * deep_statistics_texels(&job->statistics[i]);
-        gl_buffer_write(&job->builder->texels, offset_bytes, bytes, job->texels[i]);
-        offset_bytes += bytes;
+    for (size_t g = 0; g < job->group_count; g++) {
+        const struct deep_group *group = &job->groups[g];
+        for (size_t i = group->first; i < group->first + group->count; i++) {
+            const uint32_t *texels = job->slots[i].texels;
+            for (int c = 0; c < DEEP_CLASSES; c++) {
+                uint32_t first, count = deep_group_lists(job, group, c, i, 1, &first);
+                gl_buffer_write(&job->builder->texels, (group->lists_first + first) * 4,
+                                4ull * count, texels);
+                texels += count;
+            }
+        }
     }
 }
 
@@ -239,12 +225,4 @@ bool deep_scan_place(struct deep_job *job, struct error *err)
         ok = place_on_device(job, err);
     gpu_scope_end(job->builder->timeline);
     return ok;
-}
-
-void deep_scan_finish(struct deep_job *job)
-{
-    for (size_t i = 0; job->texels && i < job->count; i++)
-        free(job->texels[i]);
-    free(job->texels);
-    job->texels = NULL;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Sorting the events of every texel, by length class: in registers up to 32 events, by merging runs
- * of 32 beyond. */
+ * of 32 beyond. A step is one dispatch over the lists of a class of all lights; classes share the
+ * barriers between the steps of merging. */
 #include <epoxy/gl.h>
 #include <stdio.h>
 
@@ -11,53 +12,155 @@
 #include "shaders/shared/records.h"
 
 enum {
-    LONG_CLASS = 5,     /* from here on lists are longer than a run */
-    SCRATCH_BYTES = 16, /* per event; 4 more for its object, and for its medium */
+    LONG_CLASS = 5, /* from here on lists are longer than a run */
+    /* Events of scratch memory: 64 MiB of the 128 that drivers take as one block, and a million
+       lists of up to 64 events at once, more than any device has threads in flight. */
+    SCRATCH_EVENTS = 4 << 20,
 };
 
-/* The scratch memory is that of the largest light. */
+struct sort_piece { /* lists of one class that are merged at once */
+    int class_;
+    uint32_t skip, count; /* lists of the class before them, and theirs */
+    uint32_t scratch;     /* where they begin there ... */
+    uint32_t room;        /* ... and how many events each of them may have */
+};
+
+/* What scratch memory holds at once. */
+struct sort_batch {
+    struct sort_piece pieces[DEEP_CLASSES];
+    int count;
+    uint32_t events; /* of scratch memory */
+};
+
+struct sort_span { /* slots of one group with equal streams, whose events one storage block takes */
+    const struct deep_group *group;
+    size_t first, count;
+    struct shadow_range events;
+    uint32_t flags;
+    uint32_t class_, skip; /* what is to be merged next */
+};
+
+/* Merges that a list of the class goes through. */
+static int levels_of(int class_)
+{
+    return class_ - LONG_CLASS + 1;
+}
+
+static uint32_t flags_of(const struct deep_job *job, size_t slot)
+{
+    return job->slots[slot].build->map->flags & (SHADOW_FLAG_RAW | SHADOW_FLAG_MEDIA);
+}
+
+/* The slots of the group from `first` on that go into one dispatch; false where there are none. */
+static bool find_span(const struct deep_job *job, const struct deep_group *group, size_t first,
+                      struct sort_span *span)
+{
+    size_t end = group->first + group->count;
+    *span = (struct sort_span){.group = group, .first = first, .class_ = LONG_CLASS};
+    if (first == end)
+        return false;
+    span->flags = flags_of(job, first);
+    for (size_t i = first; i < end && flags_of(job, i) == span->flags; i++) {
+        if (!shadow_store_widen(job->builder->store, SHADOW_POOL_EVENTS,
+                                &job->slots[i].build->map->events, &span->events))
+            break;
+        span->count++;
+    }
+    return true;
+}
+
+static uint32_t class_lists(const struct deep_job *job, const struct sort_span *span, int class_)
+{
+    uint32_t first;
+    return deep_group_lists(job, span->group, class_, span->first, span->count, &first);
+}
+
+static uint32_t longest_of(const struct deep_job *job, const struct sort_span *span)
+{
+    uint32_t longest = 0;
+    for (size_t i = span->first; i < span->first + span->count; i++)
+        if (job->statistics[i].longest > longest)
+            longest = job->statistics[i].longest;
+    return longest;
+}
+
+/* Twice the longest list goes into a storage block, and so here: shadow_deep.c. */
+static uint32_t most_scratch(const struct deep_job *job)
+{
+    int64_t block = job->builder->store->limits->max_storage_block_bytes / DEEP_SCRATCH_BYTES;
+    return block < SCRATCH_EVENTS ? (uint32_t)block : SCRATCH_EVENTS;
+}
+
+/* As many of the long lists that are left as scratch memory holds; false where none is left. Lists
+ * that are merged more than once go to and fro between two halves. */
+static bool next_batch(const struct deep_job *job, struct sort_span *span, struct sort_batch *batch)
+{
+    uint32_t most = most_scratch(job), longest = longest_of(job, span);
+    *batch = (struct sort_batch){0};
+    for (; span->class_ < DEEP_CLASSES; span->class_++, span->skip = 0) {
+        uint32_t left = class_lists(job, span, (int)span->class_) - span->skip;
+        uint32_t room = 2u << span->class_ < longest ? 2u << span->class_ : longest;
+        uint32_t each = levels_of((int)span->class_) > 1 ? 2 * room : room;
+        if (!left || !each)
+            continue;
+        uint32_t fit = (most - batch->events) / each, count = left < fit ? left : fit;
+        if (count)
+            batch->pieces[batch->count++] =
+                (struct sort_piece){(int)span->class_, span->skip, count, batch->events, room};
+        batch->events += count * each;
+        span->skip += count;
+        if (count < left)
+            break;
+    }
+    return batch->count > 0;
+}
+
+/* As much as the largest batch takes. */
+static uint64_t scratch_events(const struct deep_job *job)
+{
+    uint64_t most = 0;
+    for (size_t g = 0; g < job->group_count; g++) {
+        struct sort_span span;
+        for (size_t i = job->groups[g].first; find_span(job, &job->groups[g], i, &span);
+             i += span.count) {
+            struct sort_batch batch;
+            while (next_batch(job, &span, &batch))
+                most = batch.events > most ? batch.events : most;
+        }
+    }
+    return most;
+}
+
 bool deep_sort_reserve(struct deep_job *job, struct error *err)
 {
     struct shadow_builder *builder = job->builder;
-    uint64_t texels = 0, scratch = 0;
-    for (size_t i = 0; i < job->count; i++) {
-        const struct deep_statistics *s = &job->statistics[i];
-        if (!deep_job_has(job, i))
-            continue;
-        texels += deep_statistics_texels(s);
-        if (s->longest > DEEP_RUN && s->total > scratch)
-            scratch = s->total;
-    }
-    struct gl_buffer_desc lists = {.label = "shadow.deep.texels",
-                                   .size_bytes = texels * 4,
-                                   .is_dynamic = builder->scans_on_host};
+    uint64_t lists;
+    if (!deep_job_upload(job, err) || !deep_job_lay_out(job, &lists, err))
+        return false;
+    uint64_t scratch = scratch_events(job);
+    struct gl_buffer_desc texels = {.label = "shadow.deep.texels",
+                                    .size_bytes = lists * 4,
+                                    .is_dynamic = builder->scans_on_host};
     struct gl_buffer_desc events = {.label = "shadow.deep.scratch",
-                                    .size_bytes = scratch * SCRATCH_BYTES};
+                                    .size_bytes = scratch * DEEP_SCRATCH_BYTES};
     struct gl_buffer_desc objects = {.label = "shadow.deep.scratch.objects",
                                      .size_bytes = builder->store->keeps_objects ? scratch * 4 : 0};
     struct gl_buffer_desc media = {.label = "shadow.deep.scratch.media",
                                    .size_bytes = builder->store->keeps_media ? scratch * 4 : 0};
-    uint64_t bytes = lists.size_bytes + events.size_bytes + objects.size_bytes + media.size_bytes;
+    uint64_t bytes = texels.size_bytes + events.size_bytes + objects.size_bytes + media.size_bytes;
     if (!shadow_store_check_transient(builder->store, bytes, err))
         return false;
     builder->store->transient_bytes = bytes;
-    return gl_buffer_reserve(&builder->texels, &lists, false, err) &&
+    return gl_buffer_reserve(&builder->texels, &texels, false, err) &&
            gl_buffer_reserve(&builder->scratch, &events, false, err) &&
            gl_buffer_reserve(&builder->scratch_objects, &objects, false, err) &&
            gl_buffer_reserve(&builder->scratch_media, &media, false, err);
 }
 
-struct class_job { /* one length class of one light */
-    const struct shadow_map *map;
-    uint32_t list_first, list_count; /* in builder->texels */
-};
-
-/* Lists up to a run by their class, runs of longer ones, and their merging: to and fro. */
+/* Lists up to a run by their class, runs of longer ones, and their merging. */
 static const char sort_file[] = "shadow_sort.comp.glsl", merge_file[] = "shadow_merge.comp.glsl";
 static const char *const nets[LONG_CLASS] = {"NET=2", "NET=4", "NET=8", "NET=16", "NET=32"};
-static const char runs_to_scratch[] = "NET=32 RUNS SCRATCH", runs_in_place[] = "NET=32 RUNS";
-static const char merge_last[] = "SCRATCH FROM_SCRATCH LAST",
-                  merge_from_scratch[] = "SCRATCH FROM_SCRATCH", merge_to_scratch[] = "SCRATCH";
+static const char runs[] = "NET=32 RUNS", merge_on[] = "SCRATCH", merge_last[] = "SCRATCH LAST";
 
 static struct program_desc program_of(uint32_t map_flags, const char *file, const char *variant,
                                       char defines[64])
@@ -67,90 +170,105 @@ static struct program_desc program_of(uint32_t map_flags, const char *file, cons
     return (struct program_desc){.label = "shadow.deep.sort", .compute = file, .defines = defines};
 }
 
-void deep_sort_list_programs(uint32_t map_flags, struct program_list *list)
+static void list_program(uint32_t map_flags, const char *file, const char *variant,
+                         struct program_list *list)
 {
-    const char *const runs[] = {runs_to_scratch, runs_in_place};
-    const char *const merges[] = {merge_last, merge_from_scratch, merge_to_scratch};
     char defines[64];
-    struct program_desc desc;
-    for (int i = 0; i < LONG_CLASS + 2; i++) {
-        const char *variant = i < LONG_CLASS ? nets[i] : runs[i - LONG_CLASS];
-        desc = program_of(map_flags, sort_file, variant, defines);
-        program_list_add(list, "shadow.deep.sort", &desc, true);
-    }
-    for (int i = 0; i < 3; i++) {
-        desc = program_of(map_flags, merge_file, merges[i], defines);
-        program_list_add(list, "shadow.deep.sort", &desc, true);
-    }
+    const struct program_desc desc = program_of(map_flags, file, variant, defines);
+    program_list_add(list, "shadow.deep.sort", &desc, true);
 }
 
+void deep_sort_list_programs(uint32_t map_flags, struct program_list *list)
+{
+    for (int i = 0; i < LONG_CLASS; i++)
+        list_program(map_flags, sort_file, nets[i], list);
+    list_program(map_flags, sort_file, runs, list);
+    list_program(map_flags, merge_file, merge_last, list);
+    list_program(map_flags, merge_file, merge_on, list);
+}
+
+/* The program, told which lists it is to sort. */
 static const struct gl_program *use_program(const struct deep_job *job,
-                                            const struct class_job *lists, const char *file,
-                                            const char *variant, struct error *err)
+                                            const struct sort_span *span, const char *file,
+                                            const char *variant, int class_, struct error *err)
 {
     char defines[64];
-    const struct shadow_map *map = lists->map;
-    const struct program_desc desc = program_of(map->flags, file, variant, defines);
+    const struct deep_group *group = span->group;
+    const struct program_desc desc = program_of(span->flags, file, variant, defines);
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
     if (!program)
         return NULL;
+    size_t row = (size_t)class_ * group->count + (span->first - group->first);
     gl_program_use(program);
-    gl_program_set_u(program, "u_first_head", (uint32_t)map->heads.first);
-    gl_program_set_u(program, "u_event_base", (uint32_t)map->events.first);
-    gl_program_set_u(program, "u_list_first", lists->list_first);
-    gl_program_set_u(program, "u_list_count", lists->list_count);
-    gl_program_set_f(program, "u_keys_per_m", map->keys_per_m);
-    float sigma[2][4] = {{0}};
-    for (int k = 0; k < 3; k++) {
-        sigma[0][k] = (float)map->sigma[k];
-        sigma[1][k] = (float)(map->sigma[k] - (double)sigma[0][k]);
-    }
-    gl_program_set_f4(program, "u_sigma[0]", sigma[0]);
-    gl_program_set_f4(program, "u_sigma[1]", sigma[1]);
+    gl_program_set_u(program, "u_row", group->table + (uint32_t)row);
+    gl_program_set_u(program, "u_lights", (uint32_t)span->count);
+    gl_program_set_u(program, "u_first_light", (uint32_t)span->first);
+    gl_program_set_u(program, "u_event_window", (uint32_t)span->events.first);
     return program;
 }
 
-static bool sort_short(const struct deep_job *job, const struct class_job *lists, int class_,
+static bool sort_short(const struct deep_job *job, const struct sort_span *span, int class_,
                        struct error *err)
 {
-    if (!use_program(job, lists, sort_file, nets[class_], err))
+    uint32_t lists = class_lists(job, span, class_);
+    if (!lists)
+        return true;
+    const struct gl_program *sort = use_program(job, span, sort_file, nets[class_], class_, err);
+    if (!sort)
         return false;
-    deep_dispatch(lists->list_count);
+    gl_program_set_u(sort, "u_skip", 0);
+    gl_program_set_u(sort, "u_most", lists);
+    deep_dispatch(lists);
     return true;
 }
 
-/* Runs of 32, then one merge per level, to and fro, so that the last one ends in the streams. */
-static bool sort_long(const struct deep_job *job, const struct class_job *lists, int class_,
-                      struct error *err)
+/* Step 0 makes runs, step k merges those of 32 * 2^(k - 1): from one half of scratch memory to the
+ * other, at last into the streams. */
+static bool merge_piece(const struct deep_job *job, const struct sort_span *span,
+                        const struct sort_piece *piece, int step, struct error *err)
 {
-    int levels = class_ - LONG_CLASS + 1;
-    bool in_scratch = levels % 2 != 0;
-    if (!use_program(job, lists, sort_file, in_scratch ? runs_to_scratch : runs_in_place, err))
+    int levels = levels_of(piece->class_);
+    const char *variant = step == 0 ? runs : step == levels ? merge_last : merge_on;
+    const struct gl_program *program =
+        use_program(job, span, step ? merge_file : sort_file, variant, piece->class_, err);
+    if (!program)
         return false;
-    deep_dispatch(lists->list_count);
-    for (int level = 0; level < levels; level++) {
-        const char *variant = level + 1 == levels ? merge_last
-                              : in_scratch        ? merge_from_scratch
-                                                  : merge_to_scratch;
-        const struct gl_program *merge = use_program(job, lists, merge_file, variant, err);
-        if (!merge)
-            return false;
-        gl_program_set_u(merge, "u_width", (uint32_t)DEEP_RUN << level);
-        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
-        deep_dispatch(lists->list_count);
-        in_scratch = !in_scratch;
+    uint32_t half = piece->count * piece->room, other = (uint32_t)step % 2;
+    gl_program_set_u(program, "u_skip", piece->skip);
+    gl_program_set_u(program, "u_most", piece->count);
+    gl_program_set_u(program, "u_room", piece->room);
+    gl_program_set_u(program, "u_from", piece->scratch + (1 - other) * half);
+    gl_program_set_u(program, "u_to", piece->scratch + other * half);
+    gl_program_set_u(program, "u_width", step ? (uint32_t)DEEP_RUN << (step - 1) : 0);
+    deep_dispatch(piece->count);
+    return true;
+}
+
+/* All pieces take a step at once; only the steps of a list follow each other. */
+static bool sort_batch(const struct deep_job *job, const struct sort_span *span,
+                       const struct sort_batch *batch, struct error *err)
+{
+    for (int step = 0; step <= levels_of(DEEP_CLASSES - 1); step++) {
+        bool has_any = false;
+        for (int i = 0; i < batch->count; i++) {
+            if (levels_of(batch->pieces[i].class_) < step)
+                continue;
+            has_any = true;
+            if (!merge_piece(job, span, &batch->pieces[i], step, err))
+                return false;
+        }
+        if (has_any)
+            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     }
     return true;
 }
 
-static void bind_streams(const struct deep_job *job)
+static void bind_lists(const struct deep_job *job)
 {
-    struct shadow_builder *builder = job->builder;
-    struct shadow_store *store = builder->store;
-    struct shadow_pool *events = &store->pools[SHADOW_POOL_EVENTS];
-    gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_EVENT], BIND_SHADOW_EVENTS);
-    gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_KEYS], BIND_SHADOW_KEYS);
-    gl_buffer_bind_storage(&builder->texels, BIND_SCAN);
+    const struct shadow_builder *builder = job->builder;
+    const struct shadow_store *store = builder->store;
+    gl_buffer_bind_storage(&builder->lights, BIND_DEEP_LIGHTS);
+    gl_buffer_bind_storage(&builder->table, BIND_DEEP_LISTS);
     gl_buffer_bind_storage(&builder->scratch, BIND_LIST_NODES);
     gl_buffer_bind_storage(&builder->scratch_objects, BIND_STATISTICS);
     gl_buffer_bind_storage(&builder->scratch_media, BIND_SHADOW_SCRATCH_MEDIA);
@@ -158,32 +276,53 @@ static void bind_streams(const struct deep_job *job)
     gl_texture_bind(shadow_store_view(store, SHADOW_POOL_HEADS, 0), UNIT_SHADOW_HEADS);
     gl_texture_bind(shadow_store_view(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT),
                     UNIT_SHADOW_EVENTS);
-    if (store->keeps_media) {
-        gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_MEDIUM], BIND_SHADOW_MEDIA);
+    if (store->keeps_media)
         gl_texture_bind(shadow_store_view(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_MEDIUM),
                         UNIT_SHADOW_MEDIA);
-    }
-    if (store->keeps_objects) {
-        gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_OBJECT], BIND_SHADOW_EVENTS_ID);
+    if (store->keeps_objects)
         gl_texture_bind(shadow_store_view(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT),
                         UNIT_SHADOW_ID);
-    }
+}
+
+static void bind_streams(const struct deep_job *job, const struct sort_span *span)
+{
+    static const uint32_t bindings[SHADOW_STREAMS_MAX] = {
+        [SHADOW_STREAM_EVENT] = BIND_SHADOW_EVENTS,
+        [SHADOW_STREAM_KEYS] = BIND_SHADOW_KEYS,
+        [SHADOW_STREAM_OBJECT] = BIND_SHADOW_EVENTS_ID,
+        [SHADOW_STREAM_MEDIUM] = BIND_SHADOW_MEDIA,
+    };
+    const struct shadow_store *store = job->builder->store;
+    for (int stream = 0; stream < SHADOW_STREAMS_MAX; stream++)
+        if (store->pools[SHADOW_POOL_EVENTS].streams[stream].name)
+            shadow_store_bind(store, SHADOW_POOL_EVENTS, stream, &span->events, bindings[stream]);
+    deep_group_bind_lists(job, span->group, BIND_SCAN);
+}
+
+static bool sort_span(const struct deep_job *job, struct sort_span *span, struct error *err)
+{
+    struct sort_batch batch;
+    bind_streams(job, span);
+    for (int c = 0; c < LONG_CLASS; c++)
+        if (!sort_short(job, span, c, err))
+            return false;
+    while (next_batch(job, span, &batch))
+        if (!sort_batch(job, span, &batch, err))
+            return false;
+    return true;
 }
 
 bool deep_sort(struct deep_job *job, struct error *err)
 {
     bool ok = true;
-    uint32_t list = 0;
     deep_job_begin(job, "shadow.deep.sort");
-    bind_streams(job);
-    for (size_t i = 0; ok && i < job->count; i++) {
-        for (int c = 0; ok && deep_job_has(job, i) && c < DEEP_CLASSES; c++) {
-            struct class_job lists = {job->builds[i].map, list, job->statistics[i].classes[c]};
-            if (lists.list_count)
-                ok = c < LONG_CLASS ? sort_short(job, &lists, c, err)
-                                    : sort_long(job, &lists, c, err);
-            list += lists.list_count;
-        }
+    bind_lists(job);
+    for (size_t g = 0; ok && g < job->group_count; g++) {
+        struct sort_span span;
+        for (size_t i = job->groups[g].first; ok && find_span(job, &job->groups[g], i, &span);
+             i += span.count)
+            if (span.events.count)
+                ok = sort_span(job, &span, err);
     }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     gpu_scope_end(job->builder->timeline);

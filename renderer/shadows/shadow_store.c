@@ -366,6 +366,37 @@ bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, st
     return true;
 }
 
+bool shadow_store_widen(const struct shadow_store *store, enum shadow_pool_kind kind,
+                        const struct shadow_range *range, struct shadow_range *span)
+{
+    uint64_t first = range->first, end = range->first + range->count, widest = 0;
+    if (!range->count)
+        return true;
+    for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
+        if (has_stream(store, kind, i) && !stream_kinds[kind][i].shared_by &&
+            stream_kinds[kind][i].bytes > widest)
+            widest = stream_kinds[kind][i].bytes;
+    if (span->count && span->first < first)
+        first = span->first;
+    if (span->count && span->first + span->count > end)
+        end = span->first + span->count;
+    first -= first % SHADOW_SPAN_GRAIN;
+    if (span->count && (end - first) * widest > (uint64_t)store->limits->max_storage_block_bytes)
+        return false;
+    *span = (struct shadow_range){first, end - first};
+    return true;
+}
+
+void shadow_store_bind(const struct shadow_store *store, enum shadow_pool_kind kind, int stream,
+                       const struct shadow_range *span, uint32_t binding)
+{
+    const struct stream_kind *form = &stream_kinds[kind][stream];
+    uint64_t shared_by = form->shared_by ? form->shared_by : 1;
+    gl_buffer_bind_storage_range(&store->pools[kind].streams[stream],
+                                 span->first / shared_by * form->bytes,
+                                 stream_bytes(form, span->count), binding);
+}
+
 const struct gl_texture *shadow_store_view(const struct shadow_store *store,
                                            enum shadow_pool_kind kind, int stream)
 {

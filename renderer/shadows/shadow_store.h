@@ -86,6 +86,17 @@ MUST_CHECK bool shadow_store_keep(struct shadow_store *store, enum shadow_stream
 MUST_CHECK bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes,
                                              struct error *err);
 
+/* Elements of a pool that a storage block of the device takes at once are a span. It begins at a
+ * multiple of this, where an offset into every stream may be. */
+enum { SHADOW_SPAN_GRAIN = 128 };
+/* Makes the span hold the range, too; an empty one takes any. False, and it stays as it was, where
+ * it would exceed a storage block then. */
+bool shadow_store_widen(const struct shadow_store *store, enum shadow_pool_kind kind,
+                        const struct shadow_range *range, struct shadow_range *span);
+/* Binds a stream's part in the span as storage: element 0 is then the first of the span. */
+void shadow_store_bind(const struct shadow_store *store, enum shadow_pool_kind kind, int stream,
+                       const struct shadow_range *span, uint32_t binding);
+
 const struct gl_texture *shadow_store_view(const struct shadow_store *store,
                                            enum shadow_pool_kind kind, int stream);
 

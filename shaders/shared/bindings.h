@@ -23,6 +23,8 @@
 #define BIND_FRAGMENT_SURFACE_2 9
 
 /* building shadows and lists; numbers above are not in use at that time and may be shared */
+#define BIND_DEEP_LIGHTS 5          /* struct deep_light[] */
+#define BIND_DEEP_LISTS 6           /* u32 per class and light: its first list of texels */
 #define BIND_SHADOW_MEDIA 7         /* uvec4 per event: medium, later extinction */
 #define BIND_SHADOW_SCRATCH_MEDIA 8 /* u32 per event */
 #define BIND_SHADOW_COUNTS 9        /* deep build: u32 per texel */

@@ -121,6 +121,20 @@ LAYOUT(shadow_record, kind_shape_flags_resolution, 64)
 LAYOUT(shadow_record, sigma, 80)
 LAYOUT_SIZE(shadow_record, 96)
 
+struct deep_light {             /* one of the lights whose lists are built together */
+    vec4 sigma_high, sigma_low; /* rgb: extinction where the light stands [1/m]: their sum */
+    uint first_count, texels;   /* its counts, one behind its first head */
+    uint first_tile;            /* of those that a scan divides the counts of all lights into */
+    uint shortest;              /* events from which on a list must be finished */
+    uint event_base;            /* first event in the pools */
+    float keys_per_m;
+    uint pad[2];
+};
+LAYOUT(deep_light, sigma_low, 16)
+LAYOUT(deep_light, first_count, 32)
+LAYOUT(deep_light, event_base, 48)
+LAYOUT_SIZE(deep_light, 64)
+
 #define SHADOW_POINT_UNLIT 1u     /* no light is asked for it */
 #define SHADOW_POINT_TRANSMITS 2u /* light from behind counts, too */
 #define SHADOW_POINT_LEAVES_OUT 2 /* shift: a node, and one, that casts no shadow here; 0: none */
