@@ -93,6 +93,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     renderer->context =
         gl_context_create(&(struct gl_context_desc){.device = desc->device,
                                                     .is_strict = desc->is_strict,
+                                                    .hides_coverage = desc->hides_coverage,
                                                     .poses_as_hardware = desc->poses_as_hardware},
                           err);
     if (!renderer->context)
@@ -214,7 +215,9 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
     *info = (struct renderer_info){
         .device_count = limits->device_count,
         .max_texture_size = limits->max_texture_size,
-        .max_samples = limits->max_samples,
+        .max_samples = limits->max_samples < limits->max_integer_samples
+                           ? limits->max_samples
+                           : limits->max_integer_samples,
         .max_storage_block_bytes = (uint64_t)limits->max_storage_block_bytes,
         .has_true_timers = limits->has_true_timers,
         .has_post_depth_coverage = limits->has_post_depth_coverage,

@@ -39,6 +39,7 @@ struct renderer_desc {
     bool defers_frames;  /* tests: what renderer_submit may leave under way is never there before it
                             is waited for, as on the slowest device */
     bool poses_as_hardware; /* tests: a software rasteriser goes the ways of other devices */
+    bool hides_coverage;    /* tests: as on a device without GL_ARB_post_depth_coverage */
     bool is_strict;         /* tests: a GL error or undefined-behaviour message aborts */
 };
 
@@ -47,7 +48,8 @@ struct renderer_info {
     char vendor[128], renderer[128], version[128];
     char driver[64]; /* EGL platform in use: "surfaceless", "device" */
     int device_count;
-    int max_texture_size, max_samples;
+    int max_texture_size;
+    int max_samples; /* of targets of floats and of integers alike */
     uint64_t max_storage_block_bytes;
     bool has_true_timers; /* GPU timer queries agree with the wall clock (measured at start) */
     bool has_post_depth_coverage;

@@ -106,7 +106,7 @@ static json_t *probe(const struct measure_desc *desc, struct error *err)
     if (!render(desc, 0, 0, &frame, err))
         return NULL;
     renderer_get_info(desc->renderer, &info);
-    bool can_antialias = info.has_post_depth_coverage && info.max_samples >= 4;
+    bool can_antialias = info.max_samples >= 4;
     json_t *result = json_pack(
         "{s:I,s:I,s:I,s:b,s:i,s:I,s:f}", "lights", (json_int_t)frame.report.counts.lights,
         "shadowed_lights", (json_int_t)frame.report.counts.shadowed_lights, "triangles",

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Second pass of the per-pixel lists: writes each transparent fragment's surface into its pixel's
 // range.
-// Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target with post-depth coverage);
+// Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target), with COVERAGE_BY_DEPTH where
+// the device has no post-depth coverage;
 // IS_MEDIUM, and with it IS_HIDDEN (drawn behind the opaque depth) and CUT_PLANES (count).
 #include "evaluate.glsl"
 #include "camera_filter.glsl"
 layout(early_fragment_tests) in;
-#ifdef HAS_COVERAGE
+#ifdef COVERAGE_BY_DEPTH
+#include "sample_coverage.glsl"
+#elif defined HAS_COVERAGE
 layout(post_depth_coverage) in;
 #endif
 layout(std430, binding = BIND_PIXEL_COUNTS) buffer count_buffer { uint cursors[]; };
@@ -79,7 +82,7 @@ void main()
 {
     surface s = evaluate_surface();
     float depth = gl_FragCoord.z;
-#ifdef IS_MEDIUM
+#if defined IS_MEDIUM || defined COVERAGE_BY_DEPTH
     vec2 slope = vec2(dFdx(depth), dFdy(depth));
 #endif
     material_record r = materials[s.material];
@@ -99,6 +102,16 @@ void main()
     uint entry = atomicAdd(cursors[pixel], 1u);
 #ifdef HAS_COVERAGE
     uint coverage = uint(gl_SampleMaskIn[0]);
+#ifdef COVERAGE_BY_DEPTH
+    uint in_front = coverage_in_front(depth, slope);
+#ifdef IS_HIDDEN
+    coverage &= ~in_front;
+#else
+    coverage &= in_front;
+#endif
+    if (coverage == 0u)
+        s.alpha = 0.0; // not to be lit
+#endif
 #else
     uint coverage = 1u;
 #endif

@@ -205,6 +205,7 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
     if (!check_requirements(err))
         goto fail;
     read_limits(&context->limits);
+    context->limits.has_post_depth_coverage &= !desc->hides_coverage;
     context->limits.is_software &= !desc->poses_as_hardware;
     set_fixed_state(context->is_strict);
     return context;

@@ -12,8 +12,9 @@
 struct gl_context;
 
 struct gl_context_desc {
-    int device;     /* 0 chooses: surfaceless on Mesa, else the first EGL device; N is the N-th EGL
-                       device */
+    int device; /* 0 chooses: surfaceless on Mesa, else the first EGL device; N is the N-th EGL
+                   device */
+    bool hides_coverage; /* tests: as on a device without GL_ARB_post_depth_coverage */
     bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests); without
                        it the driver is asked for no messages */
     bool poses_as_hardware; /* tests: is_software is false, whatever the device */

@@ -20,8 +20,7 @@ enum { SAMPLES_DEFAULT = 4 };
 int plan_samples(const struct view *view, const struct gl_limits *limits)
 {
     int samples = view->quality.samples ? view->quality.samples : SAMPLES_DEFAULT;
-    bool can = limits->has_post_depth_coverage && limits->max_samples >= 4 &&
-               limits->max_integer_samples >= 4;
+    bool can = limits->max_samples >= 4 && limits->max_integer_samples >= 4;
     return view->outputs & 1u << VIEW_OUTPUT_COLOR && can ? samples : 1;
 }
 

@@ -8,6 +8,7 @@
 
 #include "renderer/scene/matrix.h"
 #include "renderer/plan/frustum.h"
+#include "shaders/shared/bindings.h"
 
 enum { VARIANT_BYTES = 256 };
 
@@ -181,17 +182,20 @@ static void describe_variant(const struct variant_context *context, uint32_t var
         return;
     uint32_t mask = variant & VARIANT_TEXTURES;
     bool has_coverage = context->frame->targets->samples > 1;
+    bool is_by_depth =
+        has_coverage && context->is_layer && !context->frame->limits->has_post_depth_coverage;
     char kinds[SHADER_NEEDS_TEXT_BYTES] = "";
     if (context->is_layer)
         shader_needs_material_defines(context->frame->needs->layer_kinds, kinds);
-    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s", mask,
+    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s", mask,
              mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
              variant & VARIANT_COLOR ? " HAS_COLOR" : "",
              variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",
              variant & VARIANT_MASKED ? " IS_MASKED" : "",
              context->frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
-             has_coverage ? " HAS_COVERAGE" : "", variant & VARIANT_MEDIUM ? " IS_MEDIUM" : "",
-             context->is_hidden ? " IS_HIDDEN" : "", kinds);
+             has_coverage ? " HAS_COVERAGE" : "", is_by_depth ? " COVERAGE_BY_DEPTH" : "",
+             variant & VARIANT_MEDIUM ? " IS_MEDIUM" : "", context->is_hidden ? " IS_HIDDEN" : "",
+             kinds);
 }
 
 static void set_variant_uniforms(const struct variant_context *context,
@@ -201,6 +205,7 @@ static void set_variant_uniforms(const struct variant_context *context,
     gl_program_set_f2(program, "u_clip_across", context->across);
     gl_program_set_f4(program, "u_clip_depth", context->depth);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
+    window_set_samples(frame, program);
     window_set_clip_planes(frame, frame->state->unit_m, program);
 }
 
@@ -426,23 +431,40 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
     return ok;
 }
 
-bool geometry_draw_transparent(const struct window_frame *frame, const struct geometry_items *items,
-                               const char *fragment, bool evaluates, struct error *err)
+/* Layers find the samples that they cover by the depth map of their own target, which they do not
+ * write. */
+static bool begin_layers(const struct window_frame *frame)
 {
     set_depth_state(frame, false);
     glBindFramebuffer(GL_FRAMEBUFFER, frame->targets->depth_only.name);
+    if (frame->targets->samples == 1 || frame->limits->has_post_depth_coverage)
+        return false;
+    gl_texture_bind(&frame->targets->depth, UNIT_GBUFFER_DEPTH);
+    glBindSampler(UNIT_GBUFFER_DEPTH, 0);
+    glTextureBarrier();
+    return true;
+}
+
+bool geometry_draw_transparent(const struct window_frame *frame, const struct geometry_items *items,
+                               const char *fragment, bool evaluates, struct error *err)
+{
+    bool finds_coverage = begin_layers(frame);
     struct pass pass = transparent_pass(items, fragment, evaluates);
     bool ok = submit(frame, items, &pass, err);
     pass = medium_pass(items, fragment, evaluates);
+    if (finds_coverage && items->may_surround) /* the shader alone says which of the two draws of a
+                                                  medium has a sample: none is lost between them */
+        glDepthFunc(GL_ALWAYS);
     ok = ok && submit(frame, items, &pass, err);
     if (ok && items->may_surround) {
         pass.is_hidden = true;
-        glDepthFunc(GL_LESS);     /* what the draw before did not pass */
+        if (!finds_coverage)
+            glDepthFunc(GL_LESS); /* what the draw before did not pass */
         glEnable(GL_DEPTH_CLAMP); /* and what lies beyond the far plane */
         ok = submit(frame, items, &pass, err);
         glDisable(GL_DEPTH_CLAMP);
-        glDepthFunc(GL_GEQUAL);
     }
+    glDepthFunc(GL_GEQUAL);
     glDepthMask(GL_TRUE);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     return ok;
