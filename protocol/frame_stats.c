@@ -338,6 +338,13 @@ char *frame_stats_to_json_text(const struct frame_stats *stats)
 
 /* ---- reading ---- */
 
+/* Absent or null: not known. */
+static bool read_ms(const struct json_node *node, double *ms)
+{
+    *ms = NAN;
+    return json_read_number(node, -INFINITY, INFINITY, ms);
+}
+
 static bool read_plan(const struct json_node *node, struct frame_stats *stats)
 {
     size_t count;
@@ -355,7 +362,7 @@ static bool read_plan(const struct json_node *node, struct frame_stats *stats)
         if (!json_read_text(&name, pass->pass, sizeof pass->pass) ||
             !json_read_text(&because, pass->because, sizeof pass->because) ||
             !json_read_text(&technique, pass->technique, sizeof pass->technique) ||
-            !json_read_number(&ms, -INFINITY, INFINITY, &pass->ms))
+            !read_ms(&ms, &pass->ms))
             return false;
     }
     stats->plan_count = (int)count;
@@ -382,7 +389,7 @@ static bool read_timings(const struct json_node *node, struct frame_stats *stats
         return false;
     for (int i = 0; i < FRAME_TIMING_COUNT; i++) {
         struct json_node member = json_member(node, timing_names[i]);
-        if (!json_read_number(&member, -INFINITY, INFINITY, &stats->timings_ms[i]))
+        if (!read_ms(&member, &stats->timings_ms[i]))
             return false;
     }
     return true;
@@ -541,9 +548,11 @@ int frame_stats_server_timing(const struct frame_stats *stats, char *text, size_
     int used = 0;
     for (int i = 0; i < FRAME_TIMING_COUNT; i++) {
         double ms = stats->timings_ms[i];
+        if (isnan(ms)) /* not known on this device */
+            continue;
         ms = isfinite(ms) ? fmin(fmax(ms, 0), 1e12) : 0; /* bounds the text as well */
-        used += snprintf(value + used, sizeof value - (size_t)used, "%s%s;dur=%.3f", i ? ", " : "",
-                         timing_names[i], ms);
+        used += snprintf(value + used, sizeof value - (size_t)used, "%s%s;dur=%.3f",
+                         used ? ", " : "", timing_names[i], ms);
     }
     return snprintf(text, size_bytes, "%s", value);
 }

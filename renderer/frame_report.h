@@ -28,7 +28,8 @@ struct report_pass {
     char pass[REPORT_NAME_BYTES];      /* "shadow.deep", "gbuffer", ... */
     char because[REPORT_TEXT_BYTES];   /* the requirement that called for it */
     char technique[REPORT_NAME_BYTES]; /* "deep", "map", "clustered", "lists", "" */
-    double ms; /* true on this device: GPU timer where it is honest, else fenced wall clock */
+    double ms; /* true on this device: GPU timer where it is honest, fenced wall clock where the
+                  device is our own processors; else NAN: not known */
 };
 
 struct report_bytes {
@@ -56,7 +57,7 @@ struct frame_report {
     int pass_count;
     char order[REPORT_PASSES_MAX][REPORT_NAME_BYTES]; /* of passes; report_order_pass */
     int order_count;
-    double stage_ms[REPORT_STAGE_COUNT];
+    double stage_ms[REPORT_STAGE_COUNT]; /* NAN where a pass of it has no known time */
     double total_ms;  /* wall clock of the whole frame in the renderer, without pauses */
     double paused_ms; /* while other frames went before the rest of this one */
     struct {

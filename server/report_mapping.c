@@ -149,7 +149,7 @@ static void copy_times(const struct frame_report *report, double ms[FRAME_TIMING
     double passes = 0;
     for (int i = 0; i < REPORT_STAGE_COUNT; i++)
         passes += report->stage_ms[i];
-    ms[FRAME_TIMING_PREPARE] = fmax(report->total_ms - passes, 0);
+    ms[FRAME_TIMING_PREPARE] = isnan(passes) ? NAN : fmax(report->total_ms - passes, 0);
     ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];
     ms[FRAME_TIMING_LIGHT_LIST] = report->stage_ms[REPORT_LIGHT_LIST];
     ms[FRAME_TIMING_SHADE] = report->stage_ms[REPORT_SHADE];

@@ -7,6 +7,9 @@ const HISTORY = 60; // frames of the small chart
 
 const ms = (value) => `${value < 10 ? value.toFixed(2) : value.toFixed(0)} ms`;
 
+/** Of a pass, whose time some devices do not tell. */
+const time = (value) => (value === null ? "–" : ms(value));
+
 export class Overlay {
   #times = [];
   #frame = null;
@@ -67,16 +70,16 @@ export class Overlay {
 
   #timings(timings) {
     return facts(Object.entries(timings).filter(([name]) => name !== "total")
-      .map(([name, value]) => [name, ms(value)]));
+      .map(([name, value]) => [name, time(value)]));
   }
 
   #passes(report) {
-    const most = Math.max(...report.plan.map(({ ms: time }) => time), 1e-9);
-    const rows = report.plan.map(({ pass, technique, because, ms: time }) => {
+    const most = Math.max(...report.plan.map(({ ms: taken }) => taken ?? 0), 1e-9);
+    const rows = report.plan.map(({ pass, technique, because, ms: taken }) => {
       const bar = el("span", { class: "time-bar" });
-      bar.style.width = `${Math.max(1, (100 * time) / most)}%`;
+      bar.style.width = taken === null ? "0" : `${Math.max(1, (100 * taken) / most)}%`;
       return el("tr", { title: because }, el("th", { scope: "row" }, pass, technique
-        && el("small", {}, ` ${technique}`)), el("td", { class: "time" }, bar, ms(time)));
+        && el("small", {}, ` ${technique}`)), el("td", { class: "time" }, bar, time(taken)));
     });
     const { counts, error, warnings, reused } = report;
     return [

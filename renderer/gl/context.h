@@ -30,7 +30,7 @@ struct gl_limits {
     bool has_post_depth_coverage;
     bool is_robust;
     bool is_software;     /* rasterised by the CPU: glDispatchCompute runs on our cores */
-    bool has_true_timers; /* set by the self-test */
+    bool has_true_timers; /* timestamps are of use; set by the self-test, never where is_software */
 };
 
 /* Elements that a storage block takes: one that is larger loses what is written beyond it. */

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* Pass timing: GPU timestamps where they are honest, fenced wall clock elsewhere. */
+/* Pass timing: GPU timestamps where they are honest, fenced wall clock where the device is our own
+ * processors, no times elsewhere. */
 #include "renderer/gl/scope.h"
 #include "renderer/wall_clock.h"
 
 #include <assert.h>
 #include <epoxy/gl.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +14,12 @@
 enum {
     SCOPES_MAX = 1024
 }; /* one per light and pass of a large frame; what exceeds it is summed into the last */
+
+enum clock_kind {
+    CLOCK_STAMPS,
+    CLOCK_FENCED,
+    CLOCK_NONE, /* the device is waited for only where its results are needed */
+};
 
 struct scope_record {
     struct report_pass line;
@@ -27,12 +35,19 @@ struct scope_set {
 };
 
 struct gpu_timeline {
-    const struct gl_limits *limits;
+    enum clock_kind clock;
     struct scope_set sets[2];
     struct scope_set *now, *aside; /* each one of them */
     struct gpu_waiter waiter;
     bool is_open;
 };
+
+static enum clock_kind choose_clock(const struct gl_limits *limits)
+{
+    if (limits->has_true_timers)
+        return CLOCK_STAMPS;
+    return limits->is_software ? CLOCK_FENCED : CLOCK_NONE;
+}
 
 struct gpu_timeline *gpu_timeline_create(const struct gl_context *context, struct error *err)
 {
@@ -41,7 +56,7 @@ struct gpu_timeline *gpu_timeline_create(const struct gl_context *context, struc
         error_set(err, ERROR_NO_MEMORY, "GPU timeline");
         return NULL;
     }
-    timeline->limits = gl_context_limits(context);
+    timeline->clock = choose_clock(gl_context_limits(context));
     timeline->now = &timeline->sets[0];
     timeline->aside = &timeline->sets[1];
     for (int i = 0; i < 2; i++)
@@ -69,13 +84,18 @@ void gpu_timeline_will_wait(struct gpu_timeline *timeline)
         timeline->waiter.before(timeline->waiter.context);
 }
 
-/* Where timers lie every pass begins with a wait. */
 static void let_waiter(struct gpu_timeline *timeline)
 {
-    if (!timeline->limits->has_true_timers)
+    if (timeline->clock == CLOCK_FENCED) /* every pass begins with a wait */
         gpu_timeline_will_wait(timeline);
     else if (timeline->waiter.between)
         timeline->waiter.between(timeline->waiter.context);
+}
+
+static double fenced_ms(void)
+{
+    glFinish();
+    return wall_ms();
 }
 
 void gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc *desc)
@@ -94,12 +114,10 @@ void gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc 
     snprintf(record->line.technique, sizeof record->line.technique, "%s",
              desc->technique ? desc->technique : "");
     record->stage = desc->stage;
-    if (timeline->limits->has_true_timers) {
+    if (timeline->clock == CLOCK_STAMPS)
         glQueryCounter(set->queries[2 * set->count], GL_TIMESTAMP);
-    } else {
-        glFinish();
-        record->begin_ms = wall_ms();
-    }
+    else if (timeline->clock == CLOCK_FENCED)
+        record->begin_ms = fenced_ms();
 }
 
 /* Beyond SCOPES_MAX the last record's end moves on, so that no time is lost from the sum. */
@@ -109,18 +127,18 @@ void gpu_scope_end(struct gpu_timeline *timeline)
     assert(timeline->is_open);
     timeline->is_open = false;
     int index = set->count < SCOPES_MAX ? set->count++ : SCOPES_MAX - 1;
-    if (timeline->limits->has_true_timers) {
+    if (timeline->clock == CLOCK_STAMPS)
         glQueryCounter(set->queries[2 * index + 1], GL_TIMESTAMP);
-    } else {
-        glFinish();
-        set->records[index].end_ms = wall_ms();
-    }
+    else if (timeline->clock == CLOCK_FENCED)
+        set->records[index].end_ms = fenced_ms();
     glPopDebugGroup();
 }
 
 static double record_ms(const struct gpu_timeline *timeline, const struct scope_set *set, int index)
 {
-    if (!timeline->limits->has_true_timers)
+    if (timeline->clock == CLOCK_NONE)
+        return NAN;
+    if (timeline->clock == CLOCK_FENCED)
         return set->records[index].end_ms - set->records[index].begin_ms;
     GLuint64 begin = 0, end = 0;
     glGetQueryObjectui64v(set->queries[2 * index], GL_QUERY_RESULT, &begin);

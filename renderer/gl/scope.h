@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A pass runs inside a scope: debug group, timing and report line under one name. Thread: GL. Where
- * GPU timer queries lie (llvmpipe), a scope is fenced with glFinish and timed by the wall clock. */
+ * the device is our own processors, a scope is fenced with glFinish and timed by the wall clock; on
+ * a device whose timestamps are not to be believed its time is NAN, and nothing is waited for. */
 #ifndef VITRAIL_RENDERER_GL_SCOPE_H
 #define VITRAIL_RENDERER_GL_SCOPE_H
 

@@ -92,7 +92,7 @@ void frame_times_take_report(struct frame_times *times, const struct frame_repor
     double wall_ms = 0, cpu_ms = 0;
     for (int i = 0; i < report->pass_count; i++) {
         struct part *part = find_part(times, report->passes[i].pass);
-        part->wall_ms += report->passes[i].ms;
+        part->wall_ms += isnan(report->passes[i].ms) ? 0 : report->passes[i].ms;
         if (!strcmp(part->name, "light_list")) /* a part of it is no scope */
             part->cpu_ms = find_part(times, PART_LIGHT_LIST)->cpu_ms;
     }

@@ -294,6 +294,28 @@ static void stages_of_a_reply_are_its_total(void **state)
     }
 }
 
+static void times_that_a_device_does_not_tell_are_absent(void **state)
+{
+    (void)state;
+    struct frame_stats stats = {.plan_count = 2}, back;
+    struct error err = {0};
+    for (int i = 0; i < 2; i++)
+        strcpy(stats.plan[i].pass, i ? "gbuffer" : "raytrace.build");
+    stats.plan[0].ms = 3;
+    stats.plan[1].ms = stats.timings_ms[FRAME_TIMING_SHADE] = NAN;
+    stats.timings_ms[FRAME_TIMING_PREPARE] = stats.timings_ms[FRAME_TIMING_QUEUE] = NAN;
+    char *json = frame_stats_to_json_text(&stats), text[FRAME_SERVER_TIMING_BYTES];
+    assert_non_null(strstr(json, "\"shade\":null"));
+    if (!frame_stats_from_json_text(json, strlen(json), &back, &err))
+        fail_msg("%s", err.message);
+    assert_true(back.plan[0].ms == 3 && isnan(back.plan[1].ms));
+    assert_true(isnan(back.timings_ms[FRAME_TIMING_SHADE]));
+    free(json);
+    frame_stats_server_timing(&back, text, sizeof text);
+    assert_null(strstr(text, "shade"));
+    assert_int_equal(strncmp(text, "paused;dur", 10), 0);
+}
+
 static void server_timing_lists_every_stage(void **state)
 {
     (void)state;
@@ -307,7 +329,7 @@ static void server_timing_lists_every_stage(void **state)
     assert_int_equal(length, strlen(text));
     assert_string_equal(text,
                         "queue;dur=0.100, paused;dur=0.000, prepare;dur=0.000, shadow;dur=0.000, "
-                        "light-list;dur=0.000, shade;dur=0.000, readback;dur=0.000, "
+                        "light-list;dur=0.000, readback;dur=0.000, "
                         "encode;dur=0.000, other;dur=0.000, total;dur=12.346");
 }
 
@@ -638,6 +660,7 @@ int main(void)
         cmocka_unit_test(longer_lists_than_ours_are_refused),
         cmocka_unit_test(dropped_warnings_are_told),
         cmocka_unit_test(stages_of_a_reply_are_its_total),
+        cmocka_unit_test(times_that_a_device_does_not_tell_are_absent),
         cmocka_unit_test(server_timing_lists_every_stage),
         cmocka_unit_test(server_timing_always_fits_and_always_ends),
         cmocka_unit_test(summaries_read_back_as_they_were),
