@@ -12,6 +12,7 @@
 #include "renderer/gl/selftest.h"
 #include "renderer/renderer_internal.h"
 #include "renderer/scene_parts.h"
+#include "renderer/scene_selftest.h"
 #include "renderer/shading/bands.h"
 
 static const uint64_t default_budget_bytes = 4ull << 30;
@@ -77,6 +78,68 @@ static void keep_programs(struct renderer *renderer, const struct renderer_desc 
         fprintf(stderr, "<4>%s\n", problem.message);
 }
 
+/* All but context and programs: of a renderer that may hold so much. */
+static bool create_parts(struct renderer *renderer, const struct renderer_desc *desc,
+                         uint64_t budget_bytes, struct error *err)
+{
+    renderer->budget_bytes = budget_bytes;
+    renderer->shadow_most_bytes = budget_bytes / 2;
+    renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
+    renderer->shade.loop_steps =
+        desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
+    renderer->own_scenes.textures = create_textures(desc, budget_bytes, err);
+    renderer->timeline = gpu_timeline_create(renderer->context, err);
+    renderer->readback = readback_create(desc->defers_frames, err);
+    if (!renderer->own_scenes.textures || !renderer->timeline || !renderer->readback ||
+        !create_own(renderer, err))
+        return false;
+    frame_flight_init(renderer);
+    renderer->shadows = shadow_system_create(
+        &(struct shadow_system_desc){
+            .programs = renderer->programs,
+            .timeline = renderer->timeline,
+            .limits = gl_context_limits(renderer->context),
+            .budget_bytes = renderer->shadow_most_bytes,
+            .claim = frame_budget_claim,
+            .context = renderer,
+        },
+        err);
+    renderer->traced = raytrace_cache_create(err);
+    return renderer->shadows && renderer->traced;
+}
+
+static void finish_parts(struct renderer *renderer)
+{
+    raytrace_cache_destroy(renderer->traced); /* borrows a scene */
+    scene_cache_finish(&renderer->own_scenes);
+    finish_own(renderer);
+    shadow_system_destroy(renderer->shadows);
+    frame_flight_finish(renderer);
+    readback_destroy(renderer->readback);
+    gpu_timeline_destroy(renderer->timeline);
+}
+
+/* By a renderer of its own, so that nothing of it is left to those that serve. */
+static bool test_scene(const struct renderer *renderer, const struct renderer_desc *desc,
+                       struct error *err)
+{
+    struct renderer *tested = calloc(1, sizeof *tested);
+    if (!tested)
+        return error_set(err, ERROR_NO_MEMORY, "renderer");
+    *tested = (struct renderer){
+        .context = renderer->context,
+        .programs = renderer->programs,
+        .scenes = &tested->own_scenes,
+        .is_strict = renderer->is_strict,
+        .loop_end = renderer->loop_end,
+    };
+    bool ok = create_parts(tested, desc, default_budget_bytes, err) && scene_selftest(tested, err);
+    renderer_destroy(tested->other);
+    finish_parts(tested);
+    free(tested);
+    return ok;
+}
+
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
 {
     struct renderer *renderer = calloc(1, sizeof *renderer);
@@ -86,9 +149,6 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     }
     renderer->is_strict = desc->is_strict;
     renderer->redraws_surfaces = desc->redraws_surfaces;
-    renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
-    renderer->budget_bytes = desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes;
-    renderer->shadow_most_bytes = renderer->budget_bytes / 2;
     renderer->scenes = &renderer->own_scenes;
     renderer->context =
         gl_context_create(&(struct gl_context_desc){.device = desc->device,
@@ -102,29 +162,10 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
         goto fail;
     keep_programs(renderer, desc);
-    if (!loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err))
-        goto fail;
-    renderer->shade.loop_steps =
-        desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
-    renderer->own_scenes.textures = create_textures(desc, renderer->budget_bytes, err);
-    renderer->timeline = gpu_timeline_create(renderer->context, err);
-    renderer->readback = readback_create(desc->defers_frames, err);
-    if (!renderer->own_scenes.textures || !renderer->timeline || !renderer->readback ||
-        !create_own(renderer, err))
-        goto fail;
-    frame_flight_init(renderer);
-    renderer->shadows = shadow_system_create(
-        &(struct shadow_system_desc){
-            .programs = renderer->programs,
-            .timeline = renderer->timeline,
-            .limits = gl_context_limits(renderer->context),
-            .budget_bytes = renderer->shadow_most_bytes,
-            .claim = frame_budget_claim,
-            .context = renderer,
-        },
-        err);
-    renderer->traced = raytrace_cache_create(err);
-    if (!renderer->shadows || !renderer->traced)
+    if (!loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err) ||
+        !test_scene(renderer, desc, err) ||
+        !create_parts(renderer, desc,
+                      desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes, err))
         goto fail;
     return renderer;
 
@@ -175,13 +216,7 @@ void renderer_destroy(struct renderer *renderer)
         return;
     }
     renderer_destroy(renderer->other);
-    raytrace_cache_destroy(renderer->traced); /* borrows a scene */
-    scene_cache_finish(&renderer->own_scenes);
-    finish_own(renderer);
-    shadow_system_destroy(renderer->shadows);
-    frame_flight_finish(renderer);
-    readback_destroy(renderer->readback);
-    gpu_timeline_destroy(renderer->timeline);
+    finish_parts(renderer);
     program_cache_destroy(renderer->programs);
     program_store_close(renderer->program_store);
     gl_context_destroy(renderer->context);

@@ -66,7 +66,8 @@ struct renderer_info {
     uint64_t budget_bytes, used_bytes; /* used is current at the time of the call */
 };
 
-/* Creates the context and runs the self-test (fragment side effects, compute, timers).
+/* Creates the context and runs the self-test (fragment side effects, compute, timers, a small scene
+ * under many lights).
  * ERROR_NO_DEVICE says which step failed and what was found; ERROR_INTERNAL, and nothing happens,
  * where the thread has a GL context: it would no longer be current, and its owner not know. */
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err);
