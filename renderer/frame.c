@@ -200,6 +200,22 @@ bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
     return true;
 }
 
+/* Has the driver begin with all that a new plan needs for certain, where that costs no time of
+ * ours: a frame meets its programs one after the other. */
+static void prepare_programs(struct renderer *renderer, const struct opened_view *opened)
+{
+    struct program_list list = {0};
+    struct error ignored = {0}; /* passes tell of it */
+    const struct frame_programs_desc desc = programs_of(renderer, opened, opened->plan);
+    bool is_good = frame_programs_list(&desc, &list, &ignored);
+    for (size_t i = 0; is_good && i < list.count; i++) {
+        const struct program_desc program = program_list_desc(&list.items[i]);
+        if (!list.items[i].is_conditional)
+            program_cache_prepare(renderer->programs, &program);
+    }
+    program_list_finish(&list);
+}
+
 static bool list_all(struct renderer *renderer, const struct opened_view *opened,
                      struct program_list *list, struct error *err)
 {
@@ -236,6 +252,11 @@ static bool compile(struct renderer *renderer, const struct program_list *list,
                     const struct renderer_warm_up_desc *desc, bool *is_complete, struct error *err)
 {
     bool is_good = true, has_built = false;
+    bool is_parallel = gl_context_limits(renderer->context)->compiles_in_parallel;
+    for (size_t i = 0; is_parallel && i < list->count; i++) {
+        const struct program_desc program = program_list_desc(&list->items[i]);
+        program_cache_prepare(renderer->programs, &program);
+    }
     for (size_t i = 0; is_good && *is_complete && i < list->count; i++) {
         const struct program_desc program = program_list_desc(&list->items[i]);
         if (program_cache_find(renderer->programs, &program) == PROGRAM_IN_MEMORY)
@@ -333,6 +354,9 @@ static bool make_frame(struct renderer *renderer, const char *scene_key, const s
     program_cache_get_stats(renderer->programs, &before);
     if (!open_view(renderer, scene_key, view, &opened, err))
         return false;
+    if (gl_context_limits(renderer->context)->compiles_in_parallel &&
+        renderer->plans.misses > plans_made)
+        prepare_programs(renderer, &opened);
     for (int i = 0; i < opened.plan->plan.pass_count; i++)
         report_order_pass(&frame->report, opened.plan->plan.passes[i].pass);
     const struct frame_run run = {

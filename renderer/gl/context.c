@@ -207,6 +207,9 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
     read_limits(&context->limits);
     context->limits.has_post_depth_coverage &= !desc->hides_coverage;
     context->limits.is_software &= !desc->poses_as_hardware;
+    context->limits.compiles_in_parallel =
+        !context->limits.is_software && (epoxy_has_gl_extension("GL_KHR_parallel_shader_compile") ||
+                                         epoxy_has_gl_extension("GL_ARB_parallel_shader_compile"));
     set_fixed_state(context->is_strict);
     return context;
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The program cache: compilation, linking, keys and uniforms. Composition is in compose.c. */
+/* The program cache: keys, binaries and uniforms. Composition is in compose.c, compilation in
+ * program_build.c. */
 #include "renderer/gl/program.h"
 
 #include <assert.h>
@@ -8,13 +9,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/gl/program_build.h"
 #include "renderer/gl/program_source.h"
 #include "renderer/gl/program_uniforms.h"
 #include "renderer/wall_clock.h"
 
 struct cached_program {
-    struct gl_program program;
-    char *key;
+    struct gl_program program; /* name 0: it is being built */
+    struct program_build build;
+    char *key; /* owned */
 };
 
 struct program_cache {
@@ -41,74 +44,6 @@ static void dump_source(const struct program_cache *cache, const struct program_
         fputs(source->stages[i].text, out);
         fclose(out);
     }
-}
-
-static void report_log(const struct composition *composition, const struct program_desc *desc,
-                       GLuint shader, struct error *err)
-{
-    char log[2048] = "", translated[4096] = "";
-    glGetShaderInfoLog(shader, sizeof log, NULL, log);
-    composition_translate_log(composition, log, translated, sizeof translated);
-    fprintf(stderr, "<3>shader '%s' [%s]:\n%s", desc->label, desc->defines ? desc->defines : "",
-            translated);
-    error_set(err, ERROR_INTERNAL, "shader '%s' does not compile: %.200s", desc->label, translated);
-}
-
-static GLuint compile_stage(const struct composition *composition, const struct program_desc *desc,
-                            GLenum kind, struct error *err)
-{
-    GLuint shader = glCreateShader(kind);
-    const GLchar *text = composition->text;
-    GLint ok = 0;
-    glShaderSource(shader, 1, &text, NULL);
-    glCompileShader(shader);
-    glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
-    if (ok)
-        return shader;
-    report_log(composition, desc, shader, err);
-    glDeleteShader(shader);
-    return 0;
-}
-
-static bool attach_stages(const struct program_source *source, const struct program_desc *desc,
-                          GLuint program, struct error *err)
-{
-    static const GLenum kinds[PROGRAM_STAGES] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER,
-                                                 GL_COMPUTE_SHADER};
-    for (int i = 0; i < PROGRAM_STAGES; i++) {
-        if (!source->files[i])
-            continue;
-        GLuint shader = compile_stage(&source->stages[i], desc, kinds[i], err);
-        if (!shader)
-            return false;
-        glAttachShader(program, shader);
-        glDeleteShader(shader); /* lives on as long as the program */
-    }
-    return true;
-}
-
-static GLuint link_program(const struct program_source *source, const struct program_desc *desc,
-                           bool is_kept, struct error *err)
-{
-    GLuint program = glCreateProgram();
-    if (!attach_stages(source, desc, program, err))
-        goto fail;
-    GLint linked = 0;
-    if (is_kept)
-        glProgramParameteri(program, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
-    glLinkProgram(program);
-    glGetProgramiv(program, GL_LINK_STATUS, &linked);
-    if (!linked) {
-        char log[1024] = "";
-        glGetProgramInfoLog(program, sizeof log, NULL, log);
-        error_set(err, ERROR_INTERNAL, "program '%s' does not link: %.200s", desc->label, log);
-        goto fail;
-    }
-    return program;
-
-fail:
-    glDeleteProgram(program);
-    return 0;
 }
 
 /* ---- binaries ---- */
@@ -188,30 +123,6 @@ static void keep_program(const struct program_cache *cache, const struct program
     program_binary_finish(&binary);
 }
 
-static GLuint make_program(struct program_cache *cache, const struct program_desc *desc,
-                           struct error *err)
-{
-    double begin_ms = wall_ms();
-    struct program_source source;
-    if (!program_source_init(&source, desc, err))
-        return 0;
-    if (cache->dump_dir)
-        dump_source(cache, &source);
-    GLuint program = load_program(cache, &source);
-    if (program) {
-        cache->stats.loaded++;
-        cache->stats.load_ms += wall_ms() - begin_ms;
-    } else if ((program = link_program(&source, desc, cache->store != NULL, err))) {
-        keep_program(cache, &source, program);
-        cache->stats.misses++;
-        cache->stats.compile_ms += wall_ms() - begin_ms;
-    }
-    program_source_finish(&source);
-    if (program)
-        glObjectLabel(GL_PROGRAM, program, -1, desc->label);
-    return program;
-}
-
 static uint32_t read_attributes(GLuint program)
 {
     const GLenum property = GL_LOCATION;
@@ -226,6 +137,17 @@ static uint32_t read_attributes(GLuint program)
             attributes |= 1u << location;
     }
     return attributes;
+}
+
+static void destroy_entry(struct cached_program *entry)
+{
+    if (!entry)
+        return;
+    program_build_finish(&entry->build);
+    glDeleteProgram(entry->program.name); /* 0 is ignored */
+    program_uniforms_destroy(entry->program.uniforms);
+    free(entry->key);
+    free(entry);
 }
 
 /* ---- the cache ---- */
@@ -247,12 +169,8 @@ void program_cache_destroy(struct program_cache *cache)
 {
     if (!cache)
         return;
-    for (size_t i = 0; i < cache->count; i++) {
-        glDeleteProgram(cache->entries[i]->program.name);
-        program_uniforms_destroy(cache->entries[i]->program.uniforms);
-        free(cache->entries[i]->key);
-        free(cache->entries[i]);
-    }
+    for (size_t i = 0; i < cache->count; i++)
+        destroy_entry(cache->entries[i]);
     free(cache->entries);
     free(cache->dump_dir);
     free(cache);
@@ -281,35 +199,84 @@ static bool reserve_entry(struct program_cache *cache)
     return true;
 }
 
-static const struct gl_program *build_program(struct program_cache *cache,
-                                              const struct program_desc *desc, char *key,
-                                              struct error *err)
+/* What is known of a linked program. */
+static bool set_up(struct cached_program *entry, GLuint name, const struct program_desc *desc,
+                   struct error *err)
+{
+    entry->program.name = name;
+    glObjectLabel(GL_PROGRAM, name, -1, desc->label);
+    if (desc->vertex)
+        entry->program.attributes = read_attributes(name);
+    entry->program.uniforms = program_uniforms_create(name, err);
+    return entry->program.uniforms != NULL;
+}
+
+/* The program is loaded from the store, or begun. Takes the key. */
+static bool begin_program(struct program_cache *cache, const struct program_desc *desc,
+                          struct cached_program *entry, struct error *err)
+{
+    double begin_ms = wall_ms();
+    struct program_source source;
+    if (!program_source_init(&source, desc, err))
+        return false;
+    if (cache->dump_dir)
+        dump_source(cache, &source);
+    GLuint loaded = load_program(cache, &source);
+    if (!loaded) {
+        program_build_begin(&entry->build, &source, cache->store != NULL);
+        return true;
+    }
+    program_source_finish(&source);
+    cache->stats.loaded++;
+    cache->stats.load_ms += wall_ms() - begin_ms;
+    return set_up(entry, loaded, desc, err);
+}
+
+/* NULL with err: nothing is kept. */
+static struct cached_program *begin_entry(struct program_cache *cache,
+                                          const struct program_desc *desc, struct error *err)
 {
     struct cached_program *entry = calloc(1, sizeof *entry);
-    if (!entry || !reserve_entry(cache)) {
+    if (!entry || !reserve_entry(cache) || !(entry->key = make_key(desc))) {
         error_set(err, ERROR_NO_MEMORY, "program '%s'", desc->label);
-        goto fail;
+    } else if (begin_program(cache, desc, entry, err)) {
+        cache->entries[cache->count++] = entry;
+        return entry;
     }
-    entry->key = key;
-    entry->program.name = make_program(cache, desc, err);
-    if (!entry->program.name)
-        goto fail;
-    entry->program.uniforms = program_uniforms_create(entry->program.name, err);
-    if (!entry->program.uniforms) {
-        glDeleteProgram(entry->program.name);
-        goto fail;
-    }
-    if (desc->vertex)
-        entry->program.attributes = read_attributes(entry->program.name);
-    cache->entries[cache->count++] = entry;
-    return &entry->program;
-
-fail:
-    free(entry);
+    destroy_entry(entry);
     return NULL;
 }
 
-static const struct cached_program *find_entry(const struct program_cache *cache, const char *key)
+static bool end_program(struct program_cache *cache, const struct program_desc *desc,
+                        struct cached_program *entry, struct error *err)
+{
+    double begin_ms = wall_ms();
+    GLuint name = program_build_end(&entry->build, desc, err);
+    if (!name)
+        return false;
+    keep_program(cache, &entry->build.source, name);
+    cache->stats.misses++;
+    cache->stats.compile_ms += entry->build.spent_ms + wall_ms() - begin_ms;
+    program_build_finish(&entry->build);
+    return set_up(entry, name, desc, err);
+}
+
+/* One that fails is tried anew when it is asked for again. */
+static const struct gl_program *end_entry(struct program_cache *cache,
+                                          const struct program_desc *desc,
+                                          struct cached_program *entry, struct error *err)
+{
+    size_t at = 0;
+    if (entry->program.name || end_program(cache, desc, entry, err))
+        return &entry->program;
+    while (cache->entries[at] != entry)
+        at++;
+    cache->entries[at] = cache->entries[--cache->count];
+    destroy_entry(entry);
+    return NULL;
+}
+
+static struct cached_program *find_entry(const struct program_cache *cache, const char *key)
 {
     for (size_t i = 0; i < cache->count; i++)
         if (!strcmp(cache->entries[i]->key, key))
@@ -317,37 +284,45 @@ static const struct cached_program *find_entry(const struct program_cache *cache
     return NULL;
 }
 
-const struct gl_program *program_cache_get(struct program_cache *cache,
-                                           const struct program_desc *desc, struct error *err)
+/* NULL where it is absent, or where there is no memory to tell. */
+static struct cached_program *find_program(const struct program_cache *cache,
+                                           const struct program_desc *desc)
 {
     assert(desc->label);
     assert(desc->compute ? !desc->vertex && !desc->fragment : desc->vertex != NULL);
     char *key = make_key(desc);
-    if (!key) {
-        error_set(err, ERROR_NO_MEMORY, "key of program '%s'", desc->label);
-        return NULL;
-    }
-    const struct cached_program *entry = find_entry(cache, key);
-    if (entry) {
-        free(key);
+    struct cached_program *entry = key ? find_entry(cache, key) : NULL;
+    free(key);
+    return entry;
+}
+
+const struct gl_program *program_cache_get(struct program_cache *cache,
+                                           const struct program_desc *desc, struct error *err)
+{
+    struct cached_program *entry = find_program(cache, desc);
+    if (entry && entry->program.name) {
         cache->stats.hits++;
         return &entry->program;
     }
-    const struct gl_program *program = build_program(cache, desc, key, err);
-    if (!program)
-        free(key);
-    return program;
+    if (!entry)
+        entry = begin_entry(cache, desc, err);
+    return entry ? end_entry(cache, desc, entry, err) : NULL;
+}
+
+void program_cache_prepare(struct program_cache *cache, const struct program_desc *desc)
+{
+    struct error ignored = {0}; /* program_cache_get tells */
+    if (!find_program(cache, desc))
+        (void)begin_entry(cache, desc, &ignored);
 }
 
 enum program_place program_cache_find(const struct program_cache *cache,
                                       const struct program_desc *desc)
 {
-    char *key = make_key(desc);
     struct error ignored = {0};
     struct program_source source;
-    bool is_there = key && find_entry(cache, key);
-    free(key);
-    if (is_there)
+    const struct cached_program *entry = find_program(cache, desc);
+    if (entry && entry->program.name)
         return PROGRAM_IN_MEMORY;
     if (!cache->store || !program_source_init(&source, desc, &ignored))
         return PROGRAM_ABSENT;

@@ -36,6 +36,11 @@ struct gl_program {
 const struct gl_program *program_cache_get(struct program_cache *cache,
                                            const struct program_desc *desc, struct error *err);
 
+/* Begins what program_cache_get will be asked for, and waits for nothing: where the driver compiles
+ * on threads of its own, many programs are built at a time. Failures are told by program_cache_get.
+ */
+void program_cache_prepare(struct program_cache *cache, const struct program_desc *desc);
+
 /* Whether a program stands already; nothing is compiled or loaded. */
 enum program_place { PROGRAM_ABSENT, PROGRAM_IN_MEMORY, PROGRAM_ON_DISK };
 enum program_place program_cache_find(const struct program_cache *cache,

@@ -199,7 +199,7 @@ static void a_second_start_compiles_nothing_and_draws_the_same(void **state)
         skip();
     gl_context_destroy(context); /* a thread has one */
     struct picture first = take_picture(), second = take_picture();
-    assert_true(first.built > 10);
+    assert_true(first.built > 3); /* beside those of the self-test */
     assert_int_equal(first.loaded, 0);
     assert_int_equal(first.info.programs_kept, first.info.programs_built - PROOF);
     assert_true(first.info.programs_kept_bytes > 0);
