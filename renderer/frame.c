@@ -341,12 +341,12 @@ static bool is_exact(const struct opened_view *opened, const struct frame_report
 struct making {
     bool only_builds; /* of struct frame_run */
     bool *is_done;    /* NULL where the frame is to end in the call */
+    double begin_ms;  /* wall_ms, and what it was paused before it had to be made again */
 };
 
-static bool make_frame(struct renderer *renderer, const char *scene_key, const struct view *view,
-                       const struct making *making, struct frame *frame, struct error *err)
+static bool make_once(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      const struct making *making, struct frame *frame, struct error *err)
 {
-    double begin_ms = wall_ms();
     struct opened_view opened;
     struct program_cache_stats before;
     uint64_t plans_made = renderer->plans.misses;
@@ -378,15 +378,40 @@ static bool make_frame(struct renderer *renderer, const char *scene_key, const s
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
     frame->report.error_is_exact |= is_exact(&opened, &frame->report);
-    const struct frame_ending ending = {
-        .frame = frame, .plan = &opened.plan->plan, .begin_ms = begin_ms, .has_failed = !ok};
+    const struct frame_ending ending = {.frame = frame,
+                                        .plan = &opened.plan->plan,
+                                        .begin_ms = making->begin_ms,
+                                        .scene_key = scene_key,
+                                        .view = view,
+                                        .has_failed = !ok};
     ok = frame_flight_end(renderer, &ending, making->is_done, err);
     renderer_end_frame(renderer);
     /* textures that it brought; not within a frame, whose state and plan would go too */
-    if (!renderer->other || !renderer->other->is_paused)
+    bool is_within = renderer->other && renderer->other->is_paused;
+    if (!is_within && !frame_flight_is_cut(renderer))
         renderer_evict_beside(renderer, opened.scene);
     if (ok)
         frame->report.resident_bytes = renderer_used_bytes(renderer);
+    return ok;
+}
+
+/* Once more where lists were larger than was guessed, with their sizes read first. */
+static bool make_frame(struct renderer *renderer, const char *scene_key, const struct view *view,
+                       const struct making *making, struct frame *frame, struct error *err)
+{
+    bool reads_sizes = renderer->reads_sizes;
+    bool ok = make_once(renderer, scene_key, view, making, frame, err);
+    bool is_here = ok && (!making->is_done || *making->is_done);
+    if (is_here && frame->report.has_cut_lists) {
+        struct making again = *making;
+        again.begin_ms += frame->report.paused_ms;
+        frame_finish(frame);
+        renderer->reads_sizes = true;
+        ok = make_once(renderer, scene_key, view, &again, frame, err);
+        renderer->reads_sizes = reads_sizes;
+    }
+    if (!renderer->is_beside)
+        frame_flight_deliver(renderer);
     return ok;
 }
 
@@ -398,7 +423,7 @@ bool renderer_submit(struct renderer *renderer, const char *scene_key, const str
     if (renderer->is_paused)
         return (renderer = frame_pause_other(renderer, err)) &&
                renderer_submit(renderer, scene_key, view, frame, is_done, err);
-    const struct making making = {.is_done = is_done};
+    const struct making making = {.is_done = is_done, .begin_ms = wall_ms()};
     return make_frame(renderer, scene_key, view, &making, frame, err);
 }
 
@@ -409,7 +434,8 @@ bool renderer_render(struct renderer *renderer, const char *scene_key, const str
     if (renderer->is_paused)
         return (renderer = frame_pause_other(renderer, err)) &&
                renderer_render(renderer, scene_key, view, frame, err);
-    return make_frame(renderer, scene_key, view, &(struct making){.is_done = NULL}, frame, err);
+    return make_frame(renderer, scene_key, view, &(struct making){.begin_ms = wall_ms()}, frame,
+                      err);
 }
 
 bool renderer_build(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -417,5 +443,6 @@ bool renderer_build(struct renderer *renderer, const char *scene_key, const stru
 {
     assert(!renderer->is_paused);
     *frame = (struct frame){0};
-    return make_frame(renderer, scene_key, view, &(struct making){.only_builds = true}, frame, err);
+    const struct making making = {.only_builds = true, .begin_ms = wall_ms()};
+    return make_frame(renderer, scene_key, view, &making, frame, err);
 }

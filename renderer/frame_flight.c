@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/frame_pause.h"
 #include "renderer/wall_clock.h"
 
 /* In tests: every pass that ran is one of the plan. */
@@ -57,7 +58,9 @@ static bool end_here(struct renderer *renderer, const struct frame_ending *endin
 static void take_off(struct renderer *renderer, const struct frame_ending *ending)
 {
     struct frame_flight *flight = &renderer->flight;
-    *flight = (struct frame_flight){.frame = ending->frame, .begin_ms = ending->begin_ms};
+    *flight = (struct frame_flight){
+        .frame = ending->frame, .begin_ms = ending->begin_ms, .view = ending->view};
+    snprintf(flight->scene_key, sizeof flight->scene_key, "%s", ending->scene_key);
     if (renderer->is_strict && (flight->plan = malloc(sizeof *flight->plan)))
         *flight->plan = *ending->plan;
     gpu_timeline_put_aside(renderer->timeline);
@@ -87,8 +90,25 @@ void renderer_set_arrival(struct renderer *renderer, const struct frame_arrival 
 bool renderer_wait(struct renderer *renderer, int timeout_ms)
 {
     const struct frame *frame = renderer->flight.frame;
-    return !frame ||
+    return !frame || renderer->flight.is_cut ||
            readback_wait(renderer->readback, &frame->report, (uint64_t)timeout_ms * 1000000);
+}
+
+/* Lists were larger than was guessed: with their sizes read first. */
+static bool make_again(struct renderer *renderer, const struct frame_flight *flight,
+                       struct error *err)
+{
+    struct frame *frame = flight->frame;
+    struct renderer *maker = renderer->is_paused ? frame_pause_other(renderer, err) : renderer;
+    frame_finish(frame);
+    if (!maker)
+        return false;
+    maker->reads_sizes = true;
+    bool ok = renderer_render(maker, flight->scene_key, flight->view, frame, err);
+    maker->reads_sizes = false;
+    if (ok)
+        frame->report.total_ms = wall_ms() - flight->begin_ms - frame->report.paused_ms;
+    return ok;
 }
 
 bool renderer_collect(struct renderer *renderer, struct error *err)
@@ -103,15 +123,38 @@ bool renderer_collect(struct renderer *renderer, struct error *err)
     gpu_timeline_collect_aside(renderer->timeline, &flight.frame->report);
     bool ok = arrive(renderer, &ending, err);
     free(flight.plan);
-    return ok;
+    return ok && (!flight.frame->report.has_cut_lists || make_again(renderer, &flight, err));
 }
 
 /* ---- the waiter of later passes ---- */
 
+/* Takes the picture from the device. False: its lists were cut, and it cannot be made again while a
+ * frame runs. What else is wrong with it is told when it is collected. */
+static bool may_collect(struct renderer *renderer)
+{
+    struct frame_flight *flight = &renderer->flight;
+    struct error problem = {0};
+    flight->is_cut = readback_collect(renderer->readback, &flight->frame->report, &problem) &&
+                     flight->frame->report.has_cut_lists;
+    return !flight->is_cut;
+}
+
 static void collect_before(void *context)
 {
     struct renderer *renderer = context;
-    if (renderer->flight.frame && renderer->arrival)
+    const struct frame_flight *flight = &renderer->flight;
+    if (flight->frame && renderer->arrival && !flight->is_cut && may_collect(renderer))
+        renderer->arrival->collect(renderer->arrival->context);
+}
+
+bool frame_flight_is_cut(const struct renderer *renderer)
+{
+    return renderer->flight.is_cut && renderer->arrival;
+}
+
+void frame_flight_deliver(struct renderer *renderer)
+{
+    if (frame_flight_is_cut(renderer))
         renderer->arrival->collect(renderer->arrival->context);
 }
 

@@ -15,11 +15,17 @@ struct frame_ending {
     struct frame *frame;     /* required */
     const struct plan *plan; /* required; of the frame, used in the call */
     double begin_ms;         /* required: wall_ms */
+    const char *scene_key;   /* required, with the view: what it would be made again from, ... */
+    const struct view *view; /* ... valid until it is collected */
     bool has_failed;         /* it is emptied */
 };
 /* After the last command of a frame: it takes off, and *is_done becomes false, or it ends here:
  * with NULL for is_done, where nothing of it is under way, and where it cannot fly. */
 MUST_CHECK bool frame_flight_end(struct renderer *renderer, const struct frame_ending *ending,
                                  bool *is_done, struct error *err);
+/* The frame in flight has come while another one ran, with lists that were cut: who waits for its
+ * arrival collects it now, and has it made again. Where no frame runs, or one is paused. */
+bool frame_flight_is_cut(const struct renderer *renderer);
+void frame_flight_deliver(struct renderer *renderer);
 
 #endif

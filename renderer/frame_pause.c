@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "renderer/frame_budget.h"
+#include "renderer/frame_flight.h"
 #include "renderer/wall_clock.h"
 
 static bool is_due(void *context)
@@ -36,6 +37,7 @@ static bool serve(void *context)
     program_cache_get_stats(renderer->programs, &before);
     raytrace_cache_lend(renderer->traced, true);
     renderer->is_paused = true;
+    frame_flight_deliver(renderer);
     bool is_wanted = interlude->serve(interlude->context);
     renderer->is_paused = false;
     frame_budget_resume(renderer);

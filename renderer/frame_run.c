@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "renderer/frame_budget.h"
+#include "renderer/frame_flight.h"
 #include "renderer/frame_overlay.h"
 #include "renderer/frame_pause.h"
 #include "renderer/frame_raytrace.h"
@@ -89,25 +90,54 @@ static bool draw_surfaces(struct window_run *window, struct error *err)
     return true;
 }
 
+/* Whether the sizes of lists may come with the picture, which is made again where one was guessed
+ * too small. On our own processors reading them costs nothing; what reads lists on its way, or
+ * draws over the picture, waits for the device anyway. */
+static bool may_guess(const struct frame_run *run)
+{
+    return !gl_context_limits(run->renderer->context)->is_software && !run->renderer->reads_sizes &&
+           needs(run, PLAN_NEED_COLOR) && !needs(run, PLAN_NEED_AUXILIARY) &&
+           !needs(run, PLAN_NEED_OVERLAY) && !needs(run, PLAN_NEED_TRACED_SHADOWS);
+}
+
+/* Windows whose lists are about as large from one frame to the next. */
+static struct content_key window_key(const struct window_run *window)
+{
+    struct content_key key = content_key_begin();
+    content_key_add_text(&key, window->run->scene->key);
+    content_key_add(&key, &window->frame.window, sizeof window->frame.window);
+    content_key_add_word(&key, (uint64_t)window->run->frame_plan->plan.target_samples);
+    return key;
+}
+
 static bool build_layers(struct window_run *window, struct error *err)
 {
     struct renderer *renderer = window->run->renderer;
     struct frame_report *report = window->frame.report;
+    struct list_sizes room;
     if (content_key_equals(renderer->kept.layers, window->keys.layers)) {
         report->counts.pixel_lists_reused++;
         report_add_reused(report, "transparency");
-        pixel_lists_report(&renderer->pixels, report);
+        if (!renderer->pixels.is_guessed)
+            pixel_lists_report(&renderer->pixels, report);
         return true;
     }
     renderer->kept.layers = (struct content_key){{0}};
+    bool is_known = may_guess(window->run) &&
+                    list_history_find(&renderer->list_history, window_key(window), &room);
     enum pixel_lists_outcome outcome =
-        pixel_lists_build(&renderer->pixels, &window->frame, &window->run->frame_plan->items, err);
+        pixel_lists_build(&renderer->pixels, &window->frame, &window->run->frame_plan->items,
+                          is_known ? &room : NULL, err);
     window->must_split = outcome == PIXEL_LISTS_TOO_MANY;
     window->lacked_bytes = renderer->pixels.lacked_bytes;
     if (outcome != PIXEL_LISTS_BUILT)
         return window->must_split;
     renderer->kept.layers = window->keys.layers;
     report->counts.pixel_lists_built++;
+    if (!renderer->pixels.is_guessed)
+        list_history_note(&renderer->list_history, window_key(window),
+                          (struct list_sizes){.entries = renderer->pixels.entry_count,
+                                              .longest = renderer->pixels.longest});
     return true;
 }
 
@@ -125,6 +155,7 @@ static void begin_window(struct window_run *window)
         .samples = run->frame_plan->plan.target_samples,
     });
     bool is_kept = needs(run, PLAN_NEED_LAYERS) && !renderer->redraws_surfaces &&
+                   (!renderer->pixels.is_guessed || may_guess(run)) &&
                    content_key_equals(renderer->kept.layers, window->keys.layers);
     if (!is_kept) {
         pixel_lists_clear(&renderer->pixels);
@@ -204,8 +235,13 @@ static bool shade(struct window_run *window, struct error *err)
 static bool read_color(struct window_run *window, struct error *err)
 {
     struct renderer *renderer = window->run->renderer;
+    const struct readback_guess guess = {.lists = pixel_lists_guess_of(&renderer->pixels),
+                                         .sizes = &renderer->pixels.statistics,
+                                         .history = &renderer->list_history,
+                                         .key = window_key(window)};
     return shade_send_color(&renderer->shade, &window->frame, renderer->readback,
-                            &window->run->frame->outputs[VIEW_OUTPUT_COLOR], err);
+                            &window->run->frame->outputs[VIEW_OUTPUT_COLOR],
+                            renderer->pixels.is_guessed ? &guess : NULL, err);
 }
 
 static bool read_auxiliary(struct window_run *window, struct error *err)
@@ -296,7 +332,8 @@ static bool put_back_shadows(const struct frame_run *run, struct error *err)
 bool frame_run_is_pause_due(const struct frame_run *run)
 {
     const struct interlude *interlude = run->renderer->interlude;
-    return interlude && interlude->is_due(interlude->context);
+    return interlude &&
+           (frame_flight_is_cut(run->renderer) || interlude->is_due(interlude->context));
 }
 
 bool frame_run_pause(const struct frame_run *run, bool has_shadows, struct error *err)

@@ -130,9 +130,10 @@ MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key
 /* The same in two halves: the first ends when the device has got all its work, so that the next
  * frame can be begun meanwhile, with the same bits. *is_done: the frame is finished, and nothing is
  * left to collect, as where the device works while it is asked, with auxiliary outputs, overlays
- * and rays, and within an interlude. Else `frame` is the renderer's until renderer_collect, its
- * scenes are not. One frame is in flight at a time: the next one collects it through the arrival
- * (below), or is finished at once itself. Failures as those of renderer_render. */
+ * and rays, and within an interlude. Else `frame`, the view and what the view borrows are the
+ * renderer's until renderer_collect, its scenes are not. One frame is in flight at a time: the next
+ * one collects it through the arrival (below), or is finished at once itself. Failures as those of
+ * renderer_render. */
 MUST_CHECK bool renderer_submit(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, bool *is_done,
                                 struct error *err);

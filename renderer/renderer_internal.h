@@ -36,6 +36,9 @@ struct frame_flight { /* zeroed: none (renderer/frame_flight.h) */
     struct frame *frame;
     struct plan *plan; /* owned; of a strict renderer */
     double begin_ms;
+    char scene_key[SCENE_KEY_BYTES]; /* and the view, borrowed: for making it again */
+    const struct view *view;
+    bool is_cut; /* it has come, and must be made again */
 };
 
 /* Of the frame that runs (renderer/frame_budget.h). */
@@ -64,6 +67,8 @@ struct renderer {
     struct targets targets;
     struct kept_window kept; /* of targets and pixels */
     struct pixel_lists pixels;
+    struct list_history list_history;
+    bool reads_sizes; /* of the lists of the frame that runs: none is guessed */
     struct shade shade;
     struct aov aov;
     struct scene_cache own_scenes, *scenes; /* of the two together */

@@ -30,6 +30,12 @@ enum {
     SLICE_US = 10000,     /* ... which goes on for half of what they took, and not less than this */
 };
 
+/* A view as the renderer borrows it. */
+struct shot {
+    struct view view;
+    struct view_storage storage;
+};
+
 struct worker {
     int socket;
     struct inbox *inbox;
@@ -37,6 +43,7 @@ struct worker {
     bool is_paused, is_lost;    /* a frame is, for urgent ones; the context is */
     uint64_t current;           /* the frame that may be paused */
     struct encode_task *flying; /* its frame is on the device; or NULL */
+    struct shot *flying_shot;
     struct frame_arrival arrival;
     int64_t slice_until_us;     /* of that frame: not before */
     unsigned urgent_arrivals;   /* when none of those that waited could be served */
@@ -138,19 +145,30 @@ static void say_failed(struct worker *worker, uint64_t id, const struct error *p
     worker->is_lost |= is_lost;
 }
 
+/* Accepts NULL. */
+static void shot_destroy(struct shot *shot)
+{
+    if (shot)
+        view_storage_finish(&shot->storage);
+    free(shot);
+}
+
 /* Ends the frame that is on the device, if any: waits for it. */
 static void land(void *context)
 {
     struct worker *worker = context;
     struct encode_task *task = worker->flying;
+    struct shot *shot = worker->flying_shot;
     struct error problem = {0};
     worker->flying = NULL;
+    worker->flying_shot = NULL;
     if (task && renderer_collect(worker->renderer, &problem)) {
         pass_on(worker, task);
     } else if (task) {
         say_failed(worker, task->id, &problem);
         encode_task_destroy(task);
     }
+    shot_destroy(shot);
 }
 
 /* Makes the scene of a request ready, and those of its parts, whose files follow it. */
@@ -220,23 +238,19 @@ static bool read_format(const json_t *message, enum image_format *format, struct
            error_set(err, ERROR_INTERNAL, "worker: no image format in the message");
 }
 
-/* is_done: false where the frame is on the device. */
+/* The shot is then the frame's until it is there; is_done: false where it is on the device. */
 static bool draw(struct worker *worker, struct ipc_message *message, struct encode_task *task,
-                 bool *is_done, struct error *err)
+                 struct shot *shot, bool *is_done, struct error *err)
 {
-    struct view view;
-    struct view_storage storage = {0};
+    struct view *view = &shot->view;
     if (!read_request(worker, message, &task->request, err) ||
         !read_format(message->json, &task->format, err) ||
-        !view_from_request(&task->request, &storage, &view, err))
+        !view_from_request(&task->request, &shot->storage, view, err))
         return false;
-    view.quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
-    view.quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
-    view.screen = view_screen_from_request(&task->request, task->format);
-    bool is_good =
-        renderer_submit(worker->renderer, task->request.scene, &view, &task->frame, is_done, err);
-    view_storage_finish(&storage);
-    return is_good;
+    view->quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
+    view->quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
+    view->screen = view_screen_from_request(&task->request, task->format);
+    return renderer_submit(worker->renderer, task->request.scene, view, &task->frame, is_done, err);
 }
 
 static bool is_urgent(const struct ipc_message *message)
@@ -268,9 +282,10 @@ static void end_render(struct worker *worker)
     renderer_set_interlude(worker->renderer, NULL);
 }
 
-static void take_off(struct worker *worker, struct encode_task *task)
+static void take_off(struct worker *worker, struct encode_task *task, struct shot *shot)
 {
     worker->flying = task;
+    worker->flying_shot = shot;
     send_progress(worker, "submitted", task->id);
 }
 
@@ -282,17 +297,20 @@ static bool serve_render(struct worker *worker, struct ipc_message *message)
     bool is_done = true;
     begin_render(worker, message, id);
     struct encode_task *task = calloc(1, sizeof *task);
-    if (!task)
+    struct shot *shot = calloc(1, sizeof *shot);
+    if (!task || !shot)
         error_set(&problem, ERROR_NO_MEMORY, "frame");
     else
         task->id = id;
-    bool is_good = task && !(worker->current == id && inbox_is_cancelled(worker->inbox)) &&
-                   draw(worker, message, task, &is_done, &problem);
+    bool is_good = task && shot && !(worker->current == id && inbox_is_cancelled(worker->inbox)) &&
+                   draw(worker, message, task, shot, &is_done, &problem);
     end_render(worker);
+    if (is_good && !is_done)
+        take_off(worker, task, shot);
+    else
+        shot_destroy(shot);
     if (is_good && is_done)
         pass_on(worker, task);
-    else if (is_good)
-        take_off(worker, task);
     if (is_good)
         return !worker->is_lost;
     encode_task_destroy(task);
@@ -526,6 +544,8 @@ static void forget_scenes(struct worker *worker)
 {
     const json_t *scene;
     size_t i;
+    if (json_array_size(worker->forgotten)) /* the one on the device may have to be made again */
+        land(worker);
     json_array_foreach(worker->forgotten, i, scene)
     {
         if (json_is_string(scene))

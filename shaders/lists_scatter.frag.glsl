@@ -25,6 +25,7 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
 };
 layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer color_buffer { vec4 colors[]; };
 uniform uint u_width_px;
+uniform uint u_list_room; // entries
 #ifdef CUT_PLANES
 uniform vec4 u_clip_planes[CUT_PLANES]; // for v_position
 #endif
@@ -100,6 +101,8 @@ void main()
     // is outside a helper.
     uint pixel = uint(gl_FragCoord.y) * u_width_px + uint(gl_FragCoord.x);
     uint entry = atomicAdd(cursors[pixel], 1u);
+    if (entry >= u_list_room)
+        return; // the host hears of it (renderer/transparency/list_sizes.h)
 #ifdef HAS_COVERAGE
     uint coverage = uint(gl_SampleMaskIn[0]);
 #ifdef COVERAGE_BY_DEPTH

@@ -12,7 +12,8 @@ layout(local_size_x = 64) in;
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
 layout(std430, binding = BIND_FRAGMENT_KEYS) coherent buffer key_buffer { uvec4 keys[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
-uniform uint u_entries;
+uniform uint u_entries; // that there is room for
+uniform uint u_pixels;
 uniform uint u_run;
 uniform uint u_from; // offset of the half that is read; its keys are u_entries long
 uniform uint u_to;
@@ -29,10 +30,10 @@ void main()
 {
     uint entry = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u +
                  gl_LocalInvocationID.x;
-    if (entry >= u_entries)
+    if (entry >= min(u_entries, ends[u_pixels - 1u]))
         return;
     uint pixel = surfaces_2[keys[u_from + entry].z].z;
-    uint first = pixel == 0u ? 0u : ends[pixel - 1u], end = ends[pixel];
+    uint first = pixel == 0u ? 0u : ends[pixel - 1u], end = min(ends[pixel], u_entries);
 #if PASS == 0
     if ((entry - first) % RUN != 0u)
         return;

@@ -4,6 +4,7 @@
 #include "lighting.glsl"
 #include "view_ray.glsl"
 layout(local_size_x = 64) in;
+layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_0) readonly buffer s0_buffer { uvec4 surfaces_0[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_1) readonly buffer s1_buffer { uvec4 surfaces_1[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
@@ -11,12 +12,13 @@ layout(std430, binding = BIND_FRAGMENT_COLORS) buffer color_buffer { vec4 colors
 uniform uint u_first_entry; // of the dispatch
 uniform uint u_entries;     // before its end
 uniform uint u_width_px;
+uniform uint u_pixels;
 
 void main()
 {
     uint entry = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u +
                  gl_LocalInvocationID.x + u_first_entry;
-    if (entry >= u_entries)
+    if (entry >= min(u_entries, ends[u_pixels - 1u]))
         return;
     uvec4 extra = surfaces_2[entry];
     surface s = surface_unpack(surfaces_0[entry], surfaces_1[entry]);

@@ -22,6 +22,7 @@ layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint 
 layout(std430, binding = BIND_FRAGMENT_KEYS) readonly buffer key_buffer { uvec4 keys[]; };
 layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { vec4 colors[]; };
 uniform uint u_keys_offset; // of the sorted half
+uniform uint u_list_room;   // entries
 #endif
 #ifdef HAS_TRACED_SHADOWS
 layout(binding = UNIT_TRACED_HEADS) uniform usamplerBuffer u_traced_heads;
@@ -152,7 +153,7 @@ vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
     vec4 sum = vec4(0.0);
 #ifdef HAS_TRANSPARENT
     uint index = uint(pixel.y) * u_size_px.x + uint(pixel.x);
-    uint first = index == 0u ? 0u : ends[index - 1u], end = ends[index];
+    uint first = index == 0u ? 0u : ends[index - 1u], end = min(ends[index], u_list_room);
     vec3 radiance[SAMPLES], through[SAMPLES];
     composite_list(pixel, first, end, radiance, through);
     for (int i = 0; i < SAMPLES; i++) {

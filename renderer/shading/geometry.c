@@ -205,6 +205,7 @@ static void set_variant_uniforms(const struct variant_context *context,
     gl_program_set_f2(program, "u_clip_across", context->across);
     gl_program_set_f4(program, "u_clip_depth", context->depth);
     gl_program_set_u(program, "u_width_px", (uint32_t)frame->window.width);
+    gl_program_set_u(program, "u_list_room", frame->list_room);
     window_set_samples(frame, program);
     window_set_clip_planes(frame, frame->state->unit_m, program);
 }

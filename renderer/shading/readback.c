@@ -14,19 +14,22 @@ enum {
     WAYS = 2,
     CHANNELS = 4,
     LOOKUP_BYTES = READBACK_LOOKUP_WORDS * 4,
+    SIZES_BYTES = 8,
     WAIT_NS = 1000000000,
 };
 
 static const char because[] = "the color output was asked for";
 
 /* A window's picture: rows of f32, the lowest first, or of bytes, the top one first; then the words
- * of lookups. */
+ * of lookups, and the sizes of lists that were guessed. */
 struct way {
     struct gl_buffer buffer;
     struct gl_fence fence;
     struct frame_report *report; /* NULL: free */
     struct image *color;
     struct camera_window window;
+    bool has_guess;
+    struct readback_guess guess;
     uint64_t number; /* in the order of sending */
 };
 
@@ -123,6 +126,22 @@ static void copy_rows(const struct way *way, const unsigned char *pixels)
     }
 }
 
+/* Of a picture, behind its pixels. */
+static uint64_t tail_bytes(bool has_guess)
+{
+    return LOOKUP_BYTES + (has_guess ? SIZES_BYTES : 0);
+}
+
+static void take_sizes(const struct way *way, const unsigned char *words)
+{
+    uint32_t totals[2];
+    const struct readback_guess *guess = &way->guess;
+    memcpy(totals, words, sizeof totals);
+    const struct list_sizes sizes = {.entries = totals[0], .longest = totals[1]};
+    pixel_lists_guess_report(&guess->lists, &sizes, way->report);
+    list_history_note(guess->history, guess->key, sizes);
+}
+
 /* Within a scope, which then counts the time of copying; or after all scopes of the frame. */
 static bool collect(struct way *way, bool is_in_scope, struct error *err)
 {
@@ -132,10 +151,12 @@ static bool collect(struct way *way, bool is_in_scope, struct error *err)
     while (!gl_fence_wait(&way->fence, WAIT_NS))
         continue; /* who asked has a deadline for the process */
     double begin_ms = wall_ms();
-    const unsigned char *mapped = gl_buffer_map(&way->buffer, bytes + LOOKUP_BYTES);
+    const unsigned char *mapped = gl_buffer_map(&way->buffer, bytes + tail_bytes(way->has_guess));
     if (mapped) {
         copy_rows(way, mapped);
         memcpy(lookups, mapped + bytes, sizeof lookups);
+        if (way->has_guess)
+            take_sizes(way, mapped + bytes + LOOKUP_BYTES);
     }
     bool ok = mapped && gl_buffer_unmap(&way->buffer);
     release(way);
@@ -219,6 +240,9 @@ static bool pack(struct readback *readback, struct way *way, const struct readba
         pack_linear(way, frame, bytes);
     glCopyNamedBufferSubData(desc->lookups->name, way->buffer.name,
                              (GLintptr)desc->lookups_offset_bytes, (GLintptr)bytes, LOOKUP_BYTES);
+    if (desc->guess)
+        glCopyNamedBufferSubData(desc->guess->sizes->name, way->buffer.name, 0,
+                                 (GLintptr)bytes + LOOKUP_BYTES, SIZES_BYTES);
     gl_fence_set(&way->fence);
     return true;
 }
@@ -227,7 +251,7 @@ static bool send(struct readback *readback, const struct readback_desc *desc, st
 {
     const struct window_frame *frame = desc->frame;
     struct way *way = take_way(readback, frame, err);
-    uint64_t bytes = pixel_bytes(&frame->window, desc->color) + LOOKUP_BYTES;
+    uint64_t bytes = pixel_bytes(&frame->window, desc->color) + tail_bytes(desc->guess);
     if (!way ||
         !gl_buffer_reserve(&way->buffer,
                            &(struct gl_buffer_desc){
@@ -238,6 +262,9 @@ static bool send(struct readback *readback, const struct readback_desc *desc, st
     way->window = frame->window;
     way->color = desc->color;
     way->report = frame->report;
+    way->has_guess = desc->guess;
+    if (desc->guess)
+        way->guess = *desc->guess;
     way->number = readback->sent++;
     report_raise_bytes(frame->report, "readback", bytes);
     return readback->is_lazy || !gl_fence_wait(&way->fence, 0) || collect(way, true, err);

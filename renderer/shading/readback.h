@@ -9,6 +9,7 @@
 #include "renderer/gl/object.h"
 #include "renderer/image/image.h"
 #include "renderer/shading/window.h"
+#include "renderer/transparency/pixel_lists.h"
 
 enum { READBACK_LOOKUP_WORDS = 64 }; /* sums of which counts.lookups is one */
 
@@ -24,12 +25,21 @@ uint64_t readback_free_bytes(const struct readback *readback);
 void readback_trim(struct readback *readback);
 uint64_t readback_window_bytes(uint64_t pixels);
 
-struct readback_desc { /* all required */
+/* Lists whose sizes come with the picture. */
+struct readback_guess {
+    struct pixel_lists_guess lists;
+    const struct gl_buffer *sizes; /* two words: struct list_sizes */
+    struct list_history *history;  /* outlives the frame: is told of them */
+    struct content_key key;        /* of the window there */
+};
+
+struct readback_desc { /* all required but the last */
     const struct window_frame *frame;
     struct image *color; /* of the whole frame: valid until it is collected or dropped; of U8: as a
                             screen shows it */
-    const struct gl_buffer *lookups; /* READBACK_LOOKUP_WORDS from ... */
-    uint64_t lookups_offset_bytes;   /* ... here on, added to the frame's report */
+    const struct gl_buffer *lookups;    /* READBACK_LOOKUP_WORDS from ... */
+    uint64_t lookups_offset_bytes;      /* ... here on, added to the frame's report */
+    const struct readback_guess *guess; /* NULL: none is guessed */
 };
 /* Sends the window's picture on its way; it is there at once where the device works while it is
  * asked. Where both ways are taken it waits for the older. */

@@ -211,12 +211,18 @@ struct shade_pass {
     uint64_t unit_items;     /* pixels of a row */
 };
 
+static void set_list_pixels(const struct camera_window *window, const struct gl_program *program)
+{
+    gl_program_set_u(program, "u_width_px", (uint32_t)window->width);
+    gl_program_set_u(program, "u_pixels", (uint32_t)(window->width * window->height));
+}
+
 static const struct gl_program *begin_entries(const struct shade_pass *pass, struct error *err)
 {
     const struct gl_program *program =
         prepare_program(pass->shade, pass->desc, pass->slice, entries_file, false, err);
     if (program)
-        gl_program_set_u(program, "u_width_px", (uint32_t)pass->desc->frame->window.width);
+        set_list_pixels(&pass->desc->frame->window, program);
     return program;
 }
 
@@ -294,8 +300,11 @@ static bool shade_entries(struct shade *shade, const struct shade_desc *desc,
                           const struct light_slice *slice, struct error *err)
 {
     char because[REPORT_TEXT_BYTES];
-    snprintf(because, sizeof because, "%llu transparent surface samples are lit",
-             (unsigned long long)desc->pixels->entry_count);
+    if (desc->pixels->is_guessed)
+        snprintf(because, sizeof because, "transparent surface samples are lit");
+    else
+        snprintf(because, sizeof because, "%llu transparent surface samples are lit",
+                 (unsigned long long)desc->pixels->entry_count);
     const struct shade_pass pass = {.shade = shade,
                                     .desc = desc,
                                     .slice = slice,
@@ -469,13 +478,15 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
 }
 
 bool shade_send_color(const struct shade *shade, const struct window_frame *frame,
-                      struct readback *readback, struct image *color, struct error *err)
+                      struct readback *readback, struct image *color,
+                      const struct readback_guess *guess, struct error *err)
 {
     return readback_send(readback,
                          &(struct readback_desc){.frame = frame,
                                                  .color = color,
                                                  .lookups = &shade->statistics,
-                                                 .lookups_offset_bytes = STATISTICS_LOOKUPS * 4},
+                                                 .lookups_offset_bytes = STATISTICS_LOOKUPS * 4,
+                                                 .guess = guess},
                          err);
 }
 

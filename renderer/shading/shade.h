@@ -87,7 +87,8 @@ MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct shade_ligh
 MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
 /* Sends the window's image on its way to `color`, and the lookups to the report. */
 MUST_CHECK bool shade_send_color(const struct shade *shade, const struct window_frame *frame,
-                                 struct readback *readback, struct image *color, struct error *err);
+                                 struct readback *readback, struct image *color,
+                                 const struct readback_guess *guess, struct error *err);
 void shade_finish(struct shade *shade);
 
 #endif

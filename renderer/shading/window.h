@@ -27,6 +27,7 @@ struct window_frame {
     struct targets *targets;
     struct frame_report *report;
     float sample_positions[4][2]; /* in the pixel, y up */
+    uint32_t list_room;           /* entries that lists_scatter.frag.glsl may write */
 };
 
 /* Window and depth uniforms of shaders/view_ray.glsl. */

@@ -7,7 +7,7 @@
 
 #include "shaders/shared/bindings.h"
 
-enum { SORT_RUN = 16 }; /* RUN of shaders/lists_sort.comp.glsl */
+enum { LONGEST_GUESSED = LIST_RUN << 10 }; /* longer lists are read */
 
 static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes, struct error *err)
 {
@@ -77,6 +77,15 @@ static uint32_t scan_chunk(uint32_t count)
     return chunk;
 }
 
+static void read_sizes(struct pixel_lists *lists, const struct window_frame *frame)
+{
+    uint32_t totals[2] = {0}; /* a lost context reads nothing */
+    gpu_timeline_will_wait(frame->timeline);
+    gl_buffer_read(&lists->statistics, 0, sizeof totals, totals);
+    lists->entry_count = totals[0];
+    lists->longest = totals[1];
+}
+
 static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame, struct error *err)
 {
     uint32_t count = (uint32_t)(frame->window.width * frame->window.height);
@@ -98,11 +107,6 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         window_dispatch_items(i == 1 ? 1 : chunks);
     }
-    uint32_t totals[2] = {0}; /* a lost context reads nothing */
-    gpu_timeline_will_wait(frame->timeline);
-    gl_buffer_read(&lists->statistics, 0, sizeof totals, totals);
-    lists->entry_count = totals[0];
-    lists->longest = totals[1];
     return true;
 }
 
@@ -124,6 +128,8 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
     bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
     bool ok = geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
               run_scan(lists, frame, err);
+    if (ok && !lists->is_guessed)
+        read_sizes(lists, frame);
     gpu_scope_end(frame->timeline);
     return ok;
 }
@@ -139,7 +145,12 @@ static void finish_entries(struct pixel_lists *lists)
 /* Bytes of the keys of an entry: of its two halves where lists are merged. */
 static uint64_t key_bytes(const struct pixel_lists *lists)
 {
-    return lists->longest > SORT_RUN ? 32 : 16;
+    return lists->longest > LIST_RUN ? 32 : 16;
+}
+
+static uint64_t entry_bytes(const struct pixel_lists *lists)
+{
+    return key_bytes(lists) + 32 + 3 * 16;
 }
 
 /* Whether the entries that were counted have room. Buffers that would grow beyond it by what they
@@ -147,7 +158,7 @@ static uint64_t key_bytes(const struct pixel_lists *lists)
 static bool find_room(struct pixel_lists *lists)
 {
     uint64_t n = lists->entry_count, pixels = lists->counts.size_bytes + lists->scan.size_bytes;
-    uint64_t exact = pixels + n * (key_bytes(lists) + 32 + 3 * 16);
+    uint64_t exact = pixels + n * entry_bytes(lists);
     uint64_t grown = pixels + gl_buffer_reserved_bytes(&lists->keys, n * key_bytes(lists)) +
                      gl_buffer_reserved_bytes(&lists->colors, n * 32);
     for (int i = 0; i < 3; i++)
@@ -165,7 +176,7 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
 {
     static const char *const labels[] = {"lists.surface_0", "lists.surface_1", "lists.surface_2"};
     uint64_t n = lists->entry_count;
-    lists->list_bytes += n * (key_bytes(lists) + 32 + 3 * 16);
+    lists->list_bytes += n * entry_bytes(lists);
     if (!reserve(&lists->keys, "lists.keys", n * key_bytes(lists), err) ||
         !reserve(&lists->colors, "lists.colors", n * 32, err))
         return false;
@@ -178,10 +189,12 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
                                          .technique = "lists",
                                          .stage = REPORT_SHADE,
                                      });
+    struct window_frame roomy = *frame;
+    roomy.list_room = (uint32_t)n;
     pixel_lists_bind(lists, NULL);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     bool ok =
-        geometry_draw_transparent(frame, items, scattering.fragment, scattering.evaluates, err);
+        geometry_draw_transparent(&roomy, items, scattering.fragment, scattering.evaluates, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }
@@ -195,6 +208,7 @@ static bool run_sort(struct pixel_lists *lists, const struct window_frame *frame
     uint64_t to = lists->keys_offset ? 0 : lists->entry_count;
     gl_program_use(program);
     gl_program_set_u(program, "u_entries", (uint32_t)lists->entry_count);
+    gl_program_set_u(program, "u_pixels", (uint32_t)(frame->window.width * frame->window.height));
     gl_program_set_u(program, "u_run", (uint32_t)run);
     gl_program_set_u(program, "u_from", (uint32_t)lists->keys_offset);
     gl_program_set_u(program, "u_to", (uint32_t)to);
@@ -209,8 +223,11 @@ static bool sort_lists(struct pixel_lists *lists, const struct window_frame *fra
                        struct error *err)
 {
     char because[REPORT_TEXT_BYTES];
-    snprintf(because, sizeof because, "some pixel has %llu transparent layers",
-             (unsigned long long)lists->longest);
+    if (lists->is_guessed)
+        snprintf(because, sizeof because, "transparent surfaces are in view");
+    else
+        snprintf(because, sizeof because, "some pixel has %llu transparent layers",
+                 (unsigned long long)lists->longest);
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
                                          .pass = "transparency.sort",
                                          .because = because,
@@ -219,7 +236,7 @@ static bool sort_lists(struct pixel_lists *lists, const struct window_frame *fra
                                      });
     lists->keys_offset = 0;
     bool ok = lists->longest < 2 || run_sort(lists, frame, sort_passes[0], 0, err);
-    for (uint64_t run = SORT_RUN; ok && run < lists->longest; run *= 2)
+    for (uint64_t run = LIST_RUN; ok && run < lists->longest; run *= 2)
         ok = run_sort(lists, frame, sort_passes[1], run, err);
     gpu_scope_end(frame->timeline);
     return ok;
@@ -229,7 +246,7 @@ void pixel_lists_clear(struct pixel_lists *lists)
 {
     lists->entry_count = lists->longest = lists->keys_offset = lists->list_bytes = 0;
     lists->pixel_count = 0;
-    lists->has_media = lists->may_surround = false;
+    lists->has_media = lists->may_surround = lists->is_guessed = false;
     lists->lacked_bytes = 0;
 }
 
@@ -241,17 +258,56 @@ void pixel_lists_report(const struct pixel_lists *lists, struct frame_report *re
     report_raise_bytes(report, "pixel_lists", lists->list_bytes);
 }
 
+struct pixel_lists_guess pixel_lists_guess_of(const struct pixel_lists *lists)
+{
+    return (struct pixel_lists_guess){
+        .room = {.entries = lists->entry_count, .longest = lists->longest},
+        .pixels_bytes = lists->list_bytes - lists->entry_count * entry_bytes(lists),
+        .entry_bytes = entry_bytes(lists),
+    };
+}
+
+void pixel_lists_guess_report(const struct pixel_lists_guess *guess, const struct list_sizes *sizes,
+                              struct frame_report *report)
+{
+    report->counts.transparent_fragments += sizes->entries;
+    if (report->counts.longest_pixel_list < sizes->longest)
+        report->counts.longest_pixel_list = sizes->longest;
+    report_raise_bytes(report, "pixel_lists",
+                       guess->pixels_bytes + sizes->entries * guess->entry_bytes);
+    report->has_cut_lists |= !list_sizes_fit(sizes, &guess->room);
+}
+
+/* Where there is no memory for what is guessed sizes are read, which may be smaller. */
+static void take_guess(struct pixel_lists *lists, const struct list_sizes *room,
+                       const struct gl_limits *limits)
+{
+    if (!room || room->entries > pixel_lists_entries_max(limits) || room->longest > LONGEST_GUESSED)
+        return;
+    lists->entry_count = room->entries;
+    lists->longest = room->longest;
+    lists->is_guessed = find_room(lists);
+    if (!lists->is_guessed)
+        lists->entry_count = lists->longest = lists->lacked_bytes = 0;
+}
+
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
-                                           const struct geometry_items *items, struct error *err)
+                                           const struct geometry_items *items,
+                                           const struct list_sizes *room, struct error *err)
 {
     pixel_lists_clear(lists);
     lists->has_media = items->medium_count > 0;
     lists->may_surround = items->may_surround;
     if (!items->transparent_count && !items->medium_count)
         return PIXEL_LISTS_BUILT;
+    take_guess(lists, room, frame->limits);
     if (!count_fragments(lists, frame, items, err))
         return PIXEL_LISTS_FAILED;
+    if (lists->is_guessed && !find_room(lists)) {
+        lists->is_guessed = false;
+        read_sizes(lists, frame);
+    }
     if (lists->longest > PIXEL_LISTS_LONGEST_MAX) {
         error_set(err, ERROR_OVER_BUDGET, "a pixel has %llu transparent layers, limit is %d",
                   (unsigned long long)lists->longest, PIXEL_LISTS_LONGEST_MAX);
@@ -262,7 +318,8 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
     if (lists->entry_count &&
         (!scatter_fragments(lists, frame, items, err) || !sort_lists(lists, frame, err)))
         return PIXEL_LISTS_FAILED;
-    pixel_lists_report(lists, frame->report);
+    if (!lists->is_guessed)
+        pixel_lists_report(lists, frame->report);
     return PIXEL_LISTS_BUILT;
 }
 
@@ -275,8 +332,10 @@ void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *
     bind(&lists->surfaces[1], n * 16, BIND_FRAGMENT_SURFACE_1);
     bind(&lists->surfaces[2], n * 16, BIND_FRAGMENT_SURFACE_2);
     bind(&lists->colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_FRAGMENT_COLORS);
-    if (program)
-        gl_program_set_u(program, "u_keys_offset", (uint32_t)lists->keys_offset);
+    if (!program)
+        return;
+    gl_program_set_u(program, "u_keys_offset", (uint32_t)lists->keys_offset);
+    gl_program_set_u(program, "u_list_room", (uint32_t)n);
 }
 
 void pixel_lists_finish(struct pixel_lists *lists)

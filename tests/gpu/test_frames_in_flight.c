@@ -18,6 +18,7 @@ enum { SHOTS = 12, WIDE_PX = 4200 /* more than a window's side */ };
 struct stage {
     struct renderer *renderer;
     struct rig_scene demo;
+    struct view views[SHOTS]; /* a frame in flight borrows its own */
     struct frame frames[SHOTS];
     int flying; /* index, or -1 */
     int collected_within, arrivals;
@@ -104,10 +105,10 @@ static void collect(void *context)
 static bool submit(struct stage *stage, int shot)
 {
     struct error err = {0};
-    const struct view view = view_of(shot);
     bool is_done;
-    if (!renderer_submit(stage->renderer, stage->demo.key, &view, &stage->frames[shot], &is_done,
-                         &err))
+    stage->views[shot] = view_of(shot);
+    if (!renderer_submit(stage->renderer, stage->demo.key, &stage->views[shot],
+                         &stage->frames[shot], &is_done, &err))
         fail_msg("frame %d: %s", shot, err.message);
     if (!is_done)
         stage->flying = shot;
