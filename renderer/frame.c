@@ -344,6 +344,18 @@ struct making {
     double begin_ms;  /* wall_ms, and what it was paused before it had to be made again */
 };
 
+/* Of frames whose pixels take about as long. */
+static struct content_key pace_key_of(const struct opened_view *opened)
+{
+    struct content_key key = content_key_begin();
+    struct view_quality quality = opened->view.quality;
+    quality.may_be_coarse = quality.expects_reuse = false;
+    content_key_add_text(&key, opened->scene->key);
+    content_key_add_word(&key, opened->state->light_count);
+    content_key_add(&key, &quality, sizeof quality);
+    return key;
+}
+
 static bool make_once(struct renderer *renderer, const char *scene_key, const struct view *view,
                       const struct making *making, struct frame *frame, struct error *err)
 {
@@ -359,6 +371,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         prepare_programs(renderer, &opened);
     for (int i = 0; i < opened.plan->plan.pass_count; i++)
         report_order_pass(&frame->report, opened.plan->plan.passes[i].pass);
+    const struct content_key pace_key = pace_key_of(&opened);
     const struct frame_run run = {
         .renderer = renderer,
         .scene = opened.scene,
@@ -369,6 +382,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         .camera = &opened.camera,
         .frame = frame,
         .only_builds = making->only_builds,
+        .pace = band_history_find(&renderer->band_history, pace_key),
     };
     bool ok =
         (making->only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
@@ -383,6 +397,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
                                         .begin_ms = making->begin_ms,
                                         .scene_key = scene_key,
                                         .view = view,
+                                        .pace_key = pace_key,
                                         .has_failed = !ok};
     ok = frame_flight_end(renderer, &ending, making->is_done, err);
     renderer_end_frame(renderer);

@@ -10,6 +10,8 @@
 #include "renderer/frame_pause.h"
 #include "renderer/wall_clock.h"
 
+enum { WAIT_NS = 1000000000 };
+
 /* In tests: every pass that ran is one of the plan. */
 static void check_passes(const struct plan *plan, const struct frame_report *report)
 {
@@ -25,6 +27,16 @@ static void check_passes(const struct plan *plan, const struct frame_report *rep
     }
 }
 
+/* In software what a piece takes is measured as it goes. */
+static void note_pace(struct renderer *renderer, const struct frame_ending *ending)
+{
+    const struct image *color = &ending->frame->outputs[VIEW_OUTPUT_COLOR];
+    if (!gl_context_limits(renderer->context)->is_software)
+        band_history_note(&renderer->band_history, ending->pace_key,
+                          (uint64_t)color->width_px * (uint64_t)color->height_px,
+                          &ending->frame->report);
+}
+
 /* All but the passes has been reported; a context that was lost is the better reason. */
 static bool arrive(struct renderer *renderer, const struct frame_ending *ending, struct error *err)
 {
@@ -35,6 +47,8 @@ static bool arrive(struct renderer *renderer, const struct frame_ending *ending,
               (has_come || error_pass(err, &problem));
     if (ok && ending->plan && renderer->is_strict)
         check_passes(ending->plan, report);
+    if (ok)
+        note_pace(renderer, ending);
     report->total_ms = wall_ms() - ending->begin_ms - report->paused_ms;
     if (!ok)
         frame_finish(ending->frame);
@@ -45,6 +59,8 @@ static bool end_here(struct renderer *renderer, const struct frame_ending *endin
                      struct error *err)
 {
     struct frame_report *report = &ending->frame->report;
+    while (!ending->has_failed && !readback_wait(renderer->readback, report, WAIT_NS))
+        continue; /* the times of passes are there when the picture is */
     gpu_timeline_collect(renderer->timeline, report);
     if (!ending->has_failed)
         return arrive(renderer, ending, err);
@@ -58,8 +74,10 @@ static bool end_here(struct renderer *renderer, const struct frame_ending *endin
 static void take_off(struct renderer *renderer, const struct frame_ending *ending)
 {
     struct frame_flight *flight = &renderer->flight;
-    *flight = (struct frame_flight){
-        .frame = ending->frame, .begin_ms = ending->begin_ms, .view = ending->view};
+    *flight = (struct frame_flight){.frame = ending->frame,
+                                    .begin_ms = ending->begin_ms,
+                                    .view = ending->view,
+                                    .pace_key = ending->pace_key};
     snprintf(flight->scene_key, sizeof flight->scene_key, "%s", ending->scene_key);
     if (renderer->is_strict && (flight->plan = malloc(sizeof *flight->plan)))
         *flight->plan = *ending->plan;
@@ -114,11 +132,13 @@ static bool make_again(struct renderer *renderer, const struct frame_flight *fli
 bool renderer_collect(struct renderer *renderer, struct error *err)
 {
     struct frame_flight flight = renderer->flight;
-    const struct frame_ending ending = {
-        .frame = flight.frame, .plan = flight.plan, .begin_ms = flight.begin_ms};
+    const struct frame_ending ending = {.frame = flight.frame,
+                                        .plan = flight.plan,
+                                        .begin_ms = flight.begin_ms,
+                                        .pace_key = flight.pace_key};
     assert(flight.frame);
     renderer->flight = (struct frame_flight){.frame = NULL};
-    while (!readback_wait(renderer->readback, &flight.frame->report, 1000000000))
+    while (!readback_wait(renderer->readback, &flight.frame->report, WAIT_NS))
         continue; /* who asked has a deadline for the process */
     gpu_timeline_collect_aside(renderer->timeline, &flight.frame->report);
     bool ok = arrive(renderer, &ending, err);

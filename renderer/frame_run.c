@@ -229,6 +229,7 @@ static bool shade(struct window_run *window, struct error *err)
     const struct shade_pause pause = {
         .context = window->run, .is_due = is_pause_due, .serve = serve_pause};
     desc.pause = window->run->renderer->interlude ? &pause : NULL;
+    desc.pace = window->run->pace;
     return light_batches_shade(window->run, &desc, err);
 }
 

@@ -15,6 +15,7 @@ struct frame_run {
     const struct scene_state *state;     /* required; of the plan */
     const struct camera *camera;         /* required; of the plan */
     struct frame *frame;                 /* required; outputs are created, the report is filled */
+    struct band_pace pace;               /* of frames like it */
     bool only_builds;                    /* what frames keep for those after them, and no picture */
 };
 

@@ -32,7 +32,11 @@ static bool is_due(const void *run)
 static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out,
                             struct frame_report *report, struct error *err)
 {
-    struct shadow_progress progress = {.context = run, .is_due = is_due};
+    struct shadow_progress progress = {
+        .context = run,
+        .is_due = is_due,
+        .first_count = band_pace_first(&run->pace, BAND_SHADOWS, 0),
+    };
     struct shadow_prepare_desc desc = {
         .scene_key = resident_scene_shadow_key(run->scene),
         .gpu = run->scene->gpu,

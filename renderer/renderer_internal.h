@@ -38,6 +38,7 @@ struct frame_flight { /* zeroed: none (renderer/frame_flight.h) */
     double begin_ms;
     char scene_key[SCENE_KEY_BYTES]; /* and the view, borrowed: for making it again */
     const struct view *view;
+    struct content_key pace_key;
     bool is_cut; /* it has come, and must be made again */
 };
 
@@ -68,6 +69,7 @@ struct renderer {
     struct kept_window kept; /* of targets and pixels */
     struct pixel_lists pixels;
     struct list_history list_history;
+    struct band_history band_history;
     bool reads_sizes; /* of the lists of the frame that runs: none is guessed */
     struct shade shade;
     struct aov aov;

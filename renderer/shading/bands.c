@@ -32,6 +32,11 @@ bool bands_is_last(const struct bands *bands)
 
 void bands_took(struct bands *bands, double ms)
 {
+    bands_learn(bands, bands->count, ms);
+}
+
+void bands_learn(struct bands *bands, uint64_t count, double ms)
+{
     double factor = fmin(BAND_MS / fmax(ms, 1e-3), BAND_GROWTH);
-    bands->next_count = round_up((uint64_t)fmax((double)bands->count * factor, 1), bands->granule);
+    bands->next_count = round_up((uint64_t)fmax((double)count * factor, 1), bands->granule);
 }

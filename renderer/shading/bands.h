@@ -26,5 +26,7 @@ bool bands_next(struct bands *bands);
 bool bands_is_last(const struct bands *bands); /* of the current piece */
 /* The current piece took so long; others were not served in it. */
 void bands_took(struct bands *bands, double ms);
+/* A piece of so many units did. */
+void bands_learn(struct bands *bands, uint64_t count, double ms);
 
 #endif

@@ -243,11 +243,12 @@ static bool pack(struct readback *readback, struct way *way, const struct readba
     if (desc->guess)
         glCopyNamedBufferSubData(desc->guess->sizes->name, way->buffer.name, 0,
                                  (GLintptr)bytes + LOOKUP_BYTES, SIZES_BYTES);
-    gl_fence_set(&way->fence);
     return true;
 }
 
-static bool send(struct readback *readback, const struct readback_desc *desc, struct error *err)
+/* The way that the picture is on; NULL with err. */
+static struct way *send(struct readback *readback, const struct readback_desc *desc,
+                        struct error *err)
 {
     const struct window_frame *frame = desc->frame;
     struct way *way = take_way(readback, frame, err);
@@ -258,7 +259,7 @@ static bool send(struct readback *readback, const struct readback_desc *desc, st
                                .label = "frame.readback", .size_bytes = bytes, .is_mappable = true},
                            false, err) ||
         !pack(readback, way, desc, err))
-        return false;
+        return NULL;
     way->window = frame->window;
     way->color = desc->color;
     way->report = frame->report;
@@ -267,18 +268,29 @@ static bool send(struct readback *readback, const struct readback_desc *desc, st
         way->guess = *desc->guess;
     way->number = readback->sent++;
     report_raise_bytes(frame->report, "readback", bytes);
-    return readback->is_lazy || !gl_fence_wait(&way->fence, 0) || collect(way, true, err);
+    return way;
 }
 
+static bool take_at_once(struct readback *readback, struct way *way, bool is_in_scope,
+                         struct error *err)
+{
+    gl_fence_set(&way->fence);
+    return readback->is_lazy || !gl_fence_wait(&way->fence, 0) || collect(way, is_in_scope, err);
+}
+
+/* A device's own timers end the scope before the fence, so that who waits for the picture need not
+ * wait for them. */
 bool readback_send(struct readback *readback, const struct readback_desc *desc, struct error *err)
 {
     struct gpu_timeline *timeline = desc->frame->timeline;
+    bool is_timed_behind = desc->frame->limits->has_true_timers;
     gpu_scope_begin(
         timeline,
         &(struct gpu_scope_desc){.pass = "readback", .because = because, .stage = REPORT_READBACK});
-    bool ok = send(readback, desc, err);
+    struct way *way = send(readback, desc, err);
+    bool ok = way && (is_timed_behind || take_at_once(readback, way, true, err));
     gpu_scope_end(timeline);
-    return ok;
+    return ok && (!is_timed_behind || take_at_once(readback, way, false, err));
 }
 
 bool readback_wait(const struct readback *readback, const struct frame_report *report,

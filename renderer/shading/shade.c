@@ -8,8 +8,7 @@
 #include <stdlib.h>
 
 #include "renderer/scene/matrix.h"
-#include "renderer/shading/bands.h"
-#include "renderer/wall_clock.h"
+#include "renderer/shading/band_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -269,28 +268,35 @@ static void dispatch(const struct shade_pass *pass, const struct gl_program *pro
     }
 }
 
-/* Waits for each piece where others may go first: they would wait for it as well. */
+/* The units of the first piece; 0: all of them. */
+static uint64_t first_piece(const struct shade_pass *pass)
+{
+    enum band_kind kind = pass->for_pixels ? BAND_PIXELS : BAND_ENTRIES;
+    uint64_t items = band_pace_first(&pass->desc->pace, kind, pass->shade->first_band);
+    return pass->desc->pause ? (items + pass->unit_items - 1) / pass->unit_items : 0;
+}
+
+/* In pieces where others may go first: they would wait for what the device was given. */
 static bool run_pass(const struct shade_pass *pass, struct error *err)
 {
     const struct shade_pause *pause = pass->desc->pause;
     struct gpu_timeline *timeline = pass->desc->frame->timeline;
-    uint64_t first_count =
-        pause ? (pass->shade->first_band + pass->unit_items - 1) / pass->unit_items : 0;
-    struct bands bands = bands_begin(pass->units, first_count, pass->granule);
+    struct bands bands = bands_begin(pass->units, first_piece(pass), pass->granule);
+    struct band_clock clock = {.timeline = timeline,
+                               .is_software = pass->desc->frame->limits->is_software};
     const struct gl_program *program = begin_pass(pass, err);
     while (program && bands_next(&bands)) {
-        double begin_ms = wall_ms();
+        band_clock_begin(&clock);
         dispatch(pass, program, &bands);
         if (!pause || bands_is_last(&bands))
             break;
-        gpu_timeline_will_wait(timeline);
-        glFinish();
-        bands_took(&bands, wall_ms() - begin_ms);
+        band_clock_end(&clock, &bands);
         if (!pause->is_due(pause->context))
             continue;
         gpu_scope_end(timeline);
         program = pause->serve(pause->context, err) ? begin_pass(pass, err) : NULL;
     }
+    band_clock_finish(&clock);
     if (program)
         gpu_scope_end(timeline);
     return program != NULL;

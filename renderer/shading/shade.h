@@ -5,6 +5,7 @@
 
 #include "renderer/image/image.h"
 #include "renderer/lights/light_lists.h"
+#include "renderer/shading/band_pace.h"
 #include "renderer/shading/light_areas.h"
 #include "renderer/shading/loop_steps.h"
 #include "renderer/shading/readback.h"
@@ -39,6 +40,7 @@ struct shade_desc {
     struct traced_shadows *traced;   /* optional: collected for the window, takes the place of all
                                         structures; the lists must be clustered */
     const struct shade_pause *pause; /* optional: passes come in pieces, with the same bits */
+    struct band_pace pace;           /* with it: of frames like this one */
     bool is_continued; /* other lights have been shaded before these: adds to what is there */
     bool continues;    /* others follow: the image is made with the last of them */
 };

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "renderer/scene/matrix.h"
-#include "renderer/shading/bands.h"
+#include "renderer/shading/band_clock.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
@@ -17,7 +17,6 @@
 #include "renderer/shadows/shadow_probe.h"
 #include "renderer/shadows/shadow_reason.h"
 #include "renderer/shadows/shadows_internal.h"
-#include "renderer/wall_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -357,6 +356,11 @@ static bool reserve_target(struct shadow_system *shadows, struct error *err)
 
 /* Builds all, or the first of them: others go first then. Where they drove out what had been built,
  * so that more is built than there are lights, they wait. */
+static uint64_t first_piece(const struct shadow_progress *progress)
+{
+    return !progress ? 0 : progress->first_count ? progress->first_count : 1;
+}
+
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
@@ -364,13 +368,15 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
                                  (uint32_t)desc->quality->blend_filter};
     struct shadow_progress *progress = desc->progress;
     char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
-    struct bands bands = bands_begin(shadows->build_count, progress ? 1 : 0, 1);
+    struct bands bands = bands_begin(shadows->build_count, first_piece(progress), 1);
+    struct band_clock clock = {.timeline = shadows->timeline,
+                               .is_software = shadows->store.limits->is_software};
     size_t first = 0;
     bool ok = shadows->is_frugal || (reserve_pools(shadows, err) && reserve_target(shadows, err));
     bool is_over = false;
     shadow_reasons(shadows->builds, shadows->build_count, desc, opaque, transparent);
     while (ok && !is_over && bands_next(&bands)) {
-        double begin_ms = wall_ms();
+        band_clock_begin(&clock);
         for (size_t end = bands.first + bands.count; ok && first < end;) {
             struct build_batch batch = next_batch(shadows, first, end - first);
             if (shadows->is_frugal) /* none larger than this structure's */
@@ -380,12 +386,11 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
         }
         if (!ok || !progress || bands_is_last(&bands))
             continue;
-        gpu_timeline_will_wait(shadows->timeline);
-        glFinish();
-        bands_took(&bands, wall_ms() - begin_ms);
+        band_clock_end(&clock, &bands);
         is_over = progress->built + first <= count_structures(shadows) &&
                   progress->is_due(progress->context);
     }
+    band_clock_finish(&clock);
     if (ok && progress) {
         progress->built += first;
         progress->is_interrupted = is_over;

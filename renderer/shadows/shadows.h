@@ -36,8 +36,9 @@ struct shadow_progress {
     bool (*is_due)(const void *context); /* required: shall others go first? */
     uint64_t number;                     /* 0: begins */
     uint64_t built;                      /* so far */
-    bool is_interrupted;                 /* out: call again; nothing may be asked until then */
-    char opaque[REPORT_TEXT_BYTES];      /* why, in the words of the first call */
+    uint64_t first_count; /* structures that others may wait for; 0 means 1, and more as it goes */
+    bool is_interrupted;  /* out: call again; nothing may be asked until then */
+    char opaque[REPORT_TEXT_BYTES]; /* why, in the words of the first call */
     char transparent[REPORT_TEXT_BYTES];
 };
 

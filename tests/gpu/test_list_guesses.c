@@ -331,7 +331,7 @@ static void urgent_frames_have_guesses_of_their_own(void **state)
     (void)state;
     stage_begin(&stage, &(struct renderer_desc){.poses_as_hardware = true, .first_band = 64});
     for (int i = 2; i < 6; i++) {
-        struct pauses pauses = {.stage = &stage, .left = 6};
+        struct pauses pauses = {.stage = &stage, .left = 4};
         const struct interlude interlude = {.context = &pauses, .is_due = is_due, .serve = serve};
         const struct view view = view_of(i);
         renderer_set_interlude(stage.renderer, &interlude);

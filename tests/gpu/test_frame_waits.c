@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: MIT */
+/* How often a frame waits for a graphics device: the processor's commands and the device's work go
+ * on side by side, and stop for each other where a number has to come back. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "tests/support/gl_counts.h"
+#include "tests/support/image_checks.h"
+
+/* A device of its own, with true timers, on which nothing is there before it is waited for. */
+struct stage {
+    struct renderer *renderer;
+    struct rig_scene demo;
+    struct view view;
+    struct view_light lamps[2];
+};
+
+static void stage_begin(struct stage *stage)
+{
+    *stage = (struct stage){.renderer = NULL};
+    gl_hooks_install(&(struct gl_hooks_desc){
+        .counts = true, .hostility = {.is_not_software = true, .timers = GL_TIMERS_TRUE}});
+    stage->renderer =
+        render_rig_create_as(&(struct renderer_desc){.is_strict = true, .defers_frames = true});
+    rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
+    for (int i = 0; i < 2; i++)
+        stage->lamps[i] = (struct view_light){.type = SCENE_LIGHT_SPOT,
+                                              .position = {2 - 4 * i, 5, 3},
+                                              .direction = {-0.3, -1, -0.5},
+                                              .color = {1, 1, 1},
+                                              .intensity = 800};
+    stage->view = (struct view){
+        .width_px = 256,
+        .height_px = 160,
+        .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {3, 4.5, 3}, .target = {0, 1.5, 0}},
+        .lights = stage->lamps,
+        .light_count = 2,
+        .screen = {.channels = 4},
+        .quality = {.shadows = VIEW_SHADOWS_DEEP, .shadow_resolution = 64}};
+}
+
+static void stage_end(struct stage *stage)
+{
+    rig_scene_finish(&stage->demo, stage->renderer);
+    renderer_destroy(stage->renderer);
+    gl_hooks_install(&(struct gl_hooks_desc){.counts = false});
+}
+
+static uint64_t count_waits(struct stage *stage, struct frame *frame)
+{
+    struct gl_counts before, after;
+    gl_counts_get(&before);
+    shoot(stage->renderer, &stage->demo, &stage->view, frame);
+    gl_counts_get(&after);
+    const struct gl_counts counts = gl_counts_between(&before, &after);
+    return gl_counts_waits(&counts);
+}
+
+static void expect_waits(struct stage *stage, uint64_t most, const char *what)
+{
+    struct frame frame;
+    uint64_t waits = count_waits(stage, &frame);
+    assert_true(frame.report.counts.transparent_fragments > 0);
+    assert_int_equal(IMAGE_U8, frame.outputs[VIEW_OUTPUT_COLOR].component);
+    frame_finish(&frame);
+    if (waits > most)
+        fail_msg("%s: %llu waits", what, (unsigned long long)waits);
+}
+
+/* The picture alone. */
+static void a_moving_camera_waits_once(void **state)
+{
+    struct stage stage;
+    (void)state;
+    stage_begin(&stage);
+    expect_waits(&stage, UINT64_MAX, "the first frame");
+    for (int i = 0; i < 4; i++) {
+        stage.view.camera.eye[0] += 0.05;
+        expect_waits(&stage, 1, "a step of the camera");
+    }
+    stage_end(&stage);
+}
+
+/* And the numbers of shadow events, of all lamps at once. */
+static void moving_lamps_wait_twice(void **state)
+{
+    struct stage stage;
+    (void)state;
+    stage_begin(&stage);
+    expect_waits(&stage, UINT64_MAX, "the first frame");
+    for (int i = 0; i < 4; i++) {
+        stage.lamps[0].position[0] += 0.05;
+        stage.lamps[1].position[0] += 0.05;
+        expect_waits(&stage, 2, "a step of the lamps");
+    }
+    stage_end(&stage);
+}
+
+/* Nothing stands, but how large lists are is known. */
+static void a_picture_of_its_own_waits_twice(void **state)
+{
+    struct stage stage;
+    (void)state;
+    stage_begin(&stage);
+    expect_waits(&stage, UINT64_MAX, "the first frame");
+    for (int i = 0; i < 3; i++) {
+        renderer_drop_structures(stage.renderer, stage.demo.key);
+        expect_waits(&stage, 2, "a picture of its own");
+    }
+    stage_end(&stage);
+}
+
+static bool is_never_due(void *context)
+{
+    (void)context;
+    return false;
+}
+
+static bool serve_nothing(void *context)
+{
+    (void)context;
+    return true;
+}
+
+/* Its pieces are asked for, not waited for. */
+static void shading_that_others_may_interrupt_waits_for_the_picture_alone(void **state)
+{
+    struct stage stage;
+    const struct interlude interlude = {.is_due = is_never_due, .serve = serve_nothing};
+    (void)state;
+    stage_begin(&stage);
+    stage.view.width_px = stage.view.height_px = 512; /* several pieces */
+    expect_waits(&stage, UINT64_MAX, "the first frame");
+    renderer_set_interlude(stage.renderer, &interlude);
+    for (int i = 0; i < 3; i++) {
+        stage.view.camera.eye[0] += 0.05;
+        expect_waits(&stage, 1, "a step of the camera");
+    }
+    stage_end(&stage);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_moving_camera_waits_once),
+        cmocka_unit_test(moving_lamps_wait_twice),
+        cmocka_unit_test(a_picture_of_its_own_waits_twice),
+        cmocka_unit_test(shading_that_others_may_interrupt_waits_for_the_picture_alone),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
