@@ -129,6 +129,28 @@ static bool read_blocks(const struct json_node *root, struct device_blocks *bloc
            json_read_number(&encode, 0, INFINITY, &blocks->encode_bytes_per_ms);
 }
 
+static json_t *write_lines(const struct device_capabilities *device)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = 0; i < CAPABILITIES_DEVICES && *device->devices[i]; i++)
+        json_append(array, json_string(device->devices[i]), &has_failed);
+    return json_take_unless(array, has_failed);
+}
+
+static bool read_lines(const struct json_node *root, struct device_capabilities *device)
+{
+    struct json_node lines = json_member(root, "devices");
+    struct json_node warning = json_member(root, "warning");
+    size_t count = lines.value ? json_array_size(lines.value) : 0;
+    for (size_t i = 0; i < count && i < CAPABILITIES_DEVICES; i++) {
+        struct json_node line = json_element(&lines, i);
+        if (!json_read_text(&line, device->devices[i], sizeof device->devices[i]))
+            return false;
+    }
+    return !warning.value || json_read_text(&warning, device->warning, sizeof device->warning);
+}
+
 json_t *device_capabilities_to_json(const struct device_capabilities *device)
 {
     struct json_writer writer = json_writer_begin();
@@ -137,6 +159,10 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put_text(&writer, "version", device->version);
     json_put_text(&writer, "driver", device->driver);
     json_put(&writer, "device_count", json_integer(device->device_count));
+    json_put(&writer, "devices", write_lines(device));
+    json_put_bool(&writer, "software", device->is_software);
+    if (*device->warning)
+        json_put_text(&writer, "warning", device->warning);
     json_put(&writer, "max_texture_size", json_integer(device->max_texture_size));
     json_put(&writer, "max_samples", json_integer(device->max_samples));
     json_put_integer(&writer, "max_storage_block_bytes", device->max_storage_block_bytes);
@@ -193,7 +219,9 @@ bool device_capabilities_from_json(json_t *json, struct device_capabilities *dev
     struct json_node binaries = json_member(&root, "program_binaries");
     struct json_node robust = json_member(&root, "robust");
     struct json_node compression = json_member(&root, "texture_compression");
-    return read_texts(&root, device) && read_numbers(&root, device) &&
+    struct json_node software = json_member(&root, "software");
+    return read_texts(&root, device) && read_numbers(&root, device) && read_lines(&root, device) &&
+           json_read_bool(&software, &device->is_software) &&
            json_read_bool(&timers, &device->has_true_timers) &&
            json_read_bool(&coverage, &device->has_post_depth_coverage) &&
            json_read_bool(&binaries, &device->has_program_binaries) &&

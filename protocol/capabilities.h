@@ -11,7 +11,12 @@
 
 #include "protocol/error.h"
 
-enum { CAPABILITIES_NAME_BYTES = 128, CAPABILITIES_TEXT_BYTES = 200 };
+enum {
+    CAPABILITIES_NAME_BYTES = 128,
+    CAPABILITIES_TEXT_BYTES = 200,
+    CAPABILITIES_DEVICES = 8,
+    CAPABILITIES_LINE_BYTES = 240,
+};
 
 /* What `shadows: auto` goes by. Zeroed = "raster". */
 struct device_auto {
@@ -43,6 +48,11 @@ struct device_capabilities {
         version[CAPABILITIES_NAME_BYTES];
     char driver[CAPABILITIES_NAME_BYTES]; /* EGL platform in use */
     int device_count;
+    bool is_software;
+    char devices[CAPABILITIES_DEVICES][CAPABILITIES_LINE_BYTES]; /* a line on each that EGL lists,
+                                                                     and why it was passed over;
+                                                                     "" ends them */
+    char warning[CAPABILITIES_LINE_BYTES]; /* of software beside hardware; "": none */
     int max_texture_size, max_samples;
     uint64_t max_storage_block_bytes;
     uint64_t gpu_budget_bytes, gpu_used_bytes;

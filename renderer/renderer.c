@@ -2,6 +2,7 @@
 /* The renderer's life and its public door. Rendering one frame is in frame.c. */
 #include "renderer/renderer.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -244,6 +245,15 @@ bool renderer_samples_blocks(const struct renderer *renderer)
     return texture_pool_samples_blocks(renderer->scenes->textures);
 }
 
+static void tell_devices(const struct gl_context *context, struct renderer_info *info)
+{
+    static_assert((int)GL_DEVICE_TEXT_BYTES <= (int)RENDERER_TEXT_BYTES, "lines fit");
+    const struct gl_device_list *list = gl_context_devices(context);
+    for (int i = 0; i < list->count && i < RENDERER_DEVICES_TOLD; i++)
+        gl_device_describe(&list->items[i], info->devices[i]);
+    snprintf(info->warning, sizeof info->warning, "%s", gl_context_warning(context));
+}
+
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
 {
     const struct gl_limits *limits = gl_context_limits(renderer->context);
@@ -264,6 +274,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .compresses_textures = texture_pool_compresses(renderer->scenes->textures),
         .upload_bytes_per_ms = (uint64_t)texture_pool_bytes_per_ms(renderer->scenes->textures),
     };
+    tell_devices(renderer->context, info);
     struct program_cache_stats programs;
     program_cache_get_stats(renderer->programs, &programs);
     info->programs_built = programs.misses;

@@ -18,7 +18,8 @@
 struct renderer;
 
 struct renderer_desc {
-    int device;                    /* 0 means choose; N means the N-th EGL device, counted from 1 */
+    const char *device;            /* optional, borrowed during create: "" and "0" choose, else what
+                                      gl_device_parse (renderer/gl/device_choice.h) takes */
     uint64_t gpu_budget_bytes;     /* of all that grows with scenes and requests; 0 means 4 GiB */
     uint64_t texture_budget_bytes; /* of that, the levels of textures resident at once; 0 means half
                                     */
@@ -43,11 +44,15 @@ struct renderer_desc {
     bool is_strict;         /* tests: a GL error or undefined-behaviour message aborts */
 };
 
+enum { RENDERER_DEVICES_TOLD = 8, RENDERER_TEXT_BYTES = 240 };
+
 /* What the device is, as /v1/capabilities tells it. */
 struct renderer_info {
     char vendor[128], renderer[128], version[128];
     char driver[64]; /* EGL platform in use: "surfaceless", "device" */
     int device_count;
+    char devices[RENDERER_DEVICES_TOLD][RENDERER_TEXT_BYTES]; /* one line on each; "" ends them */
+    char warning[RENDERER_TEXT_BYTES]; /* of software beside hardware; "": none */
     int max_texture_size;
     int max_samples; /* of targets of floats and of integers alike */
     uint64_t max_storage_block_bytes;

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "protocol/limits.h"
+#include "renderer/gl/device_choice.h"
 #include "server/warm_up.h"
 
 enum key_kind {
@@ -26,7 +27,8 @@ enum key_kind {
     KEY_BOOL,
     KEY_LEVEL,
     KEY_AUTO,
-    KEY_COMPRESSION
+    KEY_COMPRESSION,
+    KEY_DEVICE,
 };
 
 struct key {
@@ -66,7 +68,8 @@ static const struct key keys[] = {
      "one upload, all its files together"},
     {"decode-memory-bytes", KEY_BYTES, AT(decode_memory_bytes), 64 << 20, INT64_MAX,
      "address space of one decoder beyond the upload itself"},
-    {"device", KEY_INT, AT(device), 0, 64, "0 chooses; N takes the N-th EGL device"},
+    {"device", KEY_DEVICE, AT(device), 0, 0,
+     "0 chooses; else the N-th EGL device, a render node, a PCI address or software"},
     {"auto", KEY_AUTO, AT(automatic), 0, 0,
      "what shadows auto takes: measured (the faster on this device), raster or raytraced"},
     {"render-timeout-s", KEY_INT, AT(render_timeout_s), 1, 86400, "deadline of one render"},
@@ -220,6 +223,11 @@ static bool config_set(struct config *config, const struct key *key, const char 
     bool is_good = true;
     int64_t number = 0;
     switch (key->kind) {
+    case KEY_DEVICE:
+        if (!gl_device_parse(value, &(struct gl_device_selector){0}, err))
+            return error_wrap(err, "%s (%s)", key->name, origin);
+        snprintf(field, capacity_of(key), "%s", *value ? value : "0");
+        break;
     case KEY_TEXT:
     case KEY_PATH:
         if (strlen(value) >= capacity_of(key))
@@ -298,6 +306,7 @@ static void set_defaults(struct config *config, char **environment)
         .view_idle_s = 900,
         .log_level = LOG_INFO,
         .automatic = CONFIG_AUTO_MEASURED,
+        .device = "0",
     };
     default_state_dir(config->state_dir, environment);
     for (size_t i = 0; i < KEY_COUNT; i++)
@@ -512,6 +521,7 @@ static void print_value(const struct config *config, const struct key *key, FILE
 {
     const void *field = (const char *)config + key->offset;
     switch (key->kind) {
+    case KEY_DEVICE:
     case KEY_TEXT:
     case KEY_PATH:
         fprintf(out, "%s", (const char *)field);

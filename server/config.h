@@ -46,7 +46,7 @@ struct config {
     enum config_compression texture_compression; /* of colours beyond the budget */
     uint64_t max_upload_bytes;                   /* of one upload, all files */
     uint64_t decode_memory_bytes;                /* of one decoder */
-    int device;                                  /* 0 = choose; N = the N-th EGL device */
+    char device[CONFIG_TEXT_BYTES];              /* what gl_device_parse takes; "0" chooses */
     bool no_warm_up;        /* stored scenes are not drawn before someone asks */
     int warm_at_start;      /* stored scenes drawn after a start, [0, WARM_UPS_MAX] */
     int rest_s;             /* idle until structures are let go; 0: they stay */

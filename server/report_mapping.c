@@ -301,11 +301,15 @@ void device_capabilities_from_info(const struct renderer_info *info,
         .has_post_depth_coverage = info->has_post_depth_coverage,
         .has_program_binaries = info->program_formats > 0,
         .is_robust = info->is_robust,
+        .is_software = info->is_software,
     };
     utf8_copy(device->vendor, sizeof device->vendor, info->vendor);
     utf8_copy(device->renderer, sizeof device->renderer, info->renderer);
     utf8_copy(device->version, sizeof device->version, info->version);
     utf8_copy(device->driver, sizeof device->driver, info->driver);
+    utf8_copy(device->warning, sizeof device->warning, info->warning);
+    for (int i = 0; i < CAPABILITIES_DEVICES && i < RENDERER_DEVICES_TOLD; i++)
+        utf8_copy(device->devices[i], sizeof device->devices[i], info->devices[i]);
 }
 
 void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic)

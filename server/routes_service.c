@@ -30,10 +30,14 @@ static void run_ready(struct service *service, struct http_exchange *exchange, c
 {
     (void)id;
     struct error problem = {0};
-    if (supervisor_is_ready(service->supervisor, &problem))
-        reply_json(exchange, 200, json_pack("{s:s}", "status", "ready"));
-    else
+    struct device_capabilities device;
+    if (!supervisor_is_ready(service->supervisor, &problem))
         http_reply_error(exchange, &problem);
+    else if (supervisor_get_device(service->supervisor, &device) && *device.warning)
+        reply_json(exchange, 200,
+                   json_pack("{s:s,s:s}", "status", "ready", "warning", device.warning));
+    else
+        reply_json(exchange, 200, json_pack("{s:s}", "status", "ready"));
 }
 
 static void run_openapi(struct service *service, struct http_exchange *exchange, const char *id)

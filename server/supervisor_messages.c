@@ -130,6 +130,14 @@ static void log_blocks(struct supervisor *supervisor, const struct device_blocks
                   blocks->note[0] ? ", " : "", blocks->note);
 }
 
+static void log_devices(struct supervisor *supervisor, const struct device_capabilities *device)
+{
+    for (int i = 0; i < CAPABILITIES_DEVICES && *device->devices[i]; i++)
+        log_write(supervisor->desc.log, LOG_INFO, "%s", device->devices[i]);
+    if (*device->warning)
+        log_write(supervisor->desc.log, LOG_WARNING, "%s", device->warning);
+}
+
 static bool hello_message(struct supervisor *supervisor, const json_t *json, struct error *err)
 {
     struct device_capabilities device;
@@ -148,6 +156,7 @@ static bool hello_message(struct supervisor *supervisor, const json_t *json, str
     pthread_mutex_unlock(&supervisor->mutex);
     log_write(supervisor->desc.log, LOG_INFO, "the worker is ready: %s, %s", device.renderer,
               device.version);
+    log_devices(supervisor, &device);
     log_speed(supervisor, &device.automatic);
     log_blocks(supervisor, &device.blocks);
     if (supervisor->desc.on_ready)

@@ -5,6 +5,7 @@
 #include <sys/eventfd.h>
 
 #include "protocol/utf8.h"
+#include "renderer/gl/device_choice.h"
 #include "server/clock.h"
 #include "server/ipc.h"
 #include "server/supervisor_internal.h"
@@ -93,18 +94,29 @@ void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, b
 
 /* ---- starting ---- */
 
+/* As a part of a file's name. */
+static void name_device(const char *device, char name[GL_DEVICE_NAME_BYTES])
+{
+    snprintf(name, GL_DEVICE_NAME_BYTES, "%.*s", GL_DEVICE_NAME_BYTES - 1, device);
+    for (char *at = name; *at; at++)
+        if (*at == '/' || *at == ':')
+            *at = '-';
+}
+
 static bool send_settings(struct supervisor *supervisor, struct error *err)
 {
     const struct config *config = supervisor->desc.config;
-    char speed_file[CONFIG_PATH_BYTES + 64], texture_file[CONFIG_PATH_BYTES + 64];
+    char speed_file[CONFIG_PATH_BYTES + 128], texture_file[CONFIG_PATH_BYTES + 128];
     char program_folder[CONFIG_PATH_BYTES + 64];
     snprintf(program_folder, sizeof program_folder, "%s/cache/programs", config->state_dir);
-    snprintf(speed_file, sizeof speed_file, "%s/cache/device-speed-%d.json", config->state_dir,
-             config->device);
-    snprintf(texture_file, sizeof texture_file, "%s/cache/texture-speed-%d.json", config->state_dir,
-             config->device);
+    char device[GL_DEVICE_NAME_BYTES];
+    name_device(config->device, device);
+    snprintf(speed_file, sizeof speed_file, "%s/cache/device-speed-%s.json", config->state_dir,
+             device);
+    snprintf(texture_file, sizeof texture_file, "%s/cache/texture-speed-%s.json", config->state_dir,
+             device);
     json_t *settings = json_pack(
-        "{s:s,s:i,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s}", "op", "configure", "device",
+        "{s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s}", "op", "configure", "device",
         config->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
         "texture_budget_bytes", (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,

@@ -467,7 +467,7 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
     const char *programs = json_string_value(json_object_get(settings, "program_folder"));
     worker->renderer = renderer_create(
         &(struct renderer_desc){
-            .device = (int)json_integer_value(json_object_get(settings, "device")),
+            .device = json_string_value(json_object_get(settings, "device")),
             .shader_dump_dir = dump_dir && *dump_dir ? dump_dir : NULL,
             .program_folder = programs && *programs ? programs : NULL,
             .program_budget_bytes =

@@ -150,6 +150,8 @@ class Viewer {
     this.client.capabilities().then((capabilities) => {
       this.capabilities = capabilities;
       this.render.setCapabilities(capabilities);
+      byId("status-device").hidden = !capabilities.device?.warning;
+      byId("status-device").title = capabilities.device?.warning ?? "";
     }).catch((problem) => showProblem(problem, "The server does not answer"));
     await this.scenes.refresh();
     if (!(await this.opening.openLink()) && this.scenes.scenes.length) await this.opening.open(this.scenes.scenes[0].id);

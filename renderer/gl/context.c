@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Headless OpenGL 4.5 core through EGL: choice of display and device, robust context, limits. */
+/* Headless OpenGL 4.5 core: the first device that can be had, its limits, its loss. */
 #include "renderer/gl/context.h"
 
 #include <epoxy/egl.h>
@@ -8,11 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_DEVICES = 32 };
+#include "renderer/gl/display.h"
 
 struct gl_context {
-    EGLDisplay display;
-    EGLContext context;
+    struct gl_display display;
+    struct gl_device_selector selector;
+    struct gl_device_list devices;
+    char warning[GL_DEVICE_TEXT_BYTES];
     struct gl_limits limits;
     bool is_strict;
 };
@@ -29,115 +31,20 @@ static void GLAPIENTRY on_debug_message(GLenum source, GLenum type, GLuint id, G
         abort();
 }
 
-static bool has_extension(const char *list, const char *name)
-{
-    size_t length = strlen(name);
-    for (const char *at = list; at && (at = strstr(at, name)); at += length)
-        if ((at == list || at[-1] == ' ') && (at[length] == ' ' || !at[length]))
-            return true;
-    return false;
-}
-
-static int query_devices(EGLDeviceEXT devices[MAX_DEVICES])
-{
-    const char *client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-    EGLint count = 0;
-    if (!has_extension(client, "EGL_EXT_device_enumeration") &&
-        !has_extension(client, "EGL_EXT_device_base"))
-        return 0;
-    return eglQueryDevicesEXT(MAX_DEVICES, devices, &count) ? count : 0;
-}
-
-static bool try_display(struct gl_context *context, EGLenum platform, void *native,
-                        const char *name)
-{
-    EGLDisplay display = eglGetPlatformDisplayEXT(platform, native, NULL);
-    EGLint major, minor;
-    if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor))
-        return false;
-    if (!has_extension(eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_surfaceless_context") ||
-        !eglBindAPI(EGL_OPENGL_API)) {
-        eglTerminate(display);
-        return false;
-    }
-    context->display = display;
-    snprintf(context->limits.platform, sizeof context->limits.platform, "%s", name);
-    return true;
-}
-
-static bool open_device(struct gl_context *context, int device, const EGLDeviceEXT *devices,
-                        int count, bool has_device_platform, struct error *err)
-{
-    if (device > count || !has_device_platform)
-        return error_set(err, ERROR_NO_DEVICE, "device %d asked for, EGL offers %d", device,
-                         has_device_platform ? count : 0);
-    if (!try_display(context, EGL_PLATFORM_DEVICE_EXT, devices[device - 1], "device"))
-        return error_set(err, ERROR_NO_DEVICE, "EGL device %d cannot be initialised (0x%x)", device,
-                         (unsigned)eglGetError());
-    return true;
-}
-
-/* Hardware first: the surfaceless platform of Mesa may be the software rasteriser. */
-static bool choose_display(struct gl_context *context, int device, struct error *err)
-{
-    const char *client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-    if (!has_extension(client, "EGL_EXT_platform_base"))
-        return error_set(err, ERROR_NO_DEVICE, "EGL has no EGL_EXT_platform_base");
-    EGLDeviceEXT devices[MAX_DEVICES];
-    int count = query_devices(devices);
-    context->limits.device_count = count;
-    bool has_device_platform = has_extension(client, "EGL_EXT_platform_device");
-    bool has_surfaceless = has_extension(client, "EGL_MESA_platform_surfaceless");
-    if (device > 0)
-        return open_device(context, device, devices, count, has_device_platform, err);
-    for (int i = 0; has_device_platform && i < count; i++) {
-        const char *extensions = eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS);
-        if (!has_extension(extensions, "EGL_MESA_device_software") &&
-            try_display(context, EGL_PLATFORM_DEVICE_EXT, devices[i], "device"))
-            return true;
-    }
-    if (has_surfaceless && try_display(context, EGL_PLATFORM_SURFACELESS_MESA, NULL, "surfaceless"))
-        return true;
-    for (int i = 0; has_device_platform && i < count; i++)
-        if (try_display(context, EGL_PLATFORM_DEVICE_EXT, devices[i], "device"))
-            return true;
-    return error_set(err, ERROR_NO_DEVICE, "no EGL display: %d devices, surfaceless %s", count,
-                     has_surfaceless ? "fails" : "absent");
-}
-
-/* Robustness may be refused with any of several errors; then an ordinary context is taken and
- * reported as such. */
-static bool create_context(struct gl_context *context, struct error *err)
-{
-    for (int robust = 1; robust >= 0; robust--) {
-        EGLint attributes[24], n = 0;
-        attributes[n++] = EGL_CONTEXT_MAJOR_VERSION, attributes[n++] = 4;
-        attributes[n++] = EGL_CONTEXT_MINOR_VERSION, attributes[n++] = 5;
-        attributes[n++] = EGL_CONTEXT_OPENGL_PROFILE_MASK;
-        attributes[n++] = EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT;
-        if (context->is_strict)
-            attributes[n++] = EGL_CONTEXT_OPENGL_DEBUG, attributes[n++] = EGL_TRUE;
-        if (robust) {
-            attributes[n++] = EGL_CONTEXT_OPENGL_ROBUST_ACCESS, attributes[n++] = EGL_TRUE;
-            attributes[n++] = EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY;
-            attributes[n++] = EGL_LOSE_CONTEXT_ON_RESET;
-        }
-        attributes[n] = EGL_NONE;
-        context->context =
-            eglCreateContext(context->display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-        if (context->context != EGL_NO_CONTEXT) {
-            context->limits.is_robust = robust;
-            return true;
-        }
-    }
-    return error_set(err, ERROR_NO_DEVICE, "no OpenGL 4.5 core context (EGL error 0x%x)",
-                     (unsigned)eglGetError());
-}
-
 static void copy_string(char *out, size_t size, GLenum name)
 {
     const char *text = (const char *)glGetString(name);
     snprintf(out, size, "%s", text ? text : "?");
+}
+
+static bool draws_in_software(void)
+{
+    static const char *const names[] = {"llvmpipe", "softpipe", "SWR"};
+    const char *renderer = (const char *)glGetString(GL_RENDERER);
+    for (size_t i = 0; renderer && i < sizeof names / sizeof *names; i++)
+        if (strstr(renderer, names[i]))
+            return true;
+    return false;
 }
 
 static void read_limits(struct gl_limits *limits)
@@ -156,18 +63,7 @@ static void read_limits(struct gl_limits *limits)
     glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &limits->program_formats);
     glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits->max_compute_groups);
     limits->has_post_depth_coverage = epoxy_has_gl_extension("GL_ARB_post_depth_coverage");
-    limits->is_software = strstr(limits->renderer, "llvmpipe") ||
-                          strstr(limits->renderer, "softpipe") || strstr(limits->renderer, "SWR");
-}
-
-static bool check_requirements(struct error *err)
-{
-    if (epoxy_gl_version() < 45)
-        return error_set(err, ERROR_NO_DEVICE, "OpenGL %d.%d found, 4.5 is needed",
-                         epoxy_gl_version() / 10, epoxy_gl_version() % 10);
-    if (!epoxy_has_gl_extension("GL_ARB_shader_draw_parameters"))
-        return error_set(err, ERROR_NO_DEVICE, "GL_ARB_shader_draw_parameters is missing");
-    return true;
+    limits->is_software = draws_in_software();
 }
 
 static void set_fixed_state(bool is_strict)
@@ -184,6 +80,60 @@ static void set_fixed_state(bool is_strict)
     glDebugMessageCallback(on_debug_message, NULL);
 }
 
+/* A driver of hardware that draws on the processor all the same is passed over, where others may
+ * be tried. */
+static bool open_device(struct gl_context *context, struct gl_device *device)
+{
+    bool is_asked = context->selector.ask != GL_DEVICE_ANY;
+    if (!gl_display_open(&context->display, device, context->is_strict))
+        return false;
+    device->is_taken = is_asked || device->is_software || !device->number || !draws_in_software();
+    if (device->is_taken)
+        return true;
+    snprintf(device->reason, sizeof device->reason, "its driver draws in software");
+    gl_display_close(&context->display);
+    return false;
+}
+
+static bool refuse_devices(const struct gl_context *context, const char *asked, int tried,
+                           struct error *err)
+{
+    const struct gl_device_list *list = &context->devices;
+    char text[GL_DEVICE_TEXT_BYTES] = "";
+    if (!tried) {
+        gl_device_list_names(list, text);
+        return error_set(err, ERROR_NO_DEVICE, "device '%s' is not there; EGL has: %s",
+                         asked ? asked : "0", text);
+    }
+    for (int i = 0; i < list->count && !*text; i++)
+        if (*list->items[i].reason)
+            gl_device_describe(&list->items[i], text);
+    return error_set(err, ERROR_NO_DEVICE, "no device can be taken: %s", text);
+}
+
+static bool choose_device(struct gl_context *context, const char *asked, struct error *err)
+{
+    int order[GL_DEVICES_MAX];
+    if (!gl_device_parse(asked, &context->selector, err) ||
+        !gl_display_list(&context->devices, err))
+        return false;
+    int count = gl_device_order(&context->devices, &context->selector, order);
+    for (int i = 0; i < count; i++)
+        if (open_device(context, &context->devices.items[order[i]]))
+            return true;
+    return refuse_devices(context, asked, count, err);
+}
+
+static void note_devices(struct gl_context *context)
+{
+    struct gl_limits *limits = &context->limits;
+    for (int i = 0; i < context->devices.count; i++)
+        limits->device_count += context->devices.items[i].number > 0;
+    limits->is_robust = context->display.is_robust;
+    snprintf(limits->platform, sizeof limits->platform, "%s", context->display.platform);
+    gl_device_warning(&context->devices, &context->selector, limits->is_software, context->warning);
+}
+
 struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct error *err)
 {
     struct gl_context *context = calloc(1, sizeof *context);
@@ -196,15 +146,10 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
         goto fail;
     }
     context->is_strict = desc->is_strict;
-    if (!choose_display(context, desc->device, err) || !create_context(context, err))
-        goto fail;
-    if (!eglMakeCurrent(context->display, EGL_NO_SURFACE, EGL_NO_SURFACE, context->context)) {
-        error_set(err, ERROR_NO_DEVICE, "eglMakeCurrent fails (0x%x)", (unsigned)eglGetError());
-        goto fail;
-    }
-    if (!check_requirements(err))
+    if (!choose_device(context, desc->device, err))
         goto fail;
     read_limits(&context->limits);
+    note_devices(context);
     context->limits.has_post_depth_coverage &= !desc->hides_coverage;
     context->limits.is_software &= !desc->poses_as_hardware;
     context->limits.compiles_in_parallel =
@@ -222,13 +167,18 @@ void gl_context_destroy(struct gl_context *context)
 {
     if (!context)
         return;
-    if (context->display) {
-        eglMakeCurrent(context->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-        if (context->context)
-            eglDestroyContext(context->display, context->context);
-        eglTerminate(context->display);
-    }
+    gl_display_close(&context->display);
     free(context);
+}
+
+const struct gl_device_list *gl_context_devices(const struct gl_context *context)
+{
+    return &context->devices;
+}
+
+const char *gl_context_warning(const struct gl_context *context)
+{
+    return context->warning;
 }
 
 const struct gl_limits *gl_context_limits(const struct gl_context *context)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A headless, robust OpenGL 4.5 core context: EGL surfaceless, else an EGL device. Thread: the one
- * that created it. */
+/* A headless, robust OpenGL 4.5 core context on one of EGL's devices. Thread: the one that created
+ * it. */
 #ifndef VITRAIL_RENDERER_GL_CONTEXT_H
 #define VITRAIL_RENDERER_GL_CONTEXT_H
 
@@ -8,12 +8,12 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "renderer/gl/device_choice.h"
 
 struct gl_context;
 
 struct gl_context_desc {
-    int device; /* 0 chooses: surfaceless on Mesa, else the first EGL device; N is the N-th EGL
-                   device */
+    const char *device;  /* optional, borrowed during create: what gl_device_parse takes */
     bool hides_coverage; /* tests: as on a device without GL_ARB_post_depth_coverage */
     bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests); without
                        it the driver is asked for no messages */
@@ -40,11 +40,17 @@ static inline uint64_t gl_limits_block(const struct gl_limits *limits, uint64_t 
     return (uint64_t)limits->max_storage_block_bytes / element_bytes;
 }
 
-/* ERROR_INTERNAL where another one, of whomever, is current on the thread. */
+/* Hardware before software; a device that cannot be had is passed over for the next, but for one
+ * that was asked for. ERROR_NO_DEVICE names those that there are. ERROR_INTERNAL where another one,
+ * of whomever, is current on the thread. */
 struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct error *err);
 void gl_context_destroy(struct gl_context *context);
 
 const struct gl_limits *gl_context_limits(const struct gl_context *context);
+/* All that were listed, and why which were passed over. */
+const struct gl_device_list *gl_context_devices(const struct gl_context *context);
+/* gl_device_warning. */
+const char *gl_context_warning(const struct gl_context *context);
 void gl_context_set_true_timers(struct gl_context *context, bool has_true_timers);
 
 /* False with ERROR_NO_DEVICE when the context was reset or lost, ERROR_INTERNAL on any pending GL

@@ -52,6 +52,13 @@ class Config(unittest.TestCase):
         self.assertEqual(("5", "flag"), values["device"])
         self.assertEqual(("20", "default"), values["drain-timeout-s"])
 
+    def test_a_device_is_a_number_a_node_an_address_or_software(self):
+        for device in ("0", "64", "/dev/dri/renderD128", "0000:65:00.0", "65:00.0", "software"):
+            self.assertEqual((device, "flag"), printed("--device", device)["device"])
+            environment = {"VITRAIL_DEVICE": device}
+            self.assertEqual((device, "environment"), printed(environment=environment)["device"])
+        self.assertEqual(("0", "default"), printed()["device"])
+
     def test_what_is_printed_can_be_read_back(self):
         text = run("--cache-bytes", "3G", "--print-config").stdout
         again = run("--print-config", config=text).stdout
@@ -93,7 +100,8 @@ class Config(unittest.TestCase):
             (("--no-such",), "--no-such"),
             (("--device",), "needs a value"),
             (("--device", "x"), "device"),
-            (("--device", "65"), "[0, 64]"),
+            (("--device", "100"), "renderD128"),
+            (("--device", "65:00.8"), "PCI address"),
             (("--device", "-1"), "device"),
             (("--cache-bytes", "1"), "outside"),
             (("--cache-bytes", "9999999999T"), "cache-bytes"),

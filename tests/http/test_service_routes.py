@@ -148,6 +148,20 @@ class Routes(support.ServiceTest):
         self.assertEqual(2 << 30, capabilities["limits"]["upload_bytes"])
         self.assertIn("KHR_lights_punctual", capabilities["extensions"])
 
+    def test_software_beside_hardware_is_warned_of_and_serves(self):
+        self.assertNotIn("warning", self.daemon.request("GET", "/readyz").json())
+        device = self.daemon.request("GET", "/v1/capabilities").json()["device"]
+        self.assertEqual(["EGL device 1: taken"], device["devices"])
+        self.assertNotIn("warning", device)
+        with support.Daemon("--device", "63") as daemon:
+            daemon.wait_ready()
+            ready = daemon.request("GET", "/readyz")
+            self.assertEqual(200, ready.status)
+            self.assertIn("there is hardware", ready.json()["warning"])
+            device = daemon.request("GET", "/v1/capabilities").json()["device"]
+            self.assertEqual(ready.json()["warning"], device["warning"])
+            self.assertIn("there is hardware", daemon.log())
+
     def test_the_cache_lets_go_of_what_does_not_fit(self):
         with support.Daemon("--cache-bytes", "1M") as daemon:
             daemon.wait_ready()

@@ -27,7 +27,10 @@
 #include "renderer/wall_clock.h"
 #include "renderer/scene/import.h"
 
-enum { SCENES_MAX = 8, DEVICE_MISSING = 64 };
+enum { SCENES_MAX = 8 };
+
+/* EGL numbers: no such device, and software beside hardware. */
+static const char device_missing[] = "64", device_software[] = "63";
 
 struct fake_scene {
     char key[65];
@@ -39,6 +42,7 @@ struct fake_scene {
 
 struct renderer {
     uint64_t budget_bytes;
+    bool is_beside_hardware;
     struct fake_scene scenes[SCENES_MAX]; /* oldest first */
     int scene_count;
     const struct interlude *interlude;
@@ -54,8 +58,8 @@ struct renderer {
 
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
 {
-    if (desc->device == DEVICE_MISSING) {
-        error_set(err, ERROR_NO_DEVICE, "fake: there is no device %d", desc->device);
+    if (desc->device && !strcmp(desc->device, device_missing)) {
+        error_set(err, ERROR_NO_DEVICE, "fake: there is no device %s", desc->device);
         return NULL;
     }
     struct renderer *renderer = calloc(1, sizeof *renderer);
@@ -63,6 +67,8 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
         error_set(err, ERROR_NO_MEMORY, "fake renderer");
     else
         renderer->budget_bytes = desc->gpu_budget_bytes;
+    if (renderer)
+        renderer->is_beside_hardware = desc->device && !strcmp(desc->device, device_software);
     return renderer;
 }
 
@@ -146,7 +152,10 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
                                    .max_samples = 4,
                                    .max_storage_block_bytes = 1 << 30,
                                    .budget_bytes = renderer->budget_bytes,
-                                   .used_bytes = (uint64_t)renderer->scene_count << 20};
+                                   .used_bytes = (uint64_t)renderer->scene_count << 20,
+                                   .devices = {"EGL device 1: taken"}};
+    if (renderer->is_beside_hardware)
+        snprintf(info->warning, sizeof info->warning, "software renders, though there is hardware");
 }
 
 static int find_scene(const struct renderer *renderer, const char *key)
