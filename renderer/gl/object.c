@@ -117,7 +117,8 @@ void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64
     assert(offset_bytes + size_bytes <= buffer->size_bytes && size_bytes % 4 == 0);
     if (!size_bytes)
         return;
-    await_shaders(buffer);
+    /* shaders that write there again wait for those of the frame before, which may still read */
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
     glClearNamedBufferSubData(buffer->name, GL_R32UI, (GLintptr)offset_bytes,
                               (GLsizeiptr)size_bytes, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
 }

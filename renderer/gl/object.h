@@ -40,6 +40,7 @@ void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t s
                      const void *data);
 void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                     void *data);
+/* What shaders write from here on is ordered behind all that they read and wrote before. */
 void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                          uint32_t value);
 void gl_buffer_copy(const struct gl_buffer *from, uint64_t from_bytes, struct gl_buffer *to,
