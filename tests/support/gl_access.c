@@ -64,7 +64,7 @@ static void describe(char *out, size_t size, const struct gl_shape *program, con
 static void report(const struct gl_access *before, const struct gl_touch *touch, bool is_write,
                    const struct gl_shape *program, const char *command)
 {
-    char first[256], second[256];
+    char first[640], second[640];
     const struct gl_object *object = touch->object;
     describe(first, sizeof first, before->program, "");
     describe(second, sizeof second, program, command);

@@ -6,7 +6,8 @@
 #include <fnmatch.h>
 #include <stddef.h>
 
-/* Names of programs are "label (defines)"; each text may have shell wildcards. A pair of dispatches
+/* Names of programs are "label (defines)"; each text may have shell
+ * wildcards. A pair of dispatches
  * that is let pass here is still run in another order by gl_order.c, and must give the same. */
 static const struct {
     const char *first, *second, *object, *reason;
@@ -15,14 +16,15 @@ static const struct {
      "fragments are counted by atomic additions, and each pixel notes its own mask"},
     {"texture_speed*", "texture_speed*", "texture_speed*",
      "the sums are there so that no texture is left unread; nobody reads them"},
-    {"shadow.caster*PASS 0*", "shadow.caster*PASS 0*", "shadow.heads",
-     "fragments are counted by atomic additions"},
-    {"shadow.caster*PASS 1*", "shadow.caster*PASS 1*", "shadow.*",
-     "a fragment takes its place by an atomic addition, and writes there alone"},
-    {"shadow.caster*", "shadow.caster*", "shadow.linked.*",
-     "a texel's list is locked while a node is inserted; the lists are sorted by what they hold"},
-    {"shadow.linked.walk*", "shadow.linked.walk*", "shadow.linked.statistics",
+    {"shadow.caster*", "shadow.caster*", "shadow.*",
+     "deep: fragments are counted, and take places of their own, by atomic additions; linked: a "
+     "texel's list is locked while a node is inserted"},
+    {"shadow.linked.walk*", "shadow.linked.walk*", "shadow.*.statistics",
      "lists are counted by atomic additions and maxima"},
+    {"shadow.deep.scan*PASS 0*", "shadow.deep.scan*PASS 0*", "shadow.*",
+     "each group of lights has heads, sums, statistics and lists of its own"},
+    {"shadow.deep.scan*PASS 1*", "shadow.deep.scan*PASS 1*", "shadow.*", "likewise"},
+    {"shadow.deep.scan*PASS 2*", "shadow.deep.scan*PASS 2*", "shadow.*", "likewise"},
     {"shadow.deep.sort*", "shadow.deep.sort*", "shadow.deep.events",
      "each light and each class of lengths has events of its own"},
     {"shadow.deep.sort*", "shadow.deep.sort*", "shadow.deep.keys", "likewise"},

@@ -18,7 +18,6 @@ struct pass {
 struct fence {
     GLsync sync;
     uint64_t work;
-    bool was_waited_for;
 };
 
 /* Work is numbered: command n has been done where done >= n. */
@@ -27,8 +26,8 @@ static struct {
     struct pass passes[PASSES]; /* the first: outside of passes */
     int pass_count;
     struct gl_counts *now;
-    uint64_t work, done;
-    struct fence fences[FENCES]; /* a ring */
+    uint64_t work, done, waited_at; /* waited_at: `work` at the last wait */
+    struct fence fences[FENCES];    /* a ring */
     unsigned fence_count;
     uint64_t query_work[QUERIES];
 } counts;
@@ -62,10 +61,13 @@ static void note_done(uint64_t work)
         counts.done = work;
 }
 
+/* Waits for what was given at once are one, whatever their number. */
 static void wait_for(enum gl_wait kind, uint64_t work)
 {
-    if (work > counts.done)
+    if (work > counts.done && counts.work > counts.waited_at) {
         counts.now->waits[kind]++;
+        counts.waited_at = counts.work;
+    }
     note_done(work);
 }
 
@@ -147,15 +149,14 @@ static void GLAPIENTRY on_CopyNamedBufferSubData(GLuint from, GLuint to, GLintpt
 
 static void GLAPIENTRY on_Finish(void)
 {
-    counts.now->waits[GL_WAIT_FINISH]++;
-    note_done(counts.work);
+    wait_for(GL_WAIT_FINISH, counts.work);
     count_Finish();
 }
 
 static GLsync GLAPIENTRY on_FenceSync(GLenum condition, GLbitfield flags)
 {
     GLsync sync = count_FenceSync(condition, flags);
-    counts.fences[counts.fence_count++ % FENCES] = (struct fence){sync, counts.work, false};
+    counts.fences[counts.fence_count++ % FENCES] = (struct fence){sync, counts.work};
     return sync;
 }
 
@@ -166,11 +167,10 @@ static GLenum GLAPIENTRY on_ClientWaitSync(GLsync sync, GLbitfield flags, GLuint
         struct fence *fence = &counts.fences[i];
         if (!sync || fence->sync != sync)
             continue;
-        if (timeout && !fence->was_waited_for && fence->work > counts.done) {
-            counts.now->waits[GL_WAIT_FENCE]++;
-            fence->was_waited_for = true;
-        }
-        if (result == GL_ALREADY_SIGNALED || result == GL_CONDITION_SATISFIED)
+        bool has_passed = result == GL_ALREADY_SIGNALED || result == GL_CONDITION_SATISFIED;
+        if (timeout && has_passed)
+            wait_for(GL_WAIT_FENCE, fence->work);
+        else if (has_passed)
             note_done(fence->work);
     }
     return result;

@@ -7,10 +7,11 @@
 #include "tests/support/gl_hooks.h"
 
 /* Each comes to rest until the device has done what it waits for. What is known to be done already,
- * because a fence behind it has passed, costs no wait and is not counted. */
+ * because a fence behind it has passed, costs no wait and is not counted; nor are further waits
+ * before the device is given anything new. */
 enum gl_wait {
     GL_WAIT_FINISH,       /* glFinish */
-    GL_WAIT_FENCE,        /* glClientWaitSync with a timeout, once a fence */
+    GL_WAIT_FENCE,        /* glClientWaitSync with a timeout, once it has passed */
     GL_WAIT_BUFFER_READ,  /* glGetNamedBufferSubData of what the device wrote */
     GL_WAIT_MAP,          /* likewise mapped */
     GL_WAIT_TEXTURE_READ, /* glGetTextureSubImage without a pack buffer */

@@ -11,7 +11,7 @@
 
 #include "tests/support/gl_layers.h"
 
-enum { FAULTS_MAX = 256, FAULT_BYTES = 512 };
+enum { FAULTS_MAX = 256, FAULT_BYTES = 1600 };
 
 static struct {
     struct gl_functions device; /* the functions of GL itself */

@@ -67,7 +67,7 @@ struct gl_resource {
 struct gl_shape { /* of a linked program; never freed, as objects */
     GLuint name;
     char label[GL_LABEL_BYTES];
-    char variant[128]; /* its defines, separated by spaces */
+    char variant[512]; /* its defines, separated by spaces */
     struct gl_resource resources[GL_RESOURCES];
     int resource_count;
 };
