@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Sorts the per-pixel lists, nearest first, by (depth, triangle): a total order, so the result does
-// not depend on how the fragments arrived. A thread per entry; the first thread of a run does the
-// run's work.
-//   PASS=0  runs of RUN entries by insertion, in the buffer: llvmpipe 22.3 loses copies between
-//           elements of a local array
-//   PASS=1  merges two sorted runs of u_run entries from u_from to u_to halves of the buffer
+// not depend on how the fragments arrived. A thread per entry.
+//   PASS=0  runs of RUN entries by insertion, by the first thread of each, in the buffer:
+//           llvmpipe 22.3 loses copies between elements of a local array
+//   PASS=1  merges two sorted runs of u_run entries from u_from to u_to halves of the buffer: each
+//           thread finds the rank of its entry in the other run (Satish, Harris and Garland 2009,
+//           "Designing efficient sorting algorithms for manycore GPUs")
+//   PASS=2  the same by the first thread of two runs, for long runs on a device that is our own
+//           cores: halving a run costs as many reads as its logarithm, which no lane there hides
 // The longest loop is 2 * u_run < 65,536: the host refuses longer lists.
 #include "shared/bindings.h"
 #define RUN 16u
@@ -52,6 +55,27 @@ void main()
         }
         keys[entry + at] = key;
     }
+#elif PASS == 1
+    // Its place is its own in its run, and as many behind as entries of the other run come before
+    // it: of equal ones, those of the first run.
+    uint run = entry - (entry - first) % u_run, pair = entry - (entry - first) % (2u * u_run);
+    bool is_second = run != pair;
+    uint low = is_second ? pair : min(pair + u_run, end);
+    uint high = is_second ? run : min(pair + 2u * u_run, end), other = low;
+    uvec4 key = keys[u_from + entry];
+    while (low < high) {
+        uint middle = (low + high) / 2u, depth = keys[u_from + middle].x;
+        bool is_behind = depth > key.x; // the key is; ties are rare
+        if (depth == key.x) {
+            uvec4 there = keys[u_from + middle];
+            is_behind = is_second ? !comes_before(key, there) : comes_before(there, key);
+        }
+        if (is_behind)
+            low = middle + 1u;
+        else
+            high = middle;
+    }
+    keys[u_to + pair + (entry - run) + (low - other)] = key;
 #else
     if ((entry - first) % (2u * u_run) != 0u)
         return;
