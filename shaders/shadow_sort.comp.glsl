@@ -17,8 +17,62 @@ layout(binding = UNIT_SHADOW_MEDIA) uniform usamplerBuffer u_media;
 
 #define FAR_AWAY 3.0e38 // pads the list; no event is as deep
 
-event e[NET];
+// What sorting moves. Runs of events with more streams are sorted by depth and index alone, and
+// then fetched in order: 32 of them would take more registers than any device has.
+#if defined(RUNS) && (defined(IDS) || defined(MEDIA))
+#define KEYED
+struct sorted {
+    float z;
+    uint index;
+};
+#define DEPTH(i) e[i].z
+#else
+#define sorted event
+#define DEPTH(i) e[i].z_t.x
+#endif
 
+sorted e[NET];
+
+#ifdef KEYED
+event fetch(uint place)
+{
+    int texel = int(u_event_window + place);
+    event found;
+    found.z_t = texelFetch(u_events, texel);
+#ifdef IDS
+    found.id = texelFetch(u_id, texel).r;
+#endif
+#ifdef MEDIA
+    found.medium = texelFetch(u_media, texel).r;
+#endif
+    return found;
+}
+
+void load(int i, uint place, bool is_used)
+{
+    e[i].z = is_used ? texelFetch(u_events, int(u_event_window + place)).x : FAR_AWAY;
+    e[i].index = uint(i);
+}
+
+void exchange(int i, int j, bool is_wrong)
+{
+    sorted a = e[i], b = e[j];
+    e[i].z = is_wrong ? b.z : a.z;
+    e[j].z = is_wrong ? a.z : b.z;
+    e[i].index = is_wrong ? b.index : a.index;
+    e[j].index = is_wrong ? a.index : b.index;
+}
+
+#define EVENT(i) fetch(first + e[i].index)
+// Of two neighbours of equal depth, which lie where they were until all are sorted.
+bool is_tie_wrong(uint first, sorted a, sorted b)
+{
+    return a.z == b.z && event_is_after(fetch(first + a.index), fetch(first + b.index));
+}
+#define TIE_IS_WRONG(i) uint((i) + 1) < n && is_tie_wrong(first, e[i], e[(i) + 1])
+#else
+#define EVENT(i) e[i]
+#define TIE_IS_WRONG(i) event_is_after(e[i], e[(i) + 1])
 void load(int i, uint place, bool is_used)
 {
     place += u_event_window;
@@ -46,13 +100,15 @@ void exchange(int i, int j, bool is_wrong)
 #endif
 }
 
-#define CE(i, j) exchange(i, j, e[i].z_t.x > e[j].z_t.x);
+#endif
+
+#define CE(i, j) exchange(i, j, DEPTH(i) > DEPTH(j));
 #define LOAD(i) load(i, first + uint(i), uint(i) < n);
-#define TIE(i) tie = tie || (uint((i) + 1) < n && e[i].z_t.x == e[(i) + 1].z_t.x);
-#define TIE_CE(i) swap = event_is_after(e[i], e[(i) + 1]); \
+#define TIE(i) tie = tie || (uint((i) + 1) < n && DEPTH(i) == DEPTH((i) + 1));
+#define TIE_CE(i) swap = TIE_IS_WRONG(i); \
     swapped = swapped || swap; exchange(i, (i) + 1, swap);
 #define APPEND(i) if (uint(i) < n) list_append(end, first, n, uint(i), e[i]);
-#define STORE(i) if (uint(i) < left) scratch_write(at + uint(i), e[i]);
+#define STORE(i) if (uint(i) < n) scratch_write(at + uint(i), EVENT(i));
 
 #if NET == 2
 #define NETWORK CE(0, 1)
@@ -92,13 +148,16 @@ void sort_registers(uint first, uint n)
 }
 
 #ifdef RUNS
+void store_run(uint first, uint at, uint n)
+{
+    sort_registers(first, n);
+    ALL(STORE)
+}
+
 void sort_list(uint first, uint n)
 {
-    for (uint at = 0u; at < n; at += uint(NET)) {
-        uint left = min(uint(NET), n - at);
-        sort_registers(first + at, left);
-        ALL(STORE)
-    }
+    for (uint at = 0u; at < n; at += uint(NET))
+        store_run(first + at, at, min(uint(NET), n - at));
 }
 #else
 void sort_list(uint first, uint n)

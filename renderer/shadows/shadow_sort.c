@@ -40,10 +40,18 @@ struct sort_span { /* slots of one group with equal streams, whose events one st
     uint32_t class_, skip; /* what is to be merged next */
 };
 
-/* Merges that a list of the class goes through. */
+/* Merges that a list of the class goes through. A single run of its own only goes on from scratch
+ * memory to the streams. */
 static int levels_of(int class_)
 {
-    return class_ - LONG_CLASS + 1;
+    return class_ < LONG_CLASS ? 1 : class_ - LONG_CLASS + 1;
+}
+
+/* The first class of lists that go through scratch memory. With more streams a run of 32 is sorted
+ * by keys and then fetched in order, which is not possible in place. */
+static int first_long(uint32_t map_flags)
+{
+    return map_flags & (SHADOW_FLAG_RAW | SHADOW_FLAG_MEDIA) ? LONG_CLASS - 1 : LONG_CLASS;
 }
 
 static uint32_t flags_of(const struct deep_job *job, size_t slot)
@@ -56,10 +64,11 @@ static bool find_span(const struct deep_job *job, const struct deep_group *group
                       struct sort_span *span)
 {
     size_t end = group->first + group->count;
-    *span = (struct sort_span){.group = group, .first = first, .class_ = LONG_CLASS};
+    *span = (struct sort_span){.group = group, .first = first};
     if (first == end)
         return false;
     span->flags = flags_of(job, first);
+    span->class_ = (uint32_t)first_long(span->flags);
     for (size_t i = first; i < end && flags_of(job, i) == span->flags; i++) {
         if (!shadow_store_widen(job->builder->store, SHADOW_POOL_EVENTS,
                                 &job->slots[i].build->map->events, &span->events))
@@ -180,7 +189,7 @@ static void list_program(uint32_t map_flags, const char *file, const char *varia
 
 void deep_sort_list_programs(uint32_t map_flags, struct program_list *list)
 {
-    for (int i = 0; i < LONG_CLASS; i++)
+    for (int i = 0; i < first_long(map_flags); i++)
         list_program(map_flags, sort_file, nets[i], list);
     list_program(map_flags, sort_file, runs, list);
     list_program(map_flags, merge_file, merge_last, list);
@@ -303,7 +312,7 @@ static bool sort_span(const struct deep_job *job, struct sort_span *span, struct
 {
     struct sort_batch batch;
     bind_streams(job, span);
-    for (int c = 0; c < LONG_CLASS; c++)
+    for (int c = 0; c < first_long(span->flags); c++)
         if (!sort_short(job, span, c, err))
             return false;
     while (next_batch(job, span, &batch))
