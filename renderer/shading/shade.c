@@ -291,6 +291,7 @@ static bool run_pass(const struct shade_pass *pass, struct error *err)
         if (!pause || bands_is_last(&bands))
             break;
         band_clock_end(&clock, &bands);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
         if (!pause->is_due(pause->context))
             continue;
         gpu_scope_end(timeline);

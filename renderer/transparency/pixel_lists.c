@@ -138,6 +138,8 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                                      });
     gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
     bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* a window that was split has just been scanned
+                                                     */
     bool ok = geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
               run_scan(lists, frame, err);
     if (ok && !lists->is_guessed)
