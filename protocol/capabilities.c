@@ -167,6 +167,7 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put(&writer, "max_samples", json_integer(device->max_samples));
     json_put_integer(&writer, "max_storage_block_bytes", device->max_storage_block_bytes);
     json_put_integer(&writer, "gpu_budget_bytes", device->gpu_budget_bytes);
+    json_put_text(&writer, "gpu_budget_source", device->gpu_budget_source);
     json_put_integer(&writer, "gpu_used_bytes", device->gpu_used_bytes);
     json_put_integer(&writer, "upload_bytes_per_ms", device->upload_bytes_per_ms);
     json_put_bool(&writer, "texture_compression", device->compresses_textures);
@@ -183,6 +184,10 @@ static bool read_texts(const struct json_node *root, struct device_capabilities 
 {
     struct json_node vendor = json_member(root, "vendor"), name = json_member(root, "renderer");
     struct json_node version = json_member(root, "version"), driver = json_member(root, "driver");
+    struct json_node source = json_member(root, "gpu_budget_source");
+    if (source.value &&
+        !json_read_text(&source, device->gpu_budget_source, sizeof device->gpu_budget_source))
+        return false;
     return json_read_text(&vendor, device->vendor, sizeof device->vendor) &&
            json_read_text(&name, device->renderer, sizeof device->renderer) &&
            json_read_text(&version, device->version, sizeof device->version) &&

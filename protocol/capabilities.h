@@ -56,8 +56,9 @@ struct device_capabilities {
     int max_texture_size, max_samples;
     uint64_t max_storage_block_bytes;
     uint64_t gpu_budget_bytes, gpu_used_bytes;
-    uint64_t upload_bytes_per_ms; /* levels of textures, measured */
-    bool compresses_textures;     /* asked to, and able to, beyond their budget */
+    char gpu_budget_source[CAPABILITIES_NAME_BYTES]; /* where the budget is from */
+    uint64_t upload_bytes_per_ms;                    /* levels of textures, measured */
+    bool compresses_textures; /* asked to, and able to, beyond their budget */
     bool has_true_timers, has_post_depth_coverage, is_robust;
     bool has_program_binaries; /* the driver gives compiled programs, to be kept */
     struct device_auto automatic;

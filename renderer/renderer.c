@@ -10,13 +10,14 @@
 #include "renderer/frame_budget.h"
 #include "renderer/frame_flight.h"
 #include "renderer/gl/loop_probe.h"
+#include "renderer/gl/memory_budget.h"
 #include "renderer/gl/selftest.h"
 #include "renderer/renderer_internal.h"
 #include "renderer/scene_parts.h"
 #include "renderer/scene_selftest.h"
 #include "renderer/shading/bands.h"
 
-static const uint64_t default_budget_bytes = 4ull << 30;
+static const uint64_t selftest_budget_bytes = 4ull << 30;
 static const uint64_t default_program_bytes = 256ull << 20;
 
 /* What frames hold, of this renderer alone. */
@@ -134,11 +135,21 @@ static bool test_scene(const struct renderer *renderer, const struct renderer_de
         .is_strict = renderer->is_strict,
         .loop_end = renderer->loop_end,
     };
-    bool ok = create_parts(tested, desc, default_budget_bytes, err) && scene_selftest(tested, err);
+    bool ok = create_parts(tested, desc, selftest_budget_bytes, err) && scene_selftest(tested, err);
     renderer_destroy(tested->other);
     finish_parts(tested);
     free(tested);
     return ok;
+}
+
+static uint64_t choose_budget(struct renderer *renderer, const struct renderer_desc *desc)
+{
+    struct gl_memory memory;
+    renderer->budget_source = "as asked for";
+    if (desc->gpu_budget_bytes)
+        return desc->gpu_budget_bytes;
+    gl_memory_read(gl_context_limits(renderer->context)->is_software, &memory);
+    return gl_memory_budget(&memory, &renderer->budget_source);
 }
 
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
@@ -165,8 +176,7 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     keep_programs(renderer, desc);
     if (!loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err) ||
         !test_scene(renderer, desc, err) ||
-        !create_parts(renderer, desc,
-                      desc->gpu_budget_bytes ? desc->gpu_budget_bytes : default_budget_bytes, err))
+        !create_parts(renderer, desc, choose_budget(renderer, desc), err))
         goto fail;
     return renderer;
 
@@ -270,6 +280,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .is_software = limits->is_software,
         .loop_end = renderer->loop_end,
         .budget_bytes = renderer->budget_bytes,
+        .budget_source = renderer->budget_source,
         .used_bytes = renderer_used_bytes(renderer),
         .compresses_textures = texture_pool_compresses(renderer->scenes->textures),
         .upload_bytes_per_ms = (uint64_t)texture_pool_bytes_per_ms(renderer->scenes->textures),

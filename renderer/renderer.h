@@ -20,7 +20,8 @@ struct renderer;
 struct renderer_desc {
     const char *device;            /* optional, borrowed during create: "" and "0" choose, else what
                                       gl_device_parse (renderer/gl/device_choice.h) takes */
-    uint64_t gpu_budget_bytes;     /* of all that grows with scenes and requests; 0 means 4 GiB */
+    uint64_t gpu_budget_bytes;     /* of all that grows with scenes and requests; 0 means what
+                                      gl_memory_budget (renderer/gl/memory_budget.h) says */
     uint64_t texture_budget_bytes; /* of that, the levels of textures resident at once; 0 means half
                                     */
     uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
@@ -68,6 +69,7 @@ struct renderer_info {
     uint64_t programs_kept, programs_kept_bytes; /* in that folder */
     int program_formats;               /* in which the driver gives programs; 0: it does not */
     uint64_t upload_bytes_per_ms;      /* levels of textures, as measured lately */
+    const char *budget_source;         /* where the budget is from, a phrase; never freed */
     uint64_t budget_bytes, used_bytes; /* used is current at the time of the call */
 };
 

@@ -79,6 +79,7 @@ struct renderer {
     struct feature_edges feature_edges; /* of the last scene that they were drawn of */
     char traced_key[SCENE_KEY_BYTES];
     uint64_t budget_bytes;
+    const char *budget_source;  /* never freed */
     uint64_t shadow_most_bytes; /* of it, for shadow structures */
     struct budget_use use;
     struct auto_settings automatic;

@@ -36,7 +36,7 @@ struct key {
                        */
     enum key_kind kind;
     size_t offset;
-    int64_t min, max; /* of numbers */
+    int64_t min, max; /* of numbers; a negative least one: 0 is taken, too */
     const char *help;
 };
 
@@ -54,8 +54,8 @@ static const struct key keys[] = {
      "directory that holds everything the daemon keeps"},
     {"cache-bytes", KEY_BYTES, AT(cache_bytes), 1 << 20, INT64_MAX,
      "decoded scenes kept mapped by the worker"},
-    {"gpu-budget-bytes", KEY_BYTES, AT(gpu_budget_bytes), 1 << 20, INT64_MAX,
-     "GPU memory that scenes and requests may take"},
+    {"gpu-budget-bytes", KEY_BYTES, AT(gpu_budget_bytes), -(1 << 20), INT64_MAX,
+     "GPU memory that scenes and requests may take; 0 takes a share of what there is"},
     {"texture-budget-bytes", KEY_BYTES, AT(texture_budget_bytes), 0, INT64_MAX,
      "of that, levels of textures resident at once; 0 takes half"},
     {"texture-upload-bytes", KEY_BYTES, AT(texture_upload_bytes), 1 << 16, INT64_MAX,
@@ -238,9 +238,10 @@ static bool config_set(struct config *config, const struct key *key, const char 
     case KEY_BYTES:
     case KEY_INT:
         is_good = parse_number(value, key->kind == KEY_BYTES, &number);
-        if (is_good && (number < key->min || number > key->max))
+        if (is_good && !(number == 0 && key->min < 0) &&
+            (number < llabs(key->min) || number > key->max))
             return error_set(err, ERROR_INVALID_REQUEST, "%s (%s): %s is outside [%lld, %lld]",
-                             key->name, origin, value, (long long)key->min, (long long)key->max);
+                             key->name, origin, value, llabs(key->min), (long long)key->max);
         if (is_good && key->kind == KEY_INT)
             *(int *)field = (int)number;
         else if (is_good)
@@ -288,7 +289,6 @@ static void set_defaults(struct config *config, char **environment)
     *config = (struct config){
         .listen = "127.0.0.1:8090",
         .cache_bytes = 4ull << 30,
-        .gpu_budget_bytes = 4ull << 30,
         .texture_upload_bytes = 16 << 20,
         .texture_upload_ms = 4,
         .texture_compression = CONFIG_COMPRESSION_AUTO,

@@ -38,8 +38,8 @@ struct config {
                                              loopback ones */
     char allow_origin[CONFIG_TEXT_BYTES]; /* comma-separated origins whose pages may use the API */
     char state_dir[CONFIG_PATH_BYTES];
-    uint64_t cache_bytes; /* of scenes mapped by the worker */
-    uint64_t gpu_budget_bytes;
+    uint64_t cache_bytes;                        /* of scenes mapped by the worker */
+    uint64_t gpu_budget_bytes;                   /* 0 = a share of what there is */
     uint64_t texture_budget_bytes;               /* 0 = half of the GPU's */
     uint64_t texture_upload_bytes;               /* of one frame in motion */
     int texture_upload_ms;                       /* likewise */

@@ -307,6 +307,8 @@ void device_capabilities_from_info(const struct renderer_info *info,
     utf8_copy(device->renderer, sizeof device->renderer, info->renderer);
     utf8_copy(device->version, sizeof device->version, info->version);
     utf8_copy(device->driver, sizeof device->driver, info->driver);
+    if (info->budget_source)
+        utf8_copy(device->gpu_budget_source, sizeof device->gpu_budget_source, info->budget_source);
     utf8_copy(device->warning, sizeof device->warning, info->warning);
     for (int i = 0; i < CAPABILITIES_DEVICES && i < RENDERER_DEVICES_TOLD; i++)
         utf8_copy(device->devices[i], sizeof device->devices[i], info->devices[i]);

@@ -246,10 +246,14 @@ bool supervisor_get_device(struct supervisor *supervisor, struct device_capabili
     return has_device;
 }
 
-struct supervisor_budgets supervisor_get_budgets(const struct supervisor *supervisor)
+struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor)
 {
     const struct config *config = supervisor->desc.config;
-    return (struct supervisor_budgets){config->gpu_budget_bytes, config->texture_budget_bytes};
+    struct device_capabilities device;
+    bool is_chosen = !config->gpu_budget_bytes && supervisor_get_device(supervisor, &device);
+    return (struct supervisor_budgets){is_chosen ? device.gpu_budget_bytes
+                                                 : config->gpu_budget_bytes,
+                                       config->texture_budget_bytes};
 }
 
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)

@@ -65,7 +65,7 @@ bool supervisor_get_device(struct supervisor *supervisor, struct device_capabili
 struct supervisor_budgets {
     uint64_t gpu, textures;
 };
-struct supervisor_budgets supervisor_get_budgets(const struct supervisor *supervisor);
+struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor);
 
 struct supervisor_totals {
     uint64_t rendered, failed, cancelled, retried;

@@ -134,6 +134,8 @@ static void log_devices(struct supervisor *supervisor, const struct device_capab
 {
     for (int i = 0; i < CAPABILITIES_DEVICES && *device->devices[i]; i++)
         log_write(supervisor->desc.log, LOG_INFO, "%s", device->devices[i]);
+    log_write(supervisor->desc.log, LOG_INFO, "budget of GPU memory: %llu bytes, %s",
+              (unsigned long long)device->gpu_budget_bytes, device->gpu_budget_source);
     if (*device->warning)
         log_write(supervisor->desc.log, LOG_WARNING, "%s", device->warning);
 }

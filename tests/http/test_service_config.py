@@ -104,6 +104,7 @@ class Config(unittest.TestCase):
             (("--device", "65:00.8"), "PCI address"),
             (("--device", "-1"), "device"),
             (("--cache-bytes", "1"), "outside"),
+            (("--gpu-budget-bytes", "1"), "outside [1048576, "),
             (("--cache-bytes", "9999999999T"), "cache-bytes"),
             (("--cache-bytes", "1Q"), "cache-bytes"),
             (("--listen", "nowhere"), "HOST:PORT"),
