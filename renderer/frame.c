@@ -162,7 +162,7 @@ static struct frame_programs_desc programs_of(const struct renderer *renderer,
         .limits = gl_context_limits(renderer->context),
         .gpu = opened->scene->gpu,
         .loop_steps = renderer->shade.loop_steps,
-        .scans_on_host = shadow_system_scans_on_host(renderer->shadows),
+        .shadow_ways = shadow_system_ways(renderer->shadows),
         .is_in_batches = light_batches_are_known(renderer, opened->scene->key, &opened->view,
                                                  opened->state, plan),
     };

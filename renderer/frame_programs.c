@@ -38,7 +38,7 @@ static void listing_init(struct listing *listing, const struct frame_programs_de
                     .state = desc->state,
                     .quality = &desc->view->quality,
                     .resolution = shadow_resolution(&desc->view->quality, desc->limits),
-                    .scans_on_host = desc->scans_on_host},
+                    .ways = desc->shadow_ways},
         .is_traced = needs(desc, PLAN_NEED_TRACED_SHADOWS),
         .list = list,
     };

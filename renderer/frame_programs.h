@@ -13,9 +13,9 @@ struct frame_programs_desc { /* all required but the flags */
     const struct camera *camera;
     const struct gl_limits *limits;
     const struct scene_gpu *gpu;
-    uint64_t loop_steps; /* of struct shade */
-    bool scans_on_host;  /* shadow_system_scans_on_host */
-    bool is_in_batches;  /* light_batches_are_known */
+    uint64_t loop_steps;            /* of struct shade */
+    struct shadow_ways shadow_ways; /* shadow_system_ways */
+    bool is_in_batches;             /* light_batches_are_known */
 };
 
 /* Every program that a frame of the plan may need, under the pass that needs it; those that all

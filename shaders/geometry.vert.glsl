@@ -50,7 +50,10 @@ void main()
 #ifdef IS_CAP
         gl_ClipDistance[i] = 1.0; // it lies on its plane, and the others have cut it
 #else
-        gl_ClipDistance[i] = dot(u_clip_planes[i].xyz, v_position) + u_clip_planes[i].w;
+    { // both passes over the lists must cut alike
+        precise float height = dot(u_clip_planes[i].xyz, v_position) + u_clip_planes[i].w;
+        gl_ClipDistance[i] = height;
+    }
 #endif
 #endif
     precise float w = u_clip_depth.z + u_clip_depth.w * v_position.z;

@@ -2,14 +2,12 @@
 // What a caster does to light at the centre of a texel: its depth in the light's list and its
 // transmittance. Provides: caster_depth(), caster_base(), caster_transmittance(). Fragment stage.
 // Needs the defines of shadow_caster.vert.glsl.
-#include "shared/layout.h"
-#include "shared/bindings.h"
-#include "shared/records.h"
+#ifdef LAYERED
+flat in uint v_face;
+#define FACE_INDEX v_face
+#endif
+#include "shadow_face.glsl"
 #include "material.glsl"
-
-uniform vec3 u_axis_z;     // row of face_from_light along the light's view
-uniform vec4 u_clip_w;     // y is 0 for orthographic faces
-uniform uint u_blend_filter;
 
 in vec3 v_from_light;
 flat in uvec2 v_draw; // material, node
@@ -35,18 +33,23 @@ flat in vec3 v_t_leave;
 
 // Depth in lists: distance from the light; along the light for orthographic faces. Never
 // post-projection z.
+bool face_is_perspective()
+{
+    return FACE.axis_z.w != 0.0;
+}
+
 #ifdef SUBTEXELS
 #include "shadow_subtexel.glsl"
 #else
 // A point on the way of the light, about its origin; perspective: its unit direction.
 vec3 caster_ray()
 {
-    return u_clip_w.y != 0.0 ? normalize(v_from_light) : v_from_light;
+    return face_is_perspective() ? normalize(v_from_light) : v_from_light;
 }
 
 float caster_depth()
 {
-    return u_clip_w.y != 0.0 ? length(v_from_light) : dot(u_axis_z, v_from_light);
+    return face_is_perspective() ? length(v_from_light) : dot(FACE.axis_z.xyz, v_from_light);
 }
 #endif
 
@@ -77,14 +80,14 @@ vec3 caster_transmittance()
 #endif
     float n_dot_l = 1.0;
 #ifdef ANGLED
-    vec3 l = u_clip_w.y != 0.0 ? normalize(v_from_light) : u_axis_z;
+    vec3 l = face_is_perspective() ? normalize(v_from_light) : FACE.axis_z.xyz;
     float squared = dot(v_normal, v_normal);
     if (squared > 0.0)
         n_dot_l = abs(dot(v_normal, l)) * inversesqrt(squared);
 #endif
     vec4 base = caster_base(m);
     vec3 t = abs(material_filter(m, base, transmission, thickness_m, n_dot_l,
-                                 gl_FrontFacing, u_blend_filter));
+                                 gl_FrontFacing, FACE.blend_filter));
     bool is_cut = (materials[m].flags & MATERIAL_MASK) != 0u &&
                   base.a < materials[m].emissive_alpha_cutoff.w;
     return is_cut ? vec3(1.0) : t;

@@ -3,19 +3,17 @@
 // COLORS: the primitive has vertex colours; TEXTURES: bit mask of the sampled slots; ANGLED: the
 // filter depends on the angle; CONSTANT: it does not, nor on anything else that varies over the
 // surface, so it is evaluated here. MEDIUM: the primitive bounds a medium, its filter has no
-// thickness. CUT_PLANES: clip planes that cut casters, at most 8.
+// thickness. CUT_PLANES: clip planes that cut casters, at most 8. LAYERED: all faces in one pass.
 #include "draw.glsl"
+#ifdef LAYERED
+#define FACE_INDEX a_instance.y
+#endif
+#include "shadow_face.glsl"
 #ifdef CONSTANT
 #include "material.glsl"
-uniform uint u_blend_filter;
 flat out vec3 v_t_enter;
 flat out vec3 v_t_leave;
 #endif
-
-uniform vec3 u_axis_x, u_axis_y, u_axis_z; // rows of face_from_light, of 0, 1 and -1
-uniform float u_unit_m;
-uniform vec4 u_clip;   // x' = x * u_clip.x, y' = y * u_clip.y, z' = u_clip.z + z * u_clip.w
-uniform vec4 u_clip_w; // w' = u_clip_w.x + z * u_clip_w.y
 
 #ifdef COLORS
 layout(location = 5) in vec4 a_color;
@@ -34,28 +32,38 @@ out vec3 v_normal;
 #ifndef DEPTH_ONLY
 out vec3 v_from_light; // the light's axes [m]
 flat out uvec2 v_draw; // material, node
+#ifdef LAYERED
+flat out uint v_face;
+#endif
 #endif
 
+// Not as members of a block: Mesa 22.3 takes gl_Layer for one that is left out of it then.
+invariant gl_Position;
 #ifdef CUT_PLANES
-uniform vec4 u_cut_planes[CUT_PLANES]; // the light's axes [m]
-out gl_PerVertex { invariant vec4 gl_Position; float gl_ClipDistance[CUT_PLANES]; };
-#else
-out gl_PerVertex { invariant vec4 gl_Position; };
+out float gl_ClipDistance[CUT_PLANES];
 #endif
 
 void main()
 {
     vec3 r = draw_position();
-    precise vec3 face = vec3(dot(u_axis_x, r), dot(u_axis_y, r), dot(u_axis_z, r));
-    precise vec4 clip = vec4(face.x * u_clip.x, face.y * u_clip.y, u_clip.z + face.z * u_clip.w,
-                             u_clip_w.x + face.z * u_clip_w.y);
+    precise vec3 at = vec3(dot(FACE.axis_x.xyz, r), dot(FACE.axis_y.xyz, r),
+                           dot(FACE.axis_z.xyz, r));
+    precise vec4 clip = vec4(at.x * FACE.clip.x, at.y * FACE.clip.y,
+                             FACE.clip.z + at.z * FACE.clip.w,
+                             1.0 - FACE.axis_z.w + at.z * FACE.axis_z.w);
     gl_Position = clip;
+#ifdef LAYERED
+    gl_Layer = int(FACE.layer);
+#endif
 #ifdef CUT_PLANES
     for (int i = 0; i < CUT_PLANES; i++) {
 #if defined(MEDIUM) || defined(IS_CAP)
         gl_ClipDistance[i] = 1.0; // drawn whole: shadow_deep.frag.glsl moves its events
 #else
-        gl_ClipDistance[i] = dot(u_cut_planes[i].xyz, r * u_unit_m) + u_cut_planes[i].w;
+        // as exact as the position: both passes over a list must cut alike
+        precise float distance_m =
+            dot(FACE.cut_planes[i].xyz, r * FACE.axis_x.w) + FACE.cut_planes[i].w;
+        gl_ClipDistance[i] = distance_m;
 #endif
     }
 #endif
@@ -66,8 +74,8 @@ void main()
 #ifdef MEDIUM
     t.z = 0.0;
 #endif
-    v_t_enter = material_filter(m, base, t.x, t.z, 1.0, true, u_blend_filter);
-    v_t_leave = material_filter(m, base, t.x, t.z, 1.0, false, u_blend_filter);
+    v_t_enter = material_filter(m, base, t.x, t.z, 1.0, true, FACE.blend_filter);
+    v_t_leave = material_filter(m, base, t.x, t.z, 1.0, false, FACE.blend_filter);
 #endif
 #ifdef COLORS
     v_color = a_color;
@@ -80,7 +88,10 @@ void main()
     v_normal = draw_normal(a_normal);
 #endif
 #ifndef DEPTH_ONLY
-    v_from_light = r * u_unit_m;
+    v_from_light = r * FACE.axis_x.w;
     v_draw = a_draw.xy;
+#ifdef LAYERED
+    v_face = FACE_INDEX;
+#endif
 #endif
 }

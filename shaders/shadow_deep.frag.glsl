@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Deep shadow maps, capture: counts the transmittance events of a texel, and in a second pass
 // writes them to their places. Both passes must decide alike which surfaces make an event, so they
-// are one program where that depends on data: u_scatter selects the pass.
+// are one program where that depends on data: the face says which pass it is.
 //   CERTAIN  every fragment makes an event; two programs then: PASS=0 counts without looking at the
 //            material, PASS=1 scatters
 //   IDS      keep the object of each event
@@ -14,7 +14,6 @@
 //   MEDIUM   the caster bounds a medium (CERTAIN, too: parity counts, even where the filter is 1)
 // Events behind the nearest opaque caster fail the depth test (Lindbeck 2015, future work: "opaque
 // pre-pass").
-uniform uint u_resolution;
 #include "shadow_caster.glsl"
 
 layout(early_fragment_tests) in;
@@ -31,40 +30,30 @@ layout(std430, binding = BIND_SHADOW_MEDIA) writeonly buffer media_buffer {
 };
 #endif
 
-uniform uint u_first_count;  // of this face: where the counts of its texels start
-uniform uint u_event_base;   // of this light
-uniform uint u_event_count;
-#ifndef CERTAIN
-uniform bool u_scatter;
-#endif
-
 #ifdef AROUND
 uniform uvec2 u_around; // its words of events_medium and events_id
 #endif
 
 #if defined(CUT_PLANES) && defined(MEDIUM)
-uniform vec4 u_cut_planes[CUT_PLANES]; // the light's axes [m]
-uniform float u_farthest; // no event is deeper
-
 // Where the way of the light through the event is inside all planes, as depths.
 vec2 kept_range()
 {
     vec3 origin = vec3(0.0), way = caster_ray();
-    if (u_clip_w.y == 0.0) {
-        origin = way - u_axis_z * dot(u_axis_z, way);
-        way = u_axis_z;
+    if (!face_is_perspective()) {
+        origin = way - FACE.axis_z.xyz * dot(FACE.axis_z.xyz, way);
+        way = FACE.axis_z.xyz;
     }
     vec2 range = vec2(-3e38, 3e38);
     for (int k = 0; k < CUT_PLANES; k++) {
-        float height = dot(u_cut_planes[k].xyz, origin) + u_cut_planes[k].w;
-        float climb = dot(u_cut_planes[k].xyz, way);
+        float height = dot(FACE.cut_planes[k].xyz, origin) + FACE.cut_planes[k].w;
+        float climb = dot(FACE.cut_planes[k].xyz, way);
         float at = climb != 0.0 ? -height / climb : (height < 0.0 ? 3e38 : -3e38);
         if (climb < 0.0)
             range.y = min(range.y, at);
         else
             range.x = max(range.x, at);
     }
-    return min(vec2(range.x, max(range.x, range.y)), u_farthest);
+    return min(vec2(range.x, max(range.x, range.y)), FACE.axis_y.w);
 }
 #endif
 
@@ -72,9 +61,9 @@ vec2 kept_range()
 void store_event(uint texel, float depth)
 {
     uint place = atomicAdd(counts[texel], 1u);
-    if (place >= u_event_count)
+    if (place >= FACE.event_count)
         return;
-    place += u_event_base;
+    place += FACE.event_base;
     events[place] = vec4(depth, vec3(1.0));
     events_medium[place].x = u_around.x;
 #ifdef IDS
@@ -85,11 +74,11 @@ void store_event(uint texel, float depth)
 void main()
 {
     uvec2 at = uvec2(gl_FragCoord.xy);
-    uint texel = u_first_count + at.y * u_resolution + at.x;
+    uint texel = FACE.first_count + at.y * FACE.resolution + at.x;
     vec2 range = kept_range();
     if (!(range.x > 0.0 && range.x < range.y))
         return;
-    if (u_scatter)
+    if (FACE.scatters != 0u)
         store_event(texel, range.x);
     else
         atomicAdd(counts[texel], 1u);
@@ -99,9 +88,9 @@ void store_event(uint texel, vec3 t)
 {
     // The count of the texel now is the offset of its next free place.
     uint place = atomicAdd(counts[texel], 1u);
-    if (place >= u_event_count)
+    if (place >= FACE.event_count)
         return;
-    place += u_event_base;
+    place += FACE.event_base;
     float depth = caster_depth();
 #if defined(CUT_PLANES) && defined(MEDIUM)
     vec2 range = kept_range();
@@ -124,12 +113,12 @@ void store_event(uint texel, vec3 t)
 void main()
 {
     uvec2 at = uvec2(gl_FragCoord.xy);
-    uint texel = u_first_count + at.y * u_resolution + at.x;
+    uint texel = FACE.first_count + at.y * FACE.resolution + at.x;
 #ifndef CERTAIN
     vec3 t = caster_transmittance();
     if (t == vec3(1.0))
         return;
-    if (u_scatter)
+    if (FACE.scatters != 0u)
         store_event(texel, t);
     else
         atomicAdd(counts[texel], 1u);

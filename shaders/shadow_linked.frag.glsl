@@ -18,12 +18,6 @@ layout(std430, binding = BIND_SHADOW_COUNTS) coherent buffer head_buffer { uint 
 layout(std430, binding = BIND_LIST_NODES) coherent buffer node_buffer { uvec4 nodes[]; };
 layout(std430, binding = BIND_STATISTICS) coherent buffer statistics_buffer { uint statistics[]; };
 
-uniform uint u_first_count; // of this face: where the heads of its texels start
-uniform uint u_resolution;
-uniform uint u_event_base;  // of this light, in nodes
-uniform uint u_event_count; // elements that there is room for
-uniform uint u_slot;        // in the statistics: elements asked for, drops that found no lock
-
 const int TRIES = 4096;
 
 bool comes_before(uvec4 a, uvec4 b)
@@ -48,7 +42,7 @@ uint insert(uint head, uvec4 element, bool cast_once)
     uint previous = ELEMENT_END, next = head;
     uvec4 before = uvec4(0u), after = uvec4(0u);
     while (next != ELEMENT_END) {
-        after = nodes[u_event_base + next];
+        after = nodes[FACE.event_base + next];
         if (!comes_before(after, element))
             break;
         if (is_opaque(after))
@@ -62,8 +56,8 @@ uint insert(uint head, uvec4 element, bool cast_once)
                        (next != ELEMENT_END && element_object(after) == object);
     if (cast_once && is_repeated)
         return head;
-    uint place = atomicAdd(statistics[u_slot * 2u], 1u);
-    if (place >= u_event_count)
+    uint place = atomicAdd(statistics[FACE.slot * 2u], 1u);
+    if (place >= FACE.event_count)
         return head;
 #ifdef SHADOW_FAITHFUL
     // what is behind an opaque element is unlinked; its memory stays lost
@@ -71,10 +65,10 @@ uint insert(uint head, uvec4 element, bool cast_once)
 #else
     element.w = next;
 #endif
-    nodes[u_event_base + place] = element;
+    nodes[FACE.event_base + place] = element;
     if (previous == ELEMENT_END)
         return place;
-    nodes[u_event_base + previous].w = place;
+    nodes[FACE.event_base + previous].w = place;
     return head;
 }
 
@@ -92,7 +86,7 @@ void main()
     if (gl_HelperInvocation || !is_kept)
         return;
     uvec2 at = uvec2(gl_FragCoord.xy);
-    uint texel = u_first_count + at.y * u_resolution + at.x;
+    uint texel = FACE.first_count + at.y * FACE.resolution + at.x;
     bool cast_once = (materials[v_draw.x].flags & MATERIAL_CAST_ONCE) != 0u;
     uvec4 element = element_make(caster_depth(), t, v_draw.y, ELEMENT_END);
     bool is_done = false;
@@ -106,5 +100,5 @@ void main()
         }
     }
     if (!is_done)
-        atomicAdd(statistics[u_slot * 2u + 1u], 1u);
+        atomicAdd(statistics[FACE.slot * 2u + 1u], 1u);
 }

@@ -12,7 +12,8 @@
 static const char prologue[] = "#version 450 core\n"
                                "#extension GL_ARB_shader_draw_parameters : enable\n"
                                "#extension GL_ARB_post_depth_coverage : enable\n"
-                               "#extension GL_ARB_shader_viewport_layer_array : enable\n";
+                               "#extension GL_ARB_shader_viewport_layer_array : enable\n"
+                               "#extension GL_AMD_vertex_shader_layer : enable\n";
 
 static bool append(struct composition *composition, const char *bytes, size_t length,
                    struct error *err)

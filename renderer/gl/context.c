@@ -64,6 +64,8 @@ static void read_limits(struct gl_limits *limits)
     glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits->max_compute_groups);
     limits->has_post_depth_coverage = epoxy_has_gl_extension("GL_ARB_post_depth_coverage");
     limits->is_software = draws_in_software();
+    limits->has_vertex_layer = epoxy_has_gl_extension("GL_ARB_shader_viewport_layer_array") ||
+                               epoxy_has_gl_extension("GL_AMD_vertex_shader_layer");
 }
 
 static void set_fixed_state(bool is_strict)

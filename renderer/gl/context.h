@@ -29,6 +29,7 @@ struct gl_limits {
     int program_formats; /* in which the driver gives linked programs; 0: it does not */
     bool has_post_depth_coverage;
     bool compiles_in_parallel; /* on threads of the driver's, which are not those that draw */
+    bool has_vertex_layer;     /* the vertex stage chooses the layer of a layered framebuffer */
     bool is_robust;
     bool is_software;     /* rasterised by the CPU: glDispatchCompute runs on our cores */
     bool has_true_timers; /* timestamps are of use; set by the self-test, never where is_software */

@@ -148,6 +148,15 @@ void gl_buffer_bind_storage_range(const struct gl_buffer *buffer, uint64_t offse
                       (GLsizeiptr)(size_bytes && size_bytes < most ? size_bytes : most));
 }
 
+void gl_buffer_bind_uniform(const struct gl_buffer *buffer, uint64_t offset_bytes,
+                            uint64_t size_bytes, uint32_t binding)
+{
+    assert(offset_bytes + size_bytes <= buffer->size_bytes);
+    assert(offset_bytes % GL_BUFFER_ALIGNMENT == 0);
+    glBindBufferRange(GL_UNIFORM_BUFFER, binding, buffer->name, (GLintptr)offset_bytes,
+                      (GLsizeiptr)size_bytes);
+}
+
 const void *gl_buffer_map(const struct gl_buffer *buffer, uint64_t size_bytes)
 {
     assert(size_bytes <= buffer->size_bytes);
@@ -290,7 +299,7 @@ static void attach_depth(GLuint name, const struct gl_framebuffer_desc *desc)
 {
     if (!desc->depth)
         return;
-    if (desc->depth->layers > 0)
+    if (desc->depth->layers > 0 && !desc->is_layered)
         glNamedFramebufferTextureLayer(name, GL_DEPTH_ATTACHMENT, desc->depth->name, 0,
                                        desc->depth_layer);
     else

@@ -50,6 +50,9 @@ void gl_buffer_bind_storage(const struct gl_buffer *buffer, uint32_t binding); /
 enum { GL_BUFFER_ALIGNMENT = 256 }; /* no device may ask for more */
 void gl_buffer_bind_storage_range(const struct gl_buffer *buffer, uint64_t offset_bytes,
                                   uint64_t size_bytes, uint32_t binding);
+/* Likewise as a uniform block. */
+void gl_buffer_bind_uniform(const struct gl_buffer *buffer, uint64_t offset_bytes,
+                            uint64_t size_bytes, uint32_t binding);
 /* The first bytes of a mappable buffer, as the device left them: waits for it. Until
  * gl_buffer_unmap the buffer is not used otherwise. NULL where the context is lost, or without
  * memory. */
@@ -106,7 +109,8 @@ struct gl_framebuffer_desc {
     const char *label;                  /* required */
     const struct gl_texture *colors[4]; /* NULL ends the list */
     const struct gl_texture *depth;     /* optional */
-    int depth_layer;            /* layer of an array depth texture, when depth->layers > 0 */
+    int depth_layer;            /* layer of an array depth texture, when depth->layers > 0 ... */
+    bool is_layered;            /* ... else all of them: the vertex stage chooses */
     int width, height, samples; /* of a framebuffer without attachments */
 };
 

@@ -40,13 +40,16 @@ void draw_arena_destroy(struct draw_arena *arena)
         return;
     gl_buffer_finish(&arena->draws);
     gl_buffer_finish(&arena->materials);
-    gl_buffer_finish(&arena->commands);
+    gl_stream_finish(&arena->commands);
+    gl_stream_finish(&arena->instances);
     caps_finish(&arena->caps);
     free(arena->item_materials);
     free(arena->records);
     free(arena->placed);
     free(arena->command_list);
     free(arena->batches);
+    free(arena->instance_list);
+    free(arena->entries);
     free(arena);
 }
 
@@ -220,7 +223,6 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
             state->caps.caps[state->items[i].cap - 1].source_material;
     assign_materials(arena, state, records);
     let_records_go(arena);
-    arena->command_used = 0;
     uint64_t bytes = count * sizeof *records;
     bool ok =
         gl_buffer_reserve(&arena->materials,
@@ -311,44 +313,84 @@ static bool is_same_space(const struct draw_space *a, const struct draw_space *b
     return is_same;
 }
 
-/* Whether the placement holds, or can be that of the call before. */
-static bool is_placed(const struct draw_arena *arena, const struct draw_place_desc *desc,
-                      struct draw_placement *placement)
+/* Whether the placement can be that of the call before. */
+static bool is_repeated(const struct draw_arena *arena, const struct draw_place_desc *desc)
 {
-    if (!desc->item_count || placement->epoch == arena->epoch)
+    return arena->placement.epoch == arena->epoch && arena->placed_count == desc->item_count &&
+           is_same_space(&arena->placed_space, &desc->space) &&
+           memcmp(arena->placed, desc->items, desc->item_count * sizeof *desc->items) == 0;
+}
+
+static bool is_missing(const struct draw_arena *arena, const struct draw_place_desc *desc,
+                       const struct draw_placement *placement)
+{
+    return desc->item_count && placement->epoch != arena->epoch;
+}
+
+static size_t count_missing(const struct draw_arena *arena, const struct draw_place_desc *descs,
+                            struct draw_placement *const *placements, size_t count)
+{
+    size_t missing = 0;
+    for (size_t i = 0; i < count; i++)
+        missing += is_missing(arena, &descs[i], placements[i]) ? descs[i].item_count : 0;
+    return missing;
+}
+
+static uint64_t most_records(const struct draw_arena *arena)
+{
+    uint64_t block = gl_limits_block(arena->limits, sizeof(struct draw_record));
+    return block < RECORDS_KEPT ? block : RECORDS_KEPT;
+}
+
+bool draw_arena_has_block(const struct draw_arena *arena)
+{
+    return arena->used <= gl_limits_block(arena->limits, sizeof(struct draw_record));
+}
+
+bool draw_arena_place_all(struct draw_arena *arena, const struct draw_place_desc *descs,
+                          struct draw_placement *const *placements, size_t count, struct error *err)
+{
+    const uint64_t size = sizeof *arena->records;
+    size_t missing = count_missing(arena, descs, placements, count), filled = 0;
+    if (!missing)
         return true;
-    if (arena->placement.epoch != arena->epoch || arena->placed_count != desc->item_count ||
-        !is_same_space(&arena->placed_space, &desc->space) ||
-        memcmp(arena->placed, desc->items, desc->item_count * sizeof *desc->items) != 0)
+    if (arena->used + missing > most_records(arena)) {
+        let_records_go(arena);
+        missing = count_missing(arena, descs, placements, count);
+    }
+    if (!reserve_records(arena, missing, err) ||
+        !gl_buffer_reserve(&arena->draws,
+                           &(struct gl_buffer_desc){.label = "frame.draws",
+                                                    .size_bytes = (arena->used + missing) * size,
+                                                    .is_uploaded = true},
+                           true, err))
         return false;
-    *placement = arena->placement;
+    for (size_t i = 0; i < count; i++) {
+        if (!is_missing(arena, &descs[i], placements[i]))
+            continue;
+        *placements[i] = (struct draw_placement){arena->epoch, (uint32_t)(arena->used + filled)};
+        for (size_t k = 0; k < descs[i].item_count; k++)
+            place_record(arena, &descs[i], descs[i].items[k], &arena->records[filled++]);
+    }
+    gl_buffer_write(&arena->draws, arena->used * size, missing * size, arena->records);
+    arena->used += missing;
     return true;
 }
 
 bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *desc,
                       struct draw_placement *placement, struct error *err)
 {
-    if (is_placed(arena, desc, placement))
+    if (!is_missing(arena, desc, placement))
         return true;
-    if (arena->used + desc->item_count > RECORDS_KEPT)
-        let_records_go(arena);
-    uint64_t size = sizeof *arena->records;
-    if (!reserve_records(arena, desc->item_count, err) ||
-        !gl_buffer_reserve(
-            &arena->draws,
-            &(struct gl_buffer_desc){.label = "frame.draws",
-                                     .size_bytes = (arena->used + desc->item_count) * size,
-                                     .is_uploaded = true},
-            true, err))
+    if (is_repeated(arena, desc)) {
+        *placement = arena->placement;
+        return true;
+    }
+    if (!draw_arena_place_all(arena, desc, &placement, 1, err))
         return false;
-    for (size_t i = 0; i < desc->item_count; i++)
-        place_record(arena, desc, desc->items[i], &arena->records[i]);
-    gl_buffer_write(&arena->draws, arena->used * size, desc->item_count * size, arena->records);
     memcpy(arena->placed, desc->items, desc->item_count * sizeof *desc->items);
     arena->placed_space = desc->space;
     arena->placed_count = desc->item_count;
-    arena->placement = (struct draw_placement){arena->epoch, (uint32_t)arena->used};
-    arena->used += desc->item_count;
-    *placement = arena->placement;
+    arena->placement = *placement;
     return true;
 }

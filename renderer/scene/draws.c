@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Submission of drawables: consecutive items of one state become one indirect multi-draw, and
- * consecutive ones of one primitive become its instances. The order of the items is kept. */
+ * consecutive ones of one primitive become its instances. The order of the items is kept, but where
+ * they are drawn for several faces at once. */
 #include <assert.h>
 #include <epoxy/gl.h>
 #include <stdlib.h>
@@ -12,13 +13,17 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-enum { COMMANDS_KEPT = 1 << 20 }; /* 20 MiB before the buffer is written from its start again */
+enum {
+    COMMANDS_KEPT_BYTES = 20 << 20, /* before the buffer is written from its start again */
+    INSTANCES_KEPT_BYTES = 8 << 20,
+};
 
 /* All that must be equal between the items of one call. */
 struct draw_state {
     const struct gl_program *program;
     GLenum mode;
-    int64_t textures; /* class of the material's textures, or -1 where none is sampled */
+    int64_t textures;    /* class of the material's textures, or -1 where none is sampled */
+    size_t texture_pass; /* one of those that sample the same levels */
     GLenum index_type;
     bool culls_back, is_mirrored;
     GLuint vertices; /* the array */
@@ -30,16 +35,22 @@ struct draw_batch { /* commands of one state, in order */
     uint32_t first, count;
 };
 
-static void bind_textures(const struct draw_desc *desc, uint32_t material)
+struct draw_entry { /* one item of the list in the making */
+    uint32_t index; /* of the desc's arrays */
+    uint32_t batch; /* of the arena: its state */
+    struct draw_command command;
+};
+
+static void bind_textures(const struct draw_desc *desc, const struct draw_batch *batch)
 {
-    const struct scene_material *m = &desc->state->materials[material].base;
+    const struct scene_material *m = &desc->state->materials[batch->material].base;
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++)
         if (m->textures[slot].texture >= 0)
             scene_gpu_bind_texture(
                 desc->gpu, &(struct texture_binding){.slot = slot,
                                                      .texture = m->textures[slot].texture,
                                                      .unit = UNIT_MATERIAL_0 + (uint32_t)slot,
-                                                     .pass = desc->texture_pass});
+                                                     .pass = batch->state.texture_pass});
 }
 
 /* How the item is drawn, from which vertices and indices. */
@@ -53,20 +64,22 @@ static bool describe_item(const struct draw_desc *desc, size_t index, struct dra
     const struct scene_geometry *from = &scene_gpu_of_part(desc->gpu, p->part)->geometry;
     const struct scene *scene = desc->state->scene;
     uint32_t first = scene->part_count ? scene->parts[p->part].first_primitive : 0;
-    bool samples = false;
-    const struct gl_program *program = desc->program_for(desc->context, item, &samples, err);
-    if (!program)
+    struct draw_choice choice = {0};
+    if (!desc->choose(desc->context, index, &choice, err))
         return false;
     struct vertex_range range = {.first_vertex = p->first_vertex, .first_index = p->first_index};
     GLuint vertices = desc->arena->caps.array.name;
     if (!item->cap) {
         range = from->layout.ranges[item->primitive - first];
-        vertices = from->arrays[scene_geometry_array(from, program->attributes, p->flags)].name;
+        vertices =
+            from->arrays[scene_geometry_array(from, choice.program->attributes, p->flags)].name;
     }
     *state = (struct draw_state){
-        .program = program,
+        .program = choice.program,
         .mode = modes[p->topology],
-        .textures = samples ? (int64_t)desc->gpu->texture_classes[item->material] : -1,
+        .textures =
+            choice.samples_textures ? (int64_t)desc->gpu->texture_classes[item->material] : -1,
+        .texture_pass = choice.samples_textures ? choice.texture_pass : 0,
         .index_type = range.has_short_indices ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT,
         .culls_back =
             desc->cull_back_faces && !(m->flags & SCENE_MATERIAL_DOUBLE_SIDED) && !item->is_medium,
@@ -81,26 +94,110 @@ static bool describe_item(const struct draw_desc *desc, size_t index, struct dra
     return true;
 }
 
-static bool is_same_state(const struct draw_state *a, const struct draw_state *b)
+static bool is_same_state(const struct draw_desc *desc, const struct draw_batch *batch,
+                          const struct draw_state *b)
 {
+    const struct draw_state *a = &batch->state;
     return a->program == b->program && a->mode == b->mode && a->textures == b->textures &&
            a->culls_back == b->culls_back && a->is_mirrored == b->is_mirrored &&
-           a->index_type == b->index_type && a->vertices == b->vertices;
+           a->index_type == b->index_type && a->vertices == b->vertices &&
+           (a->texture_pass == b->texture_pass ||
+            scene_gpu_samples_alike(desc->gpu, &desc->state->materials[batch->material].base,
+                                    a->texture_pass, b->texture_pass));
 }
 
-static bool reserve_lists(struct draw_arena *arena, size_t count, struct error *err)
+/* Room for so many elements more; at least doubles, so that a list grows in linear time. */
+static bool reserve(void **array, size_t *capacity, size_t count, size_t element, struct error *err)
 {
-    if (count <= arena->command_capacity)
+    if (count <= *capacity)
         return true;
-    void *commands = realloc(arena->command_list, count * sizeof *arena->command_list);
-    if (commands)
-        arena->command_list = commands;
-    void *batches = commands ? realloc(arena->batches, count * sizeof *arena->batches) : NULL;
-    if (!batches)
-        return error_set(err, ERROR_NO_MEMORY, "%zu draws", count);
-    arena->batches = batches;
-    arena->command_capacity = count;
+    size_t wanted = count < 2 * *capacity ? 2 * *capacity : count;
+    void *grown = realloc(*array, wanted * element);
+    if (!grown)
+        return error_set(err, ERROR_NO_MEMORY, "%zu draws", wanted);
+    *array = grown;
+    *capacity = wanted;
     return true;
+}
+
+static bool reserve_lists(struct draw_arena *arena, size_t count, bool has_faces, struct error *err)
+{
+    void *commands = arena->command_list, *entries = arena->entries,
+         *instances = arena->instance_list;
+    bool ok = reserve(&commands, &arena->command_capacity, arena->command_count + count,
+                      sizeof *arena->command_list, err);
+    arena->command_list = commands;
+    ok = ok && reserve(&entries, &arena->entry_capacity, has_faces ? 2 * count : count,
+                       sizeof *arena->entries, err);
+    arena->entries = entries;
+    if (ok && has_faces)
+        ok = reserve(&instances, &arena->instance_capacity, arena->instance_count + count,
+                     sizeof *arena->instance_list, err);
+    arena->instance_list = instances;
+    return ok;
+}
+
+static bool add_batch(struct draw_arena *arena, const struct draw_state *state, uint32_t material,
+                      struct error *err)
+{
+    void *batches = arena->batches;
+    bool ok = reserve(&batches, &arena->batch_capacity, arena->batch_count + 1,
+                      sizeof *arena->batches, err);
+    arena->batches = batches;
+    if (ok)
+        arena->batches[arena->batch_count++] =
+            (struct draw_batch){.state = *state, .material = material};
+    return ok;
+}
+
+/* The last batch of the list, where its state is this one; with faces any of the list's. */
+static bool find_batch(const struct draw_desc *desc, size_t list_first,
+                       const struct draw_state *state, uint32_t material, uint32_t *batch,
+                       struct error *err)
+{
+    struct draw_arena *arena = desc->arena;
+    for (size_t i = arena->batch_count; i-- > list_first;) {
+        if (is_same_state(desc, &arena->batches[i], state)) {
+            *batch = (uint32_t)i;
+            return true;
+        }
+        if (!desc->faces)
+            break;
+    }
+    *batch = (uint32_t)arena->batch_count;
+    return add_batch(arena, state, material, err);
+}
+
+/* Fills the arena's entries from the items. */
+static bool list_entries(const struct draw_desc *desc, size_t list_first, struct error *err)
+{
+    struct draw_arena *arena = desc->arena;
+    for (size_t i = 0; i < desc->item_count; i++) {
+        struct draw_entry *entry = &arena->entries[i];
+        struct draw_state state;
+        entry->index = (uint32_t)i;
+        if (!describe_item(desc, i, &state, &entry->command, err) ||
+            !find_batch(desc, list_first, &state, desc->state->items[desc->items[i]].material,
+                        &entry->batch, err))
+            return false;
+        arena->batches[entry->batch].count++;
+    }
+    return true;
+}
+
+/* By batch; those of one keep their order. */
+static const struct draw_entry *sort_entries(const struct draw_desc *desc, size_t list_first)
+{
+    struct draw_arena *arena = desc->arena;
+    struct draw_entry *sorted = arena->entries + desc->item_count;
+    uint32_t first = 0;
+    for (size_t i = list_first; i < arena->batch_count; i++) {
+        arena->batches[i].first = first;
+        first += arena->batches[i].count;
+    }
+    for (size_t i = 0; i < desc->item_count; i++)
+        sorted[arena->batches[arena->entries[i].batch].first++] = arena->entries[i];
+    return sorted;
 }
 
 /* Whether the command draws the same primitive, for the records before this one's. */
@@ -111,61 +208,110 @@ static bool continues(const struct draw_command *command, const struct draw_comm
            command->base_instance + command->instance_count == next->base_instance;
 }
 
-/* Fills the arena's lists from the items. */
-static bool list_commands(const struct draw_desc *desc, uint32_t *batch_count,
-                          uint32_t *command_count, struct error *err)
+bool draws_add_instance(struct draw_arena *arena, uint32_t record, uint32_t face, uint32_t *number,
+                        struct error *err)
 {
-    struct draw_arena *arena = desc->arena;
-    *batch_count = *command_count = 0;
-    for (size_t i = 0; i < desc->item_count; i++) {
-        struct draw_command command;
-        struct draw_state state;
-        if (!describe_item(desc, i, &state, &command, err))
-            return false;
-        struct draw_batch *batch = *batch_count ? &arena->batches[*batch_count - 1] : NULL;
-        if (!batch || !is_same_state(&batch->state, &state)) {
-            batch = &arena->batches[(*batch_count)++];
-            *batch = (struct draw_batch){.state = state,
-                                         .material = desc->state->items[desc->items[i]].material,
-                                         .first = *command_count};
-        }
-        if (batch->count && continues(&arena->command_list[*command_count - 1], &command)) {
-            arena->command_list[*command_count - 1].instance_count++;
-            continue;
-        }
-        arena->command_list[(*command_count)++] = command;
-        batch->count++;
-    }
+    void *instances = arena->instance_list;
+    bool ok = reserve(&instances, &arena->instance_capacity, arena->instance_count + 1,
+                      sizeof *arena->instance_list, err);
+    arena->instance_list = instances;
+    if (!ok)
+        return false;
+    *number = (uint32_t)arena->instance_count;
+    arena->instance_list[arena->instance_count++] = (struct draw_instance){record, face};
     return true;
 }
 
-static bool upload_commands(struct draw_arena *arena, uint32_t count, struct error *err)
+static void list_commands(const struct draw_desc *desc, const struct draw_entry *entries)
 {
-    uint64_t size = sizeof *arena->command_list;
-    if (arena->command_used + count > COMMANDS_KEPT) /* those before have been submitted */
-        arena->command_used = 0;
-    if (!gl_buffer_reserve(
-            &arena->commands,
-            &(struct gl_buffer_desc){.label = "frame.draws.commands",
-                                     .size_bytes = (arena->command_used + count) * size,
-                                     .is_uploaded = true},
-            true, err))
+    struct draw_arena *arena = desc->arena;
+    for (size_t i = 0; i < desc->item_count; i++) {
+        struct draw_command command = entries[i].command;
+        struct draw_batch *batch = &arena->batches[entries[i].batch];
+        if (!i || entries[i].batch != entries[i - 1].batch) {
+            batch->first = (uint32_t)arena->command_count;
+            batch->count = 0;
+        }
+        if (desc->faces) {
+            uint32_t at = entries[i].index;
+            command.base_instance = (uint32_t)arena->instance_count;
+            arena->instance_list[arena->instance_count++] =
+                (struct draw_instance){desc->records[at], desc->faces[at]};
+        }
+        if (batch->count && continues(&arena->command_list[arena->command_count - 1], &command)) {
+            arena->command_list[arena->command_count - 1].instance_count++;
+            continue;
+        }
+        arena->command_list[arena->command_count++] = command;
+        batch->count++;
+    }
+}
+
+void draws_begin(struct draw_arena *arena)
+{
+    arena->command_count = arena->batch_count = arena->instance_count = 0;
+    arena->bound = (struct draw_bound){.program = NULL};
+    glDisable(GL_CULL_FACE);
+    glFrontFace(GL_CCW);
+}
+
+bool draws_add(const struct draw_desc *desc, struct draw_range *range, struct error *err)
+{
+    struct draw_arena *arena = desc->arena;
+    size_t first = arena->batch_count;
+    *range = (struct draw_range){.first = (uint32_t)first};
+    if (!desc->item_count)
+        return true;
+    if (!reserve_lists(arena, desc->item_count, desc->faces != NULL, err) ||
+        !list_entries(desc, first, err))
         return false;
-    gl_buffer_write(&arena->commands, arena->command_used * size, count * size,
-                    arena->command_list);
-    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, arena->commands.name);
+    list_commands(desc, desc->faces ? sort_entries(desc, first) : arena->entries);
+    range->count = (uint32_t)(arena->batch_count - first);
     return true;
+}
+
+bool draws_upload(struct draw_arena *arena, struct error *err)
+{
+    static const struct gl_stream_desc commands = {.label = "frame.draws.commands",
+                                                   .kept_bytes = COMMANDS_KEPT_BYTES};
+    static const struct gl_stream_desc instances = {.label = "frame.draws.instances",
+                                                    .kept_bytes = INSTANCES_KEPT_BYTES};
+    if (arena->command_count && !gl_stream_write(&arena->commands, &commands, arena->command_list,
+                                                 arena->command_count * sizeof *arena->command_list,
+                                                 &arena->commands_offset, err))
+        return false;
+    if (arena->instance_count &&
+        !gl_stream_write(&arena->instances, &instances, arena->instance_list,
+                         arena->instance_count * sizeof *arena->instance_list,
+                         &arena->instances_offset, err))
+        return false;
+    if (arena->command_count)
+        glBindBuffer(GL_DRAW_INDIRECT_BUFFER, arena->commands.buffer.name);
+    if (arena->instance_count && arena->used)
+        gl_buffer_bind_storage_range(&arena->draws, 0, arena->used * sizeof(struct draw_record),
+                                     BIND_DRAWS);
+    draw_arena_bind_materials(arena);
+    return true;
+}
+
+static void set_faces(struct draw_bound *bound, const struct draw_state *state)
+{
+    if (state->culls_back != bound->culls_back)
+        (state->culls_back ? glEnable : glDisable)(GL_CULL_FACE);
+    if (state->is_mirrored != bound->is_mirrored)
+        glFrontFace(state->is_mirrored ? GL_CW : GL_CCW);
+    bound->culls_back = state->culls_back;
+    bound->is_mirrored = state->is_mirrored;
 }
 
 static void draw_batch(const struct draw_desc *desc, const struct draw_batch *batch)
 {
+    const struct draw_arena *arena = desc->arena;
     const struct draw_state *state = &batch->state;
     if (state->textures >= 0)
-        bind_textures(desc, batch->material);
-    (state->culls_back ? glEnable : glDisable)(GL_CULL_FACE);
-    glFrontFace(state->is_mirrored ? GL_CW : GL_CCW);
-    const char *first = (const char *)NULL + (desc->arena->command_used + batch->first) *
-                                                 sizeof *desc->arena->command_list;
+        bind_textures(desc, batch);
+    const char *first =
+        (const char *)NULL + arena->commands_offset + batch->first * sizeof *arena->command_list;
     glMultiDrawElementsIndirect(state->mode, state->index_type, first, (GLsizei)batch->count, 0);
 }
 
@@ -180,50 +326,72 @@ static void count_items(const struct draw_desc *desc, uint32_t calls, struct dra
     }
 }
 
-/* A scene's array would keep the buffer alive when the arena has outgrown it. */
-static void let_records_go(GLuint vertices)
+/* A scene's array would keep the buffers alive when the arena has outgrown them. */
+static void let_buffers_go(GLuint vertices)
 {
-    glVertexArrayVertexBuffer(vertices, ATTRIBUTE_DRAW, 0, 0, sizeof(struct draw_record));
+    if (vertices)
+        glVertexArrayVertexBuffers(vertices, BINDING_RECORDS, 2, NULL, NULL, NULL);
 }
 
-/* *bound: the array that is bound, 0 for none. */
-static void bind_vertices(const struct draw_desc *desc, GLuint wanted, GLuint *bound)
+static void bind_vertices(struct draw_arena *arena, GLuint wanted)
 {
-    if (wanted == *bound)
+    if (wanted == arena->bound.vertices)
         return;
-    if (*bound)
-        let_records_go(*bound);
-    *bound = wanted;
+    let_buffers_go(arena->bound.vertices);
+    arena->bound.vertices = wanted;
     glBindVertexArray(wanted);
-    glVertexArrayVertexBuffer(wanted, ATTRIBUTE_DRAW, desc->arena->draws.name, 0,
-                              sizeof(struct draw_record));
+    GLuint draws = arena->draws.name, instances = arena->instances.buffer.name;
+    const GLuint buffers[2] = {draws, instances ? instances : draws};
+    const GLintptr offsets[2] = {0, (GLintptr)(instances ? arena->instances_offset : 0)};
+    const GLsizei strides[2] = {sizeof(struct draw_record), sizeof(struct draw_instance)};
+    glVertexArrayVertexBuffers(wanted, BINDING_RECORDS, 2, buffers, offsets, strides);
+}
+
+void draws_format_instances(const struct gl_vertex_array *array)
+{
+    scene_gpu_format_instances(array->name);
+}
+
+void draws_bind_instances(const struct draw_arena *arena, const struct gl_vertex_array *array,
+                          bool is_on)
+{
+    glVertexArrayVertexBuffer(array->name, BINDING_INSTANCES,
+                              is_on ? arena->instances.buffer.name : 0,
+                              (GLintptr)arena->instances_offset, sizeof(struct draw_instance));
+}
+
+void draws_run(const struct draw_desc *desc, const struct draw_range *range)
+{
+    struct draw_arena *arena = desc->arena;
+    for (uint32_t i = range->first; i < range->first + range->count; i++) {
+        const struct draw_batch *batch = &arena->batches[i];
+        if (batch->state.program != arena->bound.program)
+            gl_program_use(batch->state.program);
+        arena->bound.program = batch->state.program;
+        bind_vertices(arena, batch->state.vertices);
+        set_faces(&arena->bound, &batch->state);
+        draw_batch(desc, batch);
+    }
+}
+
+void draws_end(struct draw_arena *arena)
+{
+    set_faces(&arena->bound, &(struct draw_state){.culls_back = false});
+    let_buffers_go(arena->bound.vertices);
+    arena->bound = (struct draw_bound){.program = NULL};
 }
 
 bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts, struct error *err)
 {
-    struct draw_arena *arena = desc->arena;
-    uint32_t batch_count, command_count;
+    struct draw_range range;
     if (!desc->item_count)
         return true;
-    if (!reserve_lists(arena, desc->item_count, err) ||
-        !list_commands(desc, &batch_count, &command_count, err) ||
-        !upload_commands(arena, command_count, err))
+    draws_begin(desc->arena);
+    if (!draws_add(desc, &range, err) || !draws_upload(desc->arena, err))
         return false;
-    draw_arena_bind_materials(arena);
-    const struct gl_program *bound = NULL;
-    GLuint vertices = 0;
-    for (uint32_t i = 0; i < batch_count; i++) {
-        if (arena->batches[i].state.program != bound)
-            gl_program_use(arena->batches[i].state.program);
-        bound = arena->batches[i].state.program;
-        bind_vertices(desc, arena->batches[i].state.vertices, &vertices);
-        draw_batch(desc, &arena->batches[i]);
-    }
-    glDisable(GL_CULL_FACE);
-    glFrontFace(GL_CCW);
-    let_records_go(vertices);
-    arena->command_used += command_count;
+    draws_run(desc, &range);
+    draws_end(desc->arena);
     if (counts)
-        count_items(desc, batch_count, counts);
+        count_items(desc, range.count, counts);
     return true;
 }

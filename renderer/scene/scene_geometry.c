@@ -9,7 +9,15 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-/* Their buffer is bound by each submission. */
+/* Buffers are bound by each submission. */
+void scene_gpu_format_instances(uint32_t vao)
+{
+    glEnableVertexArrayAttrib(vao, ATTRIBUTE_INSTANCE);
+    glVertexArrayAttribIFormat(vao, ATTRIBUTE_INSTANCE, 2, GL_UNSIGNED_INT, 0);
+    glVertexArrayAttribBinding(vao, ATTRIBUTE_INSTANCE, BINDING_INSTANCES);
+    glVertexArrayBindingDivisor(vao, BINDING_INSTANCES, 1);
+}
+
 void scene_gpu_format_records(uint32_t vao)
 {
     enum { WORDS = sizeof(struct draw_record) / 16 };
@@ -20,9 +28,10 @@ void scene_gpu_format_records(uint32_t vao)
             glVertexArrayAttribIFormat(vao, attribute, 4, GL_UNSIGNED_INT, 16 * i);
         else
             glVertexArrayAttribFormat(vao, attribute, 4, GL_FLOAT, GL_FALSE, 16 * i);
-        glVertexArrayAttribBinding(vao, attribute, ATTRIBUTE_DRAW);
+        glVertexArrayAttribBinding(vao, attribute, BINDING_RECORDS);
     }
-    glVertexArrayBindingDivisor(vao, ATTRIBUTE_DRAW, 1);
+    glVertexArrayBindingDivisor(vao, BINDING_RECORDS, 1);
+    scene_gpu_format_instances(vao);
 }
 
 static bool upload(struct scene_geometry *geometry, struct gl_buffer *buffer,

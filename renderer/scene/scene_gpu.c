@@ -212,6 +212,19 @@ static uint8_t finest_level(const struct scene_gpu *gpu, size_t pass, uint32_t k
                                                                   : TEXTURE_UNNEEDED;
 }
 
+bool scene_gpu_samples_alike(const struct scene_gpu *gpu, const struct scene_material *material,
+                             size_t pass, size_t other)
+{
+    for (int slot = 0; pass != other && slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
+        int32_t texture = material->textures[slot].texture;
+        int32_t image = texture >= 0 ? gpu->scene->textures[texture].image : -1;
+        uint32_t key = image >= 0 ? texture_key((uint32_t)image, scene_slot_is_srgb(slot)) : 0;
+        if (image >= 0 && finest_level(gpu, pass, key) != finest_level(gpu, other, key))
+            return false;
+    }
+    return true;
+}
+
 void scene_gpu_bind_texture(const struct scene_gpu *gpu, const struct texture_binding *binding)
 {
     int32_t texture = binding->texture;

@@ -81,23 +81,37 @@ uint32_t draw_arena_material(const struct draw_arena *arena, uint32_t item);
  * same space in the call before. */
 MUST_CHECK bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *desc,
                                  struct draw_placement *placement, struct error *err);
+/* The same for several placements, which then hold together; what they lack goes up in one piece.
+ */
+MUST_CHECK bool draw_arena_place_all(struct draw_arena *arena, const struct draw_place_desc *descs,
+                                     struct draw_placement *const *placements, size_t count,
+                                     struct error *err);
 
+/* Whether all records fit into one storage block, as instances of faces need it. */
+bool draw_arena_has_block(const struct draw_arena *arena);
+
+struct draw_choice {                  /* how an item is drawn */
+    const struct gl_program *program; /* required */
+    bool samples_textures;
+    size_t texture_pass; /* of struct texture_passes; 0 is the camera's */
+};
 struct draw_desc {
     const struct scene_gpu *gpu;     /* required */
     const struct scene_state *state; /* required */
     struct draw_arena *arena;        /* required */
-    const uint32_t *items;           /* required; indices of state->items, drawn in this order */
+    const uint32_t *items;           /* required; indices of state->items */
     const uint32_t *records;         /* required; the record of each item */
+    /* Per item the face that it is drawn for, by programs that read ATTRIBUTE_INSTANCE: items are
+     * then drawn in the order of their states. NULL: in their own order, by programs that read
+     * records as attributes. */
+    const uint32_t *faces;
     size_t item_count;
-    size_t texture_pass;  /* of struct texture_passes; 0 is the camera's */
     bool cull_back_faces; /* of single-sided materials that are not media; camera passes do, light
                              passes do not */
-    /* Required. The program that an item needs, so that variants by material are possible; NULL
-     * with err filled. *samples_textures comes in as false. Called for all items before the first
-     * is drawn: set a program's uniforms when it is first returned. */
-    const struct gl_program *(*program_for)(void *context, const struct state_item *item,
-                                            bool *samples_textures, struct error *err);
-    void *context; /* for program_for */
+    /* Required. Fills *choice, which comes in zeroed, for items[index]. Called for all items before
+     * the first is drawn: set a program's uniforms when it is first chosen. */
+    bool (*choose)(void *context, size_t index, struct draw_choice *choice, struct error *err);
+    void *context; /* for choose */
 };
 struct draw_counts {
     uint64_t draws; /* items */
@@ -109,5 +123,27 @@ struct draw_counts {
  * are at UNIT_MATERIAL_0.. where the hook asked for them. Adds to *counts when not NULL. */
 MUST_CHECK bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts,
                              struct error *err);
+
+/* The same in steps, so that several lists go up together: draws_begin, draws_add for each list,
+ * draws_upload, draws_run for each list, draws_end. Between the last three other draws may come in
+ * after a draws_end; state that a list needs besides is the caller's. */
+struct draw_range { /* a list of the arena */
+    uint32_t first, count;
+};
+void draws_begin(struct draw_arena *arena);
+MUST_CHECK bool draws_add(const struct draw_desc *desc, struct draw_range *range,
+                          struct error *err);
+MUST_CHECK bool draws_upload(struct draw_arena *arena, struct error *err);
+/* Of desc only gpu, state and arena count. */
+void draws_run(const struct draw_desc *desc, const struct draw_range *range);
+void draws_end(struct draw_arena *arena);
+/* Appends an instance to the list in the making, for draws without items. Returns its number. */
+MUST_CHECK bool draws_add_instance(struct draw_arena *arena, uint32_t record, uint32_t face,
+                                   uint32_t *number, struct error *err);
+/* Gives an array of another's the attribute ATTRIBUTE_INSTANCE, and attaches what was uploaded, or
+ * nothing. */
+void draws_format_instances(const struct gl_vertex_array *array);
+void draws_bind_instances(const struct draw_arena *arena, const struct gl_vertex_array *array,
+                          bool is_on);
 
 #endif

@@ -4,6 +4,7 @@
 #ifndef VITRAIL_RENDERER_SCENE_SCENE_GPU_INTERNAL_H
 #define VITRAIL_RENDERER_SCENE_SCENE_GPU_INTERNAL_H
 
+#include "renderer/gl/stream.h"
 #include "renderer/scene/scene_gpu.h"
 #include "renderer/scene/vertex_layout.h"
 
@@ -52,10 +53,25 @@ struct cap_gpu { /* the caps of the frame's state; the array is unnamed without 
 };
 
 /* Draw records as attributes of the array, from a buffer that each submission binds. */
-void scene_gpu_format_records(uint32_t array);
+void scene_gpu_format_records(uint32_t array); /* and instances */
+void scene_gpu_format_instances(uint32_t array);
 
 struct draw_record;
 struct draw_batch;
+struct draw_entry;
+
+/* Where arrays have the buffers of records and of instances: one behind the other. */
+enum { BINDING_RECORDS = 6, BINDING_INSTANCES };
+
+struct draw_instance { /* ATTRIBUTE_INSTANCE */
+    uint32_t record, face;
+};
+
+struct draw_bound { /* of the GL, as draws left it */
+    const struct gl_program *program;
+    uint32_t vertices; /* the array, 0 for none */
+    bool culls_back, is_mirrored;
+};
 
 struct draw_command { /* OpenGL 4.5 core profile, 10.4, DrawElementsIndirectCommand */
     uint32_t index_count, instance_count, first_index;
@@ -65,8 +81,9 @@ struct draw_command { /* OpenGL 4.5 core profile, 10.4, DrawElementsIndirectComm
 
 struct draw_arena {
     const struct gl_limits *limits;
-    struct gl_buffer draws, materials, commands;
+    struct gl_buffer draws, materials;
     uint64_t material_bytes; /* of the frame's */
+    struct gl_stream commands, instances;
     struct cap_gpu caps;
     uint32_t *item_materials;    /* per item of the state: index of its material record */
     struct draw_record *records; /* of the placement in the making */
@@ -74,12 +91,17 @@ struct draw_arena {
     struct draw_space placed_space;
     size_t placed_count, record_capacity;
     struct draw_placement placement;
-    size_t used;                       /* records on the GPU, of this epoch */
-    uint64_t epoch;                    /* counts how often all of them were let go */
-    struct draw_command *command_list; /* of the submission in the making ... */
+    size_t used;    /* records on the GPU, of this epoch */
+    uint64_t epoch; /* counts how often all of them were let go */
+    /* of the lists in the making, and of those uploaded last: */
+    struct draw_command *command_list;
     struct draw_batch *batches;
-    size_t command_capacity; /* of both lists */
-    size_t command_used;     /* commands of this frame already on the GPU */
+    struct draw_instance *instance_list;
+    struct draw_entry *entries; /* of the list in the making */
+    size_t command_count, command_capacity, batch_count, batch_capacity;
+    size_t instance_count, instance_capacity, entry_capacity;
+    uint64_t commands_offset, instances_offset; /* bytes in the streams */
+    struct draw_bound bound;
 };
 
 /* Whose vertex array holds what the primitive counts from. */
@@ -94,6 +116,9 @@ struct texture_binding {
     uint32_t unit;
     size_t pass; /* of struct texture_passes */
 };
+/* Whether two passes sample the same levels of all textures of a material. */
+bool scene_gpu_samples_alike(const struct scene_gpu *gpu, const struct scene_material *material,
+                             size_t pass, size_t other);
 /* Binds the texture with its sampler, in the colour space of the slot. */
 void scene_gpu_bind_texture(const struct scene_gpu *gpu, const struct texture_binding *binding);
 

@@ -128,6 +128,7 @@ enum {
 struct variant_context {
     const struct window_frame *frame;
     const char *fragment;
+    const uint32_t *items; /* of a submission */
     bool evaluates;
     bool is_layer;
     bool is_hidden;                              /* of media: the part behind the opaque depth */
@@ -232,15 +233,15 @@ static const struct gl_program *prepare_variant(const struct variant_context *co
     return program;
 }
 
-static const struct gl_program *program_for(void *opaque, const struct state_item *item,
-                                            bool *samples_textures, struct error *err)
+static bool choose(void *opaque, size_t index, struct draw_choice *choice, struct error *err)
 {
     struct variant_context *context = opaque;
-    uint32_t variant = variant_of(context, item);
-    *samples_textures = (variant & VARIANT_TEXTURES) != 0;
+    uint32_t variant = variant_of(context, &context->frame->state->items[context->items[index]]);
     if (!context->programs[variant])
         context->programs[variant] = prepare_variant(context, variant, err);
-    return context->programs[variant];
+    choice->program = context->programs[variant];
+    choice->samples_textures = (variant & VARIANT_TEXTURES) != 0;
+    return choice->program != NULL;
 }
 
 struct pass { /* one submission */
@@ -321,6 +322,7 @@ static bool draw_selection(const struct window_frame *frame, const struct select
                            const struct pass *pass, struct error *err)
 {
     struct variant_context context = context_of(frame, pass);
+    context.items = selection->items;
     camera_clip(frame->camera, frame->state->unit_m, context.across, context.depth);
     struct draw_desc desc = {
         .gpu = frame->gpu,
@@ -330,7 +332,7 @@ static bool draw_selection(const struct window_frame *frame, const struct select
         .records = selection->records,
         .item_count = selection->count,
         .cull_back_faces = true,
-        .program_for = program_for,
+        .choose = choose,
         .context = &context,
     };
     struct draw_counts counts = {0};

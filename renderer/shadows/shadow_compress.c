@@ -83,21 +83,15 @@ static bool copy_opaque(struct compress_job *job, struct error *err)
     uint32_t layers = window->row_count ? 1 : job->fine.frame.face_count;
     bool ok = true;
     for (uint32_t i = 0; ok && i < layers; i++) {
-        struct gl_framebuffer from = {0}, to = {0};
-        struct gl_framebuffer_desc source = {
-            .label = "shadow.compress.from",
-            .depth = &job->store->target,
-            .depth_layer = (int)(job->build->target_layer + window->face + i)};
-        struct gl_framebuffer_desc target = {
-            .label = "shadow.compress.to", .depth = &job->work.target, .depth_layer = (int)i};
-        ok = gl_framebuffer_init(&from, &source, err) && gl_framebuffer_init(&to, &target, err);
+        const struct gl_framebuffer *from =
+            shadow_store_face(job->store, job->build->target_layer + window->face + i, err);
+        const struct gl_framebuffer *to = from ? shadow_store_face(&job->work, i, err) : NULL;
+        ok = to != NULL;
         glDisable(GL_SCISSOR_TEST);
         glDepthMask(GL_TRUE);
         if (ok)
-            glBlitNamedFramebuffer(from.name, to.name, 0, 0, side, side, 0, 0, k * side, k * side,
+            glBlitNamedFramebuffer(from->name, to->name, 0, 0, side, side, 0, 0, k * side, k * side,
                                    GL_DEPTH_BUFFER_BIT, GL_NEAREST);
-        gl_framebuffer_finish(&from);
-        gl_framebuffer_finish(&to);
     }
     return ok;
 }
@@ -108,7 +102,7 @@ static bool reserve_target(struct compress_job *job, struct error *err)
     uint64_t layers = job->fine.window.row_count ? 1 : job->fine.frame.face_count;
     struct gl_texture *target = &job->work.target;
     if (target->name && (uint64_t)target->layers > layers)
-        gl_texture_finish(target);
+        shadow_store_drop_target(&job->work);
     return shadow_store_reserve_target(&job->work, job->fine.resolution, layers, err);
 }
 

@@ -3,6 +3,7 @@
 #include "renderer/shadows/shadow_deep.h"
 
 #include <epoxy/gl.h>
+#include <stdlib.h>
 
 #include "renderer/shadows/shadow_deep_job.h"
 #include "shaders/shared/layout.h"
@@ -53,23 +54,31 @@ static bool paint(const struct deep_job *job, enum caster_pass pass, struct erro
         if (store->keeps_media)
             gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_MEDIUM], BIND_SHADOW_MEDIA);
     }
-    for (size_t i = 0; i < job->count; i++) {
-        struct caster_paint_desc desc = {
-            .pass = pass, .build = job->slots[i].build, .scene = job->scene, .store = store};
-        if (!caster_painter_paint(job->builder->painter, &desc, err))
-            return false;
-    }
+    struct shadow_build **builds = calloc(job->count, sizeof *builds);
+    const struct caster_paint_desc desc = {.pass = pass,
+                                           .builds = builds,
+                                           .build_count = job->count,
+                                           .scene = job->scene,
+                                           .store = store};
+    for (size_t i = 0; builds && i < job->count; i++)
+        builds[i] = job->slots[i].build;
+    bool ok = builds ? caster_painter_paint(job->builder->painter, &desc, err)
+                     : error_set(err, ERROR_NO_MEMORY, "%zu lights", job->count);
+    free(builds);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
-    return true;
+    return ok;
 }
 
 static bool count_events(const struct deep_job *job, struct error *err)
 {
     struct gl_buffer *heads = &job->builder->store->pools[SHADOW_POOL_HEADS].streams[0];
     deep_job_begin(job, "shadow.deep.count");
-    for (size_t i = 0; i < job->count; i++) {
-        const struct shadow_range *range = &job->slots[i].build->map->heads;
-        gl_buffer_clear_u32(heads, range->first * 4, range->count * 4, 0);
+    for (size_t i = 0; i < job->count;) { /* those that follow one another at once */
+        struct shadow_range range = job->slots[i].build->map->heads;
+        while (++i < job->count &&
+               job->slots[i].build->map->heads.first == range.first + range.count)
+            range.count += job->slots[i].build->map->heads.count;
+        gl_buffer_clear_u32(heads, range.first * 4, range.count * 4, 0);
     }
     bool ok = paint(job, CASTER_COUNT, err);
     gpu_scope_end(job->builder->timeline);

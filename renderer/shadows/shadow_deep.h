@@ -21,7 +21,7 @@
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_H
 
-#include "renderer/shadows/shadow_casters.h"
+#include "renderer/shadows/caster_painter.h"
 
 #define SHADOW_EVENT_BYTES 18u  /* an event and its key */
 #define SHADOW_MEDIUM_BYTES 16u /* more, with SHADOW_FLAG_MEDIA */

@@ -99,24 +99,26 @@ static bool fill_lists(const struct linked_job *job, struct error *err)
     const uint32_t list_end = 0xffffffffu;
     struct shadow_builder *builder = job->builder;
     struct shadow_store *store = builder->store;
-    bool ok = true;
+    struct shadow_build **pending = calloc(job->count, sizeof *pending);
+    struct caster_paint_desc desc = {
+        .pass = CASTER_LINK, .builds = pending, .scene = job->scene, .store = store};
+    if (!pending)
+        return error_set(err, ERROR_NO_MEMORY, "%zu lights", job->count);
     begin(job, "shadow.linked");
     gl_buffer_clear_u32(&builder->statistics, 0, job->count * sizeof *job->statistics, 0);
     bind_lists(job);
-    for (size_t i = 0; ok && i < job->count; i++) {
+    for (size_t i = 0; i < job->count; i++) {
         const struct shadow_map *map = job->builds[i].map;
         if (!is_pending(&job->builds[i]))
             continue;
         gl_buffer_clear_u32(&store->pools[SHADOW_POOL_HEADS].streams[0], map->heads.first * 4,
                             map->heads.count * 4, list_end);
-        struct caster_paint_desc desc = {.pass =
-                                             map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK,
-                                         .build = &job->builds[i],
-                                         .scene = job->scene,
-                                         .store = store,
-                                         .slot = (uint32_t)i};
-        ok = caster_painter_paint(builder->painter, &desc, err);
+        desc.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK; /* one in a frame */
+        job->builds[i].slot = (uint32_t)i;
+        pending[desc.build_count++] = &job->builds[i];
     }
+    bool ok = caster_painter_paint(builder->painter, &desc, err);
+    free(pending);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     gpu_timeline_will_wait(builder->timeline);
     gl_buffer_read(&builder->statistics, 0, job->count * sizeof *job->statistics, job->statistics);

@@ -10,6 +10,11 @@
 #include "renderer/shadows/shadow_frame.h"
 #include "renderer/shadows/shadow_store.h"
 
+struct shadow_ways {    /* how structures are built on a device */
+    bool scans_on_host; /* counts of lists are summed in C */
+    bool layers_faces;  /* all faces of all lights in one pass */
+};
+
 struct shadow_window { /* rows of one face, built by themselves; no rows: all of the map */
     uint32_t face;
     int first_row, row_count;
@@ -76,6 +81,7 @@ struct shadow_build { /* a map that must be built in this frame */
     struct shadow_casters casters;
     uint32_t light;                  /* index of state->lights */
     uint32_t target_layer;           /* first of its faces in store->target */
+    uint32_t slot;                   /* linked: of the light in the statistics */
     bool is_done;                    /* linked: the pool was large enough */
     struct draw_placement placement; /* of the casters, about the frame's origin */
 };

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "renderer/shadows/caster_variants.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep_job.h"
 #include "renderer/shadows/shadow_media.h"
@@ -75,47 +76,49 @@ void shadow_features_write(const struct shadow_features *features, char text[SHA
     assert(length < SHADOW_DEFINES_BYTES);
 }
 
-static void list_deep(struct caster_paint_desc *paint, bool scans_on_host,
-                      struct program_list *list)
+static void list_deep(struct caster_view *view, const struct shadow_casters *casters,
+                      bool scans_on_host, struct program_list *list)
 {
-    paint->pass = CASTER_COUNT;
-    caster_list_programs(paint, "shadow.deep.count", false, list);
+    view->pass = CASTER_COUNT;
+    caster_list_programs(view, casters, "shadow.deep.count", false, list);
     if (!scans_on_host)
         deep_scan_list_programs(list);
-    paint->pass = CASTER_SCATTER;
-    caster_list_programs(paint, "shadow.deep.scatter", true, list);
-    deep_sort_list_programs(paint->build->map->flags, list);
+    view->pass = CASTER_SCATTER;
+    caster_list_programs(view, casters, "shadow.deep.scatter", true, list);
+    deep_sort_list_programs(view->map->flags, list);
 }
 
 /* The exact lists are those of a map of their own. */
-static void list_compressed(struct caster_paint_desc *paint, bool scans_on_host,
-                            struct program_list *list)
+static void list_compressed(struct caster_view *view, const struct shadow_casters *casters,
+                            bool scans_on_host, struct program_list *list)
 {
-    struct shadow_map *map = paint->build->map, fine = *map;
+    const struct shadow_map *map = view->map;
+    struct shadow_map fine = *map;
     fine.flags = shadow_compress_fine_flags(map);
-    paint->build->map = &fine;
-    list_deep(paint, scans_on_host, list);
-    paint->build->map = map;
+    view->map = &fine;
+    list_deep(view, casters, scans_on_host, list);
+    view->map = map;
     shadow_compress_list_programs(map, list);
 }
 
 static void list_light(const struct shadow_programs_desc *desc, const struct shadow_need *need,
-                       struct shadow_map *map, struct program_list *list)
+                       const struct shadow_map *map, struct program_list *list)
 {
-    struct shadow_build build = {.map = map, .casters = need->casters};
     const struct shadow_scene scene = {.gpu = desc->gpu,
                                        .state = desc->state,
                                        .blend_filter = (uint32_t)desc->quality->blend_filter};
-    struct caster_paint_desc paint = {.pass = CASTER_DEPTH, .build = &build, .scene = &scene};
-    caster_list_programs(&paint, "shadow.depth", false, list);
+    struct caster_view view = {
+        .pass = CASTER_DEPTH, .is_layered = desc->ways.layers_faces, .map = map, .scene = &scene};
+    const struct shadow_casters *casters = &need->casters;
+    caster_list_programs(&view, casters, "shadow.depth", false, list);
     if (map->flags & SHADOW_FLAG_NODES)
-        list_compressed(&paint, desc->scans_on_host, list);
+        list_compressed(&view, casters, desc->ways.scans_on_host, list);
     else if (map->kind == SHADOW_DEEP)
-        list_deep(&paint, desc->scans_on_host, list);
+        list_deep(&view, casters, desc->ways.scans_on_host, list);
     if (map->kind != SHADOW_LINKED)
         return;
-    paint.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK;
-    caster_list_programs(&paint, "shadow.linked", false, list);
+    view.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK;
+    caster_list_programs(&view, casters, "shadow.linked", false, list);
     shadow_linked_list_programs(map->is_faithful, list);
 }
 

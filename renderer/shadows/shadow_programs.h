@@ -24,13 +24,13 @@ enum { SHADOW_FEATURE_SEARCHED = SHADOW_FEATURES - 2, SHADOW_FEATURE_LONG };
 void shadow_features_add(struct shadow_features *features, const struct shadow_map *map);
 void shadow_features_write(const struct shadow_features *features, char text[SHADOW_DEFINES_BYTES]);
 
-struct shadow_programs_desc { /* all required but scans_on_host */
+struct shadow_programs_desc { /* all required but ways */
     const struct shadow_needs *needs;
     const struct scene_gpu *gpu;
     const struct scene_state *state;
     const struct view_quality *quality;
     int resolution;
-    bool scans_on_host; /* as struct shadow_builder */
+    struct shadow_ways ways;
 };
 /* The programs that build all structures of the needs. Returns the features of those that look them
  * up. Exact lists that turn out to exceed their budget, and are compressed instead, take others.

@@ -4,6 +4,7 @@
 
 #include <assert.h>
 #include <epoxy/gl.h>
+#include <stdlib.h>
 
 struct stream_kind {
     const char *label;
@@ -57,11 +58,21 @@ static void finish_pool(struct shadow_pool *pool)
     shadow_ranges_finish(&pool->ranges);
 }
 
+static void finish_target(struct shadow_store *store)
+{
+    for (int i = 0; store->faces && i < store->target.layers; i++)
+        gl_framebuffer_finish(&store->faces[i]);
+    free(store->faces);
+    store->faces = NULL;
+    gl_framebuffer_finish(&store->layers);
+    gl_texture_finish(&store->target);
+}
+
 void shadow_store_clear(struct shadow_store *store)
 {
     for (int i = 0; i < SHADOW_POOL_COUNT; i++)
         finish_pool(&store->pools[i]);
-    gl_texture_finish(&store->target);
+    finish_target(store);
     store->keeps_objects = store->keeps_media = false;
     store->peak_bytes = 0;
 }
@@ -317,7 +328,7 @@ bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uin
     uint64_t bytes = 4ull * layers * (uint64_t)resolution * (uint64_t)resolution;
     if (target->name && target->width == resolution && (uint64_t)target->layers >= layers)
         return true;
-    gl_texture_finish(target);
+    finish_target(store);
     if (!find_room(store, bytes, "shadow.target", err))
         return false;
     claim(store, bytes);
@@ -330,15 +341,39 @@ bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uin
                            err);
 }
 
+const struct gl_framebuffer *shadow_store_layers(struct shadow_store *store, struct error *err)
+{
+    const struct gl_framebuffer_desc desc = {
+        .label = "shadow.faces", .depth = &store->target, .is_layered = true};
+    return store->layers.name || gl_framebuffer_init(&store->layers, &desc, err) ? &store->layers
+                                                                                 : NULL;
+}
+
+const struct gl_framebuffer *shadow_store_face(struct shadow_store *store, uint32_t layer,
+                                               struct error *err)
+{
+    const struct gl_framebuffer_desc desc = {
+        .label = "shadow.face", .depth = &store->target, .depth_layer = (int)layer};
+    assert((int)layer < store->target.layers);
+    if (!store->faces)
+        store->faces = calloc((size_t)store->target.layers, sizeof *store->faces);
+    if (!store->faces) {
+        error_set(err, ERROR_NO_MEMORY, "%d framebuffers", store->target.layers);
+        return NULL;
+    }
+    struct gl_framebuffer *face = &store->faces[layer];
+    return face->name || gl_framebuffer_init(face, &desc, err) ? face : NULL;
+}
+
 void shadow_store_trim_target(struct shadow_store *store)
 {
     if (store->target.size_bytes > SHADOW_TARGET_KEPT_BYTES)
-        gl_texture_finish(&store->target);
+        finish_target(store);
 }
 
 void shadow_store_drop_target(struct shadow_store *store)
 {
-    gl_texture_finish(&store->target);
+    finish_target(store);
 }
 
 bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, struct error *err)

@@ -42,6 +42,8 @@ struct shadow_store {
     bool keeps_objects, keeps_media; /* SHADOW_STREAM_OBJECT, SHADOW_STREAM_MEDIUM exist */
     struct shadow_pool pools[SHADOW_POOL_COUNT];
     struct gl_texture target; /* D32F layers that faces are drawn into, for the length of a build */
+    struct gl_framebuffer layers; /* of all its layers ... */
+    struct gl_framebuffer *faces; /* ... and one of each: made when they are first asked for */
     /* Frees the map used longest ago, at least so many frames; false when there is none. */
     bool (*make_room)(void *context, uint64_t frames);
     void *context;
@@ -76,6 +78,10 @@ MUST_CHECK bool shadow_store_give(struct shadow_store *store, enum shadow_pool_k
 /* Makes store->target at least so many layers of this resolution; its contents are lost. */
 MUST_CHECK bool shadow_store_reserve_target(struct shadow_store *store, int resolution,
                                             uint64_t layers, struct error *err);
+/* Framebuffers of the target: of all layers at once, and of one. They last as long as it does. */
+const struct gl_framebuffer *shadow_store_layers(struct shadow_store *store, struct error *err);
+const struct gl_framebuffer *shadow_store_face(struct shadow_store *store, uint32_t layer,
+                                               struct error *err);
 /* Frees a target that is too large to keep for the next edit, or any. */
 void shadow_store_trim_target(struct shadow_store *store);
 void shadow_store_drop_target(struct shadow_store *store);

@@ -24,6 +24,7 @@ struct shadow_system_desc {
     void (*claim)(void *context, uint64_t bytes);
     void *context;        /* of claim */
     bool scans_on_device; /* deep: scan by shader even where the device is our own cores */
+    bool layers_faces;    /* all faces of lights in one pass even there, if the device can */
 };
 
 struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc,
@@ -68,7 +69,7 @@ MUST_CHECK bool shadow_system_prepare_none(struct shadow_system *shadows, size_t
                                            struct error *err);
 /* Texels per side of a map face: what the quality asks for, within what the device has. */
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits);
-bool shadow_system_scans_on_host(const struct shadow_system *shadows); /* counts of lists */
+struct shadow_ways shadow_system_ways(const struct shadow_system *shadows);
 uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows);
 /* From now on; what stands is dropped where it exceeds it. Between calls of the others. */
 void shadow_system_set_budget(struct shadow_system *shadows, uint64_t budget_bytes);

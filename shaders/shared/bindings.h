@@ -7,6 +7,12 @@
  * four words to an attribute. On llvmpipe an instance's attribute is fetched once for all vertices,
  * while a storage buffer is read word by word and lane by lane. */
 #define ATTRIBUTE_DRAW 6
+/* Where all faces of lights are drawn in one pass, an instance is an item as one face sees it, and
+ * has two numbers instead: of its record and of its face. */
+#define ATTRIBUTE_INSTANCE 13
+
+/* uniform blocks */
+#define UNIFORM_FACE 0 /* struct face_record */
 
 /* storage buffers (at most 16 per stage on the reference device) */
 #define BIND_MATERIALS 1     /* struct material_record[] */
@@ -25,6 +31,8 @@
 /* building shadows and lists; numbers above are not in use at that time and may be shared */
 #define BIND_DEEP_LIGHTS 5          /* struct deep_light[] */
 #define BIND_DEEP_LISTS 6           /* u32 per class and light: its first list of texels */
+#define BIND_DRAWS 4                /* struct draw_record[]: shadow casters of all faces at once */
+#define BIND_SHADOW_FACES 8         /* struct face_record[], likewise */
 #define BIND_SHADOW_MEDIA 7         /* uvec4 per event: medium, later extinction */
 #define BIND_SHADOW_SCRATCH_MEDIA 8 /* u32 per event */
 #define BIND_SHADOW_COUNTS 9        /* deep build: u32 per texel */

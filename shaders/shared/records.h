@@ -19,6 +19,31 @@ LAYOUT(draw_record, normal_0, 48)
 LAYOUT(draw_record, material, 96)
 LAYOUT_SIZE(draw_record, 112)
 
+#define FACE_PLANES_MAX 8
+
+struct face_record { /* one face of a light, as its casters are drawn. Axes are those of the light
+                      */
+    vec4 axis_x, axis_y, axis_z; /* rows of face_from_light, of 0, 1 and -1; w: metres of the
+                                    scene's unit; farthest: no event is deeper [m]; 1 for
+                                    perspective faces, 0 for orthographic ones */
+    vec4 clip;                   /* x' = x * clip.x, y' = y * clip.y, z' = clip.z + z * clip.w */
+    vec4 cut_planes[FACE_PLANES_MAX]; /* that cut casters [m] */
+    uint first_count;                 /* where the counts, or the list heads, of its texels start */
+    uint event_base;                  /* first event, or element, of the light ... */
+    uint event_count;                 /* ... and those that there is room for */
+    uint slot;                        /* linked lists: of the light in the statistics */
+    uint resolution;                  /* texels per side */
+    uint layer;                       /* of the target */
+    uint scatters;                    /* deep lists: 1 in the second pass */
+    uint blend_filter;
+    vec4 unused[2]; /* records are parts of a uniform buffer: GL_BUFFER_ALIGNMENT */
+};
+LAYOUT(face_record, clip, 48)
+LAYOUT(face_record, cut_planes, 64)
+LAYOUT(face_record, first_count, 192)
+LAYOUT(face_record, blend_filter, 220)
+LAYOUT_SIZE(face_record, 256)
+
 #define MATERIAL_UNLIT 1u
 #define MATERIAL_DOUBLE_SIDED 2u
 #define MATERIAL_MASK 4u

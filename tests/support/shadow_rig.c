@@ -239,7 +239,7 @@ bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t fir
         .first_linked_elements = first_linked_elements,
     };
     for (int i = 0; i < 2; i++) {
-        desc.scans_on_device = i == 1;
+        desc.scans_on_device = desc.layers_faces = i == 1;
         rig->systems[i] = shadow_system_create(&desc, &err);
         must(rig->systems[i], &err);
     }

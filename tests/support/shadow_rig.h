@@ -52,7 +52,7 @@ struct shadow_rig {
     struct draw_arena *arena;
     struct texture_pool *textures;
     struct shadow_system *shadows;    /* one of these two */
-    struct shadow_system *systems[2]; /* 0: as shipped; 1: scans by shader on every device */
+    struct shadow_system *systems[2]; /* 0: as shipped; 1: as on graphics hardware */
     struct scene_gpu *gpu;            /* of the scene last prepared */
     struct scene_state state;
     const struct pane_scene *panes; /* borrowed while it is asked about */

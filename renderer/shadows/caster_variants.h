@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/* Which program a caster is drawn with: what its material, its light's map and the pass need.
+ * Thread: any. */
+#ifndef VITRAIL_RENDERER_SHADOWS_CASTER_VARIANTS_H
+#define VITRAIL_RENDERER_SHADOWS_CASTER_VARIANTS_H
+
+#include "renderer/shadows/shadow_casters.h"
+
+enum caster_pass {
+    CASTER_DEPTH,         /* opaque casters into the depth layer */
+    CASTER_COUNT,         /* events of transparent casters, counted ... */
+    CASTER_SCATTER,       /* ... and written to their places */
+    CASTER_LINK,          /* transparent casters into linked lists */
+    CASTER_LINK_FAITHFUL, /* all casters into linked lists */
+};
+
+struct caster_view { /* a light's map as a pass draws into it; all required */
+    enum caster_pass pass;
+    bool is_layered; /* all faces in one pass: the vertex stage chooses the layer */
+    const struct shadow_map *map;
+    const struct shadow_scene *scene; /* of it gpu, state and blend_filter */
+};
+
+/* Whether the pass draws this item of the state. */
+bool caster_is_drawn(const struct caster_view *view, uint32_t item);
+
+/* A key names a program; equal needs have equal keys. That of the media around a light is another.
+ */
+uint32_t caster_key(const struct caster_view *view, const struct state_item *item);
+uint32_t caster_around_key(const struct caster_view *view);
+bool caster_key_samples_textures(uint32_t key);
+
+enum { CASTER_DEFINES_BYTES = 192 };
+struct program_desc caster_program(uint32_t key, char defines[CASTER_DEFINES_BYTES]);
+
+/* The programs that drawing these casters takes. */
+void caster_list_programs(const struct caster_view *view, const struct shadow_casters *casters,
+                          const char *pass, bool is_conditional, struct program_list *list);
+
+#endif
