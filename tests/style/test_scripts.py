@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The scripts at the root refuse what they cannot do, and count tests as ctest saw them."""
 
+import os
 import pathlib
 import re
 import shutil
@@ -11,7 +12,12 @@ import unittest
 
 import sources
 
-SCRIPTS = ["run", "check", ".ci/run", "packaging/install-packages"]
+sys.path.insert(0, str(sources.HERE.parent / "drivers"))
+import check_programs
+
+SCRIPTS = ["run", "check", "check-drivers", ".ci/run", "packaging/install-packages",
+           "tests/checks.sh", "tests/drivers/with", "tests/drivers/fetch",
+           "tests/drivers/container"]
 
 REPORT = """<?xml version="1.0"?>
 <testsuite name="x" tests="5">
@@ -51,10 +57,26 @@ class Scripts(unittest.TestCase):
             self.assertNotIn("==", done.stderr, arguments)
 
     def test_help_is_given(self):
-        for script in ("run", "check"):
+        for script in ("run", "check", "check-drivers"):
             done = call(script, "--help")
             self.assertEqual(0, done.returncode)
             self.assertIn("usage:", done.stdout)
+
+    def test_drivers_and_sections_that_nobody_knows_are_refused(self):
+        for script, arguments in (("check-drivers", ["--short", "nonsense"]),
+                                  ("tests/drivers/with", ["nonsense", "true"]),
+                                  ("tests/drivers/fetch", ["nonsense"]),
+                                  ("tests/drivers/container", ["trixie"])):
+            done = call(script, *arguments)
+            self.assertEqual(2, done.returncode, script)
+            self.assertIn("usage:", done.stderr, script)
+
+    def test_what_is_not_here_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = dict(os.environ, VITRAIL_DRIVERS_DIR=folder)
+            done = call("tests/drivers/with", "zink", "true", environment=environment)
+            self.assertEqual(1, done.returncode)
+            self.assertIn("tests/drivers/fetch mesa", done.stderr)
 
     def test_an_unknown_section_of_packages_is_refused(self):
         done = call("packaging/install-packages", "nonsense")
@@ -94,6 +116,30 @@ class Packages(unittest.TestCase):
             self.assertIn(owner, listed, module)
         for name in configs:
             self.assertTrue([package for package in listed if name in package], name)
+
+
+class Programs(unittest.TestCase):
+    SAID = ["device\tsome",
+            "said\tkey0-a\tFS SIMD8 shader: 40 inst, 0 loops, 9 cycles, 1:2 spills:fills, 3 sends",
+            "said\tkey0-a\tVS SIMD8 shader: 22 inst, 0 loops, 9 cycles, 0:0 spills:fills, 1 sends",
+            "linked\t0123456789abcdef-a.vert.glsl\t0123456789abcdef-b.frag.glsl",
+            "said\tkey1-c\tShader Stats: VGPRS: 8 Code Size: 212 LDS: 0 Spilled SGPRs: 4 "
+            "Spilled VGPRs: 5 DivergentLoop: 0 (CS, W64)",
+            "linked\t0123456789abcdeX-c.comp.glsl\t"]
+
+    def test_the_most_of_all_programs_of_a_shader_counts(self):
+        costs, count = check_programs.costs_of(self.SAID)
+        self.assertEqual({"a.vert.glsl": [22, 0], "b.frag.glsl": [40, 3], "c.comp.glsl": [212, 5]},
+                         costs)
+        self.assertEqual(2, count)
+
+    def test_what_grows_over_its_limit_or_has_none_is_a_fault(self):
+        table = check_programs.read_table("# head\nskl a.vert.glsl 22 0\nskl b.frag.glsl 39 2\n")
+        faults = check_programs.faults_of("skl", check_programs.costs_of(self.SAID)[0], table)
+        self.assertEqual(3, len(faults), faults)
+        self.assertIn("size 40, limit 39", faults[0])
+        self.assertIn("3 spills, limit 2", faults[1])
+        self.assertIn("c.comp.glsl: 212, 5 spills: no line", faults[2])
 
 
 class Verdicts(unittest.TestCase):
