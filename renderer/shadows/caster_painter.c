@@ -149,7 +149,7 @@ static void fill_face(const struct paint_job *job, const struct shadow_build *bu
     uint64_t face_texels = (uint64_t)map->resolution * (uint64_t)map->resolution;
     /* counts are one ahead of heads: after the scatter, the place of a count holds the end of its
      * list */
-    uint64_t first = map->heads.first + (is_linked ? 0u : 1u);
+    uint64_t first = map->heads.first - job->desc->first_head + (is_linked ? 0u : 1u);
     if (map->window.row_count) /* modulo 2^32, as the shader adds */
         first -= (uint64_t)map->window.first_row * (uint64_t)map->resolution;
     else
@@ -157,7 +157,7 @@ static void fill_face(const struct paint_job *job, const struct shadow_build *bu
     const struct shadow_range *room = is_linked ? &map->nodes : &map->events;
     *r = (struct face_record){
         .first_count = (uint32_t)first,
-        .event_base = (uint32_t)room->first,
+        .event_base = (uint32_t)(room->first - job->desc->first_event),
         .event_count = (uint32_t)room->count,
         .slot = build->slot,
         .resolution = (uint32_t)map->resolution,

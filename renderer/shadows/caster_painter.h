@@ -46,6 +46,7 @@ struct caster_paint_desc { /* all required */
     size_t build_count;
     const struct shadow_scene *scene;
     struct shadow_store *store;
+    uint64_t first_head, first_event; /* of the pools: element 0 of what is bound; 0: all is */
 };
 
 /* All faces of the maps, or their windows. States all GL state that it needs; storage buffers are

@@ -176,9 +176,25 @@ void shadow_compress_list_programs(const struct shadow_map *map, struct program_
     }
 }
 
+/* The light's own parts of the pools. */
+static void bind_nodes(const struct compress_job *job, struct shadow_range *heads,
+                       struct shadow_range *nodes)
+{
+    const struct shadow_map *map = job->build->map;
+    *heads = *nodes = (struct shadow_range){0};
+    (void)shadow_store_widen(job->store, SHADOW_POOL_HEADS, &map->heads, heads);
+    shadow_store_bind(job->store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_COUNTS);
+    if (!job->is_writing || !map->events.count)
+        return;
+    (void)shadow_store_widen(job->store, SHADOW_POOL_EVENTS, &map->events, nodes);
+    shadow_store_bind(job->store, SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, nodes,
+                      BIND_SHADOW_EVENTS);
+}
+
 static const struct gl_program *use_program(const struct compress_job *job, struct error *err)
 {
     const struct shadow_map *map = job->build->map;
+    struct shadow_range heads, nodes;
     char defines[48];
     const struct program_desc desc = program_of(map, job->is_writing, defines);
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
@@ -192,14 +208,16 @@ static const struct gl_program *use_program(const struct compress_job *job, stru
     /* an eighth of the error goes to the chords of exponentials */
     float error = (float)map->compression, chord = map->has_media ? error / 8 : 0;
     gl_program_use(program);
-    gl_program_set_u(program, "u_first_count", (uint32_t)(map->heads.first + 1 + first));
+    bind_nodes(job, &heads, &nodes);
+    gl_program_set_u(program, "u_first_count",
+                     (uint32_t)(map->heads.first - heads.first + 1 + first));
     gl_program_set_u(
         program, "u_texels",
         (uint32_t)(shadow_map_texels(&job->fine) / (uint64_t)(map->prefilter * map->prefilter)));
     gl_program_set_u(program, "u_resolution", (uint32_t)map->resolution);
     gl_program_set_u(program, "u_source_head", (uint32_t)job->fine.heads.first);
     gl_program_set_u(program, "u_source_base", (uint32_t)job->fine.events.first);
-    gl_program_set_u(program, "u_event_base", (uint32_t)map->events.first);
+    gl_program_set_u(program, "u_event_base", (uint32_t)(map->events.first - nodes.first));
     gl_program_set_f4(program, "u_sigma", sigma);
     bool is_flat = map->frame.shape == SHADOW_ORTHOGRAPHIC, is_mean = map->prefilter > 1;
     gl_program_set_f4(program, "u_together",
@@ -217,11 +235,6 @@ static bool fit_nodes(struct compress_job *job, struct error *err)
                    "shadow.deep.compress");
     bool ok = use_program(job, err) != NULL;
     if (ok) {
-        struct shadow_pool *nodes = &job->store->pools[SHADOW_POOL_EVENTS];
-        gl_buffer_bind_storage(&job->store->pools[SHADOW_POOL_HEADS].streams[0],
-                               BIND_SHADOW_COUNTS);
-        if (job->is_writing)
-            gl_buffer_bind_storage(&nodes->streams[SHADOW_STREAM_EVENT], BIND_SHADOW_EVENTS);
         gl_texture_bind(shadow_store_view(&job->work, SHADOW_POOL_HEADS, 0), UNIT_SHADOW_HEADS);
         gl_texture_bind(shadow_store_view(&job->work, SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT),
                         UNIT_SHADOW_EVENTS);

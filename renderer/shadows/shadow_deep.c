@@ -42,28 +42,56 @@ static bool take_heads(struct shadow_builder *builder, struct shadow_build *buil
     return true;
 }
 
-static bool paint(const struct deep_job *job, enum caster_pass pass, struct error *err)
+static void bind_spans(const struct shadow_store *store, const struct shadow_range *heads,
+                       const struct shadow_range *events)
+{
+    shadow_store_bind(store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_COUNTS);
+    if (!events->count)
+        return;
+    shadow_store_bind(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, events, BIND_SHADOW_EVENTS);
+    if (store->keeps_objects)
+        shadow_store_bind(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, events,
+                          BIND_SHADOW_EVENTS_ID);
+    if (store->keeps_media)
+        shadow_store_bind(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_MEDIUM, events,
+                          BIND_SHADOW_MEDIA);
+}
+
+/* The lights from the first on whose lists a storage block takes together; their number. */
+static size_t paint_some(const struct deep_job *job, struct shadow_build **builds, size_t count,
+                         enum caster_pass pass, struct error *err)
 {
     struct shadow_store *store = job->builder->store;
-    struct shadow_pool *events = &store->pools[SHADOW_POOL_EVENTS];
-    gl_buffer_bind_storage(&store->pools[SHADOW_POOL_HEADS].streams[0], BIND_SHADOW_COUNTS);
-    if (pass == CASTER_SCATTER) {
-        gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_EVENT], BIND_SHADOW_EVENTS);
-        if (store->keeps_objects)
-            gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_OBJECT], BIND_SHADOW_EVENTS_ID);
-        if (store->keeps_media)
-            gl_buffer_bind_storage(&events->streams[SHADOW_STREAM_MEDIUM], BIND_SHADOW_MEDIA);
-    }
-    struct shadow_build **builds = calloc(job->count, sizeof *builds);
+    struct shadow_range heads = {0}, events = {0};
+    size_t some = 0;
+    while (some < count &&
+           shadow_store_widen(store, SHADOW_POOL_HEADS, &builds[some]->map->heads, &heads) &&
+           (pass != CASTER_SCATTER ||
+            shadow_store_widen(store, SHADOW_POOL_EVENTS, &builds[some]->map->events, &events)))
+        some++;
+    bind_spans(store, &heads, &events);
     const struct caster_paint_desc desc = {.pass = pass,
                                            .builds = builds,
-                                           .build_count = job->count,
+                                           .build_count = some,
                                            .scene = job->scene,
-                                           .store = store};
-    for (size_t i = 0; builds && i < job->count; i++)
+                                           .store = store,
+                                           .first_head = heads.first,
+                                           .first_event = events.first};
+    return caster_painter_paint(job->builder->painter, &desc, err) ? some : 0;
+}
+
+static bool paint(const struct deep_job *job, enum caster_pass pass, struct error *err)
+{
+    struct shadow_build **builds = calloc(job->count, sizeof *builds);
+    if (!builds)
+        return error_set(err, ERROR_NO_MEMORY, "%zu lights", job->count);
+    for (size_t i = 0; i < job->count; i++)
         builds[i] = job->slots[i].build;
-    bool ok = builds ? caster_painter_paint(job->builder->painter, &desc, err)
-                     : error_set(err, ERROR_NO_MEMORY, "%zu lights", job->count);
+    bool ok = true;
+    for (size_t i = 0, some; ok && i < job->count; i += some) {
+        some = paint_some(job, builds + i, job->count - i, pass, err);
+        ok = some > 0;
+    }
     free(builds);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     return ok;

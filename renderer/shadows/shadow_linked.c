@@ -86,12 +86,44 @@ static bool take_memory(const struct linked_job *job, struct error *err)
     return gl_buffer_reserve(&builder->statistics, &statistics, false, err);
 }
 
-static void bind_lists(const struct linked_job *job)
+/* What a storage block takes of the lights from the first on; their number, at least one. */
+static size_t bind_lists(const struct linked_job *job, struct shadow_build *const *builds,
+                         size_t count, struct shadow_range *heads, struct shadow_range *nodes)
 {
-    struct shadow_store *store = job->builder->store;
-    gl_buffer_bind_storage(&store->pools[SHADOW_POOL_HEADS].streams[0], BIND_SHADOW_COUNTS);
-    gl_buffer_bind_storage(&store->pools[SHADOW_POOL_NODES].streams[0], BIND_LIST_NODES);
+    const struct shadow_store *store = job->builder->store;
+    size_t some = 0;
+    *heads = *nodes = (struct shadow_range){0};
+    while (some < count &&
+           shadow_store_widen(store, SHADOW_POOL_HEADS, &builds[some]->map->heads, heads) &&
+           shadow_store_widen(store, SHADOW_POOL_NODES, &builds[some]->map->nodes, nodes))
+        some++;
+    shadow_store_bind(store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_COUNTS);
+    if (nodes->count)
+        shadow_store_bind(store, SHADOW_POOL_NODES, 0, nodes, BIND_LIST_NODES);
     gl_buffer_bind_storage(&job->builder->statistics, BIND_STATISTICS);
+    return some;
+}
+
+/* Lights whose lists a storage block takes together, at a time. */
+static bool paint_lists(const struct linked_job *job, struct shadow_build *const *builds,
+                        size_t count, struct error *err)
+{
+    bool ok = true;
+    for (size_t i = 0, some; ok && i < count; i += some) {
+        struct shadow_range heads, nodes;
+        some = bind_lists(job, builds + i, count - i, &heads, &nodes);
+        const struct caster_paint_desc desc = {
+            /* one technique in a frame */
+            .pass = builds[i]->map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK,
+            .builds = builds + i,
+            .build_count = some,
+            .scene = job->scene,
+            .store = job->builder->store,
+            .first_head = heads.first,
+            .first_event = nodes.first};
+        ok = caster_painter_paint(job->builder->painter, &desc, err);
+    }
+    return ok;
 }
 
 static bool fill_lists(const struct linked_job *job, struct error *err)
@@ -100,24 +132,21 @@ static bool fill_lists(const struct linked_job *job, struct error *err)
     struct shadow_builder *builder = job->builder;
     struct shadow_store *store = builder->store;
     struct shadow_build **pending = calloc(job->count, sizeof *pending);
-    struct caster_paint_desc desc = {
-        .pass = CASTER_LINK, .builds = pending, .scene = job->scene, .store = store};
+    size_t pending_count = 0;
     if (!pending)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", job->count);
     begin(job, "shadow.linked");
     gl_buffer_clear_u32(&builder->statistics, 0, job->count * sizeof *job->statistics, 0);
-    bind_lists(job);
     for (size_t i = 0; i < job->count; i++) {
         const struct shadow_map *map = job->builds[i].map;
         if (!is_pending(&job->builds[i]))
             continue;
         gl_buffer_clear_u32(&store->pools[SHADOW_POOL_HEADS].streams[0], map->heads.first * 4,
                             map->heads.count * 4, list_end);
-        desc.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK; /* one in a frame */
         job->builds[i].slot = (uint32_t)i;
-        pending[desc.build_count++] = &job->builds[i];
+        pending[pending_count++] = &job->builds[i];
     }
-    bool ok = caster_painter_paint(builder->painter, &desc, err);
+    bool ok = paint_lists(job, pending, pending_count, err);
     free(pending);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     gpu_timeline_will_wait(builder->timeline);
@@ -190,18 +219,20 @@ static bool walk_lists(const struct linked_job *job, struct walk_statistics *wal
     }
     begin(job, "shadow.linked.walk");
     gl_buffer_clear_u32(&builder->statistics, 0, job->count * sizeof *walks, 0);
-    bind_lists(job);
     for (size_t i = 0; i < job->count; i++) {
         const struct shadow_map *map = job->builds[i].map;
         if (map->kind != SHADOW_LINKED)
             continue;
         const struct gl_program *program = walk[map->is_faithful];
         const uint32_t row = 32768;
+        struct shadow_build *build = &job->builds[i];
+        struct shadow_range heads, nodes;
+        (void)bind_lists(job, &build, 1, &heads, &nodes);
         uint32_t groups = (uint32_t)((shadow_map_texels(map) + 63) / 64);
         gl_program_use(program);
-        gl_program_set_u(program, "u_first", (uint32_t)map->heads.first);
+        gl_program_set_u(program, "u_first", (uint32_t)(map->heads.first - heads.first));
         gl_program_set_u(program, "u_count", (uint32_t)map->heads.count);
-        gl_program_set_u(program, "u_node_base", (uint32_t)map->nodes.first);
+        gl_program_set_u(program, "u_node_base", (uint32_t)(map->nodes.first - nodes.first));
         gl_program_set_u(program, "u_slot", (uint32_t)i);
         glDispatchCompute(groups < row ? groups : row, (groups + row - 1) / row, 1);
     }

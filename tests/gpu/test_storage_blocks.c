@@ -182,6 +182,67 @@ static void outputs_are_written_within_a_block(void **unused)
     pair_finish(&pair);
 }
 
+/* Lights that do not fit together: each has less than a block, and all far more. */
+static void shadows_of_many_lights_are_built_within_a_block(void **unused)
+{
+    (void)unused;
+    enum { LIGHTS = 12 };
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
+                                                   VIEW_SHADOWS_DEEP};
+    struct view_light lights[LIGHTS];
+    for (int i = 0; i < LIGHTS; i++)
+        lights[i] = (struct view_light){.type = SCENE_LIGHT_POINT,
+                                        .position = {0.3 * i - 1.5, 1.5 + 0.1 * i, 0.2},
+                                        .color = {1, 1, 1},
+                                        .intensity = 5};
+    for (int i = 0; i < 3; i++) {
+        struct pair pair;
+        const struct view view = {.width_px = 64,
+                                  .height_px = 48,
+                                  .lights = lights,
+                                  .light_count = LIGHTS,
+                                  .ignore_scene_lights = true,
+                                  .quality = {.shadows = techniques[i],
+                                              .shadow_compression = i == 2 ? 0.01 : 0,
+                                              .shadow_resolution = 96,
+                                              .samples = 1}};
+        take_pair(&view, &pair);
+        const struct image *a = &pair.tight.outputs[VIEW_OUTPUT_COLOR],
+                           *b = &pair.ample.outputs[VIEW_OUTPUT_COLOR];
+        assert_same_bits(a, b);
+        print_message("%llu events\n", (unsigned long long)pair.tight.report.counts.events);
+        assert_true(pair.tight.report.counts.events * 16 > BLOCK_BYTES || i == 2);
+        pair_finish(&pair);
+    }
+}
+
+/* What one light writes is not divided. */
+static void a_light_beyond_a_block_is_warned_of(void **unused)
+{
+    (void)unused;
+    const struct view_light light = {
+        .type = SCENE_LIGHT_POINT, .position = {0, 1.5, 0.2}, .color = {1, 1, 1}, .intensity = 5};
+    for (int is_large = 0; is_large < 2; is_large++) {
+        const struct view view = {.width_px = 64,
+                                  .height_px = 48,
+                                  .lights = &light,
+                                  .light_count = 1,
+                                  .ignore_scene_lights = true,
+                                  .quality = {.shadows = VIEW_SHADOWS_DEEP,
+                                              .shadow_resolution = is_large ? 256 : 64,
+                                              .samples = 1}};
+        struct fixture fixture;
+        struct frame frame;
+        struct error err = {0};
+        fixture_init(&fixture);
+        assert_true(take(&fixture, &view, &frame, &err));
+        assert_int_equal(report_has_warning(&frame.report, "this device promises 1048576"),
+                         is_large);
+        frame_finish(&frame);
+        fixture_finish(&fixture);
+    }
+}
+
 static void linked_light_lists_beyond_a_block_are_refused_by_number(void **unused)
 {
     (void)unused;
@@ -216,6 +277,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(windows_keep_lists_and_points_within_a_block),
         cmocka_unit_test(outputs_are_written_within_a_block),
+        cmocka_unit_test(shadows_of_many_lights_are_built_within_a_block),
+        cmocka_unit_test_setup_teardown(a_light_beyond_a_block_is_warned_of, stand_between,
+                                        step_aside),
         cmocka_unit_test_setup_teardown(linked_light_lists_beyond_a_block_are_refused_by_number,
                                         stand_between, step_aside),
     };
