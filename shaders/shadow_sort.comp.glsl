@@ -17,10 +17,9 @@ layout(binding = UNIT_SHADOW_MEDIA) uniform usamplerBuffer u_media;
 
 #define FAR_AWAY 3.0e38 // pads the list; no event is as deep
 
-// What sorting moves. Runs of events with more streams are sorted by depth and index alone, and
-// then fetched in order: 32 of them would take more registers than any device has.
-#if defined(RUNS) && (defined(IDS) || defined(MEDIA))
-#define KEYED
+// What sorting moves. KEYED: depth and index alone, and the events are fetched in that order; 32 of
+// them take more registers than a device has.
+#ifdef KEYED
 struct sorted {
     float z;
     uint index;

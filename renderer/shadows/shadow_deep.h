@@ -36,7 +36,7 @@ struct shadow_builder { /* what the list builders share */
     /* of a sort; freed after it */
     struct gl_buffer texels, scratch, scratch_objects, scratch_media;
     uint64_t first_elements; /* linked: first guess per light; 0 means one of its own */
-    bool scans_on_host;      /* deep: scan counts in C, where the device is our own cores */
+    bool scans_on_host;      /* deep: the device is our own cores: counts are scanned in C */
 };
 
 void shadow_builder_finish(struct shadow_builder *builder);

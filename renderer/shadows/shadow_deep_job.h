@@ -97,8 +97,8 @@ MUST_CHECK bool deep_sort_reserve(struct deep_job *job, struct error *err);
 MUST_CHECK bool deep_sort(struct deep_job *job, struct error *err);
 
 /* The programs of a scan on the device, and of sorting lists of any length for maps with such
- * flags. Thread: any. */
+ * flags. on_host: as builder->scans_on_host. Thread: any. */
 void deep_scan_list_programs(struct program_list *list);
-void deep_sort_list_programs(uint32_t map_flags, struct program_list *list);
+void deep_sort_list_programs(uint32_t map_flags, bool on_host, struct program_list *list);
 
 #endif

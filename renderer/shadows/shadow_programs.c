@@ -85,7 +85,7 @@ static void list_deep(struct caster_view *view, const struct shadow_casters *cas
         deep_scan_list_programs(list);
     view->pass = CASTER_SCATTER;
     caster_list_programs(view, casters, "shadow.deep.scatter", true, list);
-    deep_sort_list_programs(view->map->flags, list);
+    deep_sort_list_programs(view->map->flags, scans_on_host, list);
 }
 
 /* The exact lists are those of a map of their own. */

@@ -47,11 +47,12 @@ static int levels_of(int class_)
     return class_ < LONG_CLASS ? 1 : class_ - LONG_CLASS + 1;
 }
 
-/* The first class of lists that go through scratch memory. With more streams a run of 32 is sorted
- * by keys and then fetched in order, which is not possible in place. */
-static int first_long(uint32_t map_flags)
+/* The first class of lists that go through scratch memory. A run of 32 is sorted by keys and then
+ * fetched in order, which is not possible in place. Our own cores have no registers to save: there
+ * a list of one run takes half as long again by way of scratch memory. */
+static int first_long(bool on_host)
 {
-    return map_flags & (SHADOW_FLAG_RAW | SHADOW_FLAG_MEDIA) ? LONG_CLASS - 1 : LONG_CLASS;
+    return on_host ? LONG_CLASS : LONG_CLASS - 1;
 }
 
 static uint32_t flags_of(const struct deep_job *job, size_t slot)
@@ -68,7 +69,7 @@ static bool find_span(const struct deep_job *job, const struct deep_group *group
     if (first == end)
         return false;
     span->flags = flags_of(job, first);
-    span->class_ = (uint32_t)first_long(span->flags);
+    span->class_ = (uint32_t)first_long(job->builder->scans_on_host);
     for (size_t i = first; i < end && flags_of(job, i) == span->flags; i++) {
         if (!shadow_store_widen(job->builder->store, SHADOW_POOL_EVENTS,
                                 &job->slots[i].build->map->events, &span->events))
@@ -169,7 +170,13 @@ bool deep_sort_reserve(struct deep_job *job, struct error *err)
 /* Lists up to a run by their class, runs of longer ones, and their merging. */
 static const char sort_file[] = "shadow_sort.comp.glsl", merge_file[] = "shadow_merge.comp.glsl";
 static const char *const nets[LONG_CLASS] = {"NET=2", "NET=4", "NET=8", "NET=16", "NET=32"};
-static const char runs[] = "NET=32 RUNS", merge_on[] = "SCRATCH", merge_last[] = "SCRATCH LAST";
+static const char runs_whole[] = "NET=32 RUNS", runs_by_key[] = "NET=32 RUNS KEYED";
+static const char merge_on[] = "SCRATCH", merge_last[] = "SCRATCH LAST";
+
+static const char *runs_of(bool on_host)
+{
+    return on_host ? runs_whole : runs_by_key;
+}
 
 static struct program_desc program_of(uint32_t map_flags, const char *file, const char *variant,
                                       char defines[64])
@@ -187,11 +194,11 @@ static void list_program(uint32_t map_flags, const char *file, const char *varia
     program_list_add(list, "shadow.deep.sort", &desc, true);
 }
 
-void deep_sort_list_programs(uint32_t map_flags, struct program_list *list)
+void deep_sort_list_programs(uint32_t map_flags, bool on_host, struct program_list *list)
 {
-    for (int i = 0; i < first_long(map_flags); i++)
+    for (int i = 0; i < first_long(on_host); i++)
         list_program(map_flags, sort_file, nets[i], list);
-    list_program(map_flags, sort_file, runs, list);
+    list_program(map_flags, sort_file, runs_of(on_host), list);
     list_program(map_flags, merge_file, merge_last, list);
     list_program(map_flags, merge_file, merge_on, list);
 }
@@ -237,7 +244,9 @@ static bool merge_piece(const struct deep_job *job, const struct sort_span *span
                         const struct sort_piece *piece, int step, struct error *err)
 {
     int levels = levels_of(piece->class_);
-    const char *variant = step == 0 ? runs : step == levels ? merge_last : merge_on;
+    const char *variant = step == 0        ? runs_of(job->builder->scans_on_host)
+                          : step == levels ? merge_last
+                                           : merge_on;
     const struct gl_program *program =
         use_program(job, span, step ? merge_file : sort_file, variant, piece->class_, err);
     if (!program)
@@ -312,7 +321,7 @@ static bool sort_span(const struct deep_job *job, struct sort_span *span, struct
 {
     struct sort_batch batch;
     bind_streams(job, span);
-    for (int c = 0; c < first_long(span->flags); c++)
+    for (int c = 0; c < first_long(job->builder->scans_on_host); c++)
         if (!sort_short(job, span, c, err))
             return false;
     while (next_batch(job, span, &batch))
