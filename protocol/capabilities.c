@@ -175,6 +175,8 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put_bool(&writer, "post_depth_coverage", device->has_post_depth_coverage);
     json_put_bool(&writer, "program_binaries", device->has_program_binaries);
     json_put_bool(&writer, "robust", device->is_robust);
+    json_put_text(&writer, "wide_floats", device->wide_floats);
+    json_put(&writer, "pairs_over_f64", json_real(device->pairs_over_f64));
     json_put(&writer, "auto", write_auto(&device->automatic));
     json_put(&writer, "texture_blocks", write_blocks(&device->blocks));
     return json_writer_take(&writer);
@@ -225,12 +227,16 @@ bool device_capabilities_from_json(json_t *json, struct device_capabilities *dev
     struct json_node robust = json_member(&root, "robust");
     struct json_node compression = json_member(&root, "texture_compression");
     struct json_node software = json_member(&root, "software");
+    struct json_node wide = json_member(&root, "wide_floats");
+    struct json_node ratio = json_member(&root, "pairs_over_f64");
     return read_texts(&root, device) && read_numbers(&root, device) && read_lines(&root, device) &&
            json_read_bool(&software, &device->is_software) &&
            json_read_bool(&timers, &device->has_true_timers) &&
            json_read_bool(&coverage, &device->has_post_depth_coverage) &&
            json_read_bool(&binaries, &device->has_program_binaries) &&
            json_read_bool(&compression, &device->compresses_textures) &&
+           json_read_text(&wide, device->wide_floats, sizeof device->wide_floats) &&
+           json_read_number(&ratio, 0, INFINITY, &device->pairs_over_f64) &&
            json_read_bool(&robust, &device->is_robust) && read_auto(&root, &device->automatic) &&
            read_blocks(&root, &device->blocks);
 }

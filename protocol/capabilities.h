@@ -61,6 +61,8 @@ struct device_capabilities {
     bool compresses_textures; /* asked to, and able to, beyond their budget */
     bool has_true_timers, has_post_depth_coverage, is_robust;
     bool has_program_binaries; /* the driver gives compiled programs, to be kept */
+    char wide_floats[16];      /* how layers are added up: "f64", "pairs", "pairs-split" */
+    double pairs_over_f64;     /* time of pairs to that of f64; 0: not measured */
     struct device_auto automatic;
     struct device_blocks blocks;
 };

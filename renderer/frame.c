@@ -193,6 +193,8 @@ bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
     const struct frame_programs_desc desc = programs_of(renderer, &opened, opened.plan);
     if (!frame_programs_list(&desc, list, err))
         return false;
+    snprintf(list->device_defines, sizeof list->device_defines, "%s",
+             program_cache_device_defines(renderer->programs));
     for (size_t i = 0; i < list->count; i++) {
         const struct program_desc program = program_list_desc(&list->items[i]);
         list->items[i].place = program_cache_find(renderer->programs, &program);

@@ -134,6 +134,7 @@ static bool test_scene(const struct renderer *renderer, const struct renderer_de
         .scenes = &tested->own_scenes,
         .is_strict = renderer->is_strict,
         .loop_end = renderer->loop_end,
+        .wide_floats = renderer->wide_floats,
     };
     bool ok = create_parts(tested, desc, selftest_budget_bytes, err) && scene_selftest(tested, err);
     renderer_destroy(tested->other);
@@ -150,6 +151,26 @@ static uint64_t choose_budget(struct renderer *renderer, const struct renderer_d
         return desc->gpu_budget_bytes;
     gl_memory_read(gl_context_limits(renderer->context)->is_software, &memory);
     return gl_memory_budget(&memory, &renderer->budget_source);
+}
+
+/* How layers are added up, and how a pixel's samples walk them. */
+static bool choose_arithmetic(struct renderer *renderer, const struct renderer_desc *desc,
+                              struct error *err)
+{
+    char defines[DEVICE_DEFINES_BYTES];
+    const struct gl_limits *limits = gl_context_limits(renderer->context);
+    bool in_turn = shade_takes_samples_in_turn(limits);
+    const struct wide_floats_desc wide = {.programs = renderer->programs,
+                                          .asked = desc->wide_floats,
+                                          .is_software =
+                                              limits->is_software || desc->poses_as_hardware};
+    if (!wide_floats_choose(&wide, &renderer->wide_floats, err))
+        return false;
+    const char *form = wide_floats_defines(renderer->wide_floats.form);
+    snprintf(defines, sizeof defines, "%s%s%s", form, *form && in_turn ? " " : "",
+             in_turn ? "SAMPLES_IN_TURN" : "");
+    program_cache_set_device_defines(renderer->programs, defines);
+    return true;
 }
 
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
@@ -174,7 +195,8 @@ struct renderer *renderer_create(const struct renderer_desc *desc, struct error 
     if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
         goto fail;
     keep_programs(renderer, desc);
-    if (!loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err) ||
+    if (!choose_arithmetic(renderer, desc, err) ||
+        !loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err) ||
         !test_scene(renderer, desc, err) ||
         !create_parts(renderer, desc, choose_budget(renderer, desc), err))
         goto fail;
@@ -209,6 +231,7 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .is_strict = renderer->is_strict,
         .redraws_surfaces = renderer->redraws_surfaces,
         .loop_end = renderer->loop_end,
+        .wide_floats = renderer->wide_floats,
         .shade.loop_steps = renderer->shade.loop_steps,
     };
     if (create_own(beside, err))
@@ -278,6 +301,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .has_post_depth_coverage = limits->has_post_depth_coverage,
         .is_robust = limits->is_robust,
         .is_software = limits->is_software,
+        .wide_floats = renderer->wide_floats,
         .loop_end = renderer->loop_end,
         .budget_bytes = renderer->budget_bytes,
         .budget_source = renderer->budget_source,

@@ -8,6 +8,7 @@
 #include "protocol/error.h"
 #include "renderer/frame_report.h"
 #include "renderer/gl/program_list.h"
+#include "renderer/gl/wide_floats.h"
 #include "renderer/pick.h"
 #include "renderer/image/image.h"
 #include "renderer/interlude.h"
@@ -40,9 +41,10 @@ struct renderer_desc {
                             others may interrupt; 0 means BAND_FIRST (renderer/shading/bands.h) */
     bool defers_frames;  /* tests: what renderer_submit may leave under way is never there before it
                             is waited for, as on the slowest device */
-    bool poses_as_hardware; /* tests: a software rasteriser goes the ways of other devices */
-    bool hides_coverage;    /* tests: as on a device without GL_ARB_post_depth_coverage */
-    bool is_strict;         /* tests: a GL error or undefined-behaviour message aborts */
+    bool poses_as_hardware;       /* tests: a software rasteriser goes the ways of other devices */
+    bool hides_coverage;          /* tests: as on a device without GL_ARB_post_depth_coverage */
+    enum wide_floats wide_floats; /* tests: how layers are added up; 0 means as is quicker here */
+    bool is_strict;               /* tests: a GL error or undefined-behaviour message aborts */
 };
 
 enum { RENDERER_DEVICES_TOLD = 8, RENDERER_TEXT_BYTES = 240 };
@@ -62,6 +64,7 @@ struct renderer_info {
     bool is_robust;           /* context reports resets */
     bool compresses_textures; /* asked to, at whatever level, and able to */
     bool is_software;         /* the rasteriser runs on our own processors */
+    struct wide_floats_choice wide_floats;
     uint32_t loop_end; /* steps after which the device ends loops (renderer/gl/loop_probe.h); 0:
                           never */
     uint64_t programs_built, programs_reused;    /* since the start: compiled, and found compiled */

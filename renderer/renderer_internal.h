@@ -84,7 +84,8 @@ struct renderer {
     struct budget_use use;
     struct auto_settings automatic;
     bool is_strict, redraws_surfaces;
-    uint32_t loop_end;                   /* loop_probe_run */
+    uint32_t loop_end; /* loop_probe_run */
+    struct wide_floats_choice wide_floats;
     const struct interlude *interlude;   /* borrowed; NULL: frames are made in one piece */
     bool is_paused;                      /* its frame is: others go to `other` */
     struct frame_flight flight;          /* not of one beside */

@@ -37,11 +37,12 @@ static bool make_plan(const struct explain_desc *desc, struct explanation *made,
 
 /* ---- sources ---- */
 
-static bool write_program(const struct listed_program *program, FILE *out, struct error *err)
+static bool write_program(const struct listed_program *program, const char *device_defines,
+                          FILE *out, struct error *err)
 {
     const struct program_desc desc = program_list_desc(program);
     struct program_source source;
-    if (!program_source_init(&source, &desc, err))
+    if (!program_source_init(&source, &desc, device_defines, err))
         return false;
     for (int i = 0; i < PROGRAM_STAGES; i++) {
         char name[PROGRAM_FILE_NAME_BYTES];
@@ -67,7 +68,7 @@ static char *write_sources(const struct explanation *made, size_t *length, struc
         bool is_first = true;
         for (size_t k = 0; k < i; k++)
             is_first = is_first && !program_list_is_same(&made->list.items[k], program);
-        is_good = !is_first || write_program(program, out, err);
+        is_good = !is_first || write_program(program, made->list.device_defines, out, err);
     }
     is_good = is_good && !ferror(out);
     if (out && fclose(out) == 0 && is_good)

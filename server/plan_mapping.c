@@ -54,7 +54,7 @@ void plan_document_from_plan(const struct render_request *request, const struct 
     }
 }
 
-static bool fill_program(const struct listed_program *from, int pass,
+static bool fill_program(const struct listed_program *from, const char *device_defines, int pass,
                          struct plan_document_program *to, struct error *err)
 {
     static const enum plan_document_place places[] = {[PROGRAM_ABSENT] = PLAN_DOCUMENT_ABSENT,
@@ -63,7 +63,7 @@ static bool fill_program(const struct listed_program *from, int pass,
     const struct program_desc desc = program_list_desc(from);
     struct program_source source;
     int count = 0;
-    if (!program_source_init(&source, &desc, err))
+    if (!program_source_init(&source, &desc, device_defines, err))
         return false;
     *to = (struct plan_document_program){
         .pass = pass, .place = places[from->place], .is_conditional = from->is_conditional};
@@ -90,7 +90,8 @@ struct plan_document_program *plan_programs_from_list(const struct plan *plan,
         for (size_t i = 0; i < list->count; i++) {
             if (strcmp(plan->passes[pass].pass, list->items[i].pass) != 0)
                 continue;
-            if (!fill_program(&list->items[i], pass, &programs[*count], err)) {
+            if (!fill_program(&list->items[i], list->device_defines, pass, &programs[*count],
+                              err)) {
                 free(programs);
                 return NULL;
             }

@@ -302,7 +302,10 @@ void device_capabilities_from_info(const struct renderer_info *info,
         .has_program_binaries = info->program_formats > 0,
         .is_robust = info->is_robust,
         .is_software = info->is_software,
+        .pairs_over_f64 = info->wide_floats.pairs_over_f64,
     };
+    utf8_copy(device->wide_floats, sizeof device->wide_floats,
+              wide_floats_name(info->wide_floats.form));
     utf8_copy(device->vendor, sizeof device->vendor, info->vendor);
     utf8_copy(device->renderer, sizeof device->renderer, info->renderer);
     utf8_copy(device->version, sizeof device->version, info->version);

@@ -7,6 +7,7 @@
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
+#include "wide.glsl"
 #include "material.glsl"
 #include "surface.glsl"
 #include "view_ray.glsl"
@@ -27,7 +28,8 @@ uniform uint u_keys_offset;
 #include "light_list.glsl"
 #endif
 #if defined AT_TRANSMITTANCE && defined HAS_TRANSPARENT
-#include "filter_word.glsl"
+#include "filter_unpack.glsl"
+#define WALKS 1 // the first sample alone
 #include "media.glsl"
 layout(std430, binding = BIND_FRAGMENT_COLORS) readonly buffer color_buffer { vec4 colors[]; };
 #endif
@@ -54,12 +56,10 @@ bool is_shown(uvec4 key)
 // As shade_pixels.comp.glsl composites them.
 vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
 {
-    dvec3 product = dvec3(1.0LF);
+    wide3 share = share_all();
     vec3 through = vec3(1.0);
 #ifdef HAS_MEDIA
-    float depth[SAMPLES];
-    for (int i = 0; i < SAMPLES; i++)
-        depth[i] = texelFetch(u_depth_map, pixel, i).x;
+    float depth[WALKS] = float[](texelFetch(u_depth_map, pixel, 0).x);
     media_begin_list(pixel, depth, first, end);
 #endif
     for (uint k = first; k < end; k++) {
@@ -73,13 +73,13 @@ vec3 transmittance_of_list(ivec2 pixel, uint first, uint end)
         if ((key.w & FRAGMENT_HIDDEN) != 0u)
             continue;
 #endif
-        product *= filter_unpack(colors[2u * key.z + 1u].rgb);
+        share = share_filter(share, filter_unpack(colors[2u * key.z + 1u].rgb));
     }
 #ifdef HAS_MEDIA
     media_end(0, depth[0]);
     through = media_transmittance(0);
 #endif
-    return vec3(product) * through;
+    return share_round(share) * through;
 }
 #endif
 #endif

@@ -7,9 +7,3 @@ vec3 filter_pack(vec3 t, vec3 opacity)
     bvec3 is_dark = bvec3(uvec3(lessThan(t, vec3(0.5))) & uvec3(greaterThan(t, vec3(0.0))));
     return mix(opacity, -t, is_dark);
 }
-
-dvec3 filter_unpack(vec3 word)
-{
-    dvec3 w = dvec3(word);
-    return mix(1.0LF - w, -w, lessThan(word, vec3(0.0)));
-}

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Media along the ray of each sample of a pixel (docs/shading.md, section 2): the running sum of
 // extinctions, and the optical depth up to the point reached.
-// Needs, where HAS_MEDIA: SAMPLES, view_ray.glsl, u_sample_positions, keys and u_keys_offset of the
-// camera's lists; CUT_PLANES (count) where the view has clip planes, MEDIA_SURROUND where the eye
-// may be inside.
+// Needs, where HAS_MEDIA: SAMPLES, WALKS (how many samples walk the list together: all or 1),
+// wide.glsl, view_ray.glsl, u_sample_positions, keys and u_keys_offset of the camera's lists;
+// CUT_PLANES (count) where the view has clip planes, MEDIA_SURROUND where the eye may be inside.
 // An event's depth is that of its plane at the sample, so that steep planes lose nothing to
 // antialiasing.
 #ifdef HAS_MEDIA
@@ -17,19 +17,20 @@ layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer media_s2_buffe
 uniform vec4 u_clip_planes[CUT_PLANES]; // view space
 #endif
 
-// What is done for each layer and sample is written out: loops of so long a body stay loops, and
+// What is done for each layer and walk is written out: loops of so long a body stay loops, and
 // their steps, times the layers, would exceed those of an invocation (docs/performance.md).
-#if SAMPLES == 4
-#define EACH_SAMPLE(DO) DO(0) DO(1) DO(2) DO(3)
+#if WALKS == 4
+#define EACH_WALK(DO) DO(0) DO(1) DO(2) DO(3)
 #else
-#define EACH_SAMPLE(DO) DO(0)
+#define EACH_WALK(DO) DO(0)
 #endif
 
-dvec3 media_sigma[SAMPLES];  // of all media around the point reached [1/m]; fp64: they cancel
-dvec3 media_tau[SAMPLES];    // optical depth from the eye
-float media_at[SAMPLES];     // view depth reached [m]
-vec2 media_ends[SAMPLES];    // view depths between which the ray is seen
-float media_scale[SAMPLES];  // metres along the ray per metre of view depth
+int media_first = 0;       // sample of the first walk
+wide3 media_sigma[WALKS];  // of all media around the point reached [1/m]; wide: they cancel
+wide3 media_tau[WALKS];    // optical depth from the eye
+float media_at[WALKS];     // view depth reached [m]
+vec2 media_ends[WALKS];    // view depths between which the ray is seen
+float media_scale[WALKS];  // metres along the ray per metre of view depth
 
 struct medium_event {
     bool is_medium;
@@ -76,11 +77,11 @@ vec2 media_range(vec2 plane, vec2 range)
     return vec2(range.x, max(range.x, range.y));
 }
 
-// depth: stored opaque depth of each sample, 0 where there is none.
-void media_begin(ivec2 pixel, float depth[SAMPLES])
+// depth: stored opaque depth of each walk's sample, 0 where there is none.
+void media_begin(ivec2 pixel, float depth[WALKS])
 {
-    for (int i = 0; i < SAMPLES; i++) {
-        vec2 plane = view_plane(vec2(pixel) + u_sample_positions[i]);
+    for (int i = 0; i < WALKS; i++) {
+        vec2 plane = view_plane(vec2(pixel) + u_sample_positions[media_first + i]);
 #ifdef IS_ORTHOGRAPHIC
         media_scale[i] = 1.0;
         vec2 range = vec2(u_depth.y - u_depth.z, u_depth.y);
@@ -93,21 +94,21 @@ void media_begin(ivec2 pixel, float depth[SAMPLES])
             range.y = min(range.y, max(view_depth(depth[i]), range.x));
         media_at[i] = range.x;
         media_ends[i] = range;
-        media_sigma[i] = dvec3(0.0LF);
-        media_tau[i] = dvec3(0.0LF);
+        media_sigma[i] = wide_of(vec3(0.0));
+        media_tau[i] = wide_of(vec3(0.0));
     }
 }
 
 // At infinity no medium is left, so what surrounds the eye is what the whole ray leaves in excess.
 void media_surround(medium_event e, uint coverage)
 {
-#define SURROUND(i) if (e.is_medium && (coverage & 1u << i) != 0u) \
-    media_sigma[i] -= dvec3(e.side * e.sigma);
-    EACH_SAMPLE(SURROUND)
+#define SURROUND(i) if (e.is_medium && (coverage & 1u << (media_first + i)) != 0u) \
+    media_sigma[i] = wide_add(media_sigma[i], -e.side * e.sigma);
+    EACH_WALK(SURROUND)
 }
 
 // The media of a pixel's list, from its eye on: media_begin, and what surrounds the eye.
-void media_begin_list(ivec2 pixel, float depth[SAMPLES], uint first, uint end)
+void media_begin_list(ivec2 pixel, float depth[WALKS], uint first, uint end)
 {
     media_begin(pixel, depth);
 #ifdef MEDIA_SURROUND
@@ -124,25 +125,26 @@ void media_begin_list(ivec2 pixel, float depth[SAMPLES], uint first, uint end)
 void media_advance(int i, float view_z)
 {
     float to = clamp(view_z, media_ends[i].x, media_ends[i].y);
-    double way = double(to - media_at[i]) * double(media_scale[i]);
+    wide way = wide_product(to - media_at[i], media_scale[i]);
 #if SAMPLES > 1
-    media_tau[i] += media_sigma[i] * way;
+    wide3 sigma = media_sigma[i];
 #else
-    media_tau[i] += max(media_sigma[i], dvec3(0.0LF)) * way;
+    wide3 sigma = wide_positive(media_sigma[i]);
 #endif
+    media_tau[i] = depth_add(media_tau[i], sigma, way);
     media_at[i] = to;
 }
 
 void media_meet(int i, medium_event e)
 {
-    vec2 offset = u_sample_positions[i] - 0.5;
+    vec2 offset = u_sample_positions[media_first + i] - 0.5;
     media_advance(i, view_depth(max(e.depth + dot(e.slope, offset), 0.0)));
 }
 
 void media_cross(int i, medium_event e)
 {
     if (e.is_medium)
-        media_sigma[i] += dvec3(e.side * e.sigma);
+        media_sigma[i] = wide_add(media_sigma[i], e.side * e.sigma);
 }
 
 // Behind the last event: to the opaque surface; else nothing is left around a perspective ray.
@@ -156,6 +158,6 @@ void media_end(int i, float depth)
 
 vec3 media_transmittance(int i)
 {
-    return exp(-max(vec3(media_tau[i]), 0.0));
+    return exp(-max(wide_round(media_tau[i]), 0.0));
 }
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Steps of the self-test that need compute: many work groups, barriers, fp64, buffer textures,
+// Steps of the self-test that need compute: many work groups, barriers, buffer textures,
 // visibility between dispatches, and samples against coverage masks.
 #include "selftest.glsl"
 
@@ -17,12 +17,6 @@ void write_values(uint i)
         values[i] = i % 97u;
     if (i != 0u)
         return;
-    double p = 1.0LF;
-    for (int k = 0; k < 100; k++)
-        p *= 0.999LF;
-    uvec2 bits = unpackDouble2x32(p);
-    product[0] = bits.x;
-    product[1] = bits.y;
     vec3 s = texelFetch(u_texels, 0).xyz + texelFetch(u_texels, 1).xyz;
     texels = floatBitsToUint(s.x + 10.0 * s.y + 100.0 * s.z);
 }

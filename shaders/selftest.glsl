@@ -8,7 +8,6 @@ layout(std430, binding = BIND_STATISTICS) buffer selftest_results {
     uint sum;          // of all values, read back to front by a second dispatch
     uint mask_errors;  // pixels whose coverage mask disagrees with their samples
     uint partly;       // pixels with some samples of either triangle
-    uint product[2];   // fp64
     uint texels;       // f32: sum over an RGB32F buffer texture
     uint pad;
     uint masks[];      // gl_SampleMaskIn of the last fragment per pixel

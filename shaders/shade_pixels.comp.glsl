@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
-// Needs: SAMPLES (1 or 4), HAS_TRANSPARENT, IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of
-// lighting.glsl and media.glsl.
+// Needs: SAMPLES (1 or 4), SAMPLES_IN_TURN (below), HAS_TRANSPARENT, IS_ORTHOGRAPHIC,
+// HAS_TRACED_SHADOWS, those of lighting.glsl and media.glsl.
+#include "wide.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
 #ifdef HAS_TRANSPARENT
-#include "filter_word.glsl"
+#include "filter_unpack.glsl"
 #endif
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "gbuffer.glsl"
@@ -30,6 +31,14 @@ uniform uint u_traced_first; // points of list entries come before
 uint traced_point = 0u;      // of the next surface that is shaded
 #endif
 #include "sample_groups.glsl"
+// A walk follows a sample through the pixel's list. In turn they take a quarter of the registers,
+// and read the list once each; together they take a quarter of the steps of loops, of which
+// llvmpipe has few (renderer/shading/loop_steps.h).
+#ifdef SAMPLES_IN_TURN
+#define WALKS 1
+#else
+#define WALKS SAMPLES
+#endif
 #include "media.glsl"
 
 vec3 light_before(ivec2 pixel, int i)
@@ -55,20 +64,31 @@ vec4 shade_sample(ivec2 pixel, int i, float depth, vec2 offset)
     return vec4(lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z, before), 1.0);
 }
 
+// What each sample shows behind the layers. SAMPLES_IN_TURN: in memory of the group, since lighting
+// needs the registers.
+#ifdef SAMPLES_IN_TURN
+shared vec4 opaque_colors[SAMPLES][64];
+#define OPAQUE_COLOR(i) opaque_colors[i][gl_LocalInvocationIndex]
+#else
+vec4 opaque_colors[SAMPLES];
+#define OPAQUE_COLOR(i) opaque_colors[i]
+#endif
+
 #if SAMPLES == 1
-void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
+void shade_opaque(ivec2 pixel)
 {
     float depth = texelFetch(u_depth_map, pixel, 0).x;
-    color[0] = u_background;
+    vec4 shaded = u_background;
     if (depth > 0.0)
-        color[0] = shade_sample(pixel, 0, depth, u_sample_positions[0]);
+        shaded = shade_sample(pixel, 0, depth, u_sample_positions[0]);
+    OPAQUE_COLOR(0) = shaded;
 }
 #else
 // Each distinct surface among the samples is shaded once, in the middle of them.
-void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
+void shade_opaque(ivec2 pixel)
 {
     for (int j = 0; j < SAMPLES; j++)
-        color[j] = vec4(0.0);
+        OPAQUE_COLOR(j) = vec4(0.0);
     uint remaining = (1u << SAMPLES) - 1u;
     while (remaining != 0u) {
         sample_group g = group_next(pixel, remaining);
@@ -77,93 +97,101 @@ void shade_opaque(ivec2 pixel, out vec4 color[SAMPLES])
             shaded = shade_sample(pixel, g.first, g.middle.z, g.middle.xy);
         for (int j = 0; j < SAMPLES; j++)
             if ((g.members & 1u << j) != 0u)
-                color[j] = shaded;
+                OPAQUE_COLOR(j) = shaded;
         remaining &= ~g.members;
     }
 }
 #endif
 
+#ifdef HAS_TRANSPARENT
+// Of each walk: what its layers send, and what they let through of what is behind them. Both are
+// wide: no layer is lost among ten thousand, and products do not depend on their order.
 #ifdef HAS_MEDIA
-// The same with the media between the layers.
-void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES],
-                    out vec3 through[SAMPLES])
+// With the media between the layers.
+void composite_list(ivec2 pixel, int first_sample, uint first, uint end, out vec3 radiance[WALKS],
+                    out vec3 through[WALKS])
 {
-    float depth[SAMPLES];
-    dvec3 product[SAMPLES], sum[SAMPLES];
-    for (int i = 0; i < SAMPLES; i++) {
-        depth[i] = texelFetch(u_depth_map, pixel, i).x;
-        sum[i] = dvec3(0.0LF);
-        product[i] = dvec3(1.0LF);
+    float depth[WALKS];
+    wide3 light[WALKS], share[WALKS];
+    for (int i = 0; i < WALKS; i++) {
+        depth[i] = texelFetch(u_depth_map, pixel, first_sample + i).x;
+        light[i] = wide_of(vec3(0.0));
+        share[i] = share_all();
     }
+    media_first = first_sample;
     media_begin_list(pixel, depth, first, end);
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
         vec4 word = colors[2u * key.z + 1u];
         vec3 layer = colors[2u * key.z].rgb * word.a;
-        dvec3 filter_ = filter_unpack(word.rgb);
+        wide3 filter_ = filter_unpack(word.rgb);
         medium_event e = media_event(key.z, uintBitsToFloat(key.x));
         bool is_seen = (key.w & FRAGMENT_HIDDEN) == 0u;
-#define CROSS(i) if ((key.w & 1u << i) != 0u) { \
+#define CROSS(i) if ((key.w & 1u << (first_sample + i)) != 0u) { \
             media_meet(i, e); \
             media_cross(i, e); \
             if (is_seen) { \
-                sum[i] += product[i] * dvec3(media_transmittance(i) * layer); \
-                product[i] *= filter_; \
+                vec3 arriving = media_transmittance(i) * layer; \
+                light[i] = light_add(light[i], share[i], arriving); \
+                share[i] = share_filter(share[i], filter_); \
             } \
         }
-        EACH_SAMPLE(CROSS)
+        EACH_WALK(CROSS)
     }
-    for (int i = 0; i < SAMPLES; i++) {
+    for (int i = 0; i < WALKS; i++) {
         media_end(i, depth[i]);
-        through[i] = vec3(product[i]) * media_transmittance(i);
-        radiance[i] = vec3(sum[i]);
+        through[i] = share_round(share[i]) * media_transmittance(i);
+        radiance[i] = wide_round(light[i]);
     }
 }
-#elif defined HAS_TRANSPARENT
-void composite_list(ivec2 pixel, uint first, uint end, out vec3 radiance[SAMPLES],
-                    out vec3 through[SAMPLES])
+#else
+void composite_list(ivec2 pixel, int first_sample, uint first, uint end, out vec3 radiance[WALKS],
+                    out vec3 through[WALKS])
 {
-    // fp64: no layer is lost among ten thousand, and products do not depend on their order
-    dvec3 product[SAMPLES], sum[SAMPLES];
-    for (int i = 0; i < SAMPLES; i++) {
-        sum[i] = dvec3(0.0LF);
-        product[i] = dvec3(1.0LF);
+    wide3 light[WALKS], share[WALKS];
+    for (int i = 0; i < WALKS; i++) {
+        light[i] = wide_of(vec3(0.0));
+        share[i] = share_all();
     }
     for (uint k = first; k < end; k++) {
         uvec4 key = keys[u_keys_offset + k];
         vec4 word = colors[2u * key.z + 1u];
         vec3 layer = colors[2u * key.z].rgb * word.a;
-        dvec3 filter_ = filter_unpack(word.rgb);
-        for (int i = 0; i < SAMPLES; i++) {
-            if ((key.w & 1u << i) == 0u)
+        wide3 filter_ = filter_unpack(word.rgb);
+        for (int i = 0; i < WALKS; i++) {
+            if ((key.w & 1u << (first_sample + i)) == 0u)
                 continue;
-            sum[i] += product[i] * dvec3(layer);
-            product[i] *= filter_;
+            light[i] = light_add(light[i], share[i], layer);
+            share[i] = share_filter(share[i], filter_);
         }
     }
-    for (int i = 0; i < SAMPLES; i++) {
-        radiance[i] = vec3(sum[i]);
-        through[i] = vec3(product[i]);
+    for (int i = 0; i < WALKS; i++) {
+        radiance[i] = wide_round(light[i]);
+        through[i] = share_round(share[i]);
     }
 }
 #endif
+#endif
 
-vec4 composite(ivec2 pixel, vec4 color[SAMPLES])
+vec4 composite(ivec2 pixel)
 {
     vec4 sum = vec4(0.0);
 #ifdef HAS_TRANSPARENT
     uint index = uint(pixel.y) * u_size_px.x + uint(pixel.x);
     uint first = index == 0u ? 0u : ends[index - 1u], end = min(ends[index], u_list_room);
-    vec3 radiance[SAMPLES], through[SAMPLES];
-    composite_list(pixel, first, end, radiance, through);
-    for (int i = 0; i < SAMPLES; i++) {
-        vec3 t = through[i];
-        float alpha = 1.0 - (1.0 - color[i].a) * (t.r + t.g + t.b) / 3.0;
-        sum += vec4(radiance[i] + t * color[i].rgb, alpha);
+    for (int sample_ = 0; sample_ < SAMPLES; sample_ += WALKS) {
+        vec3 radiance[WALKS], through[WALKS];
+        composite_list(pixel, sample_, first, end, radiance, through);
+        for (int i = 0; i < WALKS; i++) {
+            vec3 t = through[i];
+            vec4 behind = OPAQUE_COLOR(sample_ + i);
+            float alpha = 1.0 - (1.0 - behind.a) * (t.r + t.g + t.b) / 3.0;
+            sum += vec4(radiance[i] + t * behind.rgb, alpha);
+        }
     }
 #else
     for (int i = 0; i < SAMPLES; i++)
-        sum += color[i];
+        sum += OPAQUE_COLOR(i);
 #endif
     return sum / float(SAMPLES);
 }
@@ -178,16 +206,15 @@ void main()
     uint head = texelFetch(u_traced_heads, int(pixel.y * int(u_size_px.x) + pixel.x)).x;
     traced_point = u_traced_first + (head >> 3);
 #endif
-    vec4 color[SAMPLES];
-    shade_opaque(pixel, color);
+    shade_opaque(pixel);
 #ifdef HAS_LIGHT_PARTS
     if (!IS_LAST_PART) { // layers and background are composited once
         for (int i = 0; i < SAMPLES; i++)
-            imageStore(u_parts, ivec3(pixel, i), color[i]);
+            imageStore(u_parts, ivec3(pixel, i), OPAQUE_COLOR(i));
         return;
     }
 #endif
-    vec4 result = composite(pixel, color);
+    vec4 result = composite(pixel);
     // A value that is not a number has no place in an image; none is known to arise.
     result = mix(result, vec4(0.0), isnan(result));
     imageStore(u_image, pixel, clamp(result, vec4(-3e38), vec4(3e38)));

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The end of every sort of a texel's events: the order, and what is written once it stands.
 // Without IDS the transmittance of each event becomes the product of all up to and including it,
-// accumulated in fp64 and rounded once: a query is then one search and one fetch, and in practice
-// the order of factors does not show. With IDS raw transmittances stay, for queries that leave
+// accumulated as a wide number and rounded once: a query is then one search and one fetch, and in
+// practice the order of factors does not show. With IDS raw transmittances stay, for queries that leave
 // objects out; neighbours of one cast-once object count once (Lindbeck 2015, 3.2).
 // With MEDIA the way between two events takes exp(-sigma * length) of the light, sigma the sum of
 // the media entered and not yet left. Each event gets the product up to and including it, and the
 // sigma that acts behind it: transmittance at depth z is P_i * exp(-sigma_i * (z - z_i)). Optical
-// depth and sigma are summed in fp64; a sum that only rounding keeps from zero is zero. With IDS,
+// depth and sigma are wide; a sum that only rounding keeps from zero is zero. With IDS,
 // too, each event gets its own sigma, negative where it leaves.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
+#include "wide.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
@@ -93,12 +94,13 @@ bool event_is_after(event a, event b)
 }
 
 struct list_end {
-    dvec3 product;
+    wide3 share;
     uint last_id;
     uint key; // of the event before
     float keys_per_m;
 #ifdef MEDIA
-    dvec3 tau, sigma, size; // size: of all that was added to sigma
+    wide3 tau;
+    wide_balance sigma;
     float z;
 #endif
 };
@@ -106,37 +108,34 @@ struct list_end {
 list_end list_end_begin()
 {
     list_end end;
-    end.product = dvec3(1.0);
+    end.share = share_all();
     end.last_id = 0xffffffffu;
     end.key = 0u;
     end.keys_per_m = lights[list_light].keys_per_m;
 #ifdef MEDIA
-    end.tau = dvec3(0.0);
-    end.sigma = dvec3(lights[list_light].sigma_high.xyz) + dvec3(lights[list_light].sigma_low.xyz);
-    end.size = end.sigma;
+    end.tau = wide_of(vec3(0.0));
+    wide3 sigma = wide_of(lights[list_light].sigma_high.xyz);
+    end.sigma = balance_of(wide_add(sigma, lights[list_light].sigma_low.xyz));
     end.z = 0.0;
 #endif
     return end;
 }
 
 #ifdef MEDIA
-dvec3 event_sigma(event e)
+vec3 event_sigma(event e)
 {
     if (e.medium == 0u)
-        return dvec3(0.0);
-    dvec3 sigma = dvec3(materials[e.medium / 2u - 1u].attenuation.rgb);
+        return vec3(0.0);
+    vec3 sigma = materials[e.medium / 2u - 1u].attenuation.rgb;
     return (e.medium & 1u) != 0u ? sigma : -sigma;
 }
 
 // Goes on to the event and crosses it.
 void list_advance(inout list_end end, event e)
 {
-    dvec3 change = event_sigma(e);
-    end.tau += max(end.sigma, dvec3(0.0)) * double(e.z_t.x - end.z);
+    end.tau = depth_add(end.tau, wide_positive(end.sigma.sum), e.z_t.x - end.z);
     end.z = e.z_t.x;
-    end.sigma += change;
-    end.size += abs(change);
-    end.sigma *= dvec3(greaterThan(abs(end.sigma), end.size * 1.5e-11)); // 2^-36
+    balance_add(end.sigma, event_sigma(e));
 }
 #endif
 
@@ -151,15 +150,16 @@ void list_append(inout list_end end, uint first, uint n, uint i, event e)
     end.last_id = e.id;
     events_id[place] = e.id;
 #ifdef MEDIA
-    events_medium[place] = uvec4(floatBitsToUint(vec3(event_sigma(e))), 0u);
+    events_medium[place] = uvec4(floatBitsToUint(event_sigma(e)), 0u);
 #endif
 #else
-    end.product *= dvec3(t);
-    t = vec3(end.product);
+    end.share = share_filter(end.share, t);
+    t = share_round(end.share);
 #ifdef MEDIA
     list_advance(end, e);
-    t *= exp(-vec3(end.tau));
-    events_medium[place] = uvec4(floatBitsToUint(vec3(max(end.sigma, dvec3(0.0)))), 0u);
+    t *= exp(-wide_round(end.tau));
+    vec3 sigma = wide_round(wide_positive(end.sigma.sum));
+    events_medium[place] = uvec4(floatBitsToUint(sigma), 0u);
 #endif
 #endif
     events[place] = vec4(e.z_t.x, t);

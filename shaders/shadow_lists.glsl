@@ -131,7 +131,8 @@ vec3 shadow_deep_without(shadow_run run, float depth, uint object)
 // leaves.
 vec3 shadow_deep_media_without(shadow_run run, float depth, float reach, vec3 sigma, uint object)
 {
-    dvec3 inside = dvec3(sigma), size = inside, tau = dvec3(0.0);
+    wide_balance inside = balance_of(wide_of(sigma));
+    wide3 tau = wide_of(vec3(0.0));
     vec3 t = vec3(1.0);
     float z = 0.0;
     for (int at = run.begin; at < run.end; at++) {
@@ -140,16 +141,13 @@ vec3 shadow_deep_media_without(shadow_run run, float depth, float reach, vec3 si
             break;
         if ((texelFetch(u_shadow_id, at).r & 0x7fffffffu) == object)
             continue;
-        dvec3 change = dvec3(uintBitsToFloat(texelFetch(u_shadow_media, at).xyz));
         t *= event.yzw;
-        tau += max(inside, dvec3(0.0)) * double(event.x - z);
+        tau = depth_add(tau, wide_positive(inside.sum), event.x - z);
         z = event.x;
-        inside += change;
-        size += abs(change);
-        inside *= dvec3(greaterThan(abs(inside), size * 1.5e-11)); // 2^-36
+        balance_add(inside, uintBitsToFloat(texelFetch(u_shadow_media, at).xyz));
     }
-    tau += max(inside, dvec3(0.0)) * double(max(reach - z, 0.0));
-    return t * exp(-vec3(tau));
+    tau = depth_add(tau, wide_positive(inside.sum), max(reach - z, 0.0));
+    return t * exp(-wide_round(tau));
 }
 #endif
 

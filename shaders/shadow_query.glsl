@@ -29,6 +29,7 @@
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
+#include "wide.glsl"
 
 #define NO_OBJECT 0xffffffffu
 

@@ -113,10 +113,11 @@ static bool append_file(struct composition *composition, const char *name, int d
     return append(composition, "\n", 1, err);
 }
 
-bool composition_init(struct composition *composition, const char *file, const char *defines,
-                      struct error *err)
+bool composition_init(struct composition *composition, const char *file, const char *device_defines,
+                      const char *defines, struct error *err)
 {
     return append(composition, prologue, sizeof prologue - 1, err) &&
+           append_defines(composition, device_defines, err) &&
            append_defines(composition, defines, err) && append_file(composition, file, 0, err);
 }
 

@@ -17,10 +17,11 @@ struct composition {
     int file_count;
 };
 
-/* file: name below shaders/. defines: space-separated NAME or NAME=VALUE. Each file is included at
- * most once. */
+/* file: name below shaders/. defines: space-separated NAME or NAME=VALUE, after those of the
+ * device; NULL: none. Each file is included at most once. */
 MUST_CHECK bool composition_init(struct composition *composition, const char *file,
-                                 const char *defines, struct error *err);
+                                 const char *device_defines, const char *defines,
+                                 struct error *err);
 void composition_finish(struct composition *composition);
 
 /* "2:17(5): error" becomes "gbuffer.frag.glsl:17(5): error". Truncates to size. */

@@ -24,6 +24,7 @@ struct program_cache {
     struct cached_program **entries; /* pointers, so that programs keep their address */
     size_t count, capacity;
     char *dump_dir;
+    char device_defines[DEVICE_DEFINES_BYTES];
     struct program_store *store; /* borrowed; NULL: programs are compiled once a start */
     struct program_binary_door door;
     struct program_cache_stats stats;
@@ -176,6 +177,17 @@ void program_cache_destroy(struct program_cache *cache)
     free(cache);
 }
 
+void program_cache_set_device_defines(struct program_cache *cache, const char *defines)
+{
+    int length = snprintf(cache->device_defines, sizeof cache->device_defines, "%s", defines);
+    assert(length < (int)sizeof cache->device_defines);
+}
+
+const char *program_cache_device_defines(const struct program_cache *cache)
+{
+    return cache->device_defines;
+}
+
 static char *make_key(const struct program_desc *desc)
 {
     char *key = NULL;
@@ -217,7 +229,7 @@ static bool begin_program(struct program_cache *cache, const struct program_desc
 {
     double begin_ms = wall_ms();
     struct program_source source;
-    if (!program_source_init(&source, desc, err))
+    if (!program_source_init(&source, desc, cache->device_defines, err))
         return false;
     if (cache->dump_dir)
         dump_source(cache, &source);
@@ -324,7 +336,7 @@ enum program_place program_cache_find(const struct program_cache *cache,
     const struct cached_program *entry = find_program(cache, desc);
     if (entry && entry->program.name)
         return PROGRAM_IN_MEMORY;
-    if (!cache->store || !program_source_init(&source, desc, &ignored))
+    if (!cache->store || !program_source_init(&source, desc, cache->device_defines, &ignored))
         return PROGRAM_ABSENT;
     bool is_kept = program_store_has(cache->store, source.key);
     program_source_finish(&source);

@@ -31,6 +31,12 @@ struct gl_program {
     struct program_uniforms *uniforms; /* owned by the cache; setters change it */
 };
 
+enum { DEVICE_DEFINES_BYTES = 64 };
+/* What programs are composed with on this device besides the defines of each, and as those: from
+ * now on. Programs that stand already stay as they are. Until then there are none. */
+void program_cache_set_device_defines(struct program_cache *cache, const char *defines);
+const char *program_cache_device_defines(const struct program_cache *cache);
+
 /* The linked program, built on first use. `#include "file.glsl"` (once per program) takes files of
  * shaders/; logs name file:line. The pointer lives as long as the cache. */
 const struct gl_program *program_cache_get(struct program_cache *cache,

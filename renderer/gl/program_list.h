@@ -20,7 +20,8 @@ struct listed_program {
 struct program_list {             /* zeroed = empty */
     struct listed_program *items; /* owned; in the order of passes */
     size_t count, capacity;
-    bool has_failed; /* memory ran out: some are missing */
+    char device_defines[DEVICE_DEFINES_BYTES]; /* of the cache that they are for */
+    bool has_failed;                           /* memory ran out: some are missing */
 };
 
 /* A pass has each program once, for certain where it was added so once. Strings of desc but its

@@ -6,15 +6,15 @@
 #include <stdio.h>
 
 bool program_source_init(struct program_source *source, const struct program_desc *desc,
-                         struct error *err)
+                         const char *device_defines, struct error *err)
 {
     *source = (struct program_source){
         .files = {desc->vertex, desc->fragment, desc->compute},
         .key = content_key_begin(),
     };
     for (int i = 0; i < PROGRAM_STAGES; i++) {
-        if (source->files[i] &&
-            !composition_init(&source->stages[i], source->files[i], desc->defines, err)) {
+        if (source->files[i] && !composition_init(&source->stages[i], source->files[i],
+                                                  device_defines, desc->defines, err)) {
             program_source_finish(source);
             return false;
         }

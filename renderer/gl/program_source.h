@@ -20,9 +20,9 @@ struct program_source {                /* zeroed = empty */
     char id[PROGRAM_ID_BYTES]; /* its first half: equal for equal text, on every machine */
 };
 
-/* On failure it is empty. */
+/* device_defines: as of program_cache_set_device_defines. On failure it is empty. */
 MUST_CHECK bool program_source_init(struct program_source *source, const struct program_desc *desc,
-                                    struct error *err);
+                                    const char *device_defines, struct error *err);
 void program_source_finish(struct program_source *source);
 
 /* "ID-FILE", the name of a stage's source where sources are saved. */

@@ -7,7 +7,7 @@
 #include "renderer/gl/program.h"
 
 /* Checks that no fragment loses its side effects (without attachments; and with depth and colour
- * masked, behind depth none has any), that compute sums over many groups, fp64 products, RGB32F
+ * masked, behind depth none has any), that compute sums over many groups, RGB32F
  * buffer textures and writes between dispatches are exact, and, where GL_ARB_post_depth_coverage
  * exists, that coverage masks of 4x multisampled integer targets agree with their samples. Then
  * measures whether timestamps tell the truth and sets has_true_timers: never where is_software.

@@ -363,6 +363,19 @@ static uint64_t count_shadowed(const struct shade_desc *desc)
     return count;
 }
 
+bool shade_takes_samples_in_turn(const struct gl_limits *limits)
+{
+    return !limits->is_software;
+}
+
+static uint64_t steps_of_layers(const struct window_frame *frame, uint64_t longest,
+                                bool is_walked_twice)
+{
+    uint64_t walks =
+        shade_takes_samples_in_turn(frame->limits) ? (uint64_t)frame->targets->samples : 1;
+    return walks * loop_steps_of_layers(longest, is_walked_twice);
+}
+
 /* Without what only drawing tells. */
 static struct loop_lights loops_before(const struct window_frame *frame, bool is_traced)
 {
@@ -383,7 +396,7 @@ static struct loop_lights loops_of(const struct shade_desc *desc)
     struct loop_lights loops = loops_before(desc->frame, desc->traced);
     loops.shadowed = count_shadowed(desc);
     loops.longest_list = desc->frame->report->counts.longest_list;
-    loops.besides = loop_steps_of_layers(pixels->longest, pixels->may_surround);
+    loops.besides = steps_of_layers(desc->frame, pixels->longest, pixels->may_surround);
     return loops;
 }
 
@@ -417,7 +430,7 @@ int shade_list_parts(const struct shade_parts_desc *desc, bool may[SHADE_PARTS])
     bool can = frame->view->quality.light_lists != VIEW_LIGHT_LISTS_LINKED;
     most.shadowed = desc->shadowed_count;
     most.longest_list = LONG;
-    most.besides = desc->has_layers ? loop_steps_of_layers(LONG, false) : 0;
+    most.besides = desc->has_layers ? steps_of_layers(frame, LONG, false) : 0;
     bool must = can && count_everywhere(frame->state) > loop_steps_room(&least, desc->loop_steps);
     bool may_slice =
         must || (can && (frame->state->light_count > loop_steps_room(&most, desc->loop_steps) ||

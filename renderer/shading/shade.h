@@ -61,6 +61,11 @@ enum shade_parts { SHADE_AT_ONCE, SHADE_IN_BATCHES, SHADE_IN_SLICES, SHADE_PARTS
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
                          enum shade_parts parts, bool is_conditional, struct program_list *list);
 
+/* Whether the samples of a pixel walk its list one after the other (SAMPLES_IN_TURN of
+ * shaders/shade_pixels.comp.glsl): where registers are scarce, as they are on all but processors,
+ * whose loops cost most. */
+bool shade_takes_samples_in_turn(const struct gl_limits *limits);
+
 struct shade_parts_desc {
     const struct window_frame *frame; /* required; as above */
     uint64_t loop_steps;              /* required; of struct shade */

@@ -2,12 +2,16 @@
 /* What every test program lets its environment choose, without the renderer knowing. With
  * VITRAIL_NOOP_DEVICE=1 a device that executes nothing is taken, so that calls can be counted
  * there; VITRAIL_DUMP_SHADERS=DIR has the source of every composed program written into the folder.
- * The linker sends calls of the four functions here (--wrap). */
+ * VITRAIL_WIDE_FLOATS=f64, pairs or pairs-split has layers added up in that form where a test does
+ * not ask for one. The linker sends calls of the functions here (--wrap). */
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/gl/loop_probe.h"
 #include "renderer/gl/program.h"
 #include "renderer/gl/selftest.h"
+#include "renderer/gl/wide_floats.h"
 #include "renderer/scene_selftest.h"
 
 bool __real_gl_selftest(struct gl_context *context, struct program_cache *programs,
@@ -22,6 +26,11 @@ bool __real_scene_selftest(struct renderer *renderer, struct error *err);
 bool __wrap_scene_selftest(struct renderer *renderer, struct error *err);
 struct program_cache *__real_program_cache_create(const char *dump_dir, struct error *err);
 struct program_cache *__wrap_program_cache_create(const char *dump_dir, struct error *err);
+
+bool __real_wide_floats_choose(const struct wide_floats_desc *desc,
+                               struct wide_floats_choice *choice, struct error *err);
+bool __wrap_wide_floats_choose(const struct wide_floats_desc *desc,
+                               struct wide_floats_choice *choice, struct error *err);
 
 bool __wrap_gl_selftest(struct gl_context *context, struct program_cache *programs,
                         struct error *err)
@@ -46,7 +55,36 @@ bool __wrap_scene_selftest(struct renderer *renderer, struct error *err)
     return getenv("VITRAIL_NOOP_DEVICE") || __real_scene_selftest(renderer, err);
 }
 
+static enum wide_floats wished_form(void)
+{
+    const char *wish = getenv("VITRAIL_WIDE_FLOATS");
+    if (!wish || !*wish)
+        return WIDE_FLOATS_MEASURED;
+    for (int i = 0; i < WIDE_FLOATS_COUNT; i++)
+        if (!strcmp(wish, wide_floats_name((enum wide_floats)i)))
+            return (enum wide_floats)i;
+    fprintf(stderr, "VITRAIL_WIDE_FLOATS: '%s' is no form\n", wish);
+    exit(2);
+}
+
+bool __wrap_wide_floats_choose(const struct wide_floats_desc *desc,
+                               struct wide_floats_choice *choice, struct error *err)
+{
+    struct wide_floats_desc wish = *desc;
+    if (!wish.asked)
+        wish.asked = wished_form();
+    if (!getenv("VITRAIL_NOOP_DEVICE"))
+        return __real_wide_floats_choose(&wish, choice, err);
+    *choice = (struct wide_floats_choice){.form = wish.asked ? wish.asked : WIDE_FLOATS_PAIRS};
+    return true;
+}
+
+/* Test programs without a renderer have no device defines but these. */
 struct program_cache *__wrap_program_cache_create(const char *dump_dir, struct error *err)
 {
-    return __real_program_cache_create(dump_dir ? dump_dir : getenv("VITRAIL_DUMP_SHADERS"), err);
+    struct program_cache *cache =
+        __real_program_cache_create(dump_dir ? dump_dir : getenv("VITRAIL_DUMP_SHADERS"), err);
+    if (cache)
+        program_cache_set_device_defines(cache, wide_floats_defines(wished_form()));
+    return cache;
 }

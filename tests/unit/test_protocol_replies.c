@@ -506,6 +506,8 @@ static void fill_device(struct device_capabilities *device)
                                            .compresses_textures = true,
                                            .has_post_depth_coverage = true,
                                            .has_program_binaries = true,
+                                           .wide_floats = "pairs",
+                                           .pairs_over_f64 = 0.75,
                                            .automatic = {.policy = "measured",
                                                          .note = "measured at this start in 9 ms",
                                                          .is_measured = true,

@@ -549,6 +549,7 @@ static void device_info_reaches_the_capabilities(void **state)
                                  .has_true_timers = true,
                                  .is_robust = true,
                                  .program_formats = 1,
+                                 .wide_floats = {WIDE_FLOATS_PAIRS_SPLIT, 0.5},
                                  .budget_bytes = 3,
                                  .used_bytes = 2,
                                  .compresses_textures = true,
@@ -569,6 +570,8 @@ static void device_info_reaches_the_capabilities(void **state)
     assert_true(device.compresses_textures);
     assert_true(device.has_true_timers && device.is_robust && !device.has_post_depth_coverage);
     assert_true(device.has_program_binaries);
+    assert_string_equal(device.wide_floats, "pairs-split");
+    assert_true(device.pairs_over_f64 == 0.5);
 }
 
 int main(void)

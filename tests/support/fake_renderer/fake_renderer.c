@@ -144,6 +144,7 @@ void renderer_set_interlude(struct renderer *renderer, const struct interlude *i
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
 {
     *info = (struct renderer_info){.vendor = "Vitrail",
+                                   .wide_floats = {.form = WIDE_FLOATS_F64},
                                    .renderer = "fake",
                                    .version = "1",
                                    .driver = "none",
