@@ -83,8 +83,31 @@ void shade_opaque(ivec2 pixel)
         shaded = shade_sample(pixel, 0, depth, u_sample_positions[0]);
     OPAQUE_COLOR(0) = shaded;
 }
-#else
 // Each distinct surface among the samples is shaded once, in the middle of them.
+#elif defined SAMPLES_IN_TURN
+// First the groups, each where the colour of its first sample will be: what finds them is then not
+// in registers while a surface is lit.
+void shade_opaque(ivec2 pixel)
+{
+    uint firsts = 0u;
+    for (uint remaining = (1u << SAMPLES) - 1u; remaining != 0u;) {
+        sample_group g = group_next(pixel, remaining);
+        OPAQUE_COLOR(g.first) = vec4(g.middle, float(g.members));
+        firsts |= 1u << g.first;
+        remaining &= ~g.members;
+    }
+    for (; firsts != 0u; firsts &= firsts - 1u) {
+        int first = findLSB(firsts);
+        vec3 middle = OPAQUE_COLOR(first).xyz; // its depth is 0 where that of all members is
+        vec4 shaded = u_background;
+        if (middle.z > 0.0)
+            shaded = shade_sample(pixel, first, middle.z, middle.xy);
+        uint members = uint(OPAQUE_COLOR(first).w);
+        for (; members != 0u; members &= members - 1u)
+            OPAQUE_COLOR(findLSB(members)) = shaded;
+    }
+}
+#else
 void shade_opaque(ivec2 pixel)
 {
     for (int j = 0; j < SAMPLES; j++)

@@ -2,13 +2,13 @@
 // The end of every sort of a texel's events: the order, and what is written once it stands.
 // Without IDS the transmittance of each event becomes the product of all up to and including it,
 // accumulated as a wide number and rounded once: a query is then one search and one fetch, and in
-// practice the order of factors does not show. With IDS raw transmittances stay, for queries that leave
-// objects out; neighbours of one cast-once object count once (Lindbeck 2015, 3.2).
+// practice the order of factors does not show. With IDS raw transmittances stay, for queries that
+// leave objects out; neighbours of one cast-once object count once (Lindbeck 2015, 3.2).
 // With MEDIA the way between two events takes exp(-sigma * length) of the light, sigma the sum of
 // the media entered and not yet left. Each event gets the product up to and including it, and the
 // sigma that acts behind it: transmittance at depth z is P_i * exp(-sigma_i * (z - z_i)). Optical
-// depth and sigma are wide; a sum that only rounding keeps from zero is zero. With IDS,
-// too, each event gets its own sigma, negative where it leaves.
+// depth and sigma are wide; a sum that only rounding keeps from zero is zero. With IDS, too, each
+// event gets its own sigma, negative where it leaves.
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "shared/records.h"
