@@ -11,7 +11,7 @@
 
 const char *request_fit_name(int fit)
 {
-    NAME_OF(fit, "front", "top", "right", "iso");
+    NAME_OF(fit, "front", "top", "right", "iso", "back", "left", "bottom");
 }
 
 const char *request_light_type_name(int type)

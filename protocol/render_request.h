@@ -19,7 +19,15 @@ enum request_camera_kind {
     REQUEST_CAMERA_MATRIX,
     REQUEST_CAMERA_FIT,
 };
-enum request_fit { REQUEST_FIT_FRONT, REQUEST_FIT_TOP, REQUEST_FIT_RIGHT, REQUEST_FIT_ISO };
+enum request_fit {
+    REQUEST_FIT_FRONT,
+    REQUEST_FIT_TOP,
+    REQUEST_FIT_RIGHT,
+    REQUEST_FIT_ISO,
+    REQUEST_FIT_BACK,
+    REQUEST_FIT_LEFT,
+    REQUEST_FIT_BOTTOM,
+};
 enum request_light_type {
     REQUEST_LIGHT_DIRECTIONAL,
     REQUEST_LIGHT_POINT,
@@ -73,6 +81,7 @@ struct request_camera {
     double eye[3], target[3], up[3]; /* LOOK_AT, world [m]; up all zero = +Y */
     double matrix[16];               /* MATRIX: world_from_camera, column-major, looks along -Z */
     enum request_fit fit;            /* FIT */
+    bool is_orthographic;            /* FIT: without perspective, as high as the scene needs */
     double fov_y_deg;                /* [0.001, 179); 0 = 45, or the node's own */
     double ortho_height;             /* m; 0 = perspective */
 };

@@ -135,8 +135,8 @@ static const struct camera_form forms[] = {
 
 static bool read_form(const struct json_node *node, enum request_camera_kind *form)
 {
-    static const char *const known[] = {"node", "eye",       "target",       "up", "matrix",
-                                        "fit",  "fov_y_deg", "ortho_height", NULL};
+    static const char *const known[] = {"node", "eye",       "target",       "up",         "matrix",
+                                        "fit",  "fov_y_deg", "ortho_height", "projection", NULL};
     if (!json_expect_object(node, known))
         return false;
     for (int kind = REQUEST_CAMERA_NODE; kind <= REQUEST_CAMERA_FIT; kind++) {
@@ -154,11 +154,37 @@ static bool read_form(const struct json_node *node, enum request_camera_kind *fo
     return true;
 }
 
+static const char *projection_name(int projection)
+{
+    static const char *const names[] = {"perspective", "orthographic"};
+    return projection >= 0 && projection < 2 ? names[projection] : NULL;
+}
+
+/* An orthographic camera has a height: that of the request, or of the scene that it fits. */
+static bool read_projection(const struct json_node *node, struct request_camera *camera)
+{
+    const struct json_choice projections = {.name = projection_name};
+    struct json_node projection = json_member(node, "projection");
+    int index = camera->ortho_height > 0;
+    if (!json_read_choice(&projection, &projections, &index))
+        return false;
+    bool is_orthographic = index == 1;
+    if (camera->ortho_height > 0 && !is_orthographic)
+        return json_refuse(&projection, ERROR_INVALID_REQUEST,
+                           "but ortho_height makes the camera orthographic");
+    if (is_orthographic && camera->ortho_height <= 0 && camera->kind != REQUEST_CAMERA_FIT)
+        return json_refuse(&projection, ERROR_INVALID_REQUEST,
+                           "but only fit knows its height: give ortho_height");
+    camera->is_orthographic = is_orthographic && camera->ortho_height <= 0;
+    return true;
+}
+
 bool request_read_camera(const struct json_node *node, struct request_camera *camera)
 {
     if (!node->value)
         return true;
-    if (!read_form(node, &camera->kind) || !read_lens(node, camera))
+    if (!read_form(node, &camera->kind) || !read_lens(node, camera) ||
+        !read_projection(node, camera))
         return false;
     if (camera->kind == REQUEST_CAMERA_LOOK_AT)
         return read_look_at(node, camera);

@@ -46,6 +46,8 @@ static json_t *write_camera(const struct request_camera *camera)
         json_put_text(&writer, "fit", request_fit_name((int)camera->fit));
         break;
     }
+    if (camera->is_orthographic)
+        json_put_text(&writer, "projection", "orthographic");
     put_number_or_null(&writer, "fov_y_deg", camera->fov_y_deg);
     put_number_or_null(&writer, "ortho_height", camera->ortho_height);
     return json_writer_take(&writer);

@@ -82,7 +82,7 @@ json_t *view_merge(const json_t *target, json_t *patch)
 /* The members of each form of a camera. */
 static const char *const camera_forms[][4] = {
     {"node"}, {"eye", "target", "up"}, {"matrix"}, {"fit"}};
-enum { CAMERA_FORMS = sizeof camera_forms / sizeof camera_forms[0] };
+enum { CAMERA_FORMS = sizeof camera_forms / sizeof camera_forms[0], CAMERA_FORM_FIT = 3 };
 
 static bool names_form(const json_t *patch, int form)
 {
@@ -113,6 +113,8 @@ static json_t *merge_camera(const json_t *target, json_t *patch)
     for (int form = 0; names_any && form < CAMERA_FORMS; form++)
         for (int i = 0; i < 4 && camera_forms[form][i] && !names_form(patch, form); i++)
             json_object_del(base, camera_forms[form][i]);
+    if (names_any && !names_form(patch, CAMERA_FORM_FIT))
+        json_object_del(base, "projection"); /* of fit alone */
     json_t *merged = base ? view_merge(base, patch) : NULL;
     json_decref(base);
     return merged;

@@ -20,7 +20,15 @@ enum view_camera_kind {
     VIEW_CAMERA_FIT,
 };
 
-enum view_fit { VIEW_FIT_FRONT, VIEW_FIT_TOP, VIEW_FIT_RIGHT, VIEW_FIT_ISO };
+enum view_fit {
+    VIEW_FIT_FRONT,
+    VIEW_FIT_TOP,
+    VIEW_FIT_RIGHT,
+    VIEW_FIT_ISO,
+    VIEW_FIT_BACK,
+    VIEW_FIT_LEFT,
+    VIEW_FIT_BOTTOM,
+};
 
 struct view_camera {
     enum view_camera_kind kind;
@@ -28,6 +36,7 @@ struct view_camera {
     double eye[3], target[3], up[3]; /* LOOK_AT, world [m]; up all zero means +Y */
     double matrix[16];               /* MATRIX: world_from_camera, column-major, looks along -Z */
     enum view_fit fit;               /* FIT */
+    bool is_orthographic;            /* FIT: without perspective, as high as the scene needs */
     double fov_y_deg;                /* 0 means 45 (or the node's own); (0, 179) */
     double ortho_height;             /* m; > 0 makes the camera orthographic */
 };

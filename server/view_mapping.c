@@ -16,6 +16,9 @@ SAME(REQUEST_FIT_FRONT, VIEW_FIT_FRONT);
 SAME(REQUEST_FIT_TOP, VIEW_FIT_TOP);
 SAME(REQUEST_FIT_RIGHT, VIEW_FIT_RIGHT);
 SAME(REQUEST_FIT_ISO, VIEW_FIT_ISO);
+SAME(REQUEST_FIT_BACK, VIEW_FIT_BACK);
+SAME(REQUEST_FIT_LEFT, VIEW_FIT_LEFT);
+SAME(REQUEST_FIT_BOTTOM, VIEW_FIT_BOTTOM);
 SAME(REQUEST_LIGHT_DIRECTIONAL, SCENE_LIGHT_DIRECTIONAL);
 SAME(REQUEST_LIGHT_POINT, SCENE_LIGHT_POINT);
 SAME(REQUEST_LIGHT_SPOT, SCENE_LIGHT_SPOT);
@@ -79,6 +82,7 @@ static void map_camera(const struct request_camera *from, struct view_camera *to
         .kind = (enum view_camera_kind)from->kind,
         .node = from->node,
         .fit = (enum view_fit)from->fit,
+        .is_orthographic = from->is_orthographic,
         .fov_y_deg = from->fov_y_deg,
         .ortho_height = from->ortho_height,
     };

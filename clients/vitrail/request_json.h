@@ -26,8 +26,10 @@ struct request_options {
 
 /* What their specifications look like. */
 #define REQUEST_HELP                                                                           \
-    "Cameras:  node:NAME   fit:front|top|right|iso   eye=0,1,4 target=0,1,0 up=0,1,0 fov=45\n" \
-    "          ortho=METRES makes any of them orthographic: \"ortho=3 fit:top\"\n"             \
+    "Cameras:  node:NAME   fit:iso|front|back|left|right|top|bottom\n"                         \
+    "          eye=0,1,4 target=0,1,0 up=0,1,0 fov=45\n"                                       \
+    "          ortho=METRES makes any of them orthographic: \"ortho=3 fit:top\", or as high\n" \
+    "          as the scene needs: \"ortho fit:top\"\n"                                        \
     "Lights:   point:pos=0,3,0;color=1,0.8,0.6;intensity=100;range=0\n"                        \
     "          spot:pos=0,4,0;dir=0,-1,0;inner=20;outer=35;intensity=800\n"                    \
     "          rect:pos=0,4,0;dir=0,-1,0;width=1;height=0.5;intensity=500\n"                   \

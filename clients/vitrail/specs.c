@@ -173,7 +173,8 @@ static bool camera_is_complete(const json_t *camera, struct failure *failure)
         json_object_get(camera, "matrix") || (has_eye && has_target))
         return true;
     return fail(failure, EXIT_CODE_USAGE,
-                "--camera: needs node:NAME, fit:front|top|right|iso, or eye=x,y,z target=x,y,z");
+                "--camera: needs node:NAME, fit:front|back|left|right|top|bottom|iso, or eye=x,y,z "
+                "target=x,y,z");
 }
 
 json_t *camera_spec_parse(const char *text, struct failure *failure)
@@ -202,6 +203,8 @@ json_t *camera_spec_parse(const char *text, struct failure *failure)
         word += n;
         if (!strncmp(pair, "fit:", 4))
             json_object_set_new(camera, "fit", json_string(pair + 4));
+        else if (!strcmp(pair, "ortho"))
+            json_object_set_new(camera, "projection", json_string("orthographic"));
         else
             is_ok = apply_pair(camera, CAMERA_KEYS, CAMERA_ANY, pair, "--camera", failure);
     }

@@ -173,20 +173,61 @@ static bool resolve_node(struct camera *camera, const struct view *view,
     return true;
 }
 
+static const double FIT_MARGIN = 1.02; /* the box, projected, against the image */
+
+/* As high as the bounding box needs, seen along the camera's axes. */
+static void fit_orthographic(struct camera *camera, const double half[3], double aspect)
+{
+    double half_x = 0, half_y = 0;
+    for (int k = 0; k < 3; k++) {
+        half_x += half[k] * fabs(camera->right[k]);
+        half_y += half[k] * fabs(camera->up[k]);
+    }
+    double height = fmax(half_y, half_x / aspect);
+    camera->is_orthographic = true;
+    camera->half_height = height > 0 ? FIT_MARGIN * height : 1;
+    camera->half_width = camera->half_height * aspect;
+}
+
+/* The least distance from the middle of the bounding box at which each of its corners is projected
+ * into the image. */
+static double fit_distance(const struct camera *camera, const double half[3])
+{
+    double distance = 0;
+    for (int corner = 0; corner < 8; corner++) {
+        double offset[3];
+        for (int k = 0; k < 3; k++)
+            offset[k] = corner >> k & 1 ? half[k] : -half[k];
+        double across = fmax(fabs(vec3_dot(camera->right, offset)) / camera->half_width,
+                             fabs(vec3_dot(camera->up, offset)) / camera->half_height);
+        distance = fmax(distance, vec3_dot(camera->back, offset) + FIT_MARGIN * across);
+    }
+    return distance;
+}
+
 static bool resolve_fit(struct camera *camera, const struct view *view,
                         const struct scene_state *state, double aspect, struct error *err)
 {
-    static const double directions[][3] = {{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {-1, -0.7, -1}};
-    static const double ups[][3] = {{0, 1, 0}, {0, 0, -1}, {0, 1, 0}, {0, 1, 0}};
+    static const double directions[][3] = {{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {-1, -0.7, -1},
+                                           {0, 0, 1},  {1, 0, 0},  {0, 1, 0}};
+    static const double ups[][3] = {{0, 1, 0}, {0, 0, -1}, {0, 1, 0}, {0, 1, 0},
+                                    {0, 1, 0}, {0, 1, 0},  {0, 0, 1}};
     int fit = view->camera.kind == VIEW_CAMERA_FIT ? (int)view->camera.fit : VIEW_FIT_FRONT;
     struct bounds_sphere box = box_sphere(state), sphere = scene_sphere(state);
     if (!set_axes(camera, directions[fit], ups[fit], err))
         return false;
     set_perspective(camera, view->camera.fov_y_deg, aspect);
-    double half = fmin(camera->half_height, camera->half_width);
-    double distance = box.radius * 1.02 / sin(atan(half));
+    double half[3];
+    for (int k = 0; k < 3; k++)
+        half[k] = fmax(0.5 * (state->bounds_max[k] - state->bounds_min[k]), 0);
+    bool is_point = !(vec3_length(half) > 0); /* or nothing: the unit sphere */
+    double distance = is_point
+                          ? FIT_MARGIN / sin(atan(fmin(camera->half_height, camera->half_width)))
+                          : fit_distance(camera, half);
     for (int k = 0; k < 3; k++)
         camera->eye[k] = box.center[k] + camera->back[k] * distance;
+    if (view->camera.kind == VIEW_CAMERA_FIT && view->camera.is_orthographic)
+        fit_orthographic(camera, half, aspect);
     set_clip_depths(camera, state, &sphere);
     return true;
 }

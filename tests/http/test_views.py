@@ -212,6 +212,13 @@ class Patching(ViewTest):
             self.assertEqual(200, reply.status, (eye, reply.body))
             self.assertEqual(eye, self.members(view)["camera"]["eye"])
 
+    def test_a_fitted_camera_keeps_its_projection_until_another_form_is_named(self):
+        view = self.make(camera={"fit": "iso", "projection": "orthographic"})
+        self.patch(view, {"camera": {"fit": "back"}})
+        self.assertEqual("orthographic", self.members(view)["camera"]["projection"])
+        self.assertEqual(200, self.patch(view, {"camera": LOOK}).status)
+        self.assertNotIn("projection", self.members(view)["camera"])
+
     def test_unknown_members_name_those_of_a_view(self):
         view = self.make()
         reply = self.patch(view, {"heigth": 4})
