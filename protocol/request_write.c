@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* Writing a render request as canonical JSON. */
-#include <string.h>
-
 #include "protocol/json_write.h"
 #include "protocol/request_parts.h"
 
@@ -19,7 +17,8 @@ static bool says_up(const struct request_camera *camera)
     for (int i = 0; i < 3; i++)
         forward[i] = camera->target[i] - camera->eye[i];
     request_default_up(forward, implied);
-    if (implied[1] == 0 && memcmp(implied, camera->up, sizeof implied) == 0)
+    if (implied[1] == 0 && camera->up[0] == implied[0] && camera->up[1] == implied[1] &&
+        camera->up[2] == implied[2])
         return false;
     return camera->up[0] != 0 || camera->up[1] != 0 || camera->up[2] != 0;
 }
