@@ -7,8 +7,8 @@
 #define LLL_END 0xffffffffu
 #define LLL_LOCKED 0xfffffffeu
 #define LLL_HEADER 4u
-// Steps of any loop here. llvmpipe ends all loops of an invocation silently after 65,535 steps
-// together.
+// Steps of a walk along a list. llvmpipe ends all loops of an invocation silently after 65,535
+// steps together.
 #define LLL_STEPS 30000
 
 struct lll_element {
@@ -17,9 +17,9 @@ struct lll_element {
     uint next;
 };
 
-layout(std430, binding = BIND_LIGHT_HEADS) coherent buffer lll_heads {
+layout(std430, binding = BIND_LIGHT_HEADS) coherent volatile buffer lll_heads {
     uint element_count; // asked for; above u_capacity: lost, and the build is repeated with room
-    uint failure_count; // insertions that ran out of steps
+    uint failure_count; // insertions that ran out of steps or tries
     uint header_pad[2];
     uint heads[];
 };

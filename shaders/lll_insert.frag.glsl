@@ -2,7 +2,10 @@
 // Second pass of a light linked list: back faces insert their light, sorted by front depth, under
 // the list's spin lock (Lindbeck 2015, 1.2.2, 2.1.1, 2.2.2). The lock is held inside the loop that
 // takes it: the published form, spin first and insert after, hangs where lanes run in step.
+#include "shared/layout.h"
+#include "shared/records.h"
 #include "lll_elements.glsl"
+#include "spin.glsl"
 
 layout(binding = UNIT_LIGHT_FRONT) uniform sampler2D u_front;
 uniform float u_inside_front; // front of a light that holds the eye: 0; orthographic: -FLT_MAX
@@ -36,7 +39,10 @@ void main()
     uint list = lll_list();
     uint at = lll_allocate(front, back, v_light);
     bool is_done = at == LLL_END;
-    for (int i = 0; i < LLL_STEPS && !is_done; i++) {
+    spin s = spin(0u, 0u);
+    while (!is_done && s.tries < LOCK_TRIES) {
+        if (spin_pauses(s) || heads[list] == LLL_LOCKED)
+            continue;
         uint head = atomicExchange(heads[list], LLL_LOCKED);
         if (head != LLL_LOCKED) {
             head = insert_sorted(head, at, front);

@@ -75,6 +75,7 @@ static struct caster_view view_of(const struct paint_job *job, size_t build)
 {
     return (struct caster_view){.pass = job->desc->pass,
                                 .is_layered = job->is_layered,
+                                .is_unlocked = job->desc->is_unlocked,
                                 .map = job->builds[build]->map,
                                 .scene = job->desc->scene};
 }
@@ -164,6 +165,7 @@ static void fill_face(const struct paint_job *job, const struct shadow_build *bu
         .layer = layer_of(build, face),
         .scatters = job->desc->pass == CASTER_SCATTER,
         .blend_filter = job->desc->scene->blend_filter,
+        .lock_tries = build->lock_tries,
     };
     fill_axes(&map->frame, map->window.row_count ? map->window.face : face, r);
     fill_planes(map, r);

@@ -27,6 +27,7 @@ enum {
     VARIANT_CAP = 1 << 26,       /* the caster closes a cut */
     VARIANT_AROUND = 1 << 27,    /* a medium that begins at the cut: no caster is drawn */
     VARIANT_LAYERED = 1 << 28,   /* all faces in one pass */
+    VARIANT_UNLOCKED = 1 << 29,  /* lists as published, without their locks */
 };
 
 static uint32_t variant_pass(uint32_t key)
@@ -83,10 +84,10 @@ uint32_t caster_key(const struct caster_view *view, const struct state_item *ite
     const struct scene_material *m = &view->scene->state->materials[item->material].base;
     bool has_colors =
         state_geometry_of(view->scene->state, item).primitive->flags & SCENE_PRIMITIVE_HAS_COLORS;
-    uint32_t key = (uint32_t)view->pass * VARIANT_PASS +
-                   view->map->plane_count * (uint32_t)VARIANT_PLANES +
-                   (item->cap && view->map->plane_count ? VARIANT_CAP : 0u) +
-                   (view->is_layered ? VARIANT_LAYERED : 0u);
+    uint32_t key =
+        (uint32_t)view->pass * VARIANT_PASS + view->map->plane_count * (uint32_t)VARIANT_PLANES +
+        (item->cap && view->map->plane_count ? VARIANT_CAP : 0u) +
+        (view->is_layered ? VARIANT_LAYERED : 0u) + (view->is_unlocked ? VARIANT_UNLOCKED : 0u);
     uint32_t slots = sampled_slots(scene, m) | (has_colors ? VARIANT_COLORS : 0u);
     if (item->class_ == STATE_OPAQUE)
         return key | VARIANT_OPAQUE;
@@ -132,7 +133,7 @@ static void write_defines(uint32_t key, char *out, size_t size)
         snprintf(planes, sizeof planes, " CUT_PLANES=%u%s", key / VARIANT_PLANES & 15,
                  key & VARIANT_CAP ? " IS_CAP" : "");
     snprintf(
-        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
+        out, size, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s", key & 127u,
         key & VARIANT_COLORS ? " COLORS" : "", key & VARIANT_CONSTANT ? " CONSTANT" : "",
         key & VARIANT_ANGLED ? " ANGLED" : "", key & VARIANT_IDS ? " IDS" : "",
         key & VARIANT_MEDIA ? " MEDIA" : "", key & VARIANT_MEDIUM ? " MEDIUM" : "",
@@ -141,7 +142,7 @@ static void write_defines(uint32_t key, char *out, size_t size)
         pass == CASTER_LINK_FAITHFUL && (key & (VARIANT_OPAQUE | VARIANT_MASKED)) ? " OPAQUE" : "",
         pass == CASTER_LINK_FAITHFUL ? " SHADOW_FAITHFUL" : "", is_flat ? " DEPTH_ONLY" : "",
         subtexels, planes, key & VARIANT_AROUND ? " AROUND" : "",
-        key & VARIANT_LAYERED ? " LAYERED" : "");
+        key & VARIANT_LAYERED ? " LAYERED" : "", key & VARIANT_UNLOCKED ? " UNLOCKED" : "");
 }
 
 struct program_desc caster_program(uint32_t key, char defines[CASTER_DEFINES_BYTES])

@@ -16,7 +16,8 @@ enum caster_pass {
 
 struct caster_view { /* a light's map as a pass draws into it; all required */
     enum caster_pass pass;
-    bool is_layered; /* all faces in one pass: the vertex stage chooses the layer */
+    bool is_layered;  /* all faces in one pass: the vertex stage chooses the layer */
+    bool is_unlocked; /* CASTER_LINK_FAITHFUL: without the lists' locks */
     const struct shadow_map *map;
     const struct shadow_scene *scene; /* of it gpu, state and blend_filter */
 };

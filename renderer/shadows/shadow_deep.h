@@ -36,6 +36,7 @@ struct shadow_builder { /* what the list builders share */
     /* of a sort; freed after it */
     struct gl_buffer texels, scratch, scratch_objects, scratch_media;
     uint64_t first_elements; /* linked: first guess per light; 0 means one of its own */
+    uint64_t refused_locks;  /* linked, as published: of shadow_system_desc */
     bool scans_on_host;      /* deep: the device is our own cores: counts are scanned in C */
 };
 
@@ -53,8 +54,8 @@ MUST_CHECK bool shadow_deep_build(struct shadow_builder *builder, struct shadow_
                                   size_t count, const struct shadow_scene *scene,
                                   const char *because, struct error *err);
 
-/* As above for SHADOW_LINKED: linked lists with a lock per list and sorted insertion (Lindbeck
- * 2015). */
+/* As above for SHADOW_LINKED: linked lists with sorted insertion (Lindbeck 2015); as published with
+ * a lock per list, and without them for a light whose elements found no lock. */
 MUST_CHECK bool shadow_linked_build(struct shadow_builder *builder, struct shadow_build *builds,
                                     size_t count, const struct shadow_scene *scene,
                                     const char *because, struct error *err);

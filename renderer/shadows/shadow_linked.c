@@ -11,11 +11,13 @@
 #include "shaders/shared/records.h"
 
 enum {
-    ATTEMPTS = 6
-}; /* an element dropped for want of room may hide that another is needed, so counts can rise */
+    /* An element dropped for want of room may hide that another is needed, so counts can rise; one
+     * attempt may find that there is no lock. */
+    ATTEMPTS = 7
+};
 
 struct link_statistics {
-    uint32_t elements, lock_failures;
+    uint32_t elements, failures;
 }; /* as shadow_linked.frag.glsl writes it */
 struct walk_statistics {
     uint32_t elements, longest, occupied, unsorted;
@@ -104,6 +106,15 @@ static size_t bind_lists(const struct linked_job *job, struct shadow_build *cons
     return some;
 }
 
+/* Lights that are painted with the same program, from the first on. */
+static size_t count_alike(struct shadow_build *const *builds, size_t count)
+{
+    size_t some = 1;
+    while (some < count && !builds[some]->map->lock_failures == !builds[0]->map->lock_failures)
+        some++;
+    return some;
+}
+
 /* Lights whose lists a storage block takes together, at a time. */
 static bool paint_lists(const struct linked_job *job, struct shadow_build *const *builds,
                         size_t count, struct error *err)
@@ -111,10 +122,11 @@ static bool paint_lists(const struct linked_job *job, struct shadow_build *const
     bool ok = true;
     for (size_t i = 0, some; ok && i < count; i += some) {
         struct shadow_range heads, nodes;
-        some = bind_lists(job, builds + i, count - i, &heads, &nodes);
+        some = bind_lists(job, builds + i, count_alike(builds + i, count - i), &heads, &nodes);
         const struct caster_paint_desc desc = {
             /* one technique in a frame */
             .pass = builds[i]->map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK,
+            .is_unlocked = builds[i]->map->lock_failures > 0,
             .builds = builds + i,
             .build_count = some,
             .scene = job->scene,
@@ -144,6 +156,8 @@ static bool fill_lists(const struct linked_job *job, struct error *err)
         gl_buffer_clear_u32(&store->pools[SHADOW_POOL_HEADS].streams[0], map->heads.first * 4,
                             map->heads.count * 4, list_end);
         job->builds[i].slot = (uint32_t)i;
+        job->builds[i].lock_tries =
+            builder->refused_locks >> (job->builds[i].light & 63) & 1 ? 0 : LOCK_TRIES;
         pending[pending_count++] = &job->builds[i];
     }
     bool ok = paint_lists(job, pending, pending_count, err);
@@ -155,7 +169,21 @@ static bool fill_lists(const struct linked_job *job, struct error *err)
     return ok;
 }
 
-/* Gives unused room back, or makes the room that was missing. */
+/* Without locks, elements fail only where the device ends loops early. */
+static bool note_failures(struct shadow_build *build, uint32_t failures, struct error *err)
+{
+    struct shadow_map *map = build->map;
+    if (!map->is_faithful || map->lock_failures)
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "light %u: %u elements lie deeper in their linked lists than this device "
+                         "walks in one loop",
+                         build->light, failures);
+    map->lock_failures = failures;
+    return true;
+}
+
+/* Gives unused room back, or makes the room that was missing. Where an element found no lock, its
+ * light alone is made again, without locks. */
 static bool fit_memory(const struct linked_job *job, bool *is_done, struct error *err)
 {
     struct shadow_store *store = job->builder->store;
@@ -166,9 +194,12 @@ static bool fit_memory(const struct linked_job *job, bool *is_done, struct error
         uint64_t elements = job->statistics[i].elements;
         if (!is_pending(build))
             continue;
-        if (job->statistics[i].lock_failures)
-            return error_set(err, ERROR_INTERNAL, "light %u: %u drops of light found no lock",
-                             build->light, job->statistics[i].lock_failures);
+        if (job->statistics[i].failures) {
+            if (!note_failures(build, job->statistics[i].failures, err))
+                return false;
+            *is_done = false;
+            continue;
+        }
         if (elements > map->nodes.count) {
             *is_done = false;
             if (!shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err) ||

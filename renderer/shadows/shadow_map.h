@@ -51,6 +51,8 @@ struct shadow_map {
     float keys_per_m;        /* SHADOW_DEEP: shadow_key.glsl */
     uint32_t light;          /* of the state that it was first made for */
     uint64_t expected_nodes; /* SHADOW_LINKED: those that a map of the same light had; 0: none */
+    uint32_t lock_failures;  /* is_faithful: elements that found no lock; if any, the lists were
+                                made again without locks */
     uint64_t event_count, longest_list, occupied_texels;
     uint64_t last_frame; /* number of the last frame that used it */
     uint64_t progress;   /* shadow_progress: number of the one that it was built for; 0: none */
@@ -82,6 +84,7 @@ struct shadow_build { /* a map that must be built in this frame */
     uint32_t light;                  /* index of state->lights */
     uint32_t target_layer;           /* first of its faces in store->target */
     uint32_t slot;                   /* linked: of the light in the statistics */
+    uint32_t lock_tries;             /* linked, as published: of each element */
     bool is_done;                    /* linked: the pool was large enough */
     struct draw_placement placement; /* of the casters, about the frame's origin */
 };

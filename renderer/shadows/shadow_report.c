@@ -80,6 +80,22 @@ static void report_blocks(const struct shadow_system *shadows, struct frame_repo
                     (unsigned long long)needed, (unsigned long long)most);
 }
 
+static void report_locks(const struct shadow_system *shadows, struct frame_report *report)
+{
+    size_t lights = 0;
+    unsigned long long failures = 0;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_map *map = shadows->light_maps[i];
+        lights += map && map->lock_failures;
+        failures += map ? map->lock_failures : 0;
+    }
+    if (lights)
+        report_warn(report,
+                    "deep-linked: %llu elements of %zu lights found no lock; the lists of these "
+                    "lights were made again without locks, with the same shadows",
+                    failures, lights);
+}
+
 void shadow_report_fill(const struct shadow_system *shadows, const struct shadow_progress *progress,
                         struct frame_report *report)
 {
@@ -104,6 +120,7 @@ void shadow_report_fill(const struct shadow_system *shadows, const struct shadow
     }
     report_nodes(shadows, report);
     report_blocks(shadows, report);
+    report_locks(shadows, report);
     if (shadows->has_cut_lamp)
         report_warn(report,
                     "a lamp stands in more than %d media, in a part that is cut away: its maps "

@@ -97,6 +97,7 @@ struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc
         .store = &shadows->store,
         .painter = &shadows->painter,
         .first_elements = desc->first_linked_elements,
+        .refused_locks = desc->refused_locks,
         .scans_on_host = desc->limits->is_software && !desc->scans_on_device,
     };
     return shadows;

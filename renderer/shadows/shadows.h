@@ -25,6 +25,9 @@ struct shadow_system_desc {
     void *context;        /* of claim */
     bool scans_on_device; /* deep: scan by shader even where the device is our own cores */
     bool layers_faces;    /* all faces of lights in one pass even there, if the device can */
+    /* Bit i: deep-linked as published gets no lock of light i (modulo 64), as where all tries for
+     * one ran out; for tests. */
+    uint64_t refused_locks;
 };
 
 struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc,

@@ -21,6 +21,11 @@ LAYOUT_SIZE(draw_record, 112)
 
 #define FACE_PLANES_MAX 8
 
+/* Tries for a spin lock. A thousand holders that each walk a list of a thousand elements, at 0.5 us
+ * per element, take 0.5 s; as many tries, at 0.5 us for the read of the lock alone, take as long.
+ */
+#define LOCK_TRIES 0x100000u
+
 struct face_record { /* one face of a light, as its casters are drawn. Axes are those of the light
                       */
     vec4 axis_x, axis_y, axis_z; /* rows of face_from_light, of 0, 1 and -1; w: metres of the
@@ -36,12 +41,15 @@ struct face_record { /* one face of a light, as its casters are drawn. Axes are 
     uint layer;                       /* of the target */
     uint scatters;                    /* deep lists: 1 in the second pass */
     uint blend_filter;
-    vec4 unused[2]; /* records are parts of a uniform buffer: GL_BUFFER_ALIGNMENT */
+    uint lock_tries; /* linked lists with locks: tries of an element */
+    uint unused_1, unused_2, unused_3;
+    vec4 unused; /* records are parts of a uniform buffer: GL_BUFFER_ALIGNMENT */
 };
 LAYOUT(face_record, clip, 48)
 LAYOUT(face_record, cut_planes, 64)
 LAYOUT(face_record, first_count, 192)
 LAYOUT(face_record, blend_filter, 220)
+LAYOUT(face_record, unused, 240)
 LAYOUT_SIZE(face_record, 256)
 
 #define MATERIAL_UNLIT 1u

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Linked shadow lists, corrected and as published, against the default form and against their own
- * model. */
+/* Linked shadow lists, corrected and as published, with locks and without, against the default form
+ * and against their own model. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -263,6 +263,68 @@ static void the_room_of_lists_follows_what_they_had(void **state)
     pane_scene_finish(&panes);
 }
 
+static const char *lock_warning(void)
+{
+    for (int i = 0; i < rig.report.warning_count; i++)
+        if (strstr(rig.report.warnings[i], "found no lock"))
+            return rig.report.warnings[i];
+    return NULL;
+}
+
+static float locked[LAMPS][POINTS][4];
+
+/* The lists of light 1, or of all lights, after their elements got no locks, against those with
+ * locks: in the order of drawing on our own cores, so equal to the bit. */
+static void check_refused(const struct pane_scene *panes, uint64_t refused, uint64_t room)
+{
+    const char *expected = refused == 2 ? "of 1 lights" : "of 3 lights";
+    shadow_rig_close(&rig);
+    assert_true(shadow_rig_open_without_locks(&rig, 0, room, refused));
+    for (int system = 0; system < 2; system++) {
+        rig.shadows = rig.systems[system];
+        for (int again = 0; again < 2; again++) { /* the lists are kept, and so is the warning */
+            prepare(panes, VIEW_SHADOWS_DEEP_LINKED, true);
+            assert_non_null(lock_warning());
+            assert_non_null(strstr(lock_warning(), expected));
+            assert_int_equal(rig.report.counts.shadow_maps_built, again ? 0 : LAMPS);
+        }
+        for (uint32_t light = 0; light < LAMPS; light++) {
+            ask(light, second);
+            assert_memory_equal(second, locked[light], sizeof second);
+        }
+        prepare(panes, VIEW_SHADOWS_DEEP_LINKED, false); /* has no locks that could be refused */
+        assert_null(lock_warning());
+    }
+}
+
+static void a_light_without_locks_is_made_again_with_the_same_lists_and_a_warning(void **state)
+{
+    (void)state;
+    struct pane_scene panes = {0};
+    add_panes(&panes, 60, 9);
+    /* equal depths, one of them opaque, and what casts once */
+    for (uint32_t i = 0; i < 12; i++) {
+        struct pane pane = panes.panes[i];
+        pane.is_opaque = i % 4 == 3;
+        pane.cast_once = i % 3 == 0;
+        pane.color[i % 3] *= 0.5f;
+        pane_scene_add(&panes, &pane);
+    }
+    choose_points();
+    shadow_rig_close(&rig);
+    assert_true(shadow_rig_open(&rig, 0, 0));
+    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, true);
+    assert_null(lock_warning());
+    for (uint32_t light = 0; light < LAMPS; light++)
+        ask(light, locked[light]);
+    check_refused(&panes, 2, 0);
+    check_refused(&panes, 2, 1);
+    check_refused(&panes, UINT64_MAX, 0);
+    shadow_rig_close(&rig);
+    assert_true(shadow_rig_open(&rig, 0, 0));
+    pane_scene_finish(&panes);
+}
+
 int main(void)
 {
     if (!shadow_rig_open(&rig, 0, 0))
@@ -275,6 +337,7 @@ int main(void)
         cmocka_unit_test(exclusions_hold_in_linked_lists),
         cmocka_unit_test(a_pool_of_one_element_grows_until_the_lists_are_the_same),
         cmocka_unit_test(the_room_of_lists_follows_what_they_had),
+        cmocka_unit_test(a_light_without_locks_is_made_again_with_the_same_lists_and_a_warning),
     };
     int failures = cmocka_run_group_tests(tests, NULL, NULL);
     shadow_rig_close(&rig);

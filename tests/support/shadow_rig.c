@@ -218,6 +218,12 @@ const struct view_light shadow_rig_lamps[SHADOW_RIG_LAMPS] = {
 
 bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t first_linked_elements)
 {
+    return shadow_rig_open_without_locks(rig, budget_bytes, first_linked_elements, 0);
+}
+
+bool shadow_rig_open_without_locks(struct shadow_rig *rig, uint64_t budget_bytes,
+                                   uint64_t first_linked_elements, uint64_t refused_locks)
+{
     struct error err = {0};
     *rig = (struct shadow_rig){0};
     rig->context = gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
@@ -237,6 +243,7 @@ bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t fir
         .limits = gl_context_limits(rig->context),
         .budget_bytes = budget_bytes,
         .first_linked_elements = first_linked_elements,
+        .refused_locks = refused_locks,
     };
     for (int i = 0; i < 2; i++) {
         desc.scans_on_device = desc.layers_faces = i == 1;

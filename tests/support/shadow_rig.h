@@ -70,6 +70,9 @@ extern const struct view_light shadow_rig_lamps[SHADOW_RIG_LAMPS];
 
 /* False when there is no GL device: the test is skipped. */
 bool shadow_rig_open(struct shadow_rig *rig, uint64_t budget_bytes, uint64_t first_linked_elements);
+/* The same, where lights get no locks of their lists: shadow_system_desc. */
+bool shadow_rig_open_without_locks(struct shadow_rig *rig, uint64_t budget_bytes,
+                                   uint64_t first_linked_elements, uint64_t refused_locks);
 void shadow_rig_close(struct shadow_rig *rig);
 
 /* Prepares the shadows of the scene for these lights. The scene's key is "panes". */
