@@ -318,6 +318,15 @@ static void GLAPIENTRY on_CopyImageSubData(GLuint from, GLenum from_target, GLin
                                   to_target, to_level, to_x, to_y, to_z, width, height, depth);
 }
 
+static void GLAPIENTRY on_ClearTexSubImage(GLuint texture, GLint level, GLint x, GLint y, GLint z,
+                                           GLsizei width, GLsizei height, GLsizei depth,
+                                           GLenum format, GLenum type, const void *value)
+{
+    touch_texture(texture, GL_WAY_TEXTURE, true, "glClearTexSubImage");
+    tracker.next.ClearTexSubImage(texture, level, x, y, z, width, height, depth, format, type,
+                                  value);
+}
+
 static void touch_targets(GLuint framebuffer, bool is_write, const char *command)
 {
     const struct gl_attachments *target = gl_mirror_framebuffer(framebuffer);
@@ -364,6 +373,7 @@ static bool touches_nothing(const char *function)
         "glDebug",
         "glDelete",
         "glDepth",
+        "glDetach",
         "glDisable",
         "glEnable",
         "glEnd",
@@ -462,6 +472,7 @@ void gl_access_install(struct gl_functions *functions)
     HOOK(GetTextureSubImage);
     HOOK(TextureSubImage2D);
     HOOK(CopyImageSubData);
+    HOOK(ClearTexSubImage);
     HOOK(ClearNamedFramebufferfv);
     HOOK(ClearNamedFramebufferuiv);
 #undef HOOK

@@ -6,8 +6,7 @@
 #include <fnmatch.h>
 #include <stddef.h>
 
-/* Names of programs are "label (defines)"; each text may have shell
- * wildcards. A pair of dispatches
+/* Names of programs are "label (defines)"; each text may have shell wildcards. A pair of dispatches
  * that is let pass here is still run in another order by gl_order.c, and must give the same. */
 static const struct {
     const char *first, *second, *object, *reason;
@@ -30,6 +29,8 @@ static const struct {
     {"shadow.deep.sort*", "shadow.deep.sort*", "shadow.deep.keys", "likewise"},
     {"shadow.deep.sort*", "shadow.deep.sort*", "shadow.deep.media", "likewise"},
     {"shadow.deep.sort*", "shadow.deep.sort*", "shadow.deep.objects", "likewise"},
+    {"shadow.deep.sort*", "shadow.deep.sort*", "shadow.deep.scratch*",
+     "each class has lists of its own there, and a step of all classes ends with a barrier"},
     {"lights.linked.insert*", "lights.linked.insert*", "lights.linked.*",
      "a tile's list is locked while a light is inserted"},
     {"lists_count.frag.glsl*", "lists_count.frag.glsl*", "lists.counts",
