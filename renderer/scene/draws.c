@@ -310,8 +310,8 @@ static void draw_batch(const struct draw_desc *desc, const struct draw_batch *ba
     const struct draw_state *state = &batch->state;
     if (state->textures >= 0)
         bind_textures(desc, batch);
-    const char *first =
-        (const char *)NULL + arena->commands_offset + batch->first * sizeof *arena->command_list;
+    const void *first = (const void *)(uintptr_t)(arena->commands_offset +
+                                                  batch->first * sizeof *arena->command_list);
     glMultiDrawElementsIndirect(state->mode, state->index_type, first, (GLsizei)batch->count, 0);
 }
 

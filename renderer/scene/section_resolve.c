@@ -50,7 +50,7 @@ struct resolving {
 
 static void *handle_of(uint32_t place)
 {
-    return (void *)((char *)NULL + place);
+    return (void *)(uintptr_t)place;
 }
 
 static void on_begin(GLenum type, void *context)
@@ -62,7 +62,7 @@ static void on_begin(GLenum type, void *context)
 static void on_vertex(void *handle, void *context)
 {
     struct resolving *r = context;
-    size_t place = (size_t)((char *)handle - (char *)NULL);
+    size_t place = (size_t)(uintptr_t)handle;
     r->has_failed |= !section_outline_add(r->out, r->places.points[place]);
 }
 

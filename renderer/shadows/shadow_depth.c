@@ -23,7 +23,7 @@ static void copy_layers(const struct shadow_store *store, const struct shadow_bu
     uint64_t face_bytes = 4ull * (uint64_t)side * (uint64_t)side;
     uint32_t most = (uint32_t)(COPY_BYTES / face_bytes), count;
     for (uint32_t layer = 0; layer < layers; layer += count) {
-        void *offset = (char *)NULL + 4 * first->map->depths.first + layer * face_bytes;
+        void *offset = (void *)(uintptr_t)(4 * first->map->depths.first + layer * face_bytes);
         count = layers - layer < most ? layers - layer : most;
         glGetTextureSubImage(store->target.name, 0, 0, 0, (GLint)(first->target_layer + layer),
                              side, side, (GLsizei)count, GL_DEPTH_COMPONENT, GL_FLOAT,

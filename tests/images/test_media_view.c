@@ -39,7 +39,7 @@ static struct frame render(struct renderer *renderer, const struct media_scene_d
 {
     struct closed_form_scene built;
     struct rig_scene scene;
-    struct frame frame;
+    struct frame frame = {0};
     struct error err = {0};
     media_scene_build(desc, &built);
     if (!rig_scene_from_glb(&scene, renderer, "media", built.glb, built.size_bytes, &err) ||

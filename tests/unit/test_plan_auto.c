@@ -65,7 +65,7 @@ static void rig_close(struct rig *rig)
 
 static struct workload measure(struct rig *rig)
 {
-    struct workload workload;
+    struct workload workload = {0};
     struct error err = {0};
     rig->view.lights = &rig->light;
     if (!scene_state_init(&rig->state, &rig->imported.scene, &rig->view, &err) ||
@@ -81,7 +81,7 @@ static struct workload measure(struct rig *rig)
 
 static struct auto_choice choose(struct rig *rig, const struct auto_settings *settings)
 {
-    struct auto_choice choice;
+    struct auto_choice choice = {0};
     struct error err = {0};
     rig->view.lights = &rig->light;
     if (!scene_state_init(&rig->state, &rig->imported.scene, &rig->view, &err) ||

@@ -95,7 +95,10 @@ static void what_cannot_be_measured_is_refused_where_it_stands(void **state)
 static void add_row(struct tradeoff *tradeoff, double ms, double rmse)
 {
     struct tradeoff_row *row = &tradeoff->rows[tradeoff->row_count++];
-    *row = (struct tradeoff_row){.setting = {REQUEST_SHADOWS_DEEP, 512, 4, 4},
+    *row = (struct tradeoff_row){.setting = {.shadows = REQUEST_SHADOWS_DEEP,
+                                             .shadow_resolution = 512,
+                                             .shadow_taps = 4,
+                                             .samples = 4},
                                  .rmse = rmse,
                                  .p999 = 2 * rmse,
                                  .max = 3 * rmse,
