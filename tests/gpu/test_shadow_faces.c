@@ -64,7 +64,7 @@ static void prepare(const struct pane_scene *panes, const struct view_light *lam
     shadow_system_forget(rig.shadows, "panes");
     if (!shadow_rig_prepare(&rig, panes, lamps, count, no_eye, quality, &err))
         fail_msg("%s", err.message);
-    assert_in_range(rig.report.counts.shadow_maps_built, (count + 1) / 2, count);
+    assert_int_in_range(rig.report.counts.shadow_maps_built, (count + 1) / 2, count);
 }
 
 struct words {

@@ -269,7 +269,7 @@ static void linked_light_lists_beyond_a_block_are_refused_by_number(void **unuse
     fixture_finish(&fixture);
     assert_int_equal(err.code, ERROR_OVER_BUDGET);
     assert_non_null(strstr(err.message, "the limit is 65536"));
-    assert_in_range(below.largest, 1, BLOCK_BYTES);
+    assert_int_in_range(below.largest, 1, BLOCK_BYTES);
 }
 
 int main(void)
