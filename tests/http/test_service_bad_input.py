@@ -119,7 +119,7 @@ class BadRequests(support.ServiceTest):
         for camera in (
             {"eye": [0, 0, 0], "target": [0, 0, 0]},
             {"matrix": [0] * 16},
-            {"fit": "bottom"},
+            {"fit": "beside"},
             {"eye": [0, 0, 5], "target": [0, 0, 0], "fov_y_deg": 180},
             {"node": ""},
             {"eye": [0, 5, 0], "target": [0, 0, 0], "up": [0, 1, 0]},

@@ -150,7 +150,7 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
                                    .driver = "none",
                                    .device_count = 1,
                                    .max_texture_size = 16384,
-                                   .max_samples = 4,
+                                   .max_samples = 1,
                                    .max_storage_block_bytes = 1 << 30,
                                    .budget_bytes = renderer->budget_bytes,
                                    .used_bytes = (uint64_t)renderer->scene_count << 20,
