@@ -134,6 +134,7 @@ static const struct number_member camera_numbers[] = {
     {"matrix", offsetof(struct outline_camera, matrix), 16, false},
     {"fov_y_deg", offsetof(struct outline_camera, fov_y_deg), 1, true},
     {"ortho_height", offsetof(struct outline_camera, ortho_height), 1, true},
+    {"aspect", offsetof(struct outline_camera, aspect), 1, true},
     {0},
 };
 

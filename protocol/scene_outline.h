@@ -49,6 +49,7 @@ struct outline_camera { /* members as of camera */
     int node;
     double matrix[16];              /* world from camera */
     double fov_y_deg, ortho_height; /* one of them is 0 and not written */
+    double aspect; /* width over height of what the file's camera shows; 0 = none, not written */
 };
 
 /* Zeroed = empty; scene_outline_finish frees everything. Arrays are owned. */

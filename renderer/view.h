@@ -37,7 +37,8 @@ struct view_camera {
     double matrix[16];               /* MATRIX: world_from_camera, column-major, looks along -Z */
     enum view_fit fit;               /* FIT */
     bool is_orthographic;            /* FIT: without perspective, as high as the scene needs */
-    double fov_y_deg;                /* 0 means 45 (or the node's own); (0, 179) */
+    double fov_y_deg;                /* (0, 179); 0 means 45, or the node's own: an image narrower
+                                        than the node's aspect then shows all its width */
     double ortho_height;             /* m; > 0 makes the camera orthographic */
 };
 

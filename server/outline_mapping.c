@@ -159,10 +159,13 @@ static bool add_camera(const struct scene *scene, uint32_t index, struct scene_o
         unit_column(node->world_matrix, column, 1, &to->matrix[4 * column]);
     memcpy(&to->matrix[12], &node->world_matrix[12], 3 * sizeof(double));
     to->matrix[15] = 1;
-    if (from->is_orthographic)
+    if (from->is_orthographic) {
         to->ortho_height = 2 * (double)from->y_mag;
-    else
+        to->aspect = (double)from->x_mag / (double)from->y_mag;
+    } else {
         to->fov_y_deg = deg_per_rad * (double)from->y_fov_rad;
+        to->aspect = (double)from->aspect;
+    }
     return true;
 }
 

@@ -93,8 +93,10 @@ export class OrbitCamera {
   /**
    * Stands where a camera of the scene stands. From outside it turns around the middle of the
    * scene's box; inside, as in a room, around a point `near` metres away: nearly on the spot.
+   * A picture (pictureAspect: width over height) that is narrower than the camera's shows all its
+   * width, as the service does where the camera is called by its node.
    */
-  standAt({ matrix, fov_y_deg, ortho_height }, bounds, near) {
+  standAt({ matrix, fov_y_deg, ortho_height, aspect = 0 }, bounds, near, pictureAspect) {
     const eye = matrix.slice(12, 15);
     const backward = matrix.slice(8, 11);
     const center = middleOf(bounds);
@@ -104,9 +106,12 @@ export class OrbitCamera {
     this.pitch = clamp(Math.asin(clamp(backward[1], -1, 1)) / RAD, -UP_LIMIT_DEG, UP_LIMIT_DEG);
     this.yaw = Math.atan2(backward[0], backward[2]) / RAD;
     this.isOrthographic = ortho_height !== undefined;
-    this.fov = fov_y_deg ?? DEFAULT_FOV_DEG;
+    const wider = Math.max(aspect / pictureAspect, 1);
+    this.fov = this.isOrthographic
+      ? DEFAULT_FOV_DEG
+      : 2 * Math.atan(wider * Math.tan(((fov_y_deg ?? DEFAULT_FOV_DEG) * RAD) / 2)) / RAD;
     this.distance = this.isOrthographic
-      ? ortho_height / 2 / Math.tan((this.fov * RAD) / 2)
+      ? wider * ortho_height / 2 / Math.tan((this.fov * RAD) / 2)
       : Math.max(depth, least);
     this.target = add(eye, this.backward, -this.distance);
   }

@@ -311,8 +311,9 @@ class Viewer {
   standBy(name) {
     if (!this.model.scene || !name) return;
     const camera = /^camera-(\d+)$/.exec(name);
-    if (camera) this.model.standAt(this.model.scene.outline.cameras[camera[1]]);
-    else {
+    if (camera) {
+      this.model.standAt(this.model.scene.outline.cameras[camera[1]], this.stage.aspect);
+    } else {
       this.model.camera.turnTo(STANDARD_VIEWS[name]);
       this.model.camera.fit(this.model.bounds, this.stage.aspect);
     }

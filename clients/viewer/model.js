@@ -119,20 +119,21 @@ export class Model extends EventTarget {
   #standByDefault() {
     const [camera] = this.scene.outline.cameras;
     if (camera) {
-      this.standAt(camera);
+      this.standAt(camera, this.aspect);
       return;
     }
     this.camera.turnTo({ yaw: 35, pitch: 20 });
     this.camera.fit(this.bounds, this.aspect);
   }
 
-  /** Stands where a camera of the scene stands; what is near is told by where the parts are. */
-  standAt(camera) {
+  /** Stands where a camera of the scene stands, for a picture of that aspect; what is near is told
+   * by where the parts are. */
+  standAt(camera, aspect) {
     const eye = camera.matrix.slice(12, 15);
     const away = this.scene.outline.nodes.filter(({ bounds }) => bounds).map(({ bounds }) =>
       Math.hypot(...add(middleOf(bounds), eye, -1)));
     const median = away.sort((a, b) => a - b)[Math.floor(away.length / 2)] ?? this.camera.sceneSize;
-    this.camera.standAt(camera, this.bounds, 0.15 * median);
+    this.camera.standAt(camera, this.bounds, 0.15 * median, aspect);
   }
 
   /** Of the whole scene: least x y z, greatest x y z; not to be changed. */

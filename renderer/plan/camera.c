@@ -66,6 +66,16 @@ static void set_perspective(struct camera *camera, double fov_y_deg, double aspe
     camera->half_width = camera->half_height * aspect;
 }
 
+/* All that a camera of a file shows is in the image: one that is narrower than the file's aspect
+ * (width over height; 0: that of the image) shows more above and below. */
+static void keep_width(struct camera *camera, double file_aspect, double aspect)
+{
+    if (file_aspect <= aspect)
+        return;
+    camera->half_width = camera->half_height * file_aspect;
+    camera->half_height = camera->half_width / aspect;
+}
+
 /* From the point to the farthest pair of planes of the item's box in its own axes that it lies
  * outside of: no more than the distance to the item, and at least that over the root of three where
  * the axes are at right angles. 0 inside. */
@@ -157,10 +167,12 @@ static bool resolve_node(struct camera *camera, const struct view *view,
         camera->is_orthographic = true;
         camera->half_height = (double)source->y_mag;
         camera->half_width = camera->half_height * aspect;
+        keep_width(camera, (double)source->x_mag / (double)source->y_mag, aspect);
+    } else if (view->camera.fov_y_deg > 0) {
+        set_perspective(camera, view->camera.fov_y_deg, aspect);
     } else {
-        double fov_deg = (double)source->y_fov_rad / degree;
-        set_perspective(camera, view->camera.fov_y_deg > 0 ? view->camera.fov_y_deg : fov_deg,
-                        aspect);
+        set_perspective(camera, (double)source->y_fov_rad / degree, aspect);
+        keep_width(camera, (double)source->aspect, aspect);
     }
     struct bounds_sphere sphere = scene_sphere(state);
     set_clip_depths(camera, state, &sphere);

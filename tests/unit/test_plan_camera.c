@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Fitted cameras: the whole bounding box is in the image, and fills it in one direction. */
+/* Fitted cameras: the whole bounding box is in the image, and fills it in one direction. Cameras of
+ * the file: all that they show is in the image. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -102,12 +103,69 @@ static void an_empty_scene_is_fitted_too(void **unused)
     }
 }
 
+/* Half the width and height of what a camera of the file shows, 1 m before it, in an image. */
+static void look_through(const struct scene_camera *file, double fov_y_deg, int width_px,
+                         int height_px, double half[2])
+{
+    const struct scene_node node = {.mesh = -1, .light = -1, .camera = 0};
+    const struct scene_header header = {.default_camera_node = 0};
+    const struct scene scene = {
+        .header = &header, .nodes = &node, .node_count = 1, .cameras = file, .camera_count = 1};
+    double world[1][16] = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
+    struct scene_state state = {.scene = &scene, .world = world, .unit_m = 1};
+    const struct view view = {
+        .width_px = width_px, .height_px = height_px, .camera = {.fov_y_deg = fov_y_deg}};
+    struct camera camera;
+    struct error err = {0};
+    if (!camera_resolve(&camera, &view, &state, &err))
+        fail_msg("%s", err.message);
+    assert_int_equal(camera.is_orthographic, file->is_orthographic && fov_y_deg == 0);
+    assert_float_equal(camera.half_width * height_px, camera.half_height * width_px, 1e-9);
+    half[0] = camera.half_width;
+    half[1] = camera.half_height;
+}
+
+/* The file's frame touches the image's edge in the direction in which the image has less. */
+static void an_image_holds_all_that_a_camera_of_the_file_shows(void **unused)
+{
+    (void)unused;
+    const struct scene_camera cameras[] = {
+        {.y_fov_rad = 1.1F, .aspect = 1.5F},
+        {.y_fov_rad = 0.4F, .aspect = 0.75F},
+        {.is_orthographic = 1, .x_mag = 3, .y_mag = 2},
+        {.is_orthographic = 1, .x_mag = 2, .y_mag = 2.5F},
+    };
+    static const int sizes[][2] = {{1600, 900}, {900, 1600}, {300, 300}, {16, 4000}};
+    for (int i = 0; i < 16; i++) {
+        const struct scene_camera *file = &cameras[i % 4];
+        double half[2], height = file->is_orthographic ? (double)file->y_mag
+                                                       : tan(0.5 * (double)file->y_fov_rad);
+        double width = file->is_orthographic ? (double)file->x_mag : height * (double)file->aspect;
+        look_through(file, 0, sizes[i / 4][0], sizes[i / 4][1], half);
+        double fill = fmax(width / half[0], height / half[1]);
+        assert_float_equal(fill, 1, 1e-6);
+    }
+}
+
+static void a_camera_without_aspect_and_a_wish_keep_their_height(void **unused)
+{
+    (void)unused;
+    const struct scene_camera bare = {.y_fov_rad = 1.1F}, wide = {.y_fov_rad = 1.1F, .aspect = 2};
+    double half[2];
+    look_through(&bare, 0, 200, 900, half);
+    assert_float_equal(half[1], tan(0.55), 1e-6);
+    look_through(&wide, 30, 200, 900, half);
+    assert_float_equal(half[1], tan(15 * 0.017453292519943295), 1e-9);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_fitted_box_fills_the_image_from_every_side),
         cmocka_unit_test(each_side_looks_along_its_axis),
         cmocka_unit_test(an_empty_scene_is_fitted_too),
+        cmocka_unit_test(an_image_holds_all_that_a_camera_of_the_file_shows),
+        cmocka_unit_test(a_camera_without_aspect_and_a_wish_keep_their_height),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

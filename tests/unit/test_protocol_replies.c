@@ -402,6 +402,7 @@ static void fill_summary(struct scene_summary *summary)
     struct outline_camera *camera = scene_outline_add_camera(&summary->outline, "Cam", &err);
     assert_non_null(camera);
     camera->ortho_height = 2;
+    camera->aspect = 1.5;
 }
 
 static void summaries_read_back_as_they_were(void **state)
@@ -423,6 +424,7 @@ static void summaries_read_back_as_they_were(void **state)
     assert_true(read.outline.nodes[0].matrix[12] == -1e-3);
     assert_true(read.outline.nodes[1].matrix[15] == 1);
     assert_true(read.outline.lights[0].up[1] == 1);
+    assert_true(read.outline.cameras[0].aspect == 1.5);
     assert_true(read.outline.lights[1].up[1] == 0);
     assert_null(strstr(strstr(text, "At rest"), "\"matrix\":[1")); /* cameras come with zeros */
     assert_null(strstr(strstr(text, "Without up"), "\"up\""));

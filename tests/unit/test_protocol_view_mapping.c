@@ -392,6 +392,7 @@ static void assert_outline(const struct scene_outline *outline)
     assert_float_equal(outline->lights[1].outer_cone_deg, 28.6479, 1e-4);
     assert_int_equal(outline->camera_count, 1);
     assert_true(outline->cameras[0].ortho_height == 6 && outline->cameras[0].fov_y_deg == 0);
+    assert_true(outline->cameras[0].aspect == 2);
     const double matrix[] = {0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 10, 20, 30, 1};
     assert_memory_equal(outline->cameras[0].matrix, matrix, sizeof matrix);
 }
@@ -423,7 +424,7 @@ static void scenes_reach_their_summary(void **state)
         {.material = 1, .bounds_min = {0, 0, 0}, .bounds_max = {1, 2, 4}}};
     const struct scene_light lights[] = {
         {.type = SCENE_LIGHT_SPOT, .name = LAMP, .outer_cone_rad = 0.5F}};
-    const struct scene_camera cameras[] = {{.is_orthographic = 1, .y_mag = 3}};
+    const struct scene_camera cameras[] = {{.is_orthographic = 1, .x_mag = 6, .y_mag = 3}};
     const struct scene_animation animations[] = {{.name = LAMP, .duration_s = 1.5F}};
     const uint32_t extensions[] = {EXTENSION}, warnings[] = {WARNING};
     const struct scene scene = {
