@@ -42,7 +42,8 @@ static bool check_view(const struct view *view, struct error *err)
         view->row_count_px > view->height_px - view->first_row_px)
         return error_set(err, ERROR_INVALID_REQUEST, "%d rows from row %d of an image of %d rows",
                          view->row_count_px, view->first_row_px, view->height_px);
-    if (view->screen.channels && !isfinite(view->screen.mapping.exposure_ev))
+    if ((view->screen.channels || view->screen.has_backdrop) &&
+        !isfinite(view->screen.mapping.exposure_ev))
         return error_set(err, ERROR_INVALID_REQUEST, "exposure_ev is not finite");
     if (view->clip_plane_count > VIEW_CLIP_PLANES_MAX)
         return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is %d",
@@ -286,8 +287,9 @@ bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const st
         return false;
     size_t count = list_techniques(renderer, view, &opened.plan->plan, techniques);
     bool is_good = true;
-    for (size_t i = 0; is_good && i < count; i++) {
-        drawn.quality.shadows = techniques[i];
+    for (size_t i = 0; is_good && i < 2 * count; i++) { /* with a background, and without */
+        drawn.quality.shadows = techniques[i / 2];
+        drawn.screen.has_backdrop = i % 2 != view->screen.has_backdrop;
         is_good = open_view(renderer, scene_key, &drawn, &opened, err) &&
                   list_all(renderer, &opened, &list, err);
     }

@@ -7,13 +7,25 @@
 #include "renderer/overlay/overlay.h"
 #include "renderer/wall_clock.h"
 
+/* What is drawn over is mapped as the picture was. */
+static struct view overlay_view(const struct view *view)
+{
+    struct view own = *view;
+    if (view->screen.has_backdrop) {
+        tone_map_color(&view->screen.mapping, own.edges.color);
+        tone_map_color(&view->screen.mapping, own.highlight.color);
+    }
+    return own;
+}
+
 bool frame_overlay(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
     struct frame_report *report = &run->frame->report;
     const char *because = run->frame_plan->plan.requirements[PLAN_NEED_OVERLAY].because;
+    const struct view view = overlay_view(run->view);
     const struct raytrace_desc rays = {
-        .view = run->view, .state = run->state, .camera = run->camera, .cache = renderer->traced};
+        .view = &view, .state = run->state, .camera = run->camera, .cache = renderer->traced};
     const struct overlay_desc desc = {.rays = &rays,
                                       .edges = &renderer->feature_edges,
                                       .color = &run->frame->outputs[VIEW_OUTPUT_COLOR]};

@@ -183,12 +183,22 @@ struct view_edges {
     float hidden;   /* as above */
 };
 
-/* The colour as a screen shows it, in a quarter of the bytes. */
+/* The colour as a screen shows it. */
 struct view_screen {
     int channels; /* 3, or 4 with alpha: the colour output may be U8, as tone_map gives it, where
                      the device does that sooner than the processor; 0: it is linear */
     struct tone_map_desc mapping;
+    bool has_backdrop; /* the background is a colour of the screen, behind the mapped picture
+                          (tone_map_over): a linear colour output is no radiance, but what is left
+                          to encode (view_screen_code) */
 };
+
+/* What maps a linear colour output to the screen. */
+static inline struct tone_map_desc view_screen_code(const struct view_screen *screen)
+{
+    struct tone_map_desc encoding = {.operator_ = TONE_MAPPING_NONE};
+    return screen->has_backdrop ? encoding : screen->mapping;
+}
 
 enum { VIEW_CLIP_PLANES_MAX = 8 };
 
@@ -230,5 +240,14 @@ struct view {
     struct view_screen screen;
     struct view_quality quality;
 };
+
+/* The background as a colour of the screen: linear, no channel above 1, associated alpha. */
+static inline void view_backdrop(const struct view *view, float backdrop[4])
+{
+    const float *b = view->background;
+    for (int k = 0; k < 3; k++)
+        backdrop[k] = (b[k] < 1 ? b[k] : 1) * b[3];
+    backdrop[3] = b[3];
+}
 
 #endif

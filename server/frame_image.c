@@ -211,15 +211,16 @@ static bool show_ids(struct image *image, const struct image *ids, struct error 
 
 /* Tone mapped on the device, or here. */
 static bool show_color(struct image *image, struct image *color,
-                       const struct render_request *request, struct error *err)
+                       const struct render_request *request, enum image_format format,
+                       struct error *err)
 {
-    struct tone_map_desc mapping;
     if (color->component == IMAGE_U8) {
         *image = *color;
         *color = (struct image){0};
         return true;
     }
-    tone_map_from_request(request, &mapping);
+    const struct view_screen screen = view_screen_from_request(request, format);
+    const struct tone_map_desc mapping = view_screen_code(&screen);
     return tone_map(color, &mapping, image, err);
 }
 
@@ -227,7 +228,7 @@ static bool show(struct image *image, struct frame *frame, const struct render_r
                  enum image_format format, struct error *err)
 {
     if (request->outputs & 1u << VIEW_OUTPUT_COLOR)
-        return show_color(image, &frame->outputs[VIEW_OUTPUT_COLOR], request, err);
+        return show_color(image, &frame->outputs[VIEW_OUTPUT_COLOR], request, format, err);
     if (request->outputs & 1u << VIEW_OUTPUT_DEPTH)
         return show_depth(image, &frame->outputs[VIEW_OUTPUT_DEPTH], format == IMAGE_FORMAT_PNG,
                           err);

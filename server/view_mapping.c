@@ -292,7 +292,9 @@ struct view_screen view_screen_from_request(const struct render_request *request
 {
     struct view_screen screen = {.channels = format == IMAGE_FORMAT_EXR    ? 0
                                              : format == IMAGE_FORMAT_JPEG ? 3
-                                                                           : 4};
+                                                                           : 4,
+                                 .has_backdrop =
+                                     format != IMAGE_FORMAT_EXR && request->background[3] > 0};
     tone_map_from_request(request, &screen.mapping);
     return screen;
 }

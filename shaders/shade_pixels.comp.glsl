@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
-// Needs: SAMPLES (1 or 4), SAMPLES_IN_TURN (below), HAS_TRANSPARENT, IS_ORTHOGRAPHIC,
-// HAS_TRACED_SHADOWS, those of lighting.glsl and media.glsl.
+// Needs: SAMPLES (1 or 4), SAMPLES_IN_TURN (below), HAS_TRANSPARENT, HAS_BACKDROP (the picture is
+// mapped to the screen), IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of lighting.glsl and
+// media.glsl.
 #include "wide.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
+#ifdef HAS_BACKDROP
+#include "backdrop.glsl"
+#endif
 #ifdef HAS_TRANSPARENT
 #include "filter_unpack.glsl"
 #endif
@@ -16,7 +20,7 @@ layout(rgba32f, binding = 1) uniform image2DArray u_parts; // light so far, a la
 #endif
 uniform uvec2 u_size_px;
 uniform uint u_first_row; // of the dispatch
-uniform vec4 u_background;             // associated alpha
+uniform vec4 u_background;             // associated alpha; 0 where there is a backdrop
 uniform vec2 u_sample_positions[SAMPLES]; // in the pixel, y up
 #ifdef HAS_TRANSPARENT
 layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
@@ -199,6 +203,9 @@ void composite_list(ivec2 pixel, int first_sample, uint first, uint end, out vec
 vec4 composite(ivec2 pixel)
 {
     vec4 sum = vec4(0.0);
+#ifdef HAS_BACKDROP
+    vec4 seen = vec4(0.0); // as map_over_backdrop has it, of all samples
+#endif
 #ifdef HAS_TRANSPARENT
     uint index = uint(pixel.y) * u_size_px.x + uint(pixel.x);
     uint first = index == 0u ? 0u : ends[index - 1u], end = min(ends[index], u_list_room);
@@ -210,13 +217,24 @@ vec4 composite(ivec2 pixel)
             vec4 behind = OPAQUE_COLOR(sample_ + i);
             float alpha = 1.0 - (1.0 - behind.a) * (t.r + t.g + t.b) / 3.0;
             sum += vec4(radiance[i] + t * behind.rgb, alpha);
+#ifdef HAS_BACKDROP
+            bool is_bare = behind.a == 0.0 && t == vec3(1.0) && radiance[i] == vec3(0.0);
+            seen += is_bare ? vec4(0.0) : vec4(t * (1.0 - behind.a), 1.0);
+#endif
         }
     }
 #else
     for (int i = 0; i < SAMPLES; i++)
         sum += OPAQUE_COLOR(i);
+#ifdef HAS_BACKDROP
+    seen.a = sum.a;
 #endif
+#endif
+#ifdef HAS_BACKDROP
+    return map_over_backdrop(sum.rgb / float(SAMPLES), seen / float(SAMPLES));
+#else
     return sum / float(SAMPLES);
+#endif
 }
 
 void main()

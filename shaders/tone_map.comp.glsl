@@ -2,9 +2,8 @@
 // The window's linear image as a screen shows it, as renderer/image/tone_map.c makes it: exposure,
 // Khronos PBR Neutral, the sRGB code, alpha that is not associated. A thread for four pixels, the
 // top row first; what is behind the last pixel is written and means nothing.
-#include "shared/layout.h"
 #include "shared/bindings.h"
-#include "shared/tone_curve.h"
+#include "tone_neutral.glsl"
 layout(local_size_x = 64) in;
 layout(rgba32f, binding = 0) uniform readonly image2D u_image;
 layout(std430, binding = BIND_SCREEN) writeonly buffer screen_buffer { uint words[]; };
@@ -15,27 +14,6 @@ uniform uvec2 u_size_px;
 uniform uint u_channels; // 3 or 4
 uniform uint u_is_neutral;
 uniform float u_gain; // of the exposure
-
-// Not a number, infinite and negative become 0, by their bits: comparisons with NaN are not
-// specified.
-float tame(float value)
-{
-    bool is_finite = floatBitsToUint(value) - 1u < 0x7f7fffffu;
-    return is_finite ? min(value, TONE_RADIANCE_MAX) : 0.0;
-}
-
-vec3 map_neutral(vec3 c)
-{
-    precise vec3 lowered = c - tone_offset(min(min(c.r, c.g), c.b));
-    float peak = max(max(lowered.r, lowered.g), lowered.b);
-    if (peak < TONE_START_COMPRESSION)
-        return lowered;
-    float new_peak = tone_new_peak(peak), white_share = tone_white_share(peak, new_peak);
-    precise float scale = new_peak / peak;
-    return vec3(tone_compress(lowered.r, scale, new_peak, white_share),
-                tone_compress(lowered.g, scale, new_peak, white_share),
-                tone_compress(lowered.b, scale, new_peak, white_share));
-}
 
 uint encode_srgb(float x)
 {

@@ -98,6 +98,43 @@ float tone_map_gain(const struct tone_map_desc *desc)
     return exp2f(fminf(fmaxf(desc->exposure_ev, -100), 100));
 }
 
+/* Of values that are tame. */
+static void map_radiance(bool is_neutral, float c[3])
+{
+    if (is_neutral)
+        map_neutral(c);
+    for (int i = 0; i < 3; i++)
+        c[i] = c[i] < 1 ? c[i] : 1;
+}
+
+void tone_map_color(const struct tone_map_desc *desc, float color[3])
+{
+    float gain = tone_map_gain(desc);
+    for (int i = 0; i < 3; i++)
+        color[i] = fminf(tame(color[i]) * gain, TONE_RADIANCE_MAX);
+    map_radiance(desc->operator_ == TONE_MAPPING_NEUTRAL, color);
+}
+
+void tone_map_over(const struct tone_map_desc *desc, const float backdrop[4],
+                   const struct tone_map_over *pixel, float out[4])
+{
+    bool is_neutral = desc->operator_ == TONE_MAPPING_NEUTRAL;
+    float covered = pixel->covered, through[3] = {0}, lit[3] = {0}, unlit[3] = {0};
+    float seen = (pixel->behind[0] + pixel->behind[1] + pixel->behind[2]) / 3 + 1 - covered;
+    if (covered > 0) {
+        float scale = tone_map_gain(desc) / covered;
+        for (int i = 0; i < 3; i++) {
+            through[i] = unlit[i] = backdrop[i] * pixel->behind[i] / covered;
+            lit[i] = fminf(tame(pixel->radiance[i]) * scale + through[i], TONE_RADIANCE_MAX);
+        }
+        map_radiance(is_neutral, lit);
+        map_radiance(is_neutral, unlit);
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] = backdrop[i] * (1 - covered) + fmaxf(through[i] + lit[i] - unlit[i], 0) * covered;
+    out[3] = 1 - (1 - backdrop[3]) * seen;
+}
+
 bool tone_map(const struct image *hdr, const struct tone_map_desc *desc, struct image *ldr,
               struct error *err)
 {

@@ -6,6 +6,7 @@
 
 #include "renderer/raytrace/rt_batch_light.h"
 #include "renderer/raytrace/rt_path.h"
+#include "renderer/raytrace/rt_pixel.h"
 #include "renderer/scene/matrix.h"
 
 enum { BATCH_FRAGMENTS = 4096 }; /* 1.2 MB with all that belongs to them */
@@ -223,13 +224,11 @@ bool rt_batch_is_full(const struct rt_batch *batch)
 }
 
 /* Front to back over the ordered layers: docs/shading.md section 2. */
-static void composite(const struct rt_batch *batch, size_t first, size_t end, double sum[4])
+static void composite(const struct rt_batch *batch, size_t first, size_t end,
+                      struct rt_pixel *pixel)
 {
-    const float *b = batch->desc.view->background;
-    double through[3] = {1, 1, 1}, behind[4];
-    for (int k = 0; k < 3; k++)
-        behind[k] = (double)b[k] * (double)b[3];
-    behind[3] = (double)b[3];
+    double layers[3] = {0}, through[3] = {1, 1, 1}, behind[4];
+    rt_pixel_background(batch->desc.view, behind);
     for (size_t i = first; i < end; i++) {
         const struct rt_step *step = &batch->steps[i];
         for (int k = 0; k < 3; k++)
@@ -243,29 +242,26 @@ static void composite(const struct rt_batch *batch, size_t first, size_t end, do
             break;
         }
         for (int k = 0; k < 3; k++) {
-            sum[k] += through[k] * shading->alpha * shading->radiance[k];
+            layers[k] += through[k] * shading->alpha * shading->radiance[k];
             through[k] *= shading->filter[k];
         }
     }
-    for (int k = 0; k < 3; k++)
-        sum[k] += through[k] * behind[k];
-    sum[3] += 1 - (1 - behind[3]) * (through[0] + through[1] + through[2]) / 3;
+    rt_pixel_end_sample(pixel, layers, through, behind);
 }
 
 static void write_pixels(const struct rt_batch *batch, struct image *image)
 {
     size_t sample = 0, step = 0;
     for (size_t p = 0; p < batch->pixel_count; p++) {
-        double sum[4] = {0};
+        struct rt_pixel pixel = {.covered = 0};
         for (int s = 0; s < batch->desc.samples; s++) {
-            composite(batch, step, batch->sample_ends[sample], sum);
+            composite(batch, step, batch->sample_ends[sample], &pixel);
             step = batch->sample_ends[sample++];
         }
         float *out =
             (float *)image->pixels + 4 * ((size_t)batch->pixels[p][1] * (size_t)image->width_px +
                                           (size_t)batch->pixels[p][0]);
-        for (int k = 0; k < 4; k++)
-            out[k] = (float)(sum[k] / batch->desc.samples);
+        rt_pixel_write(&pixel, batch->desc.view, batch->desc.samples, out);
     }
 }
 

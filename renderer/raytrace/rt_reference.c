@@ -5,6 +5,7 @@
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_path.h"
+#include "renderer/raytrace/rt_pixel.h"
 #include "renderer/scene/matrix.h"
 
 struct tracer { /* one thread's share */
@@ -15,15 +16,11 @@ struct tracer { /* one thread's share */
 };
 
 /* Front to back over the ordered layers: docs/shading.md section 2. */
-static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double color[4])
+static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, struct rt_pixel *pixel)
 {
     const struct rt_job *job = tracer->job;
-    const float *b = job->desc->view->background;
-    double through[3] = {1, 1, 1}, behind[4];
-    for (int k = 0; k < 3; k++)
-        behind[k] = (double)b[k] * (double)b[3];
-    behind[3] = (double)b[3];
-    color[0] = color[1] = color[2] = 0;
+    double layers[3] = {0}, through[3] = {1, 1, 1}, behind[4];
+    rt_pixel_background(job->desc->view, behind);
     if (job->desc->camera->is_orthographic)
         rt_media_at(job->scene, ray->origin, &tracer->hits, tracer->eye_sigma);
     rt_scene_collect(job->scene, ray, &tracer->hits);
@@ -63,34 +60,28 @@ static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, double co
         rt_surface_view_filter(&surface, fabs(vec3_dot(surface.normal, view)), hit->is_front,
                                filter);
         for (int k = 0; k < 3; k++) {
-            color[k] += through[k] * surface.alpha * radiance[k];
+            layers[k] += through[k] * surface.alpha * radiance[k];
             through[k] *= filter[k];
         }
     }
-    for (int k = 0; k < 3; k++)
-        color[k] += through[k] * behind[k];
-    color[3] = 1 - (1 - behind[3]) * (through[0] + through[1] + through[2]) / 3;
+    rt_pixel_end_sample(pixel, layers, through, behind);
 }
 
 static void trace_pixel(struct tracer *tracer, int x, int y)
 {
     struct rt_job *job = tracer->job;
     int side = job->desc->samples_per_side ? job->desc->samples_per_side : 1;
-    double sum[4] = {0};
+    struct rt_pixel pixel = {.covered = 0};
     for (int s = 0; s < side * side; s++) {
         struct rt_ray ray;
-        double color[4];
         int column = s % side, row = s / side;
         tracer->lighting.seed = rt_job_seed(x, y, s);
         rt_job_camera_ray(job, x + (column + 0.5) / side, y + (row + 0.5) / side, &ray);
-        trace_ray(tracer, &ray, color);
-        for (int k = 0; k < 4; k++)
-            sum[k] += color[k];
+        trace_ray(tracer, &ray, &pixel);
     }
     float *out =
         (float *)job->image->pixels + 4 * ((size_t)y * (size_t)job->image->width_px + (size_t)x);
-    for (int k = 0; k < 4; k++)
-        out[k] = (float)(sum[k] / (side * side));
+    rt_pixel_write(&pixel, job->desc->view, side * side, out);
     atomic_fetch_add(&job->camera_rays, (uint64_t)(side * side));
 }
 

@@ -46,15 +46,15 @@ bool screen_draw(struct screen *screen, const struct window_frame *frame, int ch
                  struct error *err)
 {
     const struct camera_window *window = &frame->window;
-    const struct tone_map_desc *mapping = &frame->view->screen.mapping;
+    const struct tone_map_desc mapping = view_screen_code(&frame->view->screen);
     const struct gl_program *program = program_cache_get(frame->programs, &tone_map_program, err);
     if (!program || !prepare(screen, screen_bytes(window, channels), err))
         return false;
     gl_program_use(program);
     gl_program_set_u2(program, "u_size_px", (uint32_t)window->width, (uint32_t)window->height);
     gl_program_set_u(program, "u_channels", (uint32_t)channels);
-    gl_program_set_u(program, "u_is_neutral", mapping->operator_ == TONE_MAPPING_NEUTRAL);
-    gl_program_set_f(program, "u_gain", tone_map_gain(mapping));
+    gl_program_set_u(program, "u_is_neutral", mapping.operator_ == TONE_MAPPING_NEUTRAL);
+    gl_program_set_f(program, "u_gain", tone_map_gain(&mapping));
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32F);
     gl_buffer_bind_storage(&screen->words, BIND_SCREEN);
     gl_buffer_bind_storage(&screen->buckets, BIND_TONE_BUCKETS);

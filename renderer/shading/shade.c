@@ -109,8 +109,9 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
     if (has_lights)
         shader_needs_light_defines(needs, light_defines);
     if (for_pixels)
-        snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s", frame->targets->samples,
-                 facts->has_entries ? " HAS_TRANSPARENT" : "");
+        snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s%s", frame->targets->samples,
+                 facts->has_entries ? " HAS_TRANSPARENT" : "",
+                 frame->view->screen.has_backdrop ? " HAS_BACKDROP" : "");
     if (facts->has_entries)
         describe_media(frame, facts, media_defines);
     snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
@@ -225,6 +226,22 @@ static const struct gl_program *begin_entries(const struct shade_pass *pass, str
     return program;
 }
 
+/* In the picture, or behind what a screen shows of it. */
+static void set_background(const struct view *view, const struct gl_program *program)
+{
+    const struct view_screen *screen = &view->screen;
+    const float *b = view->background, none[4] = {0};
+    const float background[4] = {b[0] * b[3], b[1] * b[3], b[2] * b[3], b[3]};
+    gl_program_set_f4(program, "u_background", screen->has_backdrop ? none : background);
+    if (!screen->has_backdrop)
+        return;
+    float backdrop[4];
+    view_backdrop(view, backdrop);
+    gl_program_set_f4(program, "u_backdrop", backdrop);
+    gl_program_set_f(program, "u_gain", tone_map_gain(&screen->mapping));
+    gl_program_set_u(program, "u_is_neutral", screen->mapping.operator_ == TONE_MAPPING_NEUTRAL);
+}
+
 static const struct gl_program *begin_pixels(const struct shade_pass *pass, struct error *err)
 {
     const struct window_frame *frame = pass->desc->frame;
@@ -232,9 +249,7 @@ static const struct gl_program *begin_pixels(const struct shade_pass *pass, stru
         prepare_program(pass->shade, pass->desc, pass->slice, pixels_file, true, err);
     if (!program)
         return NULL;
-    const float *b = frame->view->background;
-    const float background[4] = {b[0] * b[3], b[1] * b[3], b[2] * b[3], b[3]};
-    gl_program_set_f4(program, "u_background", background);
+    set_background(frame->view, program);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
     if (frame->targets->parts.name)

@@ -15,6 +15,11 @@ REAL = os.path.join(support.BIN, "vitraild")
 support.needs(REAL)
 
 
+def linear_from_srgb(value):
+    """IEC 61966-2-1."""
+    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+
+
 def lit_floor():
     """A white floor of 4 by 4 metres, a red pane over its middle, a lamp above, a camera."""
     positions = struct.pack("<12f", -2, 0, -2, 2, 0, -2, -2, 0, 2, 2, 0, 2)
@@ -136,6 +141,22 @@ class Real(support.unittest.TestCase):
         red, green, blue = self.floor_pixel(1.5)
         self.assertGreater(min(red, green, blue), 20)
         self.assertLess(max(red, green, blue) - min(red, green, blue), 3)
+
+    def test_a_background_is_a_colour_of_the_screen(self):
+        """Behind everything, and through the red pane, which passes no green and no blue."""
+        away = {"eye": [0, 1, 0], "target": [0, 2, 0.001], "up": [0, 0, 1]}
+        below = {"eye": [0, 0.1, 0], "target": [0, 2, 0.001], "up": [0, 0, 1], "fov_y_deg": 5}
+        for shadows in ("map", "deep", "raytraced"):
+            for code in ((0x1d, 0x1e, 0x22), (255, 255, 255)):
+                linear = [linear_from_srgb(value / 255) for value in code]
+                look = {"background": linear, "exposure_ev": -12, "quality": {"shadows": shadows}}
+                *_, rows = read_png(self.render(camera=away, **look).body)
+                self.assertEqual([*code, 255], list(rows[5][20:24]), shadows)
+            *_, rows = read_png(self.render(camera=below, **look).body)
+            red, green, blue, alpha = rows[32][128:132]
+            self.assertGreater(red, 245)  # what its surface reflects is not let through
+            self.assertLess(max(green, blue), 2)
+            self.assertEqual(255, alpha)
 
     def test_a_normal_map_over_coordinates_that_are_not_there_is_flat(self):
         content = lit_floor()

@@ -124,7 +124,7 @@ static void whatever_auto_takes_is_there_for_the_first_frame(void **state)
     check_first_frame(&traced_shadows, (struct built){.trees = 1}, false, true);
 }
 
-/* A camera that makes `auto` choose otherwise finds its programs, too. */
+/* A camera that makes `auto` choose otherwise finds its programs, and so does a background. */
 static void programs_of_the_other_choices_are_compiled(void **state)
 {
     (void)state;
@@ -134,9 +134,11 @@ static void programs_of_the_other_choices_are_compiled(void **state)
     struct view view = view_of(VIEW_SHADOWS_AUTO);
     compile(&fixture, &view);
     uint64_t built = programs_built(&fixture);
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 4; i++) {
         struct frame frame;
-        struct view other = view_of(others[i]);
+        struct view other = view_of(others[i % 2]);
+        other.background[3] = 1;
+        other.screen.has_backdrop = i / 2;
         shoot(fixture.renderer, &fixture.demo, &other, &frame);
         assert_true(frame.report.counts.programs_reused > 0);
         frame_finish(&frame);

@@ -182,6 +182,52 @@ static void extremes_stay_in_range(void **state)
     assert_int_equal(err.code, ERROR_INTERNAL);
 }
 
+/* Its own values where nothing is before it and where layers only filter it; the mapped radiance
+ * where nothing of it is seen; and it never gets darker by light. */
+static void a_backdrop_is_a_colour_of_the_screen(void **state)
+{
+    (void)state;
+    const float backdrop[4] = {0.012f, 1, 0.5f, 1};
+    for (int i = 0; i < 64; i++) {
+        const struct tone_map_desc desc = {.operator_ = (enum tone_mapping)(i % 2),
+                                           .exposure_ev = (float)(i / 2 % 4) - 2};
+        float shown[4], brighter[4], mapped[3] = {0.3f, 4, 0.01f};
+        struct tone_map_over pixel = {.covered = 0};
+        tone_map_over(&desc, backdrop, &pixel, shown);
+        assert_memory_equal(shown, backdrop, sizeof backdrop);
+        pixel = (struct tone_map_over){.behind = {1, 0.5f, 0.25f}, .covered = 1};
+        tone_map_over(&desc, backdrop, &pixel, shown);
+        for (int k = 0; k < 3; k++)
+            assert_true(shown[k] == backdrop[k] * pixel.behind[k]);
+        for (int k = 0; k < 3; k++)
+            pixel.radiance[k] = 0.05f * (float)(i / 8);
+        tone_map_over(&desc, backdrop, &pixel, brighter);
+        for (int k = 0; k < 3; k++)
+            assert_true(brighter[k] >= shown[k]);
+        pixel = (struct tone_map_over){.covered = 1};
+        memcpy(pixel.radiance, mapped, sizeof mapped);
+        tone_map_over(&desc, backdrop, &pixel, shown);
+        tone_map_color(&desc, mapped);
+        assert_memory_equal(shown, mapped, sizeof mapped);
+        assert_true(shown[3] == 1);
+    }
+}
+
+static void a_backdrop_survives_extremes(void **state)
+{
+    (void)state;
+    const float backdrop[4] = {1, 0, 0.5f, 1}, values[] = {NAN, INFINITY, -INFINITY, -1, FLT_MAX};
+    for (int i = 0; i < 5; i++) {
+        struct tone_map_over pixel = {.behind = {0.1f, 0.1f, 0.1f}, .covered = 1 / 256.0f};
+        float shown[4];
+        for (int k = 0; k < 3; k++)
+            pixel.radiance[k] = values[i];
+        tone_map_over(&(struct tone_map_desc){.exposure_ev = 10}, backdrop, &pixel, shown);
+        for (int k = 0; k < 4; k++)
+            assert_true(isfinite(shown[k]) && shown[k] >= 0);
+    }
+}
+
 static void a_frame_of_720p_is_mapped_within_a_frame_time(void **state)
 {
     (void)state;
@@ -216,6 +262,8 @@ int main(void)
         cmocka_unit_test(exposure_doubles_per_stop),
         cmocka_unit_test(alpha_is_unassociated),
         cmocka_unit_test(extremes_stay_in_range),
+        cmocka_unit_test(a_backdrop_is_a_colour_of_the_screen),
+        cmocka_unit_test(a_backdrop_survives_extremes),
         cmocka_unit_test(a_frame_of_720p_is_mapped_within_a_frame_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

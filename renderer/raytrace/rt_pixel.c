@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+/* Sums of samples, in front of a background of either kind. */
+#include "renderer/raytrace/rt_pixel.h"
+
+#include <string.h>
+
+void rt_pixel_background(const struct view *view, double behind[4])
+{
+    const float *b = view->background;
+    memset(behind, 0, 4 * sizeof *behind);
+    if (view->screen.has_backdrop)
+        return;
+    for (int k = 0; k < 3; k++)
+        behind[k] = (double)b[k] * (double)b[3];
+    behind[3] = (double)b[3];
+}
+
+static bool are_all(const double values[3], double value)
+{
+    return values[0] == value && values[1] == value && values[2] == value;
+}
+
+void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3], const double through[3],
+                         const double behind[4])
+{
+    for (int k = 0; k < 3; k++)
+        pixel->color[k] += layers[k] + through[k] * behind[k];
+    pixel->color[3] += 1 - (1 - behind[3]) * (through[0] + through[1] + through[2]) / 3;
+    if (behind[3] == 0 && are_all(through, 1) && are_all(layers, 0))
+        return;
+    for (int k = 0; k < 3; k++)
+        pixel->behind[k] += through[k] * (1 - behind[3]);
+    pixel->covered += 1;
+}
+
+static void write_over(const struct rt_pixel *pixel, const struct view *view, int samples,
+                       float out[4])
+{
+    float backdrop[4];
+    struct tone_map_over over = {.covered = (float)(pixel->covered / samples)};
+    view_backdrop(view, backdrop);
+    for (int k = 0; k < 3; k++) {
+        over.radiance[k] = (float)(pixel->color[k] / samples);
+        over.behind[k] = (float)(pixel->behind[k] / samples);
+    }
+    tone_map_over(&view->screen.mapping, backdrop, &over, out);
+}
+
+void rt_pixel_write(const struct rt_pixel *pixel, const struct view *view, int samples,
+                    float out[4])
+{
+    if (view->screen.has_backdrop) {
+        write_over(pixel, view, samples, out);
+        return;
+    }
+    for (int k = 0; k < 4; k++)
+        out[k] = (float)(pixel->color[k] / samples);
+}

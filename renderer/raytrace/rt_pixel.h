@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT */
+/* What the samples of a pixel add up to: radiance, and what is seen of the background. Thread: any.
+ */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_PIXEL_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_PIXEL_H
+
+#include "renderer/view.h"
+
+struct rt_pixel { /* zeroed before the first sample */
+    double color[4];
+    double behind[3], covered; /* sums of struct tone_map_over's */
+};
+
+/* What a sample ends at where nothing opaque is; alpha 1: something is. */
+void rt_pixel_background(const struct view *view, double behind[4]);
+
+/* Ends a sample, to which its layers have added `layers`, at `behind`, of which `through` is seen.
+ */
+void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3], const double through[3],
+                         const double behind[4]);
+
+void rt_pixel_write(const struct rt_pixel *pixel, const struct view *view, int samples,
+                    float out[4]);
+
+#endif
