@@ -9,6 +9,8 @@
 
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
+#include "protocol/limits.h"
+#include "protocol/utf8.h"
 
 /* Twelve full lists of names at LIMIT_NAME_BYTES, each byte escaped as \u001f, and numbers. */
 enum { SUMMARY_JSON_BYTES_MAX = 352 << 20 };
@@ -108,6 +110,19 @@ bool scene_summary_add_animation(struct scene_summary *summary, const char *name
     summary->animations[summary->animation_list_count++] =
         (struct summary_animation){.name = copy, .duration_s = duration_s};
     return true;
+}
+
+bool scene_name_check(const char *name, struct error *err)
+{
+    size_t length = strlen(name);
+    const char *at = name;
+    while (*at && (unsigned char)*at >= 0x20 && *at != 0x7f && utf8_sequence_bytes(at) > 0)
+        at += utf8_sequence_bytes(at);
+    if (length > 0 && length <= LIMIT_FILE_NAME_BYTES && !*at)
+        return true;
+    return error_set(err, ERROR_INVALID_REQUEST,
+                     "a scene's name has 1 to %d bytes of UTF-8 and no control characters",
+                     LIMIT_FILE_NAME_BYTES);
 }
 
 void scene_summary_finish(struct scene_summary *summary)

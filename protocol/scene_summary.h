@@ -63,6 +63,9 @@ MUST_CHECK bool scene_summary_add_camera(struct scene_summary *summary, const ch
                                          const char *type, struct error *err);
 MUST_CHECK bool scene_summary_add_animation(struct scene_summary *summary, const char *name,
                                             double duration_s, struct error *err);
+/* What a scene may be called: 1 to LIMIT_FILE_NAME_BYTES bytes of UTF-8 without control
+ * characters; else ERROR_INVALID_REQUEST. */
+MUST_CHECK bool scene_name_check(const char *name, struct error *err);
 void scene_summary_finish(struct scene_summary *summary); /* accepts zeroed; zeroes */
 
 /* A new reference, or malloc'ed text; NULL only when memory runs out. */

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* /v1/scenes: bring, list, describe and forget scenes. */
+/* /v1/scenes: bring, list, describe, rename and forget scenes. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "protocol/json_read.h"
+#include "protocol/limits.h"
 #include "server/router.h"
+#include "server/text_body.h"
 #include "server/upload.h"
 #include "server/warm_up.h"
 
@@ -36,6 +39,15 @@ static void reply_stored(struct service *service, struct http_exchange *exchange
     reply_json(exchange, is_new ? 201 : 200, summary);
 }
 
+/* ?name= of a post; NULL: the scene is called as its file. */
+static bool read_name(const struct http_exchange *exchange, const char **name, struct error *err)
+{
+    static const char *const known[] = {"name", NULL};
+    *name = http_request_query(exchange, "name");
+    return http_request_check_query(exchange, known, err) &&
+           (!*name || scene_name_check(*name, err) || error_wrap(err, "?name="));
+}
+
 static void open_post(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)id;
@@ -50,6 +62,11 @@ static void open_post(struct service *service, struct http_exchange *exchange, c
     post->exchange = exchange;
     route_attach(exchange, post, scene_post_destroy);
     int spool_fd = -1;
+    const char *name = NULL;
+    if (!read_name(exchange, &name, &problem)) {
+        http_reply_error(exchange, &problem);
+        return;
+    }
     if (atomic_load(&service->is_draining))
         error_set(&problem, ERROR_OVERLOADED, "the server is stopping");
     else
@@ -57,7 +74,7 @@ static void open_post(struct service *service, struct http_exchange *exchange, c
     if (spool_fd >= 0)
         post->upload =
             upload_create(http_request_header(exchange, "Content-Type"), spool_fd, &problem);
-    if (!post->upload) {
+    if (!post->upload || (name && !upload_set_name(post->upload, name, &problem))) {
         http_reply_error(exchange, &problem);
         return;
     }
@@ -78,6 +95,17 @@ static void warm_up(struct service *service, const char *id)
                      &(struct warm_up_desc){.scene = id}, &ignored);
     if (task)
         supervisor_warm_up(service->supervisor, task);
+}
+
+/* The scene was stored before: a name that is given now is the one that counts. */
+static void reply_stored_before(struct scene_post *post)
+{
+    struct error problem = {0};
+    const char *name = http_request_query(post->exchange, "name");
+    if (name && !scene_store_rename(post->service->store, post->id, name, &problem))
+        http_reply_error(post->exchange, &problem);
+    else
+        reply_stored(post->service, post->exchange, post->id, false);
 }
 
 /* On a thread of the decode pool. */
@@ -105,7 +133,7 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
     metrics_count_upload(service->metrics, upload_size_bytes(post->upload));
     supervisor_forgive_scene(service->supervisor, post->id);
     if (scene_store_has(service->store, post->id)) {
-        reply_stored(service, exchange, post->id, false);
+        reply_stored_before(post);
         return;
     }
     struct decode_job_desc job = {
@@ -128,6 +156,7 @@ static void run_list(struct service *service, struct http_exchange *exchange, co
     reply_json(exchange, 200, scenes ? json_pack("{s:o}", "scenes", scenes) : NULL);
 }
 
+/* The name can change, all else that is told of an id stays as it is. */
 static void reply_of_scene(struct http_exchange *exchange, const char *id, json_t *json,
                            const struct error *problem)
 {
@@ -135,8 +164,16 @@ static void reply_of_scene(struct http_exchange *exchange, const char *id, json_
         http_reply_error(exchange, problem);
         return;
     }
-    char tag[DIGEST_TEXT_BYTES + 2];
-    snprintf(tag, sizeof tag, "\"%.64s\"", id);
+    const char *name = json_string_value(json_object_get(json, "name"));
+    char name_digest[DIGEST_TEXT_BYTES] = "", tag[DIGEST_TEXT_BYTES + 16];
+    struct error ignored = {0};
+    struct digest *digest = name ? digest_create(&ignored) : NULL;
+    if (digest) {
+        digest_write(digest, name, strlen(name));
+        digest_end(digest, name_digest);
+    }
+    digest_destroy(digest);
+    snprintf(tag, sizeof tag, "\"%.64s%s%.8s\"", id, *name_digest ? "-" : "", name_digest);
     http_reply_header(exchange, "Cache-Control", "private, no-cache");
     if (reply_if_unchanged(exchange, tag))
         json_decref(json);
@@ -158,6 +195,40 @@ static void run_outline(struct service *service, struct http_exchange *exchange,
     reply_of_scene(exchange, id, outline, &problem);
 }
 
+static void open_patch(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)service, (void)id;
+    text_body_open(exchange, "a patch of a scene", true);
+}
+
+/* {"name": TEXT or null} */
+static bool patch(struct service *service, const char *id, const struct text_body *body,
+                  struct error *err)
+{
+    static const char *const known[] = {"name", NULL};
+    json_t *json = json_load_checked(body->text ? body->text : "", body->size_bytes,
+                                     LIMIT_REQUEST_JSON_BYTES, err);
+    struct json_node root = json_root(json, err), name = json_member(&root, "name");
+    const char *text = NULL;
+    struct error bad_name = {0};
+    bool is_good = json && json_expect_object(&root, known) && json_read_name(&name, &text);
+    if (is_good && text && !scene_name_check(text, &bad_name))
+        is_good = json_refuse(&name, bad_name.code, "%s", bad_name.message);
+    if (is_good && json_object_get(json, "name"))
+        is_good = scene_store_rename(service->store, id, text, err);
+    json_decref(json);
+    return is_good;
+}
+
+static void run_patch(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    struct error problem = {0};
+    if (patch(service, id, route_attached(exchange), &problem))
+        run_get(service, exchange, id);
+    else
+        http_reply_error(exchange, &problem);
+}
+
 static void run_delete(struct service *service, struct http_exchange *exchange, const char *id)
 {
     struct error problem = {0};
@@ -172,7 +243,10 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
 
 const struct route routes_scenes[] = {
     {"/v1/scenes", {{HTTP_GET, NULL, run_list}, {HTTP_POST, open_post, run_post}}},
-    {"/v1/scenes/{id}", {{HTTP_GET, NULL, run_get}, {HTTP_DELETE, NULL, run_delete}}},
+    {"/v1/scenes/{id}",
+     {{HTTP_GET, NULL, run_get},
+      {HTTP_PATCH, open_patch, run_patch},
+      {HTTP_DELETE, NULL, run_delete}}},
     {"/v1/scenes/{id}/outline", {{HTTP_GET, NULL, run_outline}}},
     {0},
 };

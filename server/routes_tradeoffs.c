@@ -14,30 +14,10 @@
 
 /* ---- POST ---- */
 
-static void destroy_body(void *data)
-{
-    text_body_finish(data);
-    free(data);
-}
-
 static void open_post(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)service, (void)id;
-    struct error problem = {0};
-    const char *type = http_request_header(exchange, "Content-Type");
-    struct text_body *body = NULL;
-    if (!negotiate_is_type(type, "application/json"))
-        error_set(&problem, ERROR_UNSUPPORTED_MEDIA_TYPE,
-                  "Content-Type '%.80s': a trade-off is application/json", type ? type : "");
-    else if (!(body = calloc(1, sizeof *body)))
-        error_set(&problem, ERROR_NO_MEMORY, "request");
-    if (!body) {
-        http_reply_error(exchange, &problem);
-        return;
-    }
-    route_attach(exchange, body, destroy_body);
-    struct http_body_sink sink = text_body_sink(body, LIMIT_REQUEST_JSON_BYTES);
-    http_request_take_body(exchange, &sink);
+    text_body_open(exchange, "a trade-off", false);
 }
 
 static void reply_document(struct service *service, struct http_exchange *exchange, int status,

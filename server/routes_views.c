@@ -10,48 +10,16 @@
 #include "server/negotiate.h"
 #include "server/text_body.h"
 
-static const char patch_types[] = "application/merge-patch+json, application/json";
-
-static void body_destroy(void *data)
-{
-    text_body_finish(data);
-    free(data);
-}
-
-static void take_body(struct http_exchange *exchange, bool is_patch)
-{
-    struct error problem = {0};
-    const char *type = http_request_header(exchange, "Content-Type");
-    bool is_json = negotiate_is_type(type, "application/json") ||
-                   (is_patch && negotiate_is_type(type, "application/merge-patch+json"));
-    struct text_body *body = is_json ? calloc(1, sizeof *body) : NULL;
-    if (!body) {
-        if (is_json)
-            error_set(&problem, ERROR_NO_MEMORY, "request");
-        else
-            error_set(&problem, ERROR_UNSUPPORTED_MEDIA_TYPE, "Content-Type '%.80s': %s is %s",
-                      type ? type : "", is_patch ? "a patch of a view" : "a view",
-                      is_patch ? patch_types : "application/json");
-        if (is_patch)
-            http_reply_header(exchange, "Accept-Patch", "%s", patch_types);
-        http_reply_error(exchange, &problem);
-        return;
-    }
-    route_attach(exchange, body, body_destroy);
-    struct http_body_sink sink = text_body_sink(body, LIMIT_REQUEST_JSON_BYTES);
-    http_request_take_body(exchange, &sink);
-}
-
 static void open_post(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)service, (void)id;
-    take_body(exchange, false);
+    text_body_open(exchange, "a view", false);
 }
 
 static void open_patch(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)service, (void)id;
-    take_body(exchange, true);
+    text_body_open(exchange, "a patch of a view", true);
 }
 
 /* ---- replies ---- */

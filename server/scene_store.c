@@ -306,11 +306,10 @@ void scene_draft_discard(struct scene_store *store, struct scene_draft *draft)
     *draft = (struct scene_draft){0};
 }
 
-static bool write_json(struct scene_store *store, const char *draft, const char *what,
+/* A new file in STATE/tmp, on the disk when this returns. */
+static bool write_json(struct scene_store *store, const char *path, const char *what,
                        const json_t *json, struct error *err)
 {
-    char path[64];
-    snprintf(path, sizeof path, "%s/%s.json", draft, what);
     char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     if (!text)
         return error_set(err, ERROR_NO_MEMORY, "%s of a scene", what);
@@ -333,8 +332,11 @@ static bool write_summary(struct scene_store *store, const char *draft, json_t *
     json_t *outline = json_incref(json_object_get(summary, "outline"));
     json_object_del(summary, "outline");
     json_t *file = json_pack("{s:i,s:O}", "blob_version", SCENE_BLOB_VERSION, "summary", summary);
-    bool is_good = write_json(store, draft, "outline", outline, err) &&
-                   write_json(store, draft, "summary", file, err);
+    char outline_path[64], summary_path[64];
+    snprintf(outline_path, sizeof outline_path, "%s/outline.json", draft);
+    snprintf(summary_path, sizeof summary_path, "%s/summary.json", draft);
+    bool is_good = write_json(store, outline_path, "outline", outline, err) &&
+                   write_json(store, summary_path, "summary", file, err);
     json_decref(file);
     json_decref(outline);
     return is_good;
@@ -443,6 +445,45 @@ static json_t *read_outline(int parent_fd, const char *name, struct error *err)
 json_t *scene_store_get_outline(struct scene_store *store, const char *id, struct error *err)
 {
     return get_json(store, id, read_outline, err);
+}
+
+/* The caller holds the mutex. */
+static bool replace_summary(struct scene_store *store, const char *id, const json_t *summary,
+                            struct error *err)
+{
+    char draft[48], path[96];
+    make_name(store, "summary", draft, sizeof draft);
+    snprintf(path, sizeof path, "%.64s/summary.json", id);
+    json_t *file = json_pack("{s:i,s:O}", "blob_version", SCENE_BLOB_VERSION, "summary", summary);
+    bool is_good = write_json(store, draft, "summary", file, err);
+    if (is_good && renameat(store->tmp_fd, draft, store->scenes_fd, path) != 0)
+        is_good = error_set(err, ERROR_IO, "renaming a scene: %s", strerror(errno));
+    if (!is_good)
+        unlinkat(store->tmp_fd, draft, 0);
+    json_decref(file);
+    return is_good;
+}
+
+bool scene_store_rename(struct scene_store *store, const char *id, const char *name,
+                        struct error *err)
+{
+    struct error problem = {0};
+    pthread_mutex_lock(&store->mutex);
+    json_t *item = json_object_get(store->index, id);
+    json_t *summary = item ? read_summary(store->scenes_fd, id, &problem) : NULL;
+    json_t *text = name ? json_string(name) : json_null();
+    if (!item)
+        not_found(id, &problem);
+    else if (summary && json_object_set(summary, "name", text) != 0)
+        error_set(&problem, ERROR_NO_MEMORY, "name of a scene");
+    else if (summary && replace_summary(store, id, summary, &problem))
+        json_object_set(item, "name", text);
+    pthread_mutex_unlock(&store->mutex);
+    json_decref(text);
+    json_decref(summary);
+    if (problem.code != ERROR_NONE)
+        *err = problem;
+    return problem.code == ERROR_NONE;
 }
 
 /* Says whether it was another one. */

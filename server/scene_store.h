@@ -62,6 +62,9 @@ MUST_CHECK json_t *scene_store_get_summary(struct scene_store *store, const char
 /* Likewise, what GET /v1/scenes/ID/outline answers. */
 MUST_CHECK json_t *scene_store_get_outline(struct scene_store *store, const char *id,
                                            struct error *err);
+/* Sets what the scene is called, NULL: nothing; durable. `name` has passed scene_name_check(). */
+MUST_CHECK bool scene_store_rename(struct scene_store *store, const char *id, const char *name,
+                                   struct error *err);
 MUST_CHECK bool scene_store_remove(struct scene_store *store, const char *id, struct error *err);
 
 /* An array of {id, name, triangles, *_count, bytes, created}, oldest first. NULL: no memory. */

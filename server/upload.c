@@ -25,6 +25,7 @@ struct upload {
     struct upload_file *files;
     size_t count, capacity;
     char magic[4]; /* first bytes of the body */
+    char *name;    /* owned; what the scene is to be called, NULL: as its file */
 };
 
 static bool spool_write(struct upload *upload, const void *bytes, size_t size_bytes,
@@ -189,6 +190,7 @@ void upload_destroy(struct upload *upload)
     for (size_t i = 0; i < upload->count; i++)
         free(upload->files[i].name);
     free(upload->files);
+    free(upload->name);
     multipart_destroy(upload->multipart);
     digest_destroy(upload->digest);
     close(upload->fd);
@@ -271,8 +273,17 @@ uint64_t upload_size_bytes(const struct upload *upload)
     return total;
 }
 
+bool upload_set_name(struct upload *upload, const char *name, struct error *err)
+{
+    free(upload->name);
+    upload->name = strdup(name);
+    return upload->name || error_set(err, ERROR_NO_MEMORY, "name of a scene");
+}
+
 const char *upload_name(const struct upload *upload)
 {
+    if (upload->name)
+        return upload->name;
     for (size_t i = 0; upload->multipart && i < upload->count; i++) {
         size_t length = strlen(upload->files[i].name);
         const char *end = upload->files[i].name + length;

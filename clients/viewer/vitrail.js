@@ -167,6 +167,12 @@ export class Vitrail {
     return this.json(`/v1/scenes/${id}/outline`);
   }
 
+  /** @param {string|null} name null takes the name away */
+  async renameScene(id, name) {
+    return this.json(`/v1/scenes/${id}`, { method: "PATCH",
+      headers: { "Content-Type": "application/merge-patch+json" }, body: JSON.stringify({ name }) });
+  }
+
   async deleteScene(id) {
     await this.request(`/v1/scenes/${id}`, { method: "DELETE" });
   }

@@ -29,22 +29,22 @@ static bool delete_run(void *context, const struct text_list *ids, struct failur
     struct session session = {0};
     bool is_ok;
 
-    for (size_t i = 0; i < ids->count; i++)
-        if (!scene_id_is_valid(ids->items[i]))
-            return fail(failure, EXIT_CODE_USAGE, "'%s' is not a scene id: 64 hexadecimal digits",
-                        ids->items[i]);
     is_ok = session_begin(&session, &options->common, failure);
-    for (size_t i = 0; i < ids->count && is_ok; i++)
-        is_ok = delete_scene(&session, ids->items[i], failure);
+    for (size_t i = 0; i < ids->count && is_ok; i++) {
+        char id[SCENE_ID_BYTES];
+        is_ok = scene_reference_resolve(&session, ids->items[i], id, failure) &&
+                delete_scene(&session, id, failure);
+    }
     session_end(&session);
     return is_ok;
 }
 
 const struct command COMMAND_DELETE = {
     .name = "delete",
-    .synopsis = "SCENE-ID...",
+    .synopsis = "SCENE...",
     .summary = "Make the server forget scenes",
-    .details = "Stops at the first one that fails; one that is not there is a failure.",
+    .details = "SCENE is an id, the first digits of one (at least 4), or a name.\n"
+               "Stops at the first one that fails; one that is not there is a failure.",
     .is_remote = true,
     .operands_min = 1,
     .operands_max = -1,

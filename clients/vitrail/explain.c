@@ -116,7 +116,7 @@ static const struct option OPTIONS[] = {
 
 const struct command COMMAND_EXPLAIN = {
     .name = "explain",
-    .synopsis = "FILE|SCENE-ID [-o OUT]",
+    .synopsis = "FILE|SCENE [-o OUT]",
     .summary = "Tell what a frame requires and the passes that follow, without drawing it",
     .details =
         REQUEST_HELP "Takes what vitrail render takes. With --json the plan on stdout is JSON.",

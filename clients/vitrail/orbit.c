@@ -182,7 +182,7 @@ static const struct option OPTIONS[] = {
 
 const struct command COMMAND_ORBIT = {
     .name = "orbit",
-    .synopsis = "FILE|SCENE-ID -o PATTERN",
+    .synopsis = "FILE|SCENE -o PATTERN",
     .summary = "Images from all around a scene, which is loaded once",
     .details = REQUEST_HELP
     "The camera goes round the vertical axis through the middle of the scene,\n"

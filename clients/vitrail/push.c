@@ -11,6 +11,7 @@
 struct push_options {
     struct common_options common;
     bool force, strict;
+    const char *name;
 };
 
 static void print_push(const struct push_options *options, const char *path,
@@ -36,7 +37,7 @@ static bool push_file(struct session *session, const struct push_options *option
                       struct failure *failure)
 {
     struct scene_push push;
-    if (!scene_source_push(session, path, options->force, &push, failure))
+    if (!scene_source_push(session, path, options->name, options->force, &push, failure))
         return false;
     json_t *warnings = warnings_of_scene(session, push.id, failure);
     progress_hide(&session->progress);
@@ -53,6 +54,9 @@ static bool push_run(void *context, const struct text_list *files, struct failur
     struct session session = {0};
     bool is_ok = true;
 
+    if (options->name && files->count > 1)
+        return fail(failure, EXIT_CODE_USAGE, "--name is for one FILE, and there are %zu",
+                    files->count);
     for (size_t i = 0; i < files->count && is_ok; i++)
         is_ok = scene_source_check(files->items[i], failure);
     is_ok = is_ok && session_begin(&session, &options->common, failure);
@@ -66,6 +70,8 @@ static bool push_run(void *context, const struct text_list *files, struct failur
 static const struct option OPTIONS[] = {
     {OPTION_FLAG, "force", 0, NULL, "send even what the server has already",
      offsetof(struct push_options, force)},
+    {OPTION_TEXT, "name", 0, "NAME", "what the scene is called (default: as its file)",
+     offsetof(struct push_options, name)},
     {OPTION_FLAG, "strict", 0, NULL, "a scene with warnings is a failure",
      offsetof(struct push_options, strict)},
     {0},

@@ -128,7 +128,8 @@ static bool render_image(struct render *render, struct failure *failure)
         return false;
     if (ask_for_image(render, &first))
         return true;
-    if (first.http_status != 404 || render->scene.was_sent || scene_source_is_id(render->source)) {
+    if (first.http_status != 404 || render->scene.was_sent ||
+        scene_source_is_on_server(render->source)) {
         *failure = first;
         return false;
     }
@@ -294,7 +295,7 @@ static const struct option OPTIONS[] = {
 
 const struct command COMMAND_RENDER = {
     .name = "render",
-    .synopsis = "FILE|SCENE-ID -o OUT",
+    .synopsis = "FILE|SCENE -o OUT",
     .summary = "Render a scene file, or a scene that the server has, to an image file",
     .details = REQUEST_HELP "The image appears whole or not at all.",
     .options = OPTIONS,

@@ -10,20 +10,19 @@
 #include <sys/stat.h>
 
 #include "clients/vitrail/gltf_files.h"
+#include "protocol/limits.h"
 
-enum { HASH_BYTES = 32, BLOCK_BYTES = 1 << 16 };
+enum {
+    HASH_BYTES = 32,
+    BLOCK_BYTES = 1 << 16,
+    SCENE_NAME_BYTES = LIMIT_FILE_NAME_BYTES + 1,
+};
 
-bool scene_id_is_valid(const char *text)
-{
-    return strlen(text) == SCENE_ID_BYTES - 1 &&
-           strspn(text, "0123456789abcdef") == SCENE_ID_BYTES - 1;
-}
-
-bool scene_source_is_id(const char *text)
+bool scene_source_is_on_server(const char *text)
 {
     struct stat status;
 
-    return scene_id_is_valid(text) && stat(text, &status) != 0;
+    return scene_reference_is_plain(text) && stat(text, &status) != 0;
 }
 
 static FILE *open_source(const char *path, struct failure *failure)
@@ -135,17 +134,43 @@ static bool read_id(const struct http_reply *reply, const char *task, char id[SC
     return is_ok;
 }
 
+/* The address of a post with the name escaped (RFC 3986, 2.1): all but the unreserved characters as
+ * "%XX". */
+static void make_address(char *out, size_t out_bytes, const char *name)
+{
+    static const char unreserved[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
+    size_t used = (size_t)snprintf(out, out_bytes, "/v1/scenes%s", name ? "?name=" : "");
+    for (const char *at = name; at && *at && used + 4 <= out_bytes; at++)
+        used += (size_t)snprintf(out + used, out_bytes - used,
+                                 strchr(unreserved, *at) ? "%c" : "%%%02X", (unsigned char)*at);
+}
+
+/* The name of a file without its folders, as the server takes names of scenes: not every name that
+ * a file may have is UTF-8 without control characters. */
+static void name_from_path(const char *path, char name[SCENE_NAME_BYTES])
+{
+    const char *slash = strrchr(path, '/');
+    text_copy_printable(name, SCENE_NAME_BYTES, slash ? slash + 1 : path);
+}
+
 static bool upload(struct session *session, const char *path, const struct gltf_files *files,
-                   char id[SCENE_ID_BYTES], struct failure *failure)
+                   const char *name, char id[SCENE_ID_BYTES], struct failure *failure)
 {
     struct http_reply reply;
+    char address[sizeof "/v1/scenes?name=" + 3 * SCENE_NAME_BYTES];
     struct http_request request = {.method = "POST",
-                                   .path = "/v1/scenes",
+                                   .path = address,
                                    .sending = PROGRESS_STAGE_UPLOAD,
                                    .waiting = PROGRESS_STAGE_DECODE};
-    char task[256];
+    char task[256], file_name[SCENE_NAME_BYTES];
     bool is_ok;
 
+    if (!files && !name) { /* the server knows the names of several files */
+        name_from_path(path, file_name);
+        name = *file_name ? file_name : NULL;
+    }
+    make_address(address, sizeof address, name);
     if (files) {
         request.parts = files->files;
         request.part_count = files->count;
@@ -161,7 +186,32 @@ static bool upload(struct session *session, const char *path, const struct gltf_
     return is_ok;
 }
 
-bool scene_source_push(struct session *session, const char *path, bool force,
+static bool rename_scene(struct session *session, const char *id, const char *name,
+                         struct failure *failure)
+{
+    char path[128], task[128];
+    struct http_reply reply = {0};
+    json_t *patch = json_pack("{s:s}", "name", name);
+    char *text = patch ? json_dumps(patch, JSON_COMPACT) : NULL;
+    bool is_ok;
+
+    snprintf(path, sizeof path, "/v1/scenes/%s", id);
+    snprintf(task, sizeof task, "the name of scene %.12s", id);
+    is_ok = (text || fail(failure, EXIT_CODE_USAGE, "the name of a scene is UTF-8")) &&
+            session_ask(session,
+                        &(struct http_request){.method = "PATCH",
+                                               .path = path,
+                                               .content_type = "application/merge-patch+json",
+                                               .body = text},
+                        task, &reply, failure);
+    if (is_ok)
+        http_reply_finish(&reply);
+    free(text);
+    json_decref(patch);
+    return is_ok;
+}
+
+bool scene_source_push(struct session *session, const char *path, const char *name, bool force,
                        struct scene_push *push, struct failure *failure)
 {
     struct gltf_files files;
@@ -175,14 +225,14 @@ bool scene_source_push(struct session *session, const char *path, bool force,
                        !server_has(session, push->id, &is_there, failure)))
             return false;
         if (is_there)
-            return true;
+            return !name || rename_scene(session, push->id, name, failure);
         push->was_sent = true;
-        return upload(session, path, NULL, push->id, failure);
+        return upload(session, path, NULL, name, push->id, failure);
     }
     if (!gltf_files_find(&files, path, failure))
         return false;
     push->was_sent = true;
-    is_ok = upload(session, path, &files, push->id, failure);
+    is_ok = upload(session, path, &files, name, push->id, failure);
     gltf_files_finish(&files);
     return is_ok;
 }
@@ -192,12 +242,12 @@ bool scene_source_check_all(const char *source, const json_t *request, struct fa
     const char *name;
     json_t *part;
 
-    if (source && !scene_source_is_id(source) && !scene_source_check(source, failure))
+    if (source && !scene_source_is_on_server(source) && !scene_source_check(source, failure))
         return false;
     json_object_foreach(json_object_get(request, "parts"), name, part)
     {
         const char *scene = json_string_value(json_object_get(part, "scene"));
-        if (scene && !scene_source_is_id(scene) && !scene_source_check(scene, failure))
+        if (scene && !scene_source_is_on_server(scene) && !scene_source_check(scene, failure))
             return false;
     }
     return true;
@@ -207,9 +257,10 @@ bool scene_source_check_all(const char *source, const json_t *request, struct fa
 static bool bring(struct session *session, const char *source, bool force, json_t *object,
                   struct scene_push *push, struct failure *failure)
 {
-    if (scene_source_is_id(source))
-        memcpy(push->id, source, SCENE_ID_BYTES);
-    else if (!scene_source_push(session, source, force, push, failure))
+    bool is_ok = scene_source_is_on_server(source)
+                     ? scene_reference_resolve(session, source, push->id, failure)
+                     : scene_source_push(session, source, NULL, force, push, failure);
+    if (!is_ok)
         return false;
     return json_object_set_new(object, "scene", json_string(push->id)) == 0 ||
            fail_no_memory(failure);
@@ -224,11 +275,12 @@ bool scene_source_bring_parts(struct session *session, json_t *request, struct f
     {
         struct scene_push push = {0};
         const char *given = json_string_value(json_object_get(part, "scene"));
-        if (!given || scene_source_is_id(given))
+        if (!given || scene_source_is_on_server(given))
             continue;
         char *scene = strdup(given); /* `given` ends where its place is taken */
-        bool is_ok = (scene || fail_no_memory(failure)) &&
-                     bring(session, scene, false, part, &push, failure);
+        if (!scene)
+            return fail_no_memory(failure);
+        bool is_ok = bring(session, scene, false, part, &push, failure);
         free(scene);
         if (!is_ok)
             return false;

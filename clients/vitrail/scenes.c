@@ -39,14 +39,15 @@ static bool scenes_run(void *context, const struct text_list *ids, struct failur
     const struct scenes_options *options = context;
     struct session session = {0};
     json_t *answer = NULL;
-    char path[128] = "/v1/scenes";
+    char path[128] = "/v1/scenes", id[SCENE_ID_BYTES];
+    bool is_ok = session_begin(&session, &options->common, failure);
 
-    if (ids->count && !scene_id_is_valid(ids->items[0]))
-        return fail(failure, EXIT_CODE_USAGE, "'%s' is not a scene id: 64 hexadecimal digits",
-                    ids->items[0]);
-    if (ids->count)
-        snprintf(path, sizeof path, "/v1/scenes/%s", ids->items[0]);
-    if (session_begin(&session, &options->common, failure))
+    if (is_ok && ids->count) {
+        is_ok = scene_reference_resolve(&session, ids->items[0], id, failure);
+        if (is_ok)
+            snprintf(path, sizeof path, "/v1/scenes/%s", id);
+    }
+    if (is_ok)
         answer = session_get_json(&session, path, ids->count ? "the scene" : "the list of scenes",
                                   failure);
     progress_hide(&session.progress);
@@ -61,8 +62,9 @@ static bool scenes_run(void *context, const struct text_list *ids, struct failur
 
 const struct command COMMAND_SCENES = {
     .name = "scenes",
-    .synopsis = "[SCENE-ID]",
+    .synopsis = "[SCENE]",
     .summary = "List the scenes of the server, or describe one",
+    .details = "SCENE is an id, the first digits of one (at least 4), or a name.",
     .is_remote = true,
     .operands_max = 1,
     .options_bytes = sizeof(struct scenes_options),

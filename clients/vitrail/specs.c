@@ -373,7 +373,7 @@ bool part_spec_parse(const char *text, json_t *parts, struct failure *failure)
     bool is_ok = (part && copy) || fail_no_memory(failure);
 
     if (is_ok && (!n || !text[n] || !*scene))
-        is_ok = fail_spec(failure, "--part", text, "NAME=FILE|SCENE-ID");
+        is_ok = fail_spec(failure, "--part", text, "NAME=FILE|SCENE");
     if (is_ok && (!name || json_object_set_new(part, "scene", json_string(scene)) != 0))
         is_ok = fail_spec(failure, "--part", text, "UTF-8");
     if (is_ok && json_object_get(parts, json_string_value(name)))

@@ -145,7 +145,7 @@ static bool bring_and_begin(struct measuring *measuring, struct failure *failure
     if (begin(measuring, &first))
         return true;
     if (first.http_status != 404 || measuring->scene.was_sent ||
-        scene_source_is_id(measuring->source)) {
+        scene_source_is_on_server(measuring->source)) {
         *failure = first;
         return false;
     }
@@ -383,7 +383,7 @@ static const struct option OPTIONS[] = {
 
 const struct command COMMAND_TRADEOFF = {
     .name = "tradeoff",
-    .synopsis = "FILE|SCENE-ID [-o OUT]",
+    .synopsis = "FILE|SCENE [-o OUT]",
     .summary = "Measure time against error of a view over many settings",
     .details =
         "Prints the settings that nothing beats in both; -o takes all of them, as numbers, as a\n"

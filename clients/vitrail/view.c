@@ -172,7 +172,7 @@ const struct command COMMAND_VIEW = {
     .name = "view",
     .synopsis = "VERB ...",
     .summary = "Make, edit and look at views that live on a server",
-    .details = "  create FILE|SCENE-ID     prints the id of the new view\n"
+    .details = "  create FILE|SCENE     prints the id of the new view\n"
                "  show [VIEW]              the view, or a list of all\n"
                "  patch VIEW --set ...     changes members\n"
                "  image VIEW -o FILE       the exact image\n"

@@ -230,10 +230,52 @@ static bool is_finite_matrix(const double m[16])
     return true;
 }
 
+/* ---- names ---- */
+
+/* The names that the file's nodes have of their own, sorted. */
+struct own_names {
+    const char **items; /* owned; the texts are the document's */
+    size_t count;
+};
+
+static int compare_texts(const void *left, const void *right)
+{
+    const char *const *a = left, *const *b = right;
+    return strcmp(*a, *b);
+}
+
+static bool own_names_find(const struct gltf_document *document, struct own_names *names,
+                           struct error *err)
+{
+    names->items = malloc((document->node_count + 1) * sizeof *names->items);
+    if (!names->items)
+        return error_set(err, ERROR_NO_MEMORY, "%zu names of nodes", document->node_count);
+    for (size_t i = 0; i < document->node_count; i++)
+        if (document->nodes[i].name[0])
+            names->items[names->count++] = document->nodes[i].name;
+    qsort(names->items, names->count, sizeof *names->items, compare_texts);
+    return true;
+}
+
+/* Files of CAD programs name the meshes and leave the nodes without a name: a node without one is
+ * called as its mesh. A node that has the name of its own keeps the name to itself, and so does an
+ * index ("#12"): requests would find the wrong node otherwise. */
+static const char *name_of_node(const struct gltf_document *document, const struct gltf_node *node,
+                                const struct own_names *names)
+{
+    if (node->name[0] || node->mesh < 0)
+        return node->name;
+    const char *name = document->meshes[node->mesh].name;
+    bool is_taken = name[0] == '#' ||
+                    bsearch(&name, names->items, names->count, sizeof *names->items, compare_texts);
+    return is_taken ? "" : name;
+}
+
 /* ---- nodes ---- */
 
 static bool fill_node(struct importer *importer, uint32_t source,
-                      const int32_t *blob_node_of_parent, struct scene_node *out, struct error *err)
+                      const int32_t *blob_node_of_parent, const struct own_names *names,
+                      struct scene_node *out, struct error *err)
 {
     const struct gltf_document *document = importer->document;
     const struct gltf_node *node = &document->nodes[source];
@@ -255,18 +297,20 @@ static bool fill_node(struct importer *importer, uint32_t source,
     out->camera = node->camera;
     out->light = node->light;
     out->source_index = source;
-    return blob_writer_add_text(&importer->writer, node->name, &out->name, err);
+    return blob_writer_add_text(&importer->writer, name_of_node(document, node, names), &out->name,
+                                err);
 }
 
 /* parent_of: blob index of the parent, by glTF index; filled for the children as each node is
  * written. */
-static bool append_nodes(struct importer *importer, int32_t *parent_of, struct error *err)
+static bool append_nodes(struct importer *importer, int32_t *parent_of,
+                         const struct own_names *names, struct error *err)
 {
     const struct gltf_document *document = importer->document;
     for (uint32_t i = 0; i < importer->node_count; i++) {
         uint32_t source = importer->node_order[i];
         struct scene_node node = {.parent = -1};
-        if (!fill_node(importer, source, parent_of, &node, err))
+        if (!fill_node(importer, source, parent_of, names, &node, err))
             return error_wrap(err, "node %u '%s'", source, document->nodes[source].name);
         struct scene_node *record = blob_writer_append(&importer->writer, SCENE_NODES, 1, err);
         if (!record)
@@ -352,7 +396,10 @@ bool import_nodes(struct importer *importer, struct error *err)
         return error_set(err, ERROR_NO_MEMORY, "%zu nodes", count);
     for (size_t i = 0; i < count; i++)
         parent_of[i] = -1;
-    bool is_done = append_nodes(importer, parent_of, err);
+    struct own_names names = {0};
+    bool is_done = own_names_find(importer->document, &names, err) &&
+                   append_nodes(importer, parent_of, &names, err);
+    free(names.items);
     free(parent_of);
     for (int i = 0; i < 3; i++) {
         importer->header.bounds_min[i] = INFINITY;

@@ -85,10 +85,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
             return
         self.route(stub, request)
 
-    do_GET = do_POST = do_DELETE = do_HEAD = handle_any
+    do_GET = do_POST = do_PATCH = do_DELETE = do_HEAD = handle_any
 
     def route(self, stub, request):
-        path = self.path
+        path = self.path.partition("?")[0]
         scene = path.rpartition("/")[2]
         if path in ("/healthz", "/readyz"):
             self.answer(200, {"status": "ok"})
@@ -99,13 +99,17 @@ class Handler(http.server.BaseHTTPRequestHandler):
             stub.scenes.add(scene)
             self.answer(201, {"id": scene}, [("Location", "/v1/scenes/" + scene)])
         elif path == "/v1/scenes":
-            self.answer(200, {"scenes": [{"id": s, "name": "box\x1b[2J.glb", "triangles": 12,
+            self.answer(200, {"scenes": [{"id": s, "name": stub.names.get(s, "box\x1b[2J.glb"),
+                                          "triangles": 12,
                                           "bytes": {"upload": 1024, "decoded": 3 << 20},
                                           "material_count": 2, "light_count": 1}
                                          for s in sorted(stub.scenes)]})
         elif path.startswith("/v1/scenes/"):
             if scene not in stub.scenes:
                 self.problem(404, "not_found", "no scene " + scene)
+            elif self.command == "PATCH":
+                stub.names[scene] = request.json()["name"]
+                self.answer(200, {"id": scene, "name": stub.names[scene]})
             elif self.command == "DELETE":
                 stub.scenes.discard(scene)
                 self.answer(204)
@@ -133,7 +137,7 @@ class Stub:
 
     def __init__(self):
         self.requests, self.scenes, self.special = [], set(), {}
-        self.scene_warnings = []
+        self.scene_warnings, self.names = [], {}
         self.image, self.lock = PNG, threading.Lock()
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.server.daemon_threads = True
@@ -146,7 +150,8 @@ class Stub:
         self.server.server_close()
 
     def sent(self, method, path):
-        return [r for r in self.requests if r.method == method and r.path == path]
+        return [r for r in self.requests
+                if r.method == method and r.path.partition("?")[0] == path]
 
 
 class CliTest(unittest.TestCase):
@@ -174,8 +179,8 @@ class CliTest(unittest.TestCase):
         with open(self.path(name), "rb") as file:
             return file.read()
 
-    def scene(self, content=None):
-        return self.write("box.glb", content or glb())
+    def scene(self, content=None, name="box.glb"):
+        return self.write(name, content or glb())
 
     def start(self, *arguments, program=VITRAIL, **options):
         return subprocess.Popen([program, *arguments], cwd=self.folder, env=self.environment,

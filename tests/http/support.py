@@ -354,8 +354,8 @@ class Daemon:
             sys.exit(77)
         return self
 
-    def post_scene(self, content, media_type="model/gltf-binary"):
-        return self.request("POST", "/v1/scenes", content, {"Content-Type": media_type})
+    def post_scene(self, content, media_type="model/gltf-binary", query=""):
+        return self.request("POST", "/v1/scenes" + query, content, {"Content-Type": media_type})
 
     def push(self, content):
         """Posts a GLB that must be taken; returns its id."""

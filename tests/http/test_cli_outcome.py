@@ -102,10 +102,12 @@ class OutcomeTest(CliTest):
         self.assertIn("a?]0;b???c (invalid_request)", err.replace("\ufffd", "?"))
 
     def test_ids_that_are_none_never_reach_a_path(self):
-        for command in (["delete", "../stats"], ["scenes", "ab"], ["stats", "../../x"],
-                        ["stats", ""], ["delete", "AB" * 32]):
+        for command in (["stats", "../../x"], ["stats", ""]):
             self.run_cli(*command, code=2)
         self.assertEqual(self.stub.requests, [])
+        for command in (["delete", "../stats"], ["scenes", "ab"], ["delete", "AB" * 32]):
+            self.run_cli(*command, code=66)
+        self.assertEqual({r.path for r in self.stub.requests}, {"/v1/scenes"})
 
     # Refusals and failures
 

@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import unittest
+import urllib.parse
 
 from cli_support import CliTest, glb, main, multipart_parts
 
@@ -26,6 +27,46 @@ class UploadTest(CliTest):
         self.assertEqual(request.headers["Content-Type"], "model/gltf-binary")
         self.assertEqual(request.body, content)
         self.assertEqual(out, hashlib.sha256(content).hexdigest() + "\n")
+
+    def test_a_glb_is_called_as_its_file(self):
+        self.run_cli("push", self.scene(name="folder/Tür & Tor 100%.glb"))
+        query = self.stub.sent("POST", "/v1/scenes")[0].path.partition("?")[2]
+        self.assertEqual(urllib.parse.parse_qs(query, strict_parsing=True),
+                         {"name": ["Tür & Tor 100%.glb"]})
+
+    def test_a_scene_can_be_given_a_name(self):
+        self.run_cli("push", self.scene(), "--name", "the box")
+        self.assertIn("?name=the%20box", self.stub.sent("POST", "/v1/scenes")[0].path)
+        (scene_id,) = self.stub.scenes
+        self.run_cli("push", self.scene(), "--name", "another")  # the server has it: no upload
+        self.assertEqual(len(self.stub.sent("POST", "/v1/scenes")), 1)
+        self.assertEqual(self.stub.names, {scene_id: "another"})
+        _, err = self.run_cli("push", self.scene(), self.scene(), "--name", "both", code=2)
+        self.assertIn("--name is for one FILE, and there are 2", err)
+
+    def test_a_scene_of_the_server_is_found_by_name_or_first_digits(self):
+        first, second, third = "c0ffee" + 58 * "1", "c0de" + 60 * "2", "d" * 64
+        self.stub.scenes.update((first, second, third))
+        self.stub.names.update({first: "cup.glb", second: "twin.glb", third: "twin.glb"})
+        for said, meant in (("c0ff", first), ("scene:c0ff", first), ("scene:cup.glb", first),
+                            ("c0de", second), ("d" * 64, third)):
+            self.run_cli("render", said, "-o", "out.png")
+            self.assertEqual(self.stub.sent("POST", "/v1/renders")[-1].json()["scene"], meant)
+        out, _ = self.run_cli("scenes", "cup.glb", "--json")
+        self.assertEqual(json.loads(out)["id"], first)
+        _, err = self.run_cli("scenes", "scene:twin.glb", code=2)
+        self.assertIn("means 2 scenes: c0de22222222 twin.glb, dddddddddddd twin.glb", err)
+        for said in ("beef", "scene:none.glb", "scene:"):
+            _, err = self.run_cli("render", said, "-o", "out.png", code=66)
+            self.assertIn("the server has no scene that is called", err)
+        self.run_cli("delete", "cup.glb")
+        self.assertEqual(self.stub.scenes, {second, third})
+
+    def test_a_file_goes_before_the_first_digits_of_an_id(self):
+        self.stub.scenes.add("c0ff" + 60 * "1")
+        self.scene(name="c0ff")
+        self.run_cli("render", "c0ff", "-o", "out.png")
+        self.assertEqual(len(self.stub.sent("POST", "/v1/scenes")), 1)
 
     def test_known_glb_is_not_sent_again(self):
         content = glb(5000)

@@ -71,7 +71,9 @@ class Scenes(ClientTest):
         self.assertEqual(vitrail.scene_id(files), scene["id"])
 
     def test_a_forgotten_scene_is_not_there(self):
-        scene = self.client.post_scene(triangle("forgotten"))["id"]
+        scene = self.client.post_scene(triangle("forgotten"), name="a & b")["id"]
+        self.assertEqual("a & b", self.client.scene(scene)["name"])
+        self.assertIsNone(self.client.rename_scene(scene, None)["name"])
         self.assertTrue(self.client.has_scene(scene))
         self.client.delete_scene(scene)
         self.assertFalse(self.client.has_scene(scene))

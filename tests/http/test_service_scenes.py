@@ -87,6 +87,55 @@ class Scenes(support.ServiceTest):
         self.assertIn(ids[0], listed)
         self.assertNotIn(ids[1], listed)
 
+    def test_a_scene_is_called_as_the_post_says(self):
+        content = triangle("named")
+        reply = self.daemon.post_scene(content, query="?name=T%C3%BCr%20%26%20Tor")
+        self.assertEqual((201, "Tür & Tor"), (reply.status, reply.json()["name"]))
+        self.assertEqual((200, "Tür & Tor"), self.status_and_name(self.daemon.post_scene(content)))
+        again = self.daemon.post_scene(content, query="?name=gate")
+        self.assertEqual((200, "gate"), self.status_and_name(again))
+        files = multipart(gltf_files("named/"))
+        reply = self.daemon.post_scene(*files, query="?name=by+hand")
+        self.assertEqual((201, "by hand"), self.status_and_name(reply))
+
+    def test_a_patch_names_a_scene_or_takes_the_name_away(self):
+        path = "/v1/scenes/" + self.daemon.push(triangle("patched"))
+        tags = [self.daemon.request("GET", path).header("ETag")]
+        for name in ("first", "second ❤", None):
+            reply = self.patch(path, {"name": name})
+            self.assertEqual((200, name), self.status_and_name(reply))
+            listed = self.daemon.request("GET", "/v1/scenes").json()["scenes"]
+            self.assertEqual([name], [s["name"] for s in listed if path.endswith(s["id"])])
+            self.assertEqual(name, self.daemon.request("GET", path).json()["name"])
+            tags.append(self.daemon.request("GET", path).header("ETag"))
+        self.assertEqual(3, len(set(tags)))  # a known tag is no excuse for an old name
+        self.assertEqual(tags[0], tags[3])
+        self.assertEqual(200, self.patch(path, {}).status)
+
+    def test_names_that_are_none_are_refused(self):
+        scene = triangle("misnamed")
+        for query in ("?name=", "?name=a%0Ab", "?name=%FF", "?name=" + 513 * "n",
+                      "?nam=x", "?name=a&name=b"):
+            self.assertEqual(400, self.daemon.post_scene(scene, query=query).status, query)
+        path = "/v1/scenes/" + self.daemon.push(scene)
+        for patch, pointer in (({"name": ""}, "/name"), ({"name": 7}, "/name"), ([], ""),
+                               ({"name": "a\nb"}, "/name"), ({"name": 513 * "n"}, "/name"),
+                               ({"nam": "x"}, "/nam")):
+            reply = self.patch(path, patch)
+            self.assertEqual((400, pointer), (reply.status, reply.json().get("pointer", "")), patch)
+        self.assertEqual(404, self.patch("/v1/scenes/" + "0" * 64, {"name": "x"}).status)
+        reply = self.daemon.request("PATCH", path, b"{}", {"Content-Type": "text/plain"})
+        self.assertEqual(415, reply.status)
+        self.assertIsNone(self.daemon.request("GET", path).json()["name"])
+
+    def patch(self, path, members):
+        return self.daemon.request("PATCH", path, json.dumps(members).encode(),
+                                   {"Content-Type": "application/merge-patch+json"})
+
+    @staticmethod
+    def status_and_name(reply):
+        return reply.status, reply.json()["name"]
+
     def test_a_deleted_scene_is_gone_and_can_come_back(self):
         content = triangle("deleted")
         scene = self.daemon.push(content)
@@ -140,6 +189,7 @@ class Kept(support.unittest.TestCase):
     def test_scenes_survive_a_restart_and_are_rendered_after_it(self):
         with support.Daemon() as daemon:
             scene = daemon.push(triangle("kept"))
+            daemon.request("PATCH", "/v1/scenes/" + scene, {"name": "kept.glb"})
             summary = daemon.request("GET", "/v1/scenes/" + scene).json()
             self.assertEqual(0, daemon.stop())
             with support.Daemon(state_dir=daemon.state_dir) as again:

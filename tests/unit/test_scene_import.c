@@ -402,9 +402,31 @@ static void an_empty_document_is_an_empty_scene(void **state)
     imported_scene_finish(&s);
 }
 
+static void a_node_without_a_name_is_called_as_its_mesh(void **state)
+{
+    (void)state;
+    const char *primitives = "'primitives':[{'attributes':{'POSITION':0},'indices':1}]";
+    char json[4096];
+    snprintf(json, sizeof json,
+             "{" BUFFERS ",'scene':0,'scenes':[{'nodes':[0,1,2,3,4,5]}],'nodes':[{'mesh':0},"
+             "{'mesh':1},{'mesh':1,'name':'own'},{'mesh':2},{'name':'wheel'},{'mesh':3}],"
+             "'meshes':[{'name':'piston',%s},{'name':'wheel',%s},{'name':'#1',%s},{%s}]}",
+             primitives, primitives, primitives, primitives);
+    struct imported_scene s = make(json);
+    /* "wheel" stays the name of the one node that has it; "#1" stays an index. */
+    const char *const expected[] = {"piston", "", "own", "", "wheel", ""};
+    for (int i = 0; i < 6; i++)
+        assert_string_equal(s.scene.strings + s.scene.nodes[i].name, expected[i]);
+    assert_int_equal(scene_find_node(&s.scene, "piston"), 0);
+    assert_int_equal(scene_find_node(&s.scene, "wheel"), 4);
+    assert_int_equal(scene_find_node(&s.scene, "#1"), 1);
+    imported_scene_finish(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_node_without_a_name_is_called_as_its_mesh),
         cmocka_unit_test(flat_normals_are_made_where_the_file_has_none),
         cmocka_unit_test(normalised_strided_attributes_are_decoded),
         cmocka_unit_test(sparse_accessors_replace_elements),

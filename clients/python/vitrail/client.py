@@ -90,19 +90,26 @@ class Client:
                 return False
             raise
 
-    def post_scene(self, content: Union[Path, bytes, Files]) -> Dict[str, Any]:
+    def post_scene(self, content: Union[Path, bytes, Files],
+                   name: Optional[str] = None) -> Dict[str, Any]:
         """Brings a scene and answers its summary; harmless when it is there already.
+
+        name: what it is called; None takes the name of the file.
 
         content: the path of a .glb, or of a .gltf whose files lie where it says; the bytes of a
         .glb; or files by relative name, one of them the .gltf."""
+        route = "/v1/scenes" + ("?" + urllib.parse.urlencode({"name": name}) if name else "")
         if isinstance(content, (bytes, bytearray, memoryview)):
-            reply = self.connection.request("POST", "/v1/scenes", bytes(content),
+            reply = self.connection.request("POST", route, bytes(content),
                                             {"Content-Type": "model/gltf-binary"})
             return reply.json()
         files = content if isinstance(content, Mapping) else files_of(content)
         body, media_type = multipart(files)
-        return self.connection.request("POST", "/v1/scenes", body,
-                                       {"Content-Type": media_type}).json()
+        return self.connection.request("POST", route, body, {"Content-Type": media_type}).json()
+
+    def rename_scene(self, scene: str, name: Optional[str]) -> Dict[str, Any]:
+        """Gives a scene a name, or takes it away with None; answers the summary."""
+        return self.send("PATCH", f"/v1/scenes/{scene}", {"name": name}).json()
 
     def delete_scene(self, scene: str) -> None:
         self.connection.request("DELETE", f"/v1/scenes/{scene}")
