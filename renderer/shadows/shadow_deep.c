@@ -5,6 +5,7 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
+#include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep_job.h"
 #include "shaders/shared/layout.h"
 
@@ -97,18 +98,35 @@ static bool paint(const struct deep_job *job, enum caster_pass pass, struct erro
     return ok;
 }
 
+static bool clear_heads(const struct deep_job *job, const struct shadow_range *range,
+                        struct error *err)
+{
+    const struct shadow_builder *builder = job->builder;
+    struct gl_buffer *heads = &builder->store->pools[SHADOW_POOL_HEADS].streams[0];
+    if (builder->scans_on_host) {
+        gl_buffer_clear_u32(heads, range->first * 4, range->count * 4, 0);
+        return true;
+    }
+    return buffer_fill_u32(&(struct buffer_fill_desc){.programs = builder->programs,
+                                                      .limits = builder->store->limits,
+                                                      .buffer = heads,
+                                                      .offset_bytes = range->first * 4,
+                                                      .size_bytes = range->count * 4},
+                           err);
+}
+
 static bool count_events(const struct deep_job *job, struct error *err)
 {
-    struct gl_buffer *heads = &job->builder->store->pools[SHADOW_POOL_HEADS].streams[0];
+    bool ok = true;
     deep_job_begin(job, "shadow.deep.count");
-    for (size_t i = 0; i < job->count;) { /* those that follow one another at once */
+    for (size_t i = 0; ok && i < job->count;) { /* those that follow one another at once */
         struct shadow_range range = job->slots[i].build->map->heads;
         while (++i < job->count &&
                job->slots[i].build->map->heads.first == range.first + range.count)
             range.count += job->slots[i].build->map->heads.count;
-        gl_buffer_clear_u32(heads, range.first * 4, range.count * 4, 0);
+        ok = clear_heads(job, &range, err);
     }
-    bool ok = paint(job, CASTER_COUNT, err);
+    ok = ok && paint(job, CASTER_COUNT, err);
     gpu_scope_end(job->builder->timeline);
     return ok;
 }

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/caster_variants.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep_job.h"
@@ -80,6 +81,8 @@ static void list_deep(struct caster_view *view, const struct shadow_casters *cas
                       bool scans_on_host, struct program_list *list)
 {
     view->pass = CASTER_COUNT;
+    if (!scans_on_host)
+        buffer_fill_list_programs("shadow.deep.count", list);
     caster_list_programs(view, casters, "shadow.deep.count", false, list);
     if (!scans_on_host)
         deep_scan_list_programs(list);

@@ -5,6 +5,7 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 
+#include "renderer/gl/buffer_fill.h"
 #include "shaders/shared/bindings.h"
 
 enum { LONGEST_GUESSED = LIST_RUN << 10 }; /* longer lists are read */
@@ -64,6 +65,8 @@ static const char *scan_file_of(const struct gl_limits *limits)
 void pixel_lists_list_programs(const struct window_frame *frame, const struct geometry_items *items,
                                struct program_list *list)
 {
+    if (!frame->limits->is_software)
+        buffer_fill_list_programs(counting.pass, list);
     geometry_list_transparent(frame, items, &counting, list);
     for (int i = 0; i < 3; i++) {
         const struct program_desc desc = compute_of(scan_file_of(frame->limits), scan_passes[i]);
@@ -122,6 +125,20 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
     return true;
 }
 
+static bool clear_counts(struct pixel_lists *lists, const struct window_frame *frame,
+                         uint64_t bytes, struct error *err)
+{
+    if (frame->limits->is_software) {
+        gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
+        return true;
+    }
+    return buffer_fill_u32(&(struct buffer_fill_desc){.programs = frame->programs,
+                                                      .limits = frame->limits,
+                                                      .buffer = &lists->counts,
+                                                      .size_bytes = bytes},
+                           err);
+}
+
 static bool count_fragments(struct pixel_lists *lists, const struct window_frame *frame,
                             const struct geometry_items *items, struct error *err)
 {
@@ -136,12 +153,13 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                                          .technique = "lists",
                                          .stage = REPORT_SHADE,
                                      });
-    gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
+    bool ok = clear_counts(lists, frame, bytes, err);
     bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* a window that was split has just been scanned
                                                      */
-    bool ok = geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
-              run_scan(lists, frame, err);
+    ok = ok &&
+         geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
+         run_scan(lists, frame, err);
     if (ok && !lists->is_guessed)
         read_sizes(lists, frame);
     gpu_scope_end(frame->timeline);

@@ -47,6 +47,7 @@
 #define BIND_SCREEN 10        /* u32: the window as a screen shows it */
 #define BIND_TONE_BUCKETS 11  /* struct tone_bucket[] */
 #define BIND_LIST_NODES 15    /* linked techniques: elements under construction */
+#define BIND_FILLED 15        /* u32: what is filled before it is built */
 
 /* texture units */
 #define UNIT_GBUFFER_SIGNATURE 7
