@@ -289,6 +289,7 @@ static void waits_bytes_and_calls_are_counted(void **state)
     assert_int_equal(gl_counts_waits(&counts), 2);
     assert_int_equal(counts.bytes_down, 12);
     assert_int_equal(counts.bytes_up, 0);
+    assert_true(counts.processor_ns > 0);
     close_rig(&rig);
 }
 
@@ -313,6 +314,24 @@ static void a_fence_that_has_passed_spares_the_wait(void **state)
     close_rig(&rig);
 }
 
+/* The driver would refuse: the query never began. */
+static void stamps_of_timers_that_are_played_are_not_asked_of_the_driver(void **state)
+{
+    struct rig rig;
+    GLuint query;
+    GLuint64 is_there = GL_FALSE, stamp_ns = 1;
+    (void)state;
+    open_rig(&rig, &(struct gl_hooks_desc){.hostility = {.timers = GL_TIMERS_FALSE}});
+    glCreateQueries(GL_TIMESTAMP, 1, &query);
+    glGetQueryObjectui64v(query, GL_QUERY_RESULT_AVAILABLE, &is_there);
+    glGetQueryObjectui64v(query, GL_QUERY_RESULT, &stamp_ns);
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    assert_true(is_there);
+    assert_int_equal(stamp_ns, 0);
+    glDeleteQueries(1, &query);
+    close_rig(&rig);
+}
+
 int main(void)
 {
     struct error err = {0};
@@ -334,6 +353,7 @@ int main(void)
         cmocka_unit_test(independent_dispatches_give_the_same_in_every_order),
         cmocka_unit_test(waits_bytes_and_calls_are_counted),
         cmocka_unit_test(a_fence_that_has_passed_spares_the_wait),
+        cmocka_unit_test(stamps_of_timers_that_are_played_are_not_asked_of_the_driver),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 #include "tests/support/gl_layers.h"
 #include "tests/support/gl_mirror.h"
@@ -37,19 +38,39 @@ static const char *const wait_names[GL_WAIT_COUNT] = {"finish", "fence",        
 
 /* ---- every function ---- */
 
-#define COUNT_VOID(type, name, params, args)           \
-    static void GLAPIENTRY count_##name params         \
-    {                                                  \
-        counts.now->calls++;                           \
-        counts.now->by_function[GL_FUNCTION_##name]++; \
-        counts.next.name args;                         \
+static uint64_t processor_ns(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (uint64_t)now.tv_sec * 1000000000ull + (uint64_t)now.tv_nsec;
+}
+
+static uint64_t begin_call(enum gl_function function)
+{
+    counts.now->calls++;
+    counts.now->by_function[function]++;
+    return processor_ns();
+}
+
+static void end_call(uint64_t begin_ns)
+{
+    counts.now->processor_ns += processor_ns() - begin_ns;
+}
+
+#define COUNT_VOID(type, name, params, args)                \
+    static void GLAPIENTRY count_##name params              \
+    {                                                       \
+        uint64_t begin_ns = begin_call(GL_FUNCTION_##name); \
+        counts.next.name args;                              \
+        end_call(begin_ns);                                 \
     }
-#define COUNT_VALUE(type, name, params, args)          \
-    static type GLAPIENTRY count_##name params         \
-    {                                                  \
-        counts.now->calls++;                           \
-        counts.now->by_function[GL_FUNCTION_##name]++; \
-        return counts.next.name args;                  \
+#define COUNT_VALUE(type, name, params, args)               \
+    static type GLAPIENTRY count_##name params              \
+    {                                                       \
+        uint64_t begin_ns = begin_call(GL_FUNCTION_##name); \
+        type value = counts.next.name args;                 \
+        end_call(begin_ns);                                 \
+        return value;                                       \
     }
 GL_TABLE(COUNT_VOID, COUNT_VALUE)
 
@@ -376,8 +397,9 @@ static void show_line(const char *title, const struct gl_counts *c)
     fprintf(stderr, "gl count: %-28s %8llu calls %6llu draws %6llu dispatches", title,
             (unsigned long long)c->calls, (unsigned long long)c->draws,
             (unsigned long long)c->dispatches);
-    fprintf(stderr, " %6llu syncs %10llu up %10llu down, %llu waits", (unsigned long long)c->syncs,
-            (unsigned long long)c->bytes_up, (unsigned long long)c->bytes_down,
+    fprintf(stderr, " %6llu syncs %10llu up %10llu down %9.3f ms, %llu waits",
+            (unsigned long long)c->syncs, (unsigned long long)c->bytes_up,
+            (unsigned long long)c->bytes_down, (double)c->processor_ns * 1e-6,
             (unsigned long long)gl_counts_waits(c));
     for (int i = 0; i < GL_WAIT_COUNT; i++)
         if (c->waits[i])

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the renderer asks of GL: calls, waits for the device, bytes up and down, in all and by pass
- * (the debug group that is open). Thread: GL. */
+/* What the renderer asks of GL: calls, waits for the device, bytes up and down, processor time, in
+ * all and by pass (the debug group that is open). Thread: GL. */
 #ifndef VITRAIL_TESTS_SUPPORT_GL_COUNTS_H
 #define VITRAIL_TESTS_SUPPORT_GL_COUNTS_H
 
@@ -27,6 +27,8 @@ struct gl_counts {
     uint64_t syncs; /* glGetError, glCheckFramebufferStatus, link and compile status: a driver that
                        works in a thread of its own is waited for, the device is not */
     uint64_t bytes_up, bytes_down;
+    uint64_t processor_ns; /* of the calling thread within GL: a driver's own threads are not in it
+                            */
 };
 
 /* Since the counts were installed. */

@@ -15,4 +15,8 @@ void gl_hostile_lose_after(uint64_t calls);
 bool gl_hostile_is_lost(void);
 uint64_t gl_hostile_calls(void); /* of GL, since the hooks were installed */
 
+/* Whether time stamps come back from the device of the current context. Where it executes nothing,
+ * radeonsi tells of stamps that were never written; iris waits for them, for ever. */
+bool gl_stamps_are_answered(void);
+
 #endif

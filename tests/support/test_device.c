@@ -1,18 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /* What every test program lets its environment choose, without the renderer knowing. With
- * VITRAIL_NOOP_DEVICE=1 a device that executes nothing is taken, so that calls can be counted
- * there; VITRAIL_DUMP_SHADERS=DIR has the source of every composed program written into the folder.
- * VITRAIL_WIDE_FLOATS=f64, pairs or pairs-split has layers added up in that form where a test does
- * not ask for one. The linker sends calls of the functions here (--wrap). */
+ * VITRAIL_NOOP_DEVICE=1 a device that executes nothing is taken, whose buffers read as zeros, so
+ * that calls can be counted there; VITRAIL_DUMP_SHADERS=DIR has the source of every composed
+ * program written into the folder. VITRAIL_WIDE_FLOATS=f64, pairs or pairs-split has layers added
+ * up in that form where a test does not ask for one. The linker sends calls of the functions here
+ * (--wrap). */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "renderer/gl/loop_probe.h"
+#include "renderer/gl/object.h"
 #include "renderer/gl/program.h"
 #include "renderer/gl/selftest.h"
 #include "renderer/gl/wide_floats.h"
 #include "renderer/scene_selftest.h"
+#include "tests/support/gl_hostile.h"
 
 bool __real_gl_selftest(struct gl_context *context, struct program_cache *programs,
                         struct error *err);
@@ -24,6 +27,12 @@ bool __wrap_loop_probe_run(struct program_cache *programs, uint32_t steps, uint3
                            struct error *err);
 bool __real_scene_selftest(struct renderer *renderer, struct error *err);
 bool __wrap_scene_selftest(struct renderer *renderer, struct error *err);
+void __real_gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes,
+                           uint64_t size_bytes, void *data);
+void __wrap_gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes,
+                           uint64_t size_bytes, void *data);
+const void *__real_gl_buffer_map(const struct gl_buffer *buffer, uint64_t size_bytes);
+const void *__wrap_gl_buffer_map(const struct gl_buffer *buffer, uint64_t size_bytes);
 struct program_cache *__real_program_cache_create(const char *dump_dir, struct error *err);
 struct program_cache *__wrap_program_cache_create(const char *dump_dir, struct error *err);
 
@@ -37,7 +46,7 @@ bool __wrap_gl_selftest(struct gl_context *context, struct program_cache *progra
 {
     if (!getenv("VITRAIL_NOOP_DEVICE"))
         return __real_gl_selftest(context, programs, err);
-    gl_context_set_true_timers(context, true); /* of a device whose driver answers at once */
+    gl_context_set_true_timers(context, gl_stamps_are_answered());
     return true;
 }
 
@@ -53,6 +62,23 @@ bool __wrap_loop_probe_run(struct program_cache *programs, uint32_t steps, uint3
 bool __wrap_scene_selftest(struct renderer *renderer, struct error *err)
 {
     return getenv("VITRAIL_NOOP_DEVICE") || __real_scene_selftest(renderer, err);
+}
+
+/* iris gives new buffers memory of deleted ones, which nothing clears. */
+void __wrap_gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes,
+                           uint64_t size_bytes, void *data)
+{
+    __real_gl_buffer_read(buffer, offset_bytes, size_bytes, data);
+    if (getenv("VITRAIL_NOOP_DEVICE"))
+        memset(data, 0, size_bytes);
+}
+
+const void *__wrap_gl_buffer_map(const struct gl_buffer *buffer, uint64_t size_bytes)
+{
+    const void *mapped = __real_gl_buffer_map(buffer, size_bytes);
+    if (mapped && getenv("VITRAIL_NOOP_DEVICE"))
+        memset((void *)(uintptr_t)mapped, 0, size_bytes);
+    return mapped;
 }
 
 static enum wide_floats wished_form(void)
