@@ -322,7 +322,7 @@ struct decode_pool *decode_pool_create(const struct decode_pool_desc *desc, stru
     return NULL;
 }
 
-void decode_pool_destroy(struct decode_pool *pool)
+void decode_pool_stop(struct decode_pool *pool)
 {
     if (!pool)
         return;
@@ -340,6 +340,14 @@ void decode_pool_destroy(struct decode_pool *pool)
     }
     for (int i = 0; i < pool->thread_count; i++)
         pthread_join(pool->threads[i], NULL);
+    pool->thread_count = 0;
+}
+
+void decode_pool_destroy(struct decode_pool *pool)
+{
+    if (!pool)
+        return;
+    decode_pool_stop(pool);
     child_stop(&pool->spare, 0, NULL, 0);
     pthread_cond_destroy(&pool->has_work);
     pthread_mutex_destroy(&pool->mutex);
@@ -357,7 +365,7 @@ bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *
     job->context = desc->context;
     job->done = desc->done;
     pthread_mutex_lock(&pool->mutex);
-    bool is_good = !pool->is_stopping && pool->count < DECODE_QUEUE_MAX;
+    bool is_stopping = pool->is_stopping, is_good = !is_stopping && pool->count < DECODE_QUEUE_MAX;
     if (is_good) {
         *pool->last = job;
         pool->last = &job->next;
@@ -368,6 +376,8 @@ bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *
     if (is_good)
         return true;
     free(job);
+    if (is_stopping)
+        return error_set(err, ERROR_OVERLOADED, "the server is stopping");
     return error_set(err, ERROR_OVERLOADED,
                      "%d uploads are waiting to be decoded, which is the limit", DECODE_QUEUE_MAX);
 }

@@ -28,7 +28,9 @@ struct decode_pool_desc {
 };
 struct decode_pool *decode_pool_create(const struct decode_pool_desc *desc, struct error *err);
 
-/* Refuses what waits and what still runs with ERROR_OVERLOADED. Accepts NULL. */
+/* Refuses what waits and what comes later with ERROR_OVERLOADED, as what still runs; threads end.
+ * Destroy does so, too, where it was not done before. Both accept NULL. */
+void decode_pool_stop(struct decode_pool *pool);
 void decode_pool_destroy(struct decode_pool *pool);
 
 struct decode_job_desc {
@@ -39,7 +41,7 @@ struct decode_job_desc {
      */
     void (*done)(void *context, bool is_new, const struct error *problem);
 };
-/* ERROR_OVERLOADED when the queue is full. */
+/* ERROR_OVERLOADED when the queue is full or the pool has stopped. */
 MUST_CHECK bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *desc,
                                    struct error *err);
 

@@ -55,9 +55,10 @@ struct http_server *http_server_create(const struct http_server_desc *desc, stru
 MUST_CHECK bool http_server_start(struct http_server *server, struct error *err);
 int http_server_port(const struct http_server *server);
 
-/* Stopping, in this order: quiesce accepts no one new; then the owner completes every waiting
- * exchange; wait_idle lets replies leave, until the deadline; destroy ends the rest. Destroy
- * accepts NULL. */
+/* Stopping, in this order: from quiesce on new connections are closed at once, and those that stand
+ * are still served; then the owner completes every waiting exchange, and from there on lets none
+ * wait; wait_idle lets replies leave, until the deadline; destroy ends the rest, until when
+ * callbacks come. Destroy accepts NULL. */
 void http_server_quiesce(struct http_server *server);
 bool http_server_wait_idle(struct http_server *server, int timeout_ms); /* true: no exchange is open
                                                                          */

@@ -21,9 +21,9 @@ struct http_server {
     struct http_policy policy;
     struct MHD_Daemon *daemon;
     struct http_watch *watch;
-    int listen_fd; /* ours again once quiesced */
+    int listen_fd; /* the library's, once it has started */
     int port;
-    bool is_quiesced;
+    atomic_bool is_quiesced;
     atomic_uint_least64_t connections, in_flight, waiting, next_request;
     uint64_t request_salt;
     pthread_mutex_t streams_mutex; /* guards the list and each stream's flags */

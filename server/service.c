@@ -108,10 +108,11 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
         return;
     if (service->http)
         drain(service, must_hurry);
-    /* From here on nothing waits: both complete every exchange that they hold. */
+    /* From here on nothing waits: both complete every exchange that they hold, and refuse those of
+     * connections that are still served. */
     tradeoffs_stop(service->tradeoffs);
-    decode_pool_destroy(service->decoders);
-    supervisor_destroy(service->supervisor);
+    decode_pool_stop(service->decoders);
+    supervisor_stop(service->supervisor);
     websocket_loop_stop(service->sockets);
     if (service->http)
         http_server_wait_idle(service->http, LAST_REPLIES_MS);
@@ -120,6 +121,8 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     views_destroy(service->views);
     view_images_destroy(service->view_images);
     tradeoffs_destroy(service->tradeoffs);
+    supervisor_destroy(service->supervisor);
+    decode_pool_destroy(service->decoders);
     metrics_destroy(service->metrics);
     frames_destroy(service->frames);
     scene_store_destroy(service->store);

@@ -104,7 +104,7 @@ struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct 
     return NULL;
 }
 
-void supervisor_destroy(struct supervisor *supervisor)
+void supervisor_stop(struct supervisor *supervisor)
 {
     if (!supervisor)
         return;
@@ -114,6 +114,7 @@ void supervisor_destroy(struct supervisor *supervisor)
         pthread_mutex_unlock(&supervisor->mutex);
         wake(supervisor);
         pthread_join(supervisor->thread, NULL);
+        supervisor->has_thread = false;
     }
     struct error stopping = {ERROR_OVERLOADED, "the server is stopping", ""};
     pthread_mutex_lock(&supervisor->mutex);
@@ -124,6 +125,13 @@ void supervisor_destroy(struct supervisor *supervisor)
     warm_ups_drop(&supervisor->warm_ups, NULL);
     pthread_mutex_unlock(&supervisor->mutex);
     supervisor_tell_ended(supervisor);
+}
+
+void supervisor_destroy(struct supervisor *supervisor)
+{
+    if (!supervisor)
+        return;
+    supervisor_stop(supervisor);
     json_decref(supervisor->forgotten);
     if (supervisor->wake_fd >= 0)
         close(supervisor->wake_fd);

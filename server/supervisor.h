@@ -29,7 +29,9 @@ struct supervisor_desc {
 };
 struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct error *err);
 
-/* Refuses what waits and runs with ERROR_OVERLOADED, ends the worker. Accepts NULL. */
+/* Refuses what waits and runs, and what comes later, with ERROR_OVERLOADED; ends the worker.
+ * Destroy does so, too, where it was not done before. Both accept NULL. */
+void supervisor_stop(struct supervisor *supervisor);
 void supervisor_destroy(struct supervisor *supervisor);
 
 uint64_t supervisor_next_ticket(struct supervisor *supervisor); /* never 0, never twice */

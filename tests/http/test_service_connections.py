@@ -145,7 +145,7 @@ class Framing(support.ServiceTest):
         self.assertEqual([200, 200], statuses(answer))
 
 
-class Origins(support.ServiceTest):
+class Hosts(support.ServiceTest):
     flags = ("--allow-host", "render.example, other.example")
 
     def host(self, host):

@@ -98,6 +98,29 @@ class Stop(support.unittest.TestCase):
             self.assertEqual((503, "overloaded"), (reply.result(1).status, reply.result(1).code))
             self.assertEqual([], os.listdir(os.path.join(daemon.state_dir, "tmp")))
 
+    def test_an_upload_that_ends_after_the_deadline_is_refused(self):
+        """What serves it is still there: memory that was given back is filled by the C library."""
+        content = triangle("late")
+        with support.Daemon(
+            "--drain-timeout-s", "1", environment={"MALLOC_PERTURB_": "165"}
+        ) as daemon, socket.create_connection(("127.0.0.1", daemon.port), timeout=20) as peer:
+            worker = daemon.worker_pid()
+            peer.sendall(
+                b"POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\n"
+                b"Content-Type: model/gltf-binary\r\nContent-Length: %d\r\n\r\n" % len(content)
+                + content[:-5]
+            )
+            support.wait_until(
+                lambda: daemon.stats()["http"]["in_flight"] >= 2, "the upload has begun"
+            )
+            daemon.process.send_signal(signal.SIGTERM)
+            support.wait_until(
+                lambda: not os.path.exists(f"/proc/{worker}"), "nobody renders any more"
+            )
+            peer.sendall(content[-5:])
+            self.assertIn(b"HTTP/1.1 503 ", peer.recv(4096))
+            self.assertEqual(0, daemon.stop())
+
     def test_idle_and_half_sent_connections_do_not_hold_the_end_up(self):
         with support.Daemon() as daemon:
             idle = [socket.create_connection(("127.0.0.1", daemon.port)) for _ in range(5)]
