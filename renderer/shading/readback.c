@@ -267,7 +267,9 @@ static struct way *send(struct readback *readback, const struct readback_desc *d
     if (desc->guess)
         way->guess = *desc->guess;
     way->number = readback->sent++;
-    report_raise_bytes(frame->report, "readback", bytes);
+    /* without the sizes that a guess adds: frames before this one decide about those */
+    report_raise_bytes(frame->report, "readback",
+                       pixel_bytes(&frame->window, desc->color) + tail_bytes(false));
     return way;
 }
 

@@ -470,6 +470,12 @@ static bool choose_slices(const struct shade *shade, const struct shade_desc *de
     }
     *slice_count = 1;
     *slice = (struct light_slice){.count = longest, .is_whole = true};
+    if (loops.besides > shade->loop_steps)
+        return error_set(err, ERROR_OVER_BUDGET,
+                         "%llu transparent layers at one pixel take %llu loop steps, limit is "
+                         "%llu: ask for fewer quality.samples",
+                         (unsigned long long)desc->pixels->longest,
+                         (unsigned long long)loops.besides, (unsigned long long)shade->loop_steps);
     if (longest <= per_slice)
         return true;
     if (!per_slice || desc->frame->view->quality.light_lists == VIEW_LIGHT_LISTS_LINKED)

@@ -43,12 +43,25 @@ static bool take_heads(struct shadow_builder *builder, struct shadow_build *buil
     return true;
 }
 
+/* Programs that count have blocks of events, too, which they leave alone. What an earlier pass left
+ * bound there may be another structure's. */
+static void cover_events(const struct shadow_store *store, const struct shadow_range *heads)
+{
+    shadow_store_bind(store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_EVENTS);
+    if (store->keeps_objects)
+        shadow_store_bind(store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_EVENTS_ID);
+    if (store->keeps_media)
+        shadow_store_bind(store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_MEDIA);
+}
+
 static void bind_spans(const struct shadow_store *store, const struct shadow_range *heads,
                        const struct shadow_range *events)
 {
     shadow_store_bind(store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_COUNTS);
-    if (!events->count)
+    if (!events->count) {
+        cover_events(store, heads);
         return;
+    }
     shadow_store_bind(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, events, BIND_SHADOW_EVENTS);
     if (store->keeps_objects)
         shadow_store_bind(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, events,

@@ -12,6 +12,7 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/gl/object.h"
+#include "tests/support/render_support.h"
 
 static uint64_t texels_of(const struct gl_texture *view)
 {
@@ -105,13 +106,7 @@ int main(void)
 {
     setenv("force_gl_names_reuse", "true", 1); /* Mesa 22 */
     setenv("reuse_gl_names", "true", 1);       /* Mesa 25 */
-    struct error err = {0};
-    struct gl_context *context =
-        gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
-    if (!context) {
-        print_message("skipped: %s\n", err.message);
-        return 77;
-    }
+    struct gl_context *context = render_rig_context(true);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(names_of_deleted_buffers_are_given_again),
         cmocka_unit_test(a_view_follows_a_buffer_that_grows),

@@ -4,14 +4,12 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 
 #include <cmocka.h>
 #include <epoxy/gl.h>
 
 #include "renderer/gl/context.h"
-
-enum { SKIPPED = 77 };
+#include "tests/support/render_support.h"
 
 static bool asks_for_messages(bool is_strict)
 {
@@ -48,13 +46,7 @@ static void an_error_without_messages_is_found_by_the_next_check(void **unused)
 
 int main(void)
 {
-    struct error err = {0};
-    struct gl_context *context = gl_context_create(&(struct gl_context_desc){0}, &err);
-    if (!context) {
-        fprintf(stderr, "skipped: %s\n", err.message);
-        return SKIPPED;
-    }
-    gl_context_destroy(context);
+    gl_context_destroy(render_rig_context(false));
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_context_in_service_asks_for_no_messages),
         cmocka_unit_test(an_error_without_messages_is_found_by_the_next_check),

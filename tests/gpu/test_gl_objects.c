@@ -11,6 +11,8 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/gl/object.h"
+#include "tests/support/gl_hooks.h"
+#include "tests/support/render_support.h"
 
 static struct {
     PFNGLMEMORYBARRIERPROC barrier;
@@ -38,18 +40,16 @@ static int begin_spying(void **state)
 {
     (void)state;
     memset(&spy, 0, sizeof spy);
-    spy.barrier = epoxy_glMemoryBarrier;
-    spy.get_error = epoxy_glGetError;
-    epoxy_glMemoryBarrier = spy_barrier;
-    epoxy_glGetError = spy_error;
+    GL_SPY_BEGIN(MemoryBarrier, spy.barrier, spy_barrier);
+    GL_SPY_BEGIN(GetError, spy.get_error, spy_error);
     return 0;
 }
 
 static int end_spying(void **state)
 {
     (void)state;
-    epoxy_glMemoryBarrier = spy.barrier;
-    epoxy_glGetError = spy.get_error;
+    GL_SPY_END(MemoryBarrier, spy.barrier);
+    GL_SPY_END(GetError, spy.get_error);
     return 0;
 }
 
@@ -167,15 +167,7 @@ static void no_other_error_is_swallowed(void **state)
 
 int main(void)
 {
-    struct error err = {0};
-    struct gl_context *context =
-        gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
-    if (!context) {
-        print_message("skipped: %s\n", err.message);
-        return 77;
-    }
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT); /* epoxy finds functions at their first call */
-    (void)glGetError();
+    struct gl_context *context = render_rig_context(true);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(what_shaders_may_write_is_waited_for, begin_spying,
                                         end_spying),

@@ -11,6 +11,7 @@
 #include <epoxy/gl.h>
 
 #include "tests/support/closed_form_scenes.h"
+#include "tests/support/gl_hooks.h"
 #include "tests/support/image_checks.h"
 
 enum { PANES = 60, SHOTS = 10, WIDE_PX = 4200 /* more than a window's side */ };
@@ -57,10 +58,8 @@ static void stage_begin(struct stage *stage, const struct renderer_desc *desc)
     strict.is_strict = true;
     stage->renderer = render_rig_create_as(&strict);
     open_panes(stage);
-    if (!read_below) {
-        read_below = epoxy_glGetNamedBufferSubData;
-        epoxy_glGetNamedBufferSubData = count_read;
-    }
+    if (!read_below)
+        GL_SPY_BEGIN(GetNamedBufferSubData, read_below, count_read);
 }
 
 static void stage_end(struct stage *stage)

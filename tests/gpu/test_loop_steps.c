@@ -135,8 +135,8 @@ struct shot {
     enum view_output output; /* of whose middle pixel the first channel is told */
 };
 
-static float shoot(struct renderer *renderer, const struct rig_scene *scene,
-                   const struct shot *shot, struct frame_report *report)
+static bool try_shot(struct renderer *renderer, const struct rig_scene *scene,
+                     const struct shot *shot, struct frame *frame, struct error *err)
 {
     struct view_light *lights = calloc(shot->lights + 1, sizeof *lights);
     assert_non_null(lights);
@@ -166,9 +166,17 @@ static float shoot(struct renderer *renderer, const struct rig_scene *scene,
                     .shadow_resolution = 8,
                     .light_lists = shot->lists},
     };
+    bool is_made = renderer_render(renderer, scene->key, &view, frame, err);
+    free(lights);
+    return is_made;
+}
+
+static float shoot(struct renderer *renderer, const struct rig_scene *scene,
+                   const struct shot *shot, struct frame_report *report)
+{
     struct frame frame;
     struct error err = {0};
-    if (!renderer_render(renderer, scene->key, &view, &frame, &err))
+    if (!try_shot(renderer, scene, shot, &frame, &err))
         fail_msg("%zu lights: %s", shot->lights, err.message);
     struct image *image = &frame.outputs[shot->output];
     float value = image->component == IMAGE_U32
@@ -177,7 +185,6 @@ static float shoot(struct renderer *renderer, const struct rig_scene *scene,
     if (report)
         *report = frame.report;
     frame_finish(&frame);
-    free(lights);
     return value;
 }
 
@@ -268,7 +275,7 @@ static void one_dispatch_for_all_would_lose_light(void **state)
         float many = shoot(renderer, &scene, &shot, &report);
         assert_int_equal(report.counts.light_slices, 1);
         print_message("%s: %.3f of the light\n", cases[i].name, (double)(many / one));
-        if (many > 0.9f * one)
+        if (is_equal(many, one, shot.lights))
             fail_msg("%s: %.7g of %.7g in one dispatch", cases[i].name, (double)many, (double)one);
         rig_scene_finish(&scene, renderer);
     }
@@ -318,6 +325,33 @@ static void check_layers(struct renderer *renderer, const struct stack *stack, i
     assert_float_equal(floor, expected * open, 1e-4 * expected * open);
 }
 
+/* With lights, and without any, where nothing else is counted. */
+static void expect_refusals(struct renderer *renderer, const struct stack *stack)
+{
+    struct rig_scene scene;
+    open_scene(&scene, renderer, stack);
+    for (size_t lights = 0; lights <= 100; lights += 100) {
+        struct frame frame;
+        struct error err = {0};
+        const struct shot shot = {lights, false, false, 4, 1, VIEW_LIGHT_LISTS_CLUSTERED, 0};
+        if (try_shot(renderer, &scene, &shot, &frame, &err))
+            fail_msg("%zu lights are not refused", lights);
+        assert_int_equal(err.code, ERROR_OVER_BUDGET);
+        if (!strstr(err.message, "loop steps, limit is 60000: ask for fewer quality.samples"))
+            fail_msg("%zu lights: %s", lights, err.message);
+    }
+    rig_scene_finish(&scene, renderer);
+}
+
+/* Devices that are not our own processors walk a list once for each sample; one of these that ends
+ * loops, too, is made by tests alone. */
+static bool has_no_room_for_four_walks(struct renderer *renderer)
+{
+    struct renderer_info info;
+    renderer_get_info(renderer, &info);
+    return !info.is_software && info.loop_end;
+}
+
 static void the_longest_lists_of_a_pixel_are_whole(void **state)
 {
     /* inside of the picture: one that is clipped may have an edge in the middle; and sides of
@@ -328,6 +362,10 @@ static void the_longest_lists_of_a_pixel_are_whole(void **state)
                                           {layers / 2, 0.1, 0.4, true, 0.1, true}};
     for (int samples = 1; samples <= 4; samples += 3)
         for (int i = 0; i < 3; i++) {
+            if (samples > 1 && has_no_room_for_four_walks(*state)) {
+                expect_refusals(*state, &stacks[i]);
+                continue;
+            }
             double way = i == 0 ? 0 : i == 1 ? 0.15 : 1.15; /* m inside of bodies */
             check_layers(*state, &stacks[i], samples,
                          pow((double)(float)filter, i == 2 ? layers - 2 : layers) *

@@ -13,6 +13,8 @@
 #include "renderer/gl/scope.h"
 #include "renderer/gl/selftest.h"
 #include "renderer/wall_clock.h"
+#include "tests/support/gl_hooks.h"
+#include "tests/support/render_support.h"
 
 enum { ANSWERS = 3 };
 
@@ -60,13 +62,11 @@ static bool verdict(bool poses_as_hardware, const double shares[ANSWERS])
     struct program_cache *programs = program_cache_create(NULL, &err);
     memcpy(device.shares, shares, sizeof device.shares);
     device.stamps = device.answers = 0;
-    device.finish = epoxy_glFinish;
-    device.get_stamp = epoxy_glGetQueryObjectui64v;
-    epoxy_glFinish = finish_and_note;
-    epoxy_glGetQueryObjectui64v = tell_stamp;
+    GL_SPY_BEGIN(Finish, device.finish, finish_and_note);
+    GL_SPY_BEGIN(GetQueryObjectui64v, device.get_stamp, tell_stamp);
     bool ok = gl_selftest(context, programs, &err);
-    epoxy_glFinish = device.finish;
-    epoxy_glGetQueryObjectui64v = device.get_stamp;
+    GL_SPY_END(Finish, device.finish);
+    GL_SPY_END(GetQueryObjectui64v, device.get_stamp);
     if (!ok)
         fail_msg("%s", err.message);
     bool is_true = gl_context_limits(context)->has_true_timers;
@@ -91,9 +91,19 @@ static void stamps_that_lie_are_not_believed(void **state)
     assert_false(verdict(true, (double[]){40, 40, 40}));
 }
 
+static void skip_without_software(void)
+{
+    struct gl_context *context = create(false);
+    bool is_software = gl_context_limits(context)->is_software;
+    gl_context_destroy(context);
+    if (!is_software)
+        skip();
+}
+
 static void no_stamp_decides_where_the_device_is_our_processors(void **state)
 {
     (void)state;
+    skip_without_software();
     assert_false(verdict(false, (double[]){1, 1, 1}));
     assert_int_equal(device.stamps, 0);
 }
@@ -108,9 +118,8 @@ static int time_passes(bool poses_as_hardware, bool has_true_timers, struct fram
     struct gpu_timeline *timeline = gpu_timeline_create(context, &err);
     memset(report, 0, sizeof *report);
     glFinish();
-    device.finish = epoxy_glFinish;
     device.finishes = 0;
-    epoxy_glFinish = finish_and_note;
+    GL_SPY_BEGIN(Finish, device.finish, finish_and_note);
     for (int i = 0; i < 3; i++) {
         gpu_scope_begin(timeline,
                         &(struct gpu_scope_desc){.pass = i ? "gbuffer" : "shadow.deep",
@@ -119,7 +128,7 @@ static int time_passes(bool poses_as_hardware, bool has_true_timers, struct fram
         gpu_scope_end(timeline);
     }
     gpu_timeline_collect(timeline, report);
-    epoxy_glFinish = device.finish;
+    GL_SPY_END(Finish, device.finish);
     gpu_timeline_destroy(timeline);
     gl_context_destroy(context);
     assert_int_equal(report->pass_count, 2);
@@ -150,11 +159,7 @@ static void passes_are_fenced_where_the_device_is_our_processors(void **state)
 {
     (void)state;
     struct frame_report report;
-    struct gl_context *context = create(false);
-    bool is_software = gl_context_limits(context)->is_software;
-    gl_context_destroy(context);
-    if (!is_software)
-        skip();
+    skip_without_software();
     assert_int_equal(time_passes(false, false, &report), 6);
     for (int i = 0; i < 2; i++)
         assert_true(report.passes[i].ms >= 0);
@@ -162,21 +167,7 @@ static void passes_are_fenced_where_the_device_is_our_processors(void **state)
 
 int main(void)
 {
-    struct error err = {0};
-    struct gl_context *context =
-        gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
-    if (!context) {
-        print_message("skipped: %s\n", err.message);
-        return 77;
-    }
-    glFinish(); /* epoxy finds functions at their first call */
-    GLuint stamp;
-    GLuint64 unused;
-    glCreateQueries(GL_TIMESTAMP, 1, &stamp);
-    glQueryCounter(stamp, GL_TIMESTAMP);
-    glGetQueryObjectui64v(stamp, GL_QUERY_RESULT, &unused);
-    glDeleteQueries(1, &stamp);
-    gl_context_destroy(context);
+    gl_context_destroy(render_rig_context(true));
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(stamps_of_quick_devices_are_believed),
         cmocka_unit_test(stamps_that_lie_are_not_believed),

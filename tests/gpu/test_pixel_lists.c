@@ -11,6 +11,7 @@
 #include <epoxy/gl.h>
 
 #include "clients/glb/glb_builder.h"
+#include "tests/support/gl_hooks.h"
 #include "tests/support/render_support.h"
 
 enum { SIDE_PX = 24 };
@@ -59,12 +60,11 @@ static void build_stack(int n, const double *t, const int *order, bool blended, 
     glb_builder_destroy(b);
 }
 
-static void render_stack(struct renderer *renderer, const void *glb, size_t size, int samples,
-                         struct frame *frame)
+static bool try_stack(struct renderer *renderer, const void *glb, size_t size, int samples,
+                      struct frame *frame, struct error *err)
 {
     struct rig_scene scene;
-    struct error err = {0};
-    assert_true(rig_scene_from_glb(&scene, renderer, "stack", glb, size, &err));
+    assert_true(rig_scene_from_glb(&scene, renderer, "stack", glb, size, err));
     struct view view = {
         .width_px = SIDE_PX,
         .height_px = SIDE_PX,
@@ -72,9 +72,30 @@ static void render_stack(struct renderer *renderer, const void *glb, size_t size
         .ignore_scene_lights = true,
         .quality.samples = samples,
     };
-    if (!renderer_render(renderer, scene.key, &view, frame, &err))
-        fail_msg("%s", err.message);
+    bool is_made = renderer_render(renderer, scene.key, &view, frame, err);
     rig_scene_finish(&scene, renderer);
+    return is_made;
+}
+
+static void render_stack(struct renderer *renderer, const void *glb, size_t size, int samples,
+                         struct frame *frame)
+{
+    struct error err = {0};
+    if (!try_stack(renderer, glb, size, samples, frame, &err))
+        fail_msg("%s", err.message);
+}
+
+/* A device that is not our own processors walks a pixel's list once for each sample. One that ends
+ * loops, too, which only tests make, has no room for 10,000 layers at four samples. */
+static void expect_refusal(struct renderer *renderer, const struct error *err, int layers,
+                           int samples)
+{
+    struct renderer_info info;
+    renderer_get_info(renderer, &info);
+    if (info.is_software || !info.loop_end || samples == 1 || layers < 10000)
+        fail_msg("%d layers: %s", layers, err->message);
+    assert_int_equal(err->code, ERROR_OVER_BUDGET);
+    assert_non_null(strstr(err->message, "loop steps, limit is"));
 }
 
 static void assert_is_product(const struct frame *frame, int n, const double *t)
@@ -106,11 +127,15 @@ static void layers_multiply_at_any_depth(void **state)
             void *glb;
             size_t size;
             struct frame frame;
+            struct error err = {0};
             build_stack(n, t, NULL, false, &glb, &size);
-            render_stack(*state, glb, size, samples, &frame);
-            assert_is_product(&frame, n, t);
-            assert_int_equal(frame.report.counts.longest_pixel_list >= (uint64_t)n, true);
-            frame_finish(&frame);
+            if (try_stack(*state, glb, size, samples, &frame, &err)) {
+                assert_is_product(&frame, n, t);
+                assert_true(frame.report.counts.longest_pixel_list >= (uint64_t)n);
+                frame_finish(&frame);
+            } else {
+                expect_refusal(*state, &err, n, samples);
+            }
             free(glb);
         }
     }
@@ -184,11 +209,11 @@ static void read_nothing(GLuint buffer, GLintptr offset, GLsizeiptr size, void *
 static void what_a_lost_context_does_not_read_is_zero(void **state)
 {
     const double t[3 * 3] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5};
-    PFNGLGETNAMEDBUFFERSUBDATAPROC read = epoxy_glGetNamedBufferSubData;
+    PFNGLGETNAMEDBUFFERSUBDATAPROC read;
     void *glb;
     size_t size;
     build_stack(3, t, NULL, false, &glb, &size);
-    epoxy_glGetNamedBufferSubData = read_nothing;
+    GL_SPY_BEGIN(GetNamedBufferSubData, read, read_nothing);
     for (int samples = 1; samples <= 4; samples += 3) {
         struct frame frame;
         render_stack(*state, glb, size, samples, &frame);
@@ -196,18 +221,19 @@ static void what_a_lost_context_does_not_read_is_zero(void **state)
         assert_int_equal(frame.report.counts.longest_pixel_list, 0);
         frame_finish(&frame);
     }
-    epoxy_glGetNamedBufferSubData = read;
+    GL_SPY_END(GetNamedBufferSubData, read);
     free(glb);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        /* first, as sizes that a frame before has told are not read again on all devices */
+        cmocka_unit_test(what_a_lost_context_does_not_read_is_zero),
         cmocka_unit_test(layers_multiply_at_any_depth),
         cmocka_unit_test(storage_order_does_not_change_a_bit),
         cmocka_unit_test(blended_layers_cover),
         cmocka_unit_test(nothing_transparent_costs_no_list),
-        cmocka_unit_test(what_a_lost_context_does_not_read_is_zero),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

@@ -10,6 +10,8 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/gl/program.h"
+#include "tests/support/gl_hooks.h"
+#include "tests/support/render_support.h"
 
 struct fixture {
     struct gl_context *context;
@@ -74,12 +76,12 @@ static GLint count_location(GLuint program, const GLchar *name)
 static void setters_ask_for_no_location(void **state)
 {
     const struct gl_program *program = build(*state, "selftest.comp.glsl", NULL);
-    PFNGLGETUNIFORMLOCATIONPROC kept = epoxy_glGetUniformLocation;
+    PFNGLGETUNIFORMLOCATIONPROC kept;
     locations_asked = 0;
-    epoxy_glGetUniformLocation = count_location;
+    GL_SPY_BEGIN(GetUniformLocation, kept, count_location);
     gl_program_set_u(program, "u_items", 4711);
     gl_program_set_u(program, "u_nobody_has_this", 1);
-    epoxy_glGetUniformLocation = kept;
+    GL_SPY_END(GetUniformLocation, kept);
     assert_int_equal(locations_asked, 0);
     assert_int_equal(value_of(program, "u_items"), 4711);
 }
@@ -97,14 +99,13 @@ static void a_value_is_sent_where_it_changes_alone(void **state)
 {
     const struct gl_program *program = build(*state, "selftest.comp.glsl", NULL);
     gl_program_set_u(program, "u_items", 1);
-    send_value = epoxy_glProgramUniform1ui;
     values_sent = 0;
-    epoxy_glProgramUniform1ui = count_value;
+    GL_SPY_BEGIN(ProgramUniform1ui, send_value, count_value);
     gl_program_set_u(program, "u_items", 5);
     gl_program_set_u(program, "u_items", 5);
     gl_program_set_u(program, "u_items", 6);
     gl_program_set_u(program, "u_items", 5);
-    epoxy_glProgramUniform1ui = send_value;
+    GL_SPY_END(ProgramUniform1ui, send_value);
     assert_int_equal(values_sent, 3);
     assert_int_equal(value_of(program, "u_items"), 5);
 }
@@ -112,12 +113,7 @@ static void a_value_is_sent_where_it_changes_alone(void **state)
 int main(void)
 {
     struct error err = {0};
-    struct fixture fixture = {
-        .context = gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err)};
-    if (!fixture.context) {
-        print_message("skipped: %s\n", err.message);
-        return 77;
-    }
+    struct fixture fixture = {.context = render_rig_context(true)};
     fixture.programs = program_cache_create(NULL, &err);
     if (!fixture.programs)
         return 1;

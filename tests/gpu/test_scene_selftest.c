@@ -10,6 +10,7 @@
 #include <epoxy/gl.h>
 
 #include "renderer/renderer.h"
+#include "tests/support/gl_hooks.h"
 
 /* Of views with one label those after the first show no more than the first one did, as if they
  * were still of its storage. */
@@ -43,10 +44,9 @@ static bool starts(const char *label, bool poses_as_hardware, struct error *err)
     *err = (struct error){0};
     defect.label = label;
     defect.first_bytes = defect.stale = 0;
-    defect.make_view = epoxy_glTextureBuffer;
-    epoxy_glTextureBuffer = make_stale_view;
+    GL_SPY_BEGIN(TextureBuffer, defect.make_view, make_stale_view);
     struct renderer *renderer = renderer_create(&desc, err);
-    epoxy_glTextureBuffer = defect.make_view;
+    GL_SPY_END(TextureBuffer, defect.make_view);
     renderer_destroy(renderer);
     return renderer != NULL;
 }

@@ -210,7 +210,8 @@ static void batches_of_lights_keep_their_bits(void **state)
 }
 
 /* A picture of 15,360 pixels in pieces that begin with 512: five steps, and three pieces at least
- * of the pixels and of the entries; in batches of lights, too. */
+ * of the pixels and of the entries; in batches of lights, too. Devices that are not our own
+ * processors have learned from the frame before that this is soon done. */
 static void shading_stops_between_bands(void **state)
 {
     static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP,
@@ -223,12 +224,14 @@ static void shading_stops_between_bands(void **state)
                                    .first_band = 512,
                                    .gpu_budget_bytes = (uint64_t)budget_mib << 20}));
         fixture.interruption.pauses = PAUSES_MAX;
+        struct renderer_info info;
+        renderer_get_info(fixture.renderer, &info);
         for (int i = 0; i < (budget_mib ? 1 : 2); i++) {
             struct view view = demo_view(techniques[i]);
             view.quality.shadow_resolution = 256;
             struct image warm = shoot_color(fixture.renderer, &fixture.demo, &view);
             image_finish(&warm);
-            assert_pauses_change_nothing(&fixture, &view, 5 + 2 + 2);
+            assert_pauses_change_nothing(&fixture, &view, info.is_software ? 5 + 2 + 2 : 5);
         }
         fixture_finish(&fixture);
     }

@@ -174,6 +174,12 @@ void gl_hooks_install(const struct gl_hooks_desc *desc)
     put_in_place(&functions);
 }
 
+void gl_hooks_find(void)
+{
+    if (!hooks.has_device)
+        gl_hooks_install(&(struct gl_hooks_desc){0});
+}
+
 const struct gl_hooks_desc *gl_hooks_installed(void)
 {
     return &hooks.installed;

@@ -68,6 +68,16 @@ MUST_CHECK bool gl_hooks_parse(const char *text, struct gl_hooks_desc *desc, str
 void gl_hooks_install(const struct gl_hooks_desc *desc);
 const struct gl_hooks_desc *gl_hooks_installed(void);
 
+/* A test's own function before one of GL, or before the layers, which `below` keeps; and the end of
+ * that. */
+#define GL_SPY_BEGIN(name, below, own) \
+    (gl_hooks_find(), (below) = epoxy_gl##name, epoxy_gl##name = (own))
+#define GL_SPY_END(name, below) (epoxy_gl##name = (below))
+
+/* libepoxy finds a function at its first call, and puts it over whatever stands in its place: from
+ * here on all are found. */
+void gl_hooks_find(void);
+
 /* A fault of the renderer that a layer found. Each message is printed once; a program with faults
  * that nobody took ends with status 1. */
 void gl_fault(const char *format, ...) __attribute__((format(printf, 1, 2)));

@@ -31,6 +31,18 @@ struct renderer *render_rig_create(void)
     return render_rig_create_as(&(struct renderer_desc){.is_strict = true});
 }
 
+struct gl_context *render_rig_context(bool is_strict)
+{
+    struct error err = {0};
+    struct gl_context *context =
+        gl_context_create(&(struct gl_context_desc){.is_strict = is_strict}, &err);
+    if (!context) {
+        fprintf(stderr, "skipped: %s\n", err.message);
+        exit(77);
+    }
+    return context;
+}
+
 int render_rig_setup(void **state)
 {
     *state = render_rig_create();

@@ -4,6 +4,7 @@
 #ifndef VITRAIL_TESTS_SUPPORT_RENDER_SUPPORT_H
 #define VITRAIL_TESTS_SUPPORT_RENDER_SUPPORT_H
 
+#include "renderer/gl/context.h"
 #include "renderer/renderer.h"
 #include "tests/support/import_support.h"
 
@@ -12,6 +13,9 @@
 struct renderer *render_rig_create(void);
 /* One as described, with the same exit. */
 struct renderer *render_rig_create_as(const struct renderer_desc *desc);
+
+/* A context alone, with the same exit. */
+struct gl_context *render_rig_context(bool is_strict);
 
 /* For cmocka_run_group_tests: *state is such a renderer. */
 int render_rig_setup(void **state);
