@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Lights as members of a view: what each type has, new ones, and which way they stand.
 import { angleAbout, circle } from "./gizmo_math.js";
-import { add, cross, dot, frameOf, middleOf, turnAbout, turned, unit } from "./transforms.js";
+import { add, cross, dot, frameOf, turnAbout, turned, unit } from "./transforms.js";
 
 export const TYPES = ["point", "spot", "directional", "rect", "disk"];
 
@@ -28,18 +28,27 @@ export function lightMembers(light) {
   return kept;
 }
 
-/** A new light of a type over a scene, as bright as its size asks for. */
-export function newLight(type, bounds, size) {
-  const [x, , z] = middleOf(bounds);
+/**
+ * A new light where it is seen to shine: before what the camera looks at, a quarter of the way back
+ * to the eye and a little above, and turned to it. Its intensity gives about 3 lx there, as much as
+ * the default lighting.
+ * @param {{target: number[], eye: number[], up: number[], distance: number}} camera
+ */
+export function newLight(type, { target, eye, up, distance }) {
   const short = (value) => Number(value.toPrecision(3));
-  const side = short(0.2 * size);
-  const candela = short(3 * size * size);
+  const way = distance / 4;
+  const unitOfLength = 10 ** Math.floor(Math.log10(way) - 2); // three digits, also far from the origin
+  const place = add(add(target, add(eye, target, -1), 0.25), up, 0.5 * way)
+    .map((value) => Math.round(value / unitOfLength) * unitOfLength)
+    .map((value) => Number(value.toPrecision(12)));
+  const side = short(0.5 * way);
+  const candela = short(3 * 1.25 * way ** 2); // the square of the way to the target
   const intensity = { directional: 3, rect: short(candela / side ** 2),
     disk: short((4 * candela) / (Math.PI * side ** 2)) }[type] ?? candela;
   return lightMembers({
     type, intensity, color: [1, 1, 1], width: side, height: side, radius: side / 2,
-    position: [x, bounds[4] + 0.25 * size, z].map(short),
-    direction: type === "directional" ? [-0.4, -1, -0.3] : [0, -1, 0],
+    position: place,
+    direction: type === "directional" ? [-0.4, -1, -0.3] : tidy(add(target, place, -1)),
   });
 }
 

@@ -385,7 +385,7 @@ export class Model extends EventTarget {
 
   addLight(type) {
     this.edit(`Add ${type} light`, (view) =>
-      view.lights.push(newLight(type, this.bounds, this.camera.sceneSize)));
+      view.lights.push(newLight(type, this.camera)));
   }
 
   removeLight(index) {

@@ -115,6 +115,13 @@ static bool require_outputs(struct frame_plan *made, const struct frame_plan_des
     return true;
 }
 
+/* A frame of which nothing is drawn: why its drawables and shadows are not counted. */
+static const char *why_not_drawn(const struct plan *plan)
+{
+    return needs(plan, PLAN_NEED_TRACED) ? "not counted: rays find surfaces, layers and shadows"
+                                         : "not counted: no output needs them";
+}
+
 static bool require_geometry(struct frame_plan *made, const struct frame_plan_desc *desc,
                              struct error *err)
 {
@@ -132,6 +139,9 @@ static bool require_geometry(struct frame_plan *made, const struct frame_plan_de
     set_need(plan, PLAN_NEED_LAYERS, plan->transparent_items > 0,
              "%zu of %zu drawables are transparent and in view", plan->transparent_items,
              desc->state->item_count);
+    if (!is_drawn) /* and so none was counted */
+        for (int need = PLAN_NEED_SURFACES; need <= PLAN_NEED_LAYERS; need++)
+            set_need(plan, (enum plan_need)need, false, "%s", why_not_drawn(plan));
     bool has_choice = needs(plan, PLAN_NEED_COLOR);
     plan->samples = plan_samples(desc->view, desc->limits);
     plan->target_samples = has_choice ? plan->samples : 1; /* auxiliary outputs take one */
@@ -212,8 +222,8 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     plan->least_batches =
         shadow_needs_least_batches(&made->shadows, resolution, desc->shadow_budget_bytes);
     set_need(plan, PLAN_NEED_LIGHTS, is_listed && lights > 0,
-             "%zu light%s, %zu of them out of view", lights, lights == 1 ? "" : "s",
-             plan->unseen_lights);
+             is_listed ? "%zu light%s, %zu of them out of view" : "%zu light%s, in no list", lights,
+             lights == 1 ? "" : "s", plan->unseen_lights);
     set_need(plan, PLAN_NEED_OPAQUE_SHADOWS,
              census[0].lights > 0 || plan->deep_lights + plan->linked_lights > 0,
              "%zu of %zu lights have opaque casters in reach, %zu in all", census[0].lights, lights,
@@ -223,6 +233,9 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
              lights, census[1].casters);
     set_need(plan, PLAN_NEED_TRACED_SHADOWS, plan->traced_lights > 0,
              "%zu of %zu lights have casters in reach of their rays", plan->traced_lights, lights);
+    if (!is_lit && needs(plan, PLAN_NEED_TRACED))
+        for (int need = PLAN_NEED_OPAQUE_SHADOWS; need <= PLAN_NEED_TRACED_SHADOWS; need++)
+            set_need(plan, (enum plan_need)need, false, "%s", why_not_drawn(plan));
     if (desc->view->quality.shadows == VIEW_SHADOWS_NONE)
         for (int need = PLAN_NEED_OPAQUE_SHADOWS; need <= PLAN_NEED_FILTERED_SHADOWS; need++)
             set_need(plan, (enum plan_need)need, false, "quality.shadows is none");

@@ -130,6 +130,20 @@ static void nothing_is_planned_that_the_scene_does_not_require(void **state)
     close_scene(&scene, *state);
 }
 
+/* What nobody counted is not told as none. */
+static void check_not_counted(const struct plan *plan)
+{
+    static const enum plan_need uncounted[] = {PLAN_NEED_SURFACES, PLAN_NEED_LAYERS,
+                                               PLAN_NEED_OPAQUE_SHADOWS, PLAN_NEED_FILTERED_SHADOWS,
+                                               PLAN_NEED_TRACED_SHADOWS};
+    for (size_t i = 0; i < sizeof uncounted / sizeof *uncounted; i++) {
+        assert_false(plan->requirements[uncounted[i]].is_met);
+        assert_string_equal(plan->requirements[uncounted[i]].because,
+                            "not counted: rays find surfaces, layers and shadows");
+    }
+    assert_non_null(strstr(plan->requirements[PLAN_NEED_LIGHTS].because, ", in no list"));
+}
+
 static void a_traced_frame_plans_no_shadow_map(void **state)
 {
     struct scene_case scene = {0};
@@ -140,6 +154,7 @@ static void a_traced_frame_plans_no_shadow_map(void **state)
     struct plan plan = check_plan(*state, &scene, &view, false);
     assert_true(plan.requirements[PLAN_NEED_TRACED].is_met);
     assert_int_equal(plan.shadow_texels, 0);
+    check_not_counted(&plan);
     close_scene(&scene, *state);
 }
 

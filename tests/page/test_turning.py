@@ -163,10 +163,19 @@ class Aiming(PageTest):
     def front(self):
         self.changed_by(lambda: self.enter("Standard views", "front"))
 
+    def add_light(self, kind):
+        """A light over the scene that shines straight down."""
+        self.panel("lights")
+        self.changed_by(lambda: self.press(f"Add a {kind} light"))
+        for label, value in (("Position X", 0), ("Position Y", 3.2), ("Position Z", 0),
+                             ("Direction Y", -1), ("Direction X", 0), ("Direction Z", 0)):
+            self.enter(label, value, "#panel-lights")
+        support.wait_until(lambda: self.view()["lights"][-1]["direction"] == [0, -1, 0],
+                           "the light shines down")
+
     def test_a_ring_turns_where_a_light_shines(self):
         self.load()
-        self.panel("lights")
-        self.changed_by(lambda: self.press("Add a spot light"))
+        self.add_light("spot")
         self.front()
         shown = """return [...document.querySelectorAll('.gizmo-ring')].map((ring) =>
           !ring.hasAttribute('hidden'));"""
@@ -190,8 +199,7 @@ class Aiming(PageTest):
 
     def test_a_rectangle_is_rolled_by_a_number(self):
         self.load()
-        self.panel("lights")
-        self.changed_by(lambda: self.press("Add a rect light"))
+        self.add_light("rect")
         self.changed_by(lambda: self.enter("Roll", 30, "#panel-lights"))
         for got, expected in zip(self.view()["lights"][-1]["up"], (0.5, 0, -math.sqrt(0.75))):
             self.assertAlmostEqual(expected, got, places=9)

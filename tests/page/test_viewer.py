@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The viewer in a real browser over the real daemon: what a person does, and what comes of it."""
 import json
+import math
 import os
 import tempfile
 
@@ -120,12 +121,31 @@ class Editing(PageTest):
         self.assertNotEqual(first, dimmed)
         added = self.changed_by(lambda: self.press("Add a spot light"))
         self.assertNotEqual(dimmed, added)
+        self.check_new_light()
         self.assertIn("Outer cone", self.browser.run(
             "return document.getElementById('panel-lights').innerText"))
         removed = self.changed_by(lambda: self.press("Remove", "#panel-lights"))
         self.assertEqual(dimmed, removed)
         back = self.changed_by(lambda: self.press("Lights as in the file"))
         self.assertEqual(first, back)
+
+    def check_new_light(self):
+        """It is in the picture, nearer than what the camera looks at, and shines there."""
+        view = self.view()
+        light, camera = view["lights"][-1], view["camera"]
+        eye, target = camera["eye"], camera["target"]
+        forward = [t - e for t, e in zip(target, eye)]
+        to_light = [p - e for p, e in zip(light["position"], eye)]
+        length = math.hypot(*forward)
+        depth = sum(a * b for a, b in zip(to_light, forward)) / length
+        self.assertAlmostEqual(0.75, depth / length, places=2)
+        beside = math.sqrt(sum(v * v for v in to_light) - depth * depth)
+        self.assertLess(beside, depth * math.tan(math.radians(camera["fov_y_deg"] / 2)))
+        to_target = [t - p for t, p in zip(target, light["position"])]
+        for got, expected in zip(light["direction"], to_target):
+            self.assertAlmostEqual(expected / math.hypot(*to_target), got, places=6)
+        self.assertAlmostEqual(3 * sum(v * v for v in to_target), light["intensity"],
+                               delta=0.02 * light["intensity"])
 
     def test_a_clip_plane_cuts_and_flips(self):
         first = self.load()
