@@ -290,6 +290,9 @@ static json_t *write_chosen(const struct frame_stats_chosen *chosen)
     json_put(&writer, "samples", json_integer(chosen->samples));
     json_put(&writer, "expected_ms",
              chosen->expected_ms > 0 ? json_real(rounded(chosen->expected_ms)) : json_null());
+    json_put(&writer, "took_ms",
+             chosen->took_ms > 0 ? json_real(rounded(chosen->took_ms)) : json_null());
+    json_put_text_or_null(&writer, "missed", chosen->missed);
     json_put_text(&writer, "source", choice_source_name((int)chosen->source));
     json_put_text(&writer, "because", chosen->because);
     return json_writer_take(&writer);
@@ -448,6 +451,7 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
     struct json_node compression = json_member(node, "shadow_compression");
     struct json_node prefilter = json_member(node, "shadow_prefilter");
     struct json_node ms = json_member(node, "expected_ms");
+    struct json_node took = json_member(node, "took_ms"), missed = json_member(node, "missed");
     struct json_node because = json_member(node, "because");
     struct json_node source = json_member(node, "source");
     const struct json_choice sources = {.name = choice_source_name};
@@ -462,6 +466,8 @@ static bool read_chosen(const struct json_node *node, struct frame_stats_chosen 
            json_read_number(&compression, 0, 1, &chosen->shadow_compression) &&
            json_read_int(&prefilter, 0, LIMIT_PREFILTER, &chosen->shadow_prefilter) &&
            json_read_number(&ms, 0, INFINITY, &chosen->expected_ms) &&
+           json_read_number(&took, 0, INFINITY, &chosen->took_ms) &&
+           json_read_text(&missed, chosen->missed, sizeof chosen->missed) &&
            json_read_text(&because, chosen->because, sizeof chosen->because);
 }
 

@@ -70,6 +70,9 @@ struct frame_stats_chosen {
     int shadow_prefilter;                 /* of deep lists; 0 and 1 = none */
     int samples;
     double expected_ms;
+    double took_ms;                      /* in the renderer, without pauses; 0: not known */
+    char missed[FRAME_STATS_TEXT_BYTES]; /* what was asked for and expected, and why it took longer;
+                                            "": it did not */
     char because[FRAME_STATS_TEXT_BYTES];
 };
 
@@ -78,6 +81,7 @@ struct frame_promise {
     struct frame_stats_chosen chosen;
     bool has_error;
     double rmse;
+    double budget_ms; /* that was asked for; 0: none */
     enum frame_error_source source;
     char warning[FRAME_STATS_TEXT_BYTES]; /* "" = none */
 };
@@ -140,6 +144,10 @@ void frame_stats_warn(struct frame_stats *stats, const char *format, ...)
 /* Puts a promise into the report of its frame; its error, of the metric that was asked for,
  * replaces what the frame knows of others. */
 void frame_stats_promise(struct frame_stats *stats, const struct frame_promise *promise);
+
+/* Tells what the frame took beside what was expected of it, before frame_stats_close; and whether
+ * that is more than half as much again as was expected and, where a time was asked for, as that. */
+void frame_stats_judge(struct frame_stats *stats, double budget_ms);
 
 /* A new reference, or malloc'ed text; NULL only when memory runs out. */
 MUST_CHECK json_t *frame_stats_to_json(const struct frame_stats *stats);

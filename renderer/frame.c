@@ -101,6 +101,20 @@ struct opened_view {
     bool is_state_kept;
 };
 
+/* Of frames whose forecasts are off alike: whatever the camera, and about as large. */
+static uint64_t lesson_key_of(const struct opened_view *opened)
+{
+    const struct view *view = &opened->view;
+    struct content_key key = content_key_begin();
+    int size = ilogb((double)view->width_px * view->height_px) / 2;
+    content_key_add_text(&key, opened->scene->key);
+    content_key_add_word(&key, opened->state->light_count);
+    content_key_add_word(&key, (uint64_t)size);
+    content_key_add_word(&key, (uint64_t)view->quality.samples);
+    content_key_add_word(&key, (uint64_t)view->quality.shadow_taps);
+    return key.words[0];
+}
+
 static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
                                            const struct opened_view *opened)
 {
@@ -112,6 +126,7 @@ static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
         .limits = gl_context_limits(renderer->context),
         .automatic = &renderer->automatic,
         .shadow_budget_bytes = share_bytes ? share_bytes : 1, /* 0 would be any */
+        .view_key = lesson_key_of(opened),
     };
 }
 
@@ -129,6 +144,7 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
                       struct opened_view *opened, struct error *err)
 {
     *opened = (struct opened_view){.view = *view};
+    renderer_publish_lessons(renderer);
     opened->scene = renderer_find_scene(renderer, scene_key, view, err);
     if (!opened->scene)
         return false;
@@ -145,6 +161,7 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
     const struct frame_plan_desc desc = plan_desc_of(renderer, opened);
     struct content_key plan_key = view_plan_key(key, &opened->view);
     content_key_add_word(&plan_key, desc.shadow_budget_bytes);
+    content_key_add_word(&plan_key, renderer->automatic.learned_print);
     opened->plan = plan_cache_get(&renderer->plans, plan_key, &desc, err);
     if (opened->plan && !shows_on_device(renderer, &opened->plan->plan))
         opened->view.screen.channels = 0;
@@ -366,6 +383,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
     struct opened_view opened;
     struct program_cache_stats before;
     uint64_t plans_made = renderer->plans.misses;
+    struct frame_lesson lesson = frame_lesson_begin();
     renderer->aside = (struct program_cache_stats){0};
     program_cache_get_stats(renderer->programs, &before);
     if (!open_view(renderer, scene_key, view, &opened, err))
@@ -393,6 +411,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
     if (ok)
         fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
     report_choice(&opened.plan->plan.choice, &frame->report);
+    frame_lesson_of_choice(&lesson, &opened.plan->plan.choice);
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
     frame->report.error_is_exact |= is_exact(&opened, &frame->report);
@@ -402,6 +421,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
                                         .scene_key = scene_key,
                                         .view = view,
                                         .pace_key = pace_key,
+                                        .lesson = lesson,
                                         .has_failed = !ok};
     ok = frame_flight_end(renderer, &ending, making->is_done, err);
     renderer_end_frame(renderer);

@@ -50,6 +50,9 @@ static bool arrive(struct renderer *renderer, const struct frame_ending *ending,
     if (ok)
         note_pace(renderer, ending);
     report->total_ms = wall_ms() - ending->begin_ms - report->paused_ms;
+    if (ok && renderer->lessons)
+        frame_lessons_take(renderer->lessons, &ending->lesson, report,
+                           gl_context_limits(renderer->context)->is_software);
     if (!ok)
         frame_finish(ending->frame);
     return ok;
@@ -77,7 +80,8 @@ static void take_off(struct renderer *renderer, const struct frame_ending *endin
     *flight = (struct frame_flight){.frame = ending->frame,
                                     .begin_ms = ending->begin_ms,
                                     .view = ending->view,
-                                    .pace_key = ending->pace_key};
+                                    .pace_key = ending->pace_key,
+                                    .lesson = ending->lesson};
     snprintf(flight->scene_key, sizeof flight->scene_key, "%s", ending->scene_key);
     if (renderer->is_strict && (flight->plan = malloc(sizeof *flight->plan)))
         *flight->plan = *ending->plan;
@@ -135,7 +139,8 @@ bool renderer_collect(struct renderer *renderer, struct error *err)
     const struct frame_ending ending = {.frame = flight.frame,
                                         .plan = flight.plan,
                                         .begin_ms = flight.begin_ms,
-                                        .pace_key = flight.pace_key};
+                                        .pace_key = flight.pace_key,
+                                        .lesson = flight.lesson};
     assert(flight.frame);
     renderer->flight = (struct frame_flight){.frame = NULL};
     while (!readback_wait(renderer->readback, &flight.frame->report, WAIT_NS))

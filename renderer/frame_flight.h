@@ -18,7 +18,8 @@ struct frame_ending {
     const char *scene_key;   /* required, with the view: what it would be made again from, ... */
     const struct view *view; /* ... valid until it is collected */
     struct content_key pace_key; /* required: of frames that take as long */
-    bool has_failed;             /* it is emptied */
+    struct frame_lesson lesson;
+    bool has_failed; /* it is emptied */
 };
 /* After the last command of a frame: it takes off, and *is_done becomes false, or it ends here:
  * with NULL for is_done, where nothing of it is under way, and where it cannot fly. */

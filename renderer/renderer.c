@@ -107,7 +107,9 @@ static bool create_parts(struct renderer *renderer, const struct renderer_desc *
         },
         err);
     renderer->traced = raytrace_cache_create(err);
-    return renderer->shadows && renderer->traced;
+    renderer->lessons = frame_lessons_create();
+    return renderer->shadows && renderer->traced &&
+           (renderer->lessons || error_set(err, ERROR_NO_MEMORY, "forecasts"));
 }
 
 static void finish_parts(struct renderer *renderer)
@@ -117,6 +119,7 @@ static void finish_parts(struct renderer *renderer)
     finish_own(renderer);
     shadow_system_destroy(renderer->shadows);
     frame_flight_finish(renderer);
+    frame_lessons_destroy(renderer->lessons);
     readback_destroy(renderer->readback);
     gpu_timeline_destroy(renderer->timeline);
 }
@@ -259,8 +262,36 @@ void renderer_destroy(struct renderer *renderer)
 
 void renderer_set_auto(struct renderer *renderer, const struct auto_settings *settings)
 {
-    renderer->automatic = *settings;
+    renderer->automatic.policy = settings->policy;
+    renderer->automatic.speed = settings->speed;
+    renderer_set_learned(renderer, settings->learned);
     plan_cache_clear(&renderer->plans);
+}
+
+static void follow_lessons(struct renderer *renderer)
+{
+    renderer->automatic.learned = frame_lessons_published(renderer->lessons);
+    renderer->automatic.learned_print = frame_lessons_print(renderer->lessons);
+}
+
+void renderer_set_learned(struct renderer *renderer, const struct learning *learned)
+{
+    frame_lessons_set(renderer->lessons, learned);
+    follow_lessons(renderer);
+}
+
+void renderer_publish_lessons(struct renderer *renderer)
+{
+    if (renderer->is_beside)
+        return;
+    frame_lessons_publish(renderer->lessons);
+    follow_lessons(renderer);
+}
+
+const struct learning *renderer_get_learned(const struct renderer *renderer, uint64_t *print)
+{
+    *print = renderer->automatic.learned_print;
+    return renderer->automatic.learned;
 }
 
 void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude)

@@ -86,6 +86,11 @@ void renderer_destroy(struct renderer *renderer);
 /* What `shadows: auto` goes by from now on; until then it is rasterised. */
 void renderer_set_auto(struct renderer *renderer, const struct auto_settings *settings);
 
+/* What is known of what frames take, beside the device's speed: copied; NULL: nothing. */
+void renderer_set_learned(struct renderer *renderer, const struct learning *learned);
+/* Valid until the next frame. print: other after each change; 0 while nothing was learned. */
+const struct learning *renderer_get_learned(const struct renderer *renderer, uint64_t *print);
+
 /* Colours of textures are compressed where their budget would withhold so many levels else: 1 or
  * more; 0: never. Without effect where the device samples no blocks. */
 void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels);

@@ -3,6 +3,7 @@
 #ifndef VITRAIL_RENDERER_RENDERER_INTERNAL_H
 #define VITRAIL_RENDERER_RENDERER_INTERNAL_H
 
+#include "renderer/frame_lessons.h"
 #include "renderer/kept_window.h"
 #include "renderer/overlay/feature_edges.h"
 #include "renderer/plan/frame_plan.h"
@@ -39,6 +40,7 @@ struct frame_flight { /* zeroed: none (renderer/frame_flight.h) */
     char scene_key[SCENE_KEY_BYTES]; /* and the view, borrowed: for making it again */
     const struct view *view;
     struct content_key pace_key;
+    struct frame_lesson lesson;
     bool is_cut; /* it has come, and must be made again */
 };
 
@@ -83,6 +85,7 @@ struct renderer {
     uint64_t shadow_most_bytes; /* of it, for shadow structures */
     struct budget_use use;
     struct auto_settings automatic;
+    struct frame_lessons *lessons; /* not of one beside */
     bool is_strict, redraws_surfaces;
     uint32_t loop_end; /* loop_probe_run */
     struct wide_floats_choice wide_floats;
@@ -111,6 +114,9 @@ bool renderer_evict_oldest_beside(struct renderer *renderer, const struct reside
 /* What counts against the budget: of all; and of what windows of this renderer hold. */
 uint64_t renderer_used_bytes(const struct renderer *renderer);
 uint64_t renderer_window_bytes(const struct renderer *renderer);
+
+/* Choices go by what is due from now on. Nothing while a frame runs. */
+void renderer_publish_lessons(struct renderer *renderer);
 
 /* Does what was put off while a frame ran. */
 void renderer_end_frame(struct renderer *renderer);

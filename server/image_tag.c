@@ -16,9 +16,10 @@ bool image_tag_make(struct supervisor *supervisor, const char *build_id, const c
     if (!digest)
         return false;
     char automatic[256]; /* what decides between techniques */
-    snprintf(automatic, sizeof automatic, "%s %.17g %.17g %.17g %.17g %.17g",
+    snprintf(automatic, sizeof automatic, "%s %.17g %.17g %.17g %.17g %.17g %" PRIx64,
              device.automatic.policy, device.automatic.frame_ms, device.automatic.shade,
-             device.automatic.maps, device.automatic.trace, device.automatic.build);
+             device.automatic.maps, device.automatic.trace, device.automatic.build,
+             device.automatic.learned);
     const struct supervisor_budgets budgets = supervisor_get_budgets(supervisor);
     char memory[96]; /* what decides about levels of textures, compressed ones and compressed lists
                       */

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUTES_MAX = 32, BUCKETS = 15, STAGES = FRAME_TIMING_COUNT };
+enum { ROUTES_MAX = 32, BUCKETS = 15, STAGES = FRAME_TIMING_COUNT, RATIOS = 9, TECHNIQUES = 8 };
 
 static const double bounds_s[BUCKETS] = {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25,
                                          0.5,   1,      2.5,   5,    10,    30,   60};
@@ -29,8 +29,18 @@ struct route_metrics {
     struct histogram duration;
 };
 
+/* What frames took over what was expected of them, where something was. */
+static const double bounds_ratio[RATIOS] = {0.5, 0.67, 0.8, 0.9, 1.1, 1.25, 1.5, 2, 3};
+
+struct forecasts { /* of one technique */
+    char shadows[FRAME_STATS_NAME_BYTES];
+    uint64_t counts[RATIOS + 1], missed;
+    double sum;
+};
+
 struct metrics {
     pthread_mutex_t mutex;
+    struct forecasts forecasts[TECHNIQUES];  /* in the order of their first frames */
     struct route_metrics routes[ROUTES_MAX]; /* the last one takes what finds no place */
     struct histogram stages[STAGES];
     struct metrics_totals totals;
@@ -88,11 +98,32 @@ void metrics_count_request(struct metrics *metrics, const char *route, enum http
     pthread_mutex_unlock(&metrics->mutex);
 }
 
+static void observe_forecast(struct metrics *metrics, const struct frame_stats_chosen *chosen)
+{
+    int bucket = 0, at = 0;
+    if (!(chosen->expected_ms > 0) || !(chosen->took_ms > 0))
+        return;
+    while (at < TECHNIQUES && metrics->forecasts[at].shadows[0] &&
+           strcmp(metrics->forecasts[at].shadows, chosen->shadows) != 0)
+        at++;
+    if (at == TECHNIQUES)
+        return;
+    struct forecasts *forecasts = &metrics->forecasts[at];
+    double ratio = chosen->took_ms / chosen->expected_ms;
+    while (bucket < RATIOS && ratio > bounds_ratio[bucket])
+        bucket++;
+    memcpy(forecasts->shadows, chosen->shadows, sizeof forecasts->shadows);
+    forecasts->counts[bucket]++;
+    forecasts->sum += ratio;
+    forecasts->missed += chosen->missed[0] != '\0';
+}
+
 void metrics_count_frame(struct metrics *metrics, const struct frame_stats *stats)
 {
     pthread_mutex_lock(&metrics->mutex);
     for (int i = 0; i < STAGES; i++)
         observe(&metrics->stages[i], 1e-3 * stats->timings_ms[i]);
+    observe_forecast(metrics, &stats->chosen);
     pthread_mutex_unlock(&metrics->mutex);
 }
 
@@ -145,6 +176,38 @@ static void write_requests(FILE *out, const struct metrics *metrics)
                         metrics->routes[r].route, &metrics->routes[r].duration);
 }
 
+static void write_forecasts(FILE *out, const struct metrics *metrics)
+{
+    static const char name[] = "vitrail_forecast_ratio";
+    int count = 0;
+    while (count < TECHNIQUES && metrics->forecasts[count].shadows[0])
+        count++;
+    if (!count)
+        return;
+    write_head(out, name, "Time of frames over what was expected of them, by technique.",
+               "histogram");
+    for (int i = 0; i < count; i++) {
+        const struct forecasts *f = &metrics->forecasts[i];
+        uint64_t total = 0;
+        for (int k = 0; k < RATIOS; k++) {
+            total += f->counts[k];
+            fprintf(out, "%s_bucket{shadows=\"%s\",le=\"%g\"} %llu\n", name, f->shadows,
+                    bounds_ratio[k], (unsigned long long)total);
+        }
+        total += f->counts[RATIOS];
+        fprintf(out, "%s_bucket{shadows=\"%s\",le=\"+Inf\"} %llu\n", name, f->shadows,
+                (unsigned long long)total);
+        fprintf(out, "%s_sum{shadows=\"%s\"} %.9g\n%s_count{shadows=\"%s\"} %llu\n", name,
+                f->shadows, f->sum, name, f->shadows, (unsigned long long)total);
+    }
+    write_head(out, "vitrail_forecast_misses_total",
+               "Frames that took over half as long again as was expected and asked for.",
+               "counter");
+    for (int i = 0; i < count; i++)
+        fprintf(out, "vitrail_forecast_misses_total{shadows=\"%s\"} %llu\n",
+                metrics->forecasts[i].shadows, (unsigned long long)metrics->forecasts[i].missed);
+}
+
 char *metrics_to_text(struct metrics *metrics, const struct metrics_gauge *gauges, size_t count)
 {
     char *text = NULL;
@@ -159,6 +222,7 @@ char *metrics_to_text(struct metrics *metrics, const struct metrics_gauge *gauge
     for (int i = 0; i < STAGES; i++)
         write_histogram(out, "vitrail_render_stage_duration_seconds", "stage", frame_timing_name(i),
                         &metrics->stages[i]);
+    write_forecasts(out, metrics);
     write_head(out, "vitrail_upload_bytes_total", "Bytes of scenes received.", "counter");
     fprintf(out, "vitrail_upload_bytes_total %llu\n",
             (unsigned long long)metrics->totals.upload_bytes);

@@ -250,6 +250,7 @@ bool supervisor_get_device(struct supervisor *supervisor, struct device_capabili
     bool has_device = supervisor->has_device;
     *device = supervisor->device;
     device->gpu_used_bytes = supervisor->totals.gpu_used_bytes;
+    device->automatic.learned = supervisor->totals.learned;
     pthread_mutex_unlock(&supervisor->mutex);
     return has_device;
 }

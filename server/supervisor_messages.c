@@ -27,6 +27,7 @@ static void take_image(struct supervisor *supervisor, struct render_task *task,
         supervisor->has_rendered = true;
         warm_ups_note_drawn(&supervisor->warm_ups, task->scene);
         frame_stats_promise(task->outcome.stats, &task->promise);
+        frame_stats_judge(task->outcome.stats, task->promise.budget_ms);
     }
     supervisor_refuse(supervisor, task, &problem); /* which, without a problem, is its success */
 }
@@ -96,6 +97,7 @@ static void totals_message(struct supervisor *supervisor, const json_t *json)
     totals->programs_kept = number(json, "programs_kept");
     totals->programs_kept_bytes = number(json, "programs_kept_bytes");
     totals->gpu_used_bytes = number(json, "gpu_used_bytes");
+    totals->learned = number(json, "learned");
     totals->cache_bytes = number(json, "cache_bytes");
     totals->cache_scenes = number(json, "cache_scenes");
     totals->cache_hits = number(json, "cache_hits");

@@ -107,6 +107,7 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
 {
     const struct config *config = supervisor->desc.config;
     char speed_file[CONFIG_PATH_BYTES + 128], texture_file[CONFIG_PATH_BYTES + 128];
+    char lessons_file[CONFIG_PATH_BYTES + 128];
     char program_folder[CONFIG_PATH_BYTES + 64];
     snprintf(program_folder, sizeof program_folder, "%s/cache/programs", config->state_dir);
     char device[GL_DEVICE_NAME_BYTES];
@@ -115,10 +116,13 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
              device);
     snprintf(texture_file, sizeof texture_file, "%s/cache/texture-speed-%s.json", config->state_dir,
              device);
+    snprintf(lessons_file, sizeof lessons_file, "%s/cache/forecasts-%s.json", config->state_dir,
+             device);
     json_t *settings = json_pack(
-        "{s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s}", "op", "configure", "device",
-        config->device, "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes,
-        "texture_budget_bytes", (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
+        "{s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s}", "op", "configure",
+        "lessons_file", lessons_file, "device", config->device, "gpu_budget_bytes",
+        (json_int_t)config->gpu_budget_bytes, "texture_budget_bytes",
+        (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,
         "texture_compression", (int)config->texture_compression, "cache_bytes",
         (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "program_folder",

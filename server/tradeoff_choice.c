@@ -188,6 +188,7 @@ static void promise_from(const struct choice_wish *wish, const struct choice *ch
     promise->chosen.shadow_prefilter = setting->shadow_prefilter;
     promise->chosen.samples = setting->samples;
     promise->chosen.expected_ms = choice->row->ms;
+    promise->budget_ms = wish->budget_ms;
     promise->chosen.source = source == SOURCE_VIEW    ? FRAME_CHOICE_MEASURED
                              : source == SOURCE_MODEL ? FRAME_CHOICE_CALIBRATED
                                                       : FRAME_CHOICE_ESTIMATED;

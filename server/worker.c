@@ -17,9 +17,11 @@
 #include "server/explain.h"
 #include "server/inbox.h"
 #include "server/ipc.h"
+#include "server/lessons_file.h"
 #include "server/mapped_scenes.h"
 #include "server/measure.h"
 #include "server/pick.h"
+#include "server/speed_file.h"
 #include "server/view_mapping.h"
 #include "server/warm_up.h"
 
@@ -55,6 +57,8 @@ struct worker {
     struct encoder *encoder;
     struct auto_settings automatic;
     char auto_note[CAPABILITIES_TEXT_BYTES];
+    char lessons_path[4096]; /* "": they are not kept */
+    uint64_t lessons_print;  /* of those in the file */
     struct device_blocks blocks;
 };
 
@@ -107,19 +111,35 @@ static void encoded(void *context, struct encode_task *task, const struct error 
         close(image_fd);
 }
 
+/* Keeps what was published. What cannot be written is learned again at the next start. */
+static uint64_t keep_lessons(struct worker *worker)
+{
+    char key[SPEED_KEY_BYTES];
+    struct error unsaved = {0};
+    uint64_t print;
+    const struct learning *learned = renderer_get_learned(worker->renderer, &print);
+    if (print == worker->lessons_print || !worker->lessons_path[0] || !learned)
+        return print;
+    worker->lessons_print = print;
+    speed_file_make_key(worker->renderer, key);
+    (void)!lessons_file_save(learned, worker->lessons_path, key, &unsaved);
+    return print;
+}
+
 /* What the front shows in /metrics; sent from the GL thread, which alone may ask. */
 static void send_totals(struct worker *worker)
 {
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->scenes);
     renderer_get_info(worker->renderer, &worker->info);
     send_message(worker,
-                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals",
-                           "programs_built", (json_int_t)worker->info.programs_built,
-                           "programs_reused", (json_int_t)worker->info.programs_reused,
-                           "programs_loaded", (json_int_t)worker->info.programs_loaded,
-                           "programs_kept", (json_int_t)worker->info.programs_kept,
-                           "programs_kept_bytes", (json_int_t)worker->info.programs_kept_bytes,
-                           "gpu_used_bytes", (json_int_t)worker->info.used_bytes, "cache_bytes",
+                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals",
+                           "learned", (json_int_t)keep_lessons(worker), "programs_built",
+                           (json_int_t)worker->info.programs_built, "programs_reused",
+                           (json_int_t)worker->info.programs_reused, "programs_loaded",
+                           (json_int_t)worker->info.programs_loaded, "programs_kept",
+                           (json_int_t)worker->info.programs_kept, "programs_kept_bytes",
+                           (json_int_t)worker->info.programs_kept_bytes, "gpu_used_bytes",
+                           (json_int_t)worker->info.used_bytes, "cache_bytes",
                            (json_int_t)totals.bytes, "cache_scenes", (json_int_t)totals.scenes,
                            "cache_hits", (json_int_t)totals.hits, "cache_misses",
                            (json_int_t)totals.misses, "cache_evictions",
@@ -418,6 +438,20 @@ static int encode_threads(void)
     return cores < 4 ? 1 : cores / 2 > ENCODE_THREADS_MAX ? ENCODE_THREADS_MAX : (int)(cores / 2);
 }
 
+/* What an earlier start has learned of this device. */
+static void read_lessons(struct worker *worker, const json_t *settings)
+{
+    char key[SPEED_KEY_BYTES];
+    const char *path = json_string_value(json_object_get(settings, "lessons_file"));
+    struct learning *learned = malloc(sizeof *learned);
+    utf8_copy(worker->lessons_path, sizeof worker->lessons_path, path ? path : "");
+    speed_file_make_key(worker->renderer, key);
+    if (learned && path && lessons_file_load(learned, path, key))
+        renderer_set_learned(worker->renderer, learned);
+    free(learned);
+    (void)renderer_get_learned(worker->renderer, &worker->lessons_print);
+}
+
 /* A device that cannot be measured is no failure: auto is rasterised there. */
 static void set_auto(struct worker *worker, const json_t *settings)
 {
@@ -434,6 +468,8 @@ static void set_auto(struct worker *worker, const json_t *settings)
         utf8_copy(worker->auto_note, sizeof worker->auto_note, problem.message);
     }
     renderer_set_auto(worker->renderer, &worker->automatic);
+    if (worker->automatic.policy == AUTO_MEASURED)
+        read_lessons(worker, settings);
 }
 
 /* A device that cannot be measured withholds levels. */
@@ -516,6 +552,7 @@ static void say_hello(struct worker *worker)
                  json_pack("{s:s,s:o,s:i}", "op", "hello", "device",
                            device_capabilities_to_json(&device), "depth", depth),
                  NULL, 0);
+    send_totals(worker);
 }
 
 /* Nobody has asked for a while. */

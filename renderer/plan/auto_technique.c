@@ -2,6 +2,7 @@
 /* Maps or rays, by forecast. */
 #include "renderer/plan/auto_technique.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #include "renderer/shadows/shadow_compress.h"
@@ -35,17 +36,103 @@ static bool maps_can_stay(const struct auto_desc *desc, const struct workload *w
            forecast_maps_bytes(workload, setting) <= (double)desc->shadow_budget_bytes;
 }
 
+struct learning_case auto_case(const struct learning_case *cold, double built_share)
+{
+    struct learning_case frame = *cold;
+    frame.terms[FORECAST_TERM_MAPS] *= built_share;
+    frame.terms[FORECAST_TERM_DEEP] *= built_share;
+    frame.terms[FORECAST_TERM_BUILD] *= built_share;
+    frame.view += frame.view && built_share > 0; /* building has lessons of its own */
+    return frame;
+}
+
+/* Lessons before another technique is tried; what it may take, and shall gain, of what the chosen
+ * one takes; and by how many of its standard deviations its forecast may be too long. */
+enum { TRIAL_LESSONS = 2 };
+static const double TRIAL_MOST = 2, TRIAL_GAIN = 0.9, TRIAL_DOUBT = 1.25;
+
+/* What was drawn before needs no margin against what is not known of forecasts. */
+static void take_known(struct auto_pick *pick)
+{
+    const struct learning_answer *chosen = &pick->answers[pick->technique];
+    for (int i = 0; i < FORECAST_TECHNIQUES && chosen->lessons; i++) {
+        const struct learning_answer *other = &pick->answers[i];
+        if (other->lessons && other->ms < chosen->ms) {
+            pick->technique = (enum forecast_technique)i;
+            chosen = other;
+        }
+    }
+}
+
+static void try_another(struct auto_pick *pick)
+{
+    const struct learning_answer *chosen = &pick->answers[pick->technique];
+    double best = TRIAL_GAIN * chosen->ms;
+    if (chosen->lessons < TRIAL_LESSONS)
+        return;
+    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
+        const struct learning_answer *other = &pick->answers[i];
+        double least = other->ms * exp(-TRIAL_DOUBT * other->doubt);
+        if (other->lessons || !(least < best) || other->ms > TRIAL_MOST * chosen->ms)
+            continue;
+        best = least;
+        pick->technique = (enum forecast_technique)i;
+        pick->is_trial = true;
+    }
+}
+
+struct auto_pick auto_pick(const struct learning_case frames[FORECAST_TECHNIQUES],
+                           const struct learning *learned)
+{
+    struct auto_pick pick = {.is_trial = false};
+    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
+        if (learned)
+            pick.answers[i] = learning_expect(learned, &frames[i]);
+        for (int k = 0; k < FORECAST_TERM_COUNT && !learned; k++)
+            pick.answers[i].ms += frames[i].terms[k];
+    }
+    pick.technique = forecast_choose(pick.answers[FORECAST_MAPS].ms, pick.answers[FORECAST_RAYS].ms,
+                                     pick.answers[FORECAST_TRACED_SHADOWS].ms);
+    take_known(&pick);
+    if (learned)
+        try_another(&pick);
+    return pick;
+}
+
+static void explain(struct auto_choice *choice, const struct auto_pick *pick, const char *kept)
+{
+    uint32_t lessons = pick->answers[pick->technique].lessons;
+    char source[64] = "calibrated";
+    if (lessons)
+        snprintf(source, sizeof source, "calibrated, %u frame%s like it", lessons,
+                 lessons == 1 ? "" : "s");
+    snprintf(choice->because, sizeof choice->because,
+             "auto: forecast %.4g ms ray traced, %.4g ms rasterised, %.4g ms with traced shadows "
+             "(%s, %s%s)",
+             choice->traced_ms, choice->raster_ms, choice->traced_shadows_ms, kept, source,
+             pick->is_trial ? ", tried" : "");
+}
+
+static void take(struct auto_choice *choice, const struct learning *learned, const char *kept)
+{
+    const struct auto_pick pick = auto_pick(choice->frames, learned);
+    choice->raster_ms = pick.answers[FORECAST_MAPS].ms;
+    choice->traced_ms = pick.answers[FORECAST_RAYS].ms;
+    choice->traced_shadows_ms = pick.answers[FORECAST_TRACED_SHADOWS].ms;
+    choice->takes_traced = pick.technique == FORECAST_RAYS;
+    choice->takes_traced_shadows = pick.technique == FORECAST_TRACED_SHADOWS;
+    explain(choice, &pick, kept);
+}
+
 static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, struct error *err)
 {
     struct workload workload;
     const struct view_quality *quality = &desc->view->quality;
-    const struct device_speed *speed = &desc->settings->speed;
     struct forecast_setting setting = {
         .samples = desc->raster_samples,
         .shadow_resolution = RESOLUTION_DEFAULT,
         .shadow_taps = quality->shadow_taps ? quality->shadow_taps : TAPS_DEFAULT,
         .has_shadows = true,
-        .is_warm = quality->expects_reuse,
     };
     if (!workload_measure(&workload,
                           &(struct workload_desc){.view = desc->view,
@@ -54,23 +141,24 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
                                                   .reach = desc->reach},
                           err))
         return false;
-    struct forecast_setting maps = setting;
-    maps.is_warm = setting.is_warm && maps_can_stay(desc, &workload, &setting);
-    choice->raster_ms = forecast_raster_ms(&workload, &maps, speed);
-    choice->traced_shadows_ms = forecast_traced_shadows_ms(&workload, &setting, speed);
-    setting.samples = quality->samples ? quality->samples : TRACED_SAMPLES_DEFAULT;
-    choice->traced_ms = forecast_traced_ms(&workload, &setting, speed);
-    enum forecast_technique technique =
-        forecast_choose(choice->raster_ms, choice->traced_ms, choice->traced_shadows_ms);
-    choice->takes_traced = technique == FORECAST_RAYS;
-    choice->takes_traced_shadows = technique == FORECAST_TRACED_SHADOWS;
-    snprintf(choice->because, sizeof choice->because,
-             "auto: forecast %.4g ms ray traced, %.4g ms rasterised, %.4g ms with traced shadows "
-             "(%s, calibrated)",
-             choice->traced_ms, choice->raster_ms, choice->traced_shadows_ms,
-             maps.is_warm      ? "shadows kept"
-             : setting.is_warm ? "too many maps to keep"
-                               : "shadows built");
+    bool is_warm = quality->expects_reuse;
+    bool can_stay = is_warm && maps_can_stay(desc, &workload, &setting);
+    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
+        if (i == FORECAST_RAYS)
+            setting.samples = quality->samples ? quality->samples : TRACED_SAMPLES_DEFAULT;
+        else
+            setting.samples = desc->raster_samples;
+        choice->cold[i] = (struct learning_case){.technique = (enum forecast_technique)i,
+                                                 .view = desc->view_key & ~UINT64_C(1)};
+        forecast_terms(&workload, &setting, &desc->settings->speed, choice->cold[i].technique,
+                       choice->cold[i].terms);
+        bool is_kept = i == FORECAST_MAPS ? can_stay : is_warm;
+        choice->frames[i] = auto_case(&choice->cold[i], is_kept ? 0 : 1);
+    }
+    take(choice, desc->settings->learned,
+         can_stay  ? "shadows kept"
+         : is_warm ? "too many maps to keep"
+                   : "shadows built");
     return true;
 }
 
@@ -95,4 +183,11 @@ double auto_choice_ms(const struct auto_choice *choice)
     return choice->takes_traced           ? choice->traced_ms
            : choice->takes_traced_shadows ? choice->traced_shadows_ms
                                           : choice->raster_ms;
+}
+
+enum forecast_technique auto_choice_technique(const struct auto_choice *choice)
+{
+    return choice->takes_traced           ? FORECAST_RAYS
+           : choice->takes_traced_shadows ? FORECAST_TRACED_SHADOWS
+                                          : FORECAST_MAPS;
 }

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /* What `shadows: auto` becomes: the rasteriser's maps, or where that is forecast to be faster on
  * this device, ray tracing, of the whole frame or of the shadows alone. The choice depends on the
- * scene, the view and the device's measured speed alone: never on what happens to be cached or
- * busy, so the same request has the same pixels. Thread: any. */
+ * scene, the view, the device's measured speed and what was published of what frames took: never on
+ * what happens to be cached or busy, so the same request has the same pixels until something else
+ * is published. Thread: any. */
 #ifndef VITRAIL_RENDERER_PLAN_AUTO_TECHNIQUE_H
 #define VITRAIL_RENDERER_PLAN_AUTO_TECHNIQUE_H
 
 #include "renderer/frame_report.h"
 #include "renderer/lights/light_reach.h"
-#include "renderer/plan/forecast.h"
+#include "renderer/plan/learning.h"
 
 enum auto_policy {
     AUTO_RASTER,    /* ray tracing only where it alone can (area lights) */
@@ -19,15 +20,33 @@ enum auto_policy {
 struct auto_settings { /* zeroed = AUTO_RASTER */
     enum auto_policy policy;
     struct device_speed speed;
+    const struct learning *learned; /* borrowed; NULL: nothing was */
+    uint64_t learned_print;         /* of all that it holds */
 };
 
 struct auto_choice {           /* zeroed = nothing was chosen */
     bool is_open;              /* the request left the choice to us, and there was one */
     bool takes_traced;         /* the whole frame */
     bool takes_traced_shadows; /* rasterised, as `raytraced-shadows` is */
-    double raster_ms, traced_ms, traced_shadows_ms; /* forecast; 0 where the policy needed none */
+    double raster_ms, traced_ms, traced_shadows_ms;   /* forecast; 0 where the policy needed none */
+    struct learning_case cold[FORECAST_TECHNIQUES];   /* of frames that build what they need, */
+    struct learning_case frames[FORECAST_TECHNIQUES]; /* and of those that were forecast */
     char because[REPORT_TEXT_BYTES];
 };
+
+/* By what was forecast and what was learned, over the frames that each technique would make. A
+ * technique that has not drawn the view is tried where it may gain a tenth and is expected to take
+ * no more than twice as long. */
+struct auto_pick {
+    enum forecast_technique technique;
+    struct learning_answer answers[FORECAST_TECHNIQUES];
+    bool is_trial;
+};
+struct auto_pick auto_pick(const struct learning_case frames[FORECAST_TECHNIQUES],
+                           const struct learning *learned); /* NULL: nothing was learned */
+
+/* A frame of one technique that builds this share of its structures, [0, 1]. */
+struct learning_case auto_case(const struct learning_case *cold, double built_share);
 
 struct auto_desc {
     const struct view *view;              /* required */
@@ -36,6 +55,7 @@ struct auto_desc {
     const struct auto_settings *settings; /* NULL = zeroed */
     int raster_samples;                   /* of the rasteriser for this view */
     uint64_t shadow_budget_bytes;         /* of all shadow structures; 0 = any */
+    uint64_t view_key;                    /* of learning_case.view */
     struct light_reach *reach; /* as workload_desc has it, where a forecast was needed; optional */
 };
 
@@ -45,5 +65,6 @@ struct auto_desc {
 MUST_CHECK bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc,
                             struct error *err);
 double auto_choice_ms(const struct auto_choice *choice); /* what it is expected to take, or 0 */
+enum forecast_technique auto_choice_technique(const struct auto_choice *choice);
 
 #endif

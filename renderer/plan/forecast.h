@@ -27,20 +27,25 @@ struct device_costs {
     double msaa_covered;
     double light, look, tap;        /* a surface that a light shines on, looking into its map, and
                                        each tap of that */
+    double walk;                    /* a light in the list of a surface, whether it shines or not */
     double layer, msaa_layer;       /* a transparent surface */
     double texture, msaa_texture;   /* of a surface */
     double triangle, msaa_triangle; /* in view */
+    double drawn_frame_ms;          /* whatever a scene is drawn of */
     double face_ms, texel, caster;  /* of all shadow maps */
     double deep_texel, deep_caster, event; /* of deep ones besides */
     double ray, hit_level; /* from the camera; where it meets something opaque, per doubling of the
                               triangles */
-    double shadow_ray;
+    double more_ray, more_hit_level; /* likewise, of each sample after a pixel's first */
+    double traced_triangle, msaa_traced_triangle; /* in view */
+    double shadow_ray, traced_walk;               /* traced_walk: as walk, of rays */
     double layer_ray, layer_light; /* through a transparent surface; a light there besides */
     double traced_texture;
     double traced_frame_ms;
     double point_pixel, msaa_point_pixel; /* traced shadows: of the image; a surface that asks; */
     double point, point_level;            /* its rays, per doubling of the triangles; those of a */
     double layer_point_ray;               /* transparent surface besides */
+    double point_walk;                    /* as walk, besides it */
     double built_triangle;
 };
 extern const struct device_costs forecast_costs;
@@ -53,7 +58,41 @@ struct forecast_setting {
     bool is_warm; /* shadow maps, or the ray tracer's structure, are there from a frame before */
 };
 
-/* ms of a frame, in the renderer. */
+enum forecast_technique { FORECAST_MAPS, FORECAST_RAYS, FORECAST_TRACED_SHADOWS };
+enum { FORECAST_TECHNIQUES = FORECAST_TRACED_SHADOWS + 1 };
+
+/* The work of a frame by its kinds: what renderer/plan/learning corrects each by itself. */
+enum forecast_term {
+    FORECAST_TERM_FRAME, /* whatever is drawn */
+    FORECAST_TERM_PIXELS,
+    FORECAST_TERM_LIGHTS, /* that shine on a surface */
+    FORECAST_TERM_WALKS,  /* that are in the list of a surface */
+    FORECAST_TERM_LOOKS,  /* into maps */
+    FORECAST_TERM_LAYERS,
+    FORECAST_TERM_TEXTURES,
+    FORECAST_TERM_TRIANGLES,
+    FORECAST_TERM_MAPS,      /* shadow maps that are built, */
+    FORECAST_TERM_DEEP,      /* and what deep ones take besides */
+    FORECAST_TERM_RAYS,      /* from the camera, one for each pixel, */
+    FORECAST_TERM_MORE_RAYS, /* and the others */
+    FORECAST_TERM_TRACED_TRIANGLES,
+    FORECAST_TERM_SHADOW_RAYS,
+    FORECAST_TERM_TRACED_WALKS,
+    FORECAST_TERM_LAYER_RAYS,
+    FORECAST_TERM_TRACED_TEXTURES,
+    FORECAST_TERM_POINTS, /* of traced shadows: surfaces that ask, */
+    FORECAST_TERM_POINT_RAYS,
+    FORECAST_TERM_POINT_WALKS,
+    FORECAST_TERM_BUILD, /* of the ray tracer's structure */
+    FORECAST_TERM_COUNT
+};
+
+/* ms of a frame, in the renderer, by its kinds of work; of those that it has not, 0. */
+void forecast_terms(const struct workload *workload, const struct forecast_setting *setting,
+                    const struct device_speed *speed, enum forecast_technique technique,
+                    double terms[FORECAST_TERM_COUNT]);
+
+/* Their sums. */
 double forecast_raster_ms(const struct workload *workload, const struct forecast_setting *setting,
                           const struct device_speed *speed);
 double forecast_traced_ms(const struct workload *workload, const struct forecast_setting *setting,
@@ -64,8 +103,6 @@ double forecast_traced_ms(const struct workload *workload, const struct forecast
 double forecast_traced_shadows_ms(const struct workload *workload,
                                   const struct forecast_setting *setting,
                                   const struct device_speed *speed);
-
-enum forecast_technique { FORECAST_MAPS, FORECAST_RAYS, FORECAST_TRACED_SHADOWS };
 
 /* Maps, unless another gains by more than forecasts are off; of others the fastest. */
 enum forecast_technique forecast_choose(double maps_ms, double rays_ms, double traced_shadows_ms);

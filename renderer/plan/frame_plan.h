@@ -29,6 +29,7 @@ struct frame_plan_desc {
     const struct auto_settings *automatic; /* what `auto` goes by, the same for all plans of a
                                               cache; NULL = zeroed */
     uint64_t shadow_budget_bytes;          /* of all shadow structures */
+    uint64_t view_key;                     /* of learning_case.view; 0: nothing is known of it */
     bool sees_all; /* every drawable and light counts as seen, as some other camera may see them:
                       for what may be asked of a scene, not for frames */
 };

@@ -97,6 +97,7 @@ static bool require_outputs(struct frame_plan *made, const struct frame_plan_des
                                          .settings = desc->automatic,
                                          .raster_samples = plan_samples(desc->view, desc->limits),
                                          .shadow_budget_bytes = desc->shadow_budget_bytes,
+                                         .view_key = desc->view_key,
                                          .reach = &made->reach},
                      err))
         return false;

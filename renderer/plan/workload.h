@@ -14,6 +14,8 @@ struct workload {
     double layers;    /* mean transparent surfaces per pixel before what is opaque */
     double lit;       /* mean lights that shine on a visible surface; area lights count once per
                          sample */
+    double listed;    /* mean lights in the list of a visible surface, which it walks: those without
+                         a range always, others where its cluster meets their reach */
     double textures;  /* mean textures of the material of a visible surface */
     double triangles; /* of all drawables, and of those in view */
     double triangles_in_view;

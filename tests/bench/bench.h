@@ -103,6 +103,7 @@ bool suite_draws(struct bench *bench, struct error *err);
 bool suite_raytrace(struct bench *bench, struct error *err);
 bool suite_foliage(struct bench *bench, struct error *err);
 bool suite_forecast(struct bench *bench, struct error *err);
+bool suite_auto(struct bench *bench, struct error *err);
 bool suite_linear(struct bench *bench, struct error *err);
 bool suite_standing(struct bench *bench, struct error *err);
 bool suite_ahead(struct bench *bench, struct error *err);

@@ -23,6 +23,7 @@ static const struct suite suites[] = {
      suite_foliage},
     {"forecast", "the models behind auto against what frames take, on shared scenes",
      suite_forecast},
+    {"auto", "what auto chooses against the fastest technique, on generated scenes", suite_auto},
     {"linear", "frame time against the number of lights", suite_linear},
     {"standing", "25 and 250 shadows that stand under a moving camera, and their lookups alone",
      suite_standing},

@@ -34,10 +34,11 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
     static const double colors[2][4] = {{0.8, 0.5, 0.25, 1}, {0.5, 1, 0.5, 1}};
     static const struct auto_settings settings[] = {
         {.policy = AUTO_RASTER},
-        {AUTO_MEASURED, {0.01, 1e-3, 1e-3, 1, 1}},
-        {AUTO_MEASURED, {1, 1, 1, 0.01, 0.01}},
+        {.policy = AUTO_MEASURED, .speed = {0.01, 1e-3, 1e-3, 1, 1}},
+        {.policy = AUTO_MEASURED, .speed = {1, 1, 1, 0.01, 0.01}},
         {.policy = AUTO_RAYTRACED},
-        {AUTO_MEASURED, {0.01, 0.01, 1e3, 1, 1}}, /* rays for the shadows alone */
+        {.policy = AUTO_MEASURED, .speed = {0.01, 0.01, 1e3, 1, 1}}, /* rays for the shadows alone
+                                                                      */
     };
     static const enum view_shadows taken[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP,
                                               VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_RAYTRACED,

@@ -73,12 +73,17 @@ class Measured(unittest.TestCase):
         self.assertEqual(chosen["because"], traced_need["because"])
 
     def test_the_same_request_keeps_picture_and_tag(self):
+        for _ in range(8):  # until what is learned of it is settled
+            render(self.daemon, self.scene)
         first, report = render(self.daemon, self.scene)
         render(self.daemon, self.scene, {"shadows": "deep"})  # what is kept now decides nothing
         render(self.daemon, self.scene, {"shadows": "raytraced"})
         second, again = render(self.daemon, self.scene)
         self.assertEqual(first.body, second.body)
         self.assertEqual(first.header("ETag"), second.header("ETag"))
+        for told in (report["chosen"], again["chosen"]):
+            self.assertGreater(told.pop("took_ms"), 0)
+            told.pop("missed")
         self.assertEqual(report["chosen"], again["chosen"])
         unchanged, _ = render(
             self.daemon, self.scene, headers={"If-None-Match": first.header("ETag")}
@@ -90,6 +95,23 @@ class Measured(unittest.TestCase):
         named, explicit = render(self.daemon, self.scene, {"shadows": report["chosen"]["shadows"]})
         self.assertEqual(reply.body, named.body)
         self.assertIsNone(explicit["chosen"])
+
+    def test_what_was_expected_and_taken_is_told_and_counted(self):
+        _, report = render(self.daemon, self.scene)
+        chosen = report["chosen"]
+        self.assertGreater(chosen["took_ms"], 0)
+        self.assertLessEqual(chosen["took_ms"], report["timings_ms"]["total"] + 1e-3)
+        over = chosen["took_ms"] - chosen["expected_ms"]
+        if over <= 4 or over <= 0.5 * chosen["expected_ms"]:
+            self.assertIsNone(chosen["missed"])
+        else:
+            self.assertIn("expected", chosen["missed"])
+        text = self.daemon.request("GET", "/metrics").body.decode()
+        count = re.search(
+            rf'vitrail_forecast_ratio_count{{shadows="{chosen["shadows"]}"}} (\d+)', text
+        )
+        self.assertGreaterEqual(int(count.group(1)), 1)
+        self.assertIn("# TYPE vitrail_forecast_misses_total counter", text)
 
     def test_what_only_maps_have_is_rasterised(self):
         for quality in ({"shadow_resolution": 256}, {"shadow_taps": 9}, {"light_lists": "linked"}):

@@ -13,9 +13,11 @@
 enum { SIDE = 48 };
 
 /* Speeds of devices that differ in what is fast (tests/gpu/test_calibrate.c). */
-static const struct auto_settings raster = {AUTO_MEASURED, {0.01, 1e-3, 1e-3, 1, 1}};
-static const struct auto_settings rays = {AUTO_MEASURED, {1, 1, 1, 0.01, 0.01}};
-static const struct auto_settings traced_shadows = {AUTO_MEASURED, {0.01, 0.01, 1e3, 1, 1}};
+static const struct auto_settings raster = {.policy = AUTO_MEASURED,
+                                            .speed = {0.01, 1e-3, 1e-3, 1, 1}};
+static const struct auto_settings rays = {.policy = AUTO_MEASURED, .speed = {1, 1, 1, 0.01, 0.01}};
+static const struct auto_settings traced_shadows = {.policy = AUTO_MEASURED,
+                                                    .speed = {0.01, 0.01, 1e3, 1, 1}};
 static const struct auto_settings only_rays = {.policy = AUTO_RAYTRACED};
 
 struct fixture {

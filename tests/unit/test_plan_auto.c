@@ -116,12 +116,16 @@ static void counts_are_those_of_the_picture(void **unused)
                                     .direction = {0, 0, 1},
                                     .color = {1, 1, 1},
                                     .intensity = 10};
-    assert_true(measure(&rig).lit == 0); /* shines away */
+    w = measure(&rig);
+    assert_true(w.lit == 0 && w.listed == 1); /* shines away, and every surface asks it */
     rig.light.direction[2] = -1;
     assert_true(measure(&rig).lit > 0.9);
     rig.light.range = 1;
-    assert_true(measure(&rig).lit == 0); /* too far */
-    rig.view.camera.eye[0] = 100;        /* looks at the square from aside, which is edge on */
+    w = measure(&rig);
+    assert_true(w.lit == 0 && w.listed == 0); /* too far */
+    rig.light.range = 4;
+    assert_true(measure(&rig).listed == 1);
+    rig.view.camera.eye[0] = 100; /* looks at the square from aside, which is edge on */
     assert_true(measure(&rig).covered < 0.1);
     rig_close(&rig);
     rig_open(&rig, "'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.5]}");
@@ -220,10 +224,13 @@ static void a_gain_within_the_error_of_forecasts_is_none(void **unused)
 }
 
 /* The same device but for how fast it rasterises or traces. */
-static const struct auto_settings fast_raster = {AUTO_MEASURED, {0.01, 0.01, 0.01, 1, 1}};
-static const struct auto_settings fast_rays = {AUTO_MEASURED, {1, 1, 1, 0.01, 0.01}};
+static const struct auto_settings fast_raster = {.policy = AUTO_MEASURED,
+                                                 .speed = {0.01, 0.01, 0.01, 1, 1}};
+static const struct auto_settings fast_rays = {.policy = AUTO_MEASURED,
+                                               .speed = {1, 1, 1, 0.01, 0.01}};
 /* Surfaces cost it nothing, maps and camera rays much. */
-static const struct auto_settings slow_maps = {AUTO_MEASURED, {0.01, 0.01, 100, 1, 1}};
+static const struct auto_settings slow_maps = {.policy = AUTO_MEASURED,
+                                               .speed = {0.01, 0.01, 100, 1, 1}};
 
 static void the_faster_is_taken_and_the_reason_told(void **unused)
 {

@@ -366,6 +366,42 @@ static void a_promise_goes_into_the_report_of_its_frame(void **state)
     render_request_finish(&request);
 }
 
+static void a_frame_far_beyond_what_was_expected_tells_why(void **state)
+{
+    (void)state;
+    struct frame_stats stats = {.chosen = {.shadows = "deep", .samples = 4, .expected_ms = 48},
+                                .counts = {.programs_built = 2}};
+    double *took_ms = &stats.timings_ms[FRAME_TIMING_TOTAL];
+    *took_ms = 71;
+    frame_stats_judge(&stats, 0);
+    assert_true(stats.chosen.took_ms == 71);
+    assert_string_equal(stats.chosen.missed, "");
+    *took_ms = 184;
+    frame_stats_judge(&stats, 60);
+    assert_string_equal(stats.chosen.missed,
+                        "asked for 60 ms, expected 48, took 184: 2 programs were compiled");
+    frame_stats_judge(&stats, 150); /* within half as much again of what was asked for */
+    assert_string_equal(stats.chosen.missed, "");
+    stats.counts.programs_built = 0;
+    frame_stats_judge(&stats, 0);
+    assert_non_null(strstr(stats.chosen.missed, "forecast was off, or the machine busy"));
+    char *text = frame_stats_to_json_text(&stats);
+    struct frame_stats read;
+    struct error err = {0};
+    assert_true(text && frame_stats_from_json_text(text, strlen(text), &read, &err));
+    assert_string_equal(read.chosen.missed, stats.chosen.missed);
+    assert_true(read.chosen.took_ms == 184);
+    free(text);
+    stats.chosen.expected_ms = 1;
+    *took_ms = 3; /* nobody sees it */
+    frame_stats_judge(&stats, 0);
+    assert_string_equal(stats.chosen.missed, "");
+    stats.chosen = (struct frame_stats_chosen){.expected_ms = 1};
+    *took_ms = 100; /* nothing was chosen */
+    frame_stats_judge(&stats, 0);
+    assert_string_equal(stats.chosen.missed, "");
+}
+
 /* ---- scenes ---- */
 
 static const char strings[] = "\0Glass\0Lamp\0Camera\0KHR_lights_punctual\0odd file\0default";
@@ -587,6 +623,7 @@ int main(void)
         cmocka_unit_test(reports_reach_the_stats_whole),
         cmocka_unit_test(exact_techniques_state_no_error),
         cmocka_unit_test(a_promise_goes_into_the_report_of_its_frame),
+        cmocka_unit_test(a_frame_far_beyond_what_was_expected_tells_why),
         cmocka_unit_test(scenes_reach_their_summary),
         cmocka_unit_test(long_lists_of_names_are_cut_but_counted),
         cmocka_unit_test(long_names_are_cut_at_a_character),

@@ -95,6 +95,19 @@ void renderer_set_auto(struct renderer *renderer, const struct auto_settings *se
     (void)settings;
 }
 
+void renderer_set_learned(struct renderer *renderer, const struct learning *learned)
+{
+    (void)renderer;
+    (void)learned;
+}
+
+const struct learning *renderer_get_learned(const struct renderer *renderer, uint64_t *print)
+{
+    (void)renderer;
+    *print = 0;
+    return NULL;
+}
+
 void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels)
 {
     (void)renderer;
