@@ -112,11 +112,6 @@ const char *http_request_id(const struct http_exchange *exchange)
     return exchange->id;
 }
 
-uint64_t http_request_body_bytes(const struct http_exchange *exchange)
-{
-    return exchange->announced_bytes;
-}
-
 void http_exchange_set_data(struct http_exchange *exchange, void *data)
 {
     exchange->data = data;

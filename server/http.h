@@ -91,8 +91,6 @@ void http_request_address(const struct http_exchange *exchange,
 /* Whether a page of a listed origin (allow-origin) asks. */
 bool http_request_is_shared(const struct http_exchange *exchange);
 const char *http_request_id(const struct http_exchange *exchange);
-uint64_t http_request_body_bytes(const struct http_exchange *exchange); /* announced; UINT64_MAX
-                                                                           when chunked */
 
 /* Whatever the routes attach; freed by them in close. */
 void http_exchange_set_data(struct http_exchange *exchange, void *data);

@@ -393,8 +393,3 @@ bool watcher_repeat(struct watcher *watcher, struct live_frame *frame)
     pthread_mutex_unlock(&views->mutex);
     return has_frame;
 }
-
-const char *watcher_view(const struct watcher *watcher)
-{
-    return watcher->view->id;
-}

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* What a frame requires and the passes that follow, known before anything is drawn. The renderer
- * walks this list and models nothing else (frame.c). Requirements decide passes and shader variants
- * as in Lexolights (Peciva 2012, 3.2). Plain data. Thread: any. */
+ * runs the steps of the plan (frame_run.c); the list of passes is for explaining and warming up.
+ * Requirements decide passes and shader variants as in Lexolights (Peciva 2012, 3.2). Plain data.
+ * Thread: any. */
 #ifndef VITRAIL_RENDERER_PLAN_PLAN_H
 #define VITRAIL_RENDERER_PLAN_PLAN_H
 

@@ -68,7 +68,7 @@
 #define UNIT_TRACED_FILTERS 14 /* usamplerBuffer RG32UI: a light's filter, in 64 bits */
 #define UNIT_LIGHT_AREAS 15    /* samplerBuffer RGBA32F: struct area_record, 2 texels each */
 #define UNIT_SHADOW_NODES 18   /* usamplerBuffer RGBA32UI: linked shadow list nodes */
-#define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, 5 texels each */
+#define UNIT_SHADOW_RECORDS 19 /* usamplerBuffer RGBA32UI: struct shadow_record, 6 texels each */
 #define UNIT_LIGHT_RECORDS 20  /* linked light lists: samplerBuffer RGBA32F, 6 texels per light */
 #define UNIT_LIGHT_MESH 21     /* linked light lists: samplerBuffer RGBA32F, triangle soup */
 #define UNIT_SHADOW_MEDIA 23   /* usamplerBuffer RGBA32UI: extinction behind each event */
