@@ -5,13 +5,16 @@
 #include <stdlib.h>
 
 #include "renderer/raytrace/rt_batch_light.h"
+#include "renderer/raytrace/rt_batch_refine.h"
+#include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_pixel.h"
 #include "renderer/scene/matrix.h"
 
 enum { BATCH_FRAGMENTS = 4096 }; /* 1.2 MB with all that belongs to them */
 
-static const double SAME_SURFACE = 0.02; /* of the depth, as shade_pixels.comp.glsl has it */
+static const double SAME_LEAN = 0.99;     /* cosine: 8 degrees */
+static const double SAME_PLANE_PX = 0.25; /* what lies farther off is another layer of the mesh */
 
 bool rt_batch_init(struct rt_batch *batch, const struct rt_batch_desc *desc, struct error *err)
 {
@@ -33,6 +36,7 @@ void rt_batch_finish(struct rt_batch *batch)
     free(batch->starts);
     free(batch->steps);
     free(batch->sample_ends);
+    free(batch->points);
     free(batch->pixels);
     free(batch->jobs);
     free(batch->sorted);
@@ -56,7 +60,7 @@ static bool reserve(void **array, size_t *capacity, size_t count, size_t item_by
     return true;
 }
 
-static bool reserve_fragments(struct rt_batch *batch, size_t count)
+bool rt_batch_reserve_fragments(struct rt_batch *batch, size_t count)
 {
     size_t capacities[3] = {batch->fragment_capacity, batch->fragment_capacity,
                             batch->fragment_capacity};
@@ -77,30 +81,51 @@ static bool reserve_fragments(struct rt_batch *batch, size_t count)
 static bool reserve_for(struct rt_batch *batch, const struct rt_sample *sample)
 {
     void *steps = batch->steps, *ends = batch->sample_ends, *pixels = batch->pixels;
-    size_t hits = sample->hits->count;
+    void *points = batch->points;
+    size_t hits = sample->hits->count, point_capacity = batch->sample_capacity;
     bool ok =
-        reserve_fragments(batch, batch->fragment_count + hits) &&
+        rt_batch_reserve_fragments(batch, batch->fragment_count + hits) &&
         reserve(&steps, &batch->step_capacity, batch->step_count + hits + 1,
                 sizeof *batch->steps) &&
+        reserve(&points, &point_capacity, batch->sample_count + 1, sizeof *batch->points) &&
         reserve(&ends, &batch->sample_capacity, batch->sample_count + 1,
                 sizeof *batch->sample_ends) &&
         reserve(&pixels, &batch->pixel_capacity, batch->pixel_count + 1, sizeof *batch->pixels);
     batch->steps = steps;
+    batch->points = points;
     batch->sample_ends = ends;
     batch->pixels = pixels;
     return ok;
 }
 
-static bool is_same_surface(const struct rt_fragment *fragment, const struct rt_hit *hit, int part,
+/* Whether a triangle goes on where another one of its mesh is: they lean alike, and the hit is on
+ * the plane of the samples that are known. */
+static bool continues(const struct rt_batch *batch, const struct rt_fragment *fragment,
+                      const struct rt_sample *sample, const struct rt_hit *hit)
+{
+    double known[3], own[3], offset[3], count = fragment->sum.count;
+    double pixel_m = vec3_length(batch->desc.way[0]);
+    if (!batch->desc.camera->is_orthographic)
+        pixel_m *= hit->t;
+    rt_scene_normal(batch->desc.scene, &fragment->hit, known);
+    rt_scene_normal(batch->desc.scene, hit, own);
+    for (int k = 0; k < 3; k++)
+        offset[k] = sample->ray->origin[k] + sample->ray->direction[k] * hit->t -
+                    fragment->sum.point[k] / count;
+    return vec3_dot(known, own) >= SAME_LEAN &&
+           fabs(vec3_dot(known, offset)) <= SAME_PLANE_PX * pixel_m;
+}
+
+static bool is_same_surface(const struct rt_batch *batch, const struct rt_fragment *fragment,
+                            const struct rt_sample *sample, const struct rt_hit *hit,
                             bool is_opaque)
 {
     const struct rt_hit *known = &fragment->hit;
-    if (known->mesh != hit->mesh || fragment->part != part || fragment->is_opaque != is_opaque ||
-        known->is_front != hit->is_front)
+    if (known->mesh != hit->mesh || fragment->part != sample->part ||
+        fragment->is_opaque != is_opaque || known->is_front != hit->is_front)
         return false;
-    if (!is_opaque)
-        return known->triangle == hit->triangle;
-    return fabs(known->t - hit->t) <= SAME_SURFACE * fmax(known->t, hit->t);
+    return known->triangle == hit->triangle ||
+           (is_opaque && continues(batch, fragment, sample, hit));
 }
 
 static uint32_t add_texel(struct rt_batch *batch, size_t index, const struct rt_hit *hit)
@@ -119,32 +144,36 @@ static uint32_t find_fragment(struct rt_batch *batch, const struct rt_sample *sa
 {
     guess += batch->pixel_fragments;
     if (guess < batch->fragment_count &&
-        is_same_surface(&batch->fragments[guess], hit, sample->part, is_opaque))
+        is_same_surface(batch, &batch->fragments[guess], sample, hit, is_opaque))
         return add_texel(batch, guess, hit);
     for (size_t i = batch->pixel_fragments; sample->index && i < batch->fragment_count; i++)
-        if (is_same_surface(&batch->fragments[i], hit, sample->part, is_opaque))
+        if (is_same_surface(batch, &batch->fragments[i], sample, hit, is_opaque))
             return add_texel(batch, i, hit);
-    struct rt_fragment *fragment = &batch->fragments[batch->fragment_count];
-    fragment->hit = *hit;
-    fragment->x = sample->x;
-    fragment->y = sample->y;
-    fragment->part = sample->part;
-    fragment->is_opaque = is_opaque;
-    fragment->texel_count = 0;
-    memset(&fragment->sum, 0, sizeof fragment->sum);
+    batch->fragments[batch->fragment_count] = (struct rt_fragment){
+        .hit = *hit, .x = sample->x, .y = sample->y, .part = sample->part, .is_opaque = is_opaque};
     return (uint32_t)batch->fragment_count++;
 }
 
-static void add_to_fragment(struct rt_fragment *fragment, const struct rt_sample *sample,
-                            const struct rt_hit *hit)
+static struct rt_point point_of(const struct rt_sample *sample, const struct rt_hit *hit)
 {
-    if (fragment->hit.triangle != hit->triangle)
-        return; /* its neighbour: barycentric weights mean something else there */
-    fragment->sum.u += hit->u;
-    fragment->sum.v += hit->v;
+    struct rt_point point = {.hit = *hit};
     for (int k = 0; k < 3; k++) {
-        fragment->sum.point[k] += sample->ray->origin[k] + sample->ray->direction[k] * hit->t;
-        fragment->sum.direction[k] += sample->ray->direction[k];
+        point.direction[k] = sample->ray->direction[k];
+        point.point[k] = sample->ray->origin[k] + sample->ray->direction[k] * hit->t;
+    }
+    return point;
+}
+
+void rt_fragment_add(struct rt_fragment *fragment, const struct rt_point *point)
+{
+    fragment->sample_count++;
+    if (fragment->hit.triangle != point->hit.triangle)
+        return; /* its neighbour: barycentric weights mean something else there */
+    fragment->sum.u += point->hit.u;
+    fragment->sum.v += point->hit.v;
+    for (int k = 0; k < 3; k++) {
+        fragment->sum.point[k] += point->point[k];
+        fragment->sum.direction[k] += point->direction[k];
     }
     fragment->sum.count++;
 }
@@ -206,7 +235,10 @@ bool rt_batch_add(struct rt_batch *batch, const struct rt_sample *sample)
             continue;
         struct rt_step *step = &batch->steps[batch->step_count++];
         step->fragment = find_fragment(batch, sample, hit, is_opaque, i);
-        add_to_fragment(&batch->fragments[step->fragment], sample, hit);
+        const struct rt_point point = point_of(sample, hit);
+        rt_fragment_add(&batch->fragments[step->fragment], &point);
+        if (is_opaque)
+            batch->points[batch->sample_count] = point;
         for (int k = 0; k < 3; k++)
             step->through[k] = (float)through[k], through[k] = 1;
     }
@@ -267,7 +299,9 @@ static void write_pixels(const struct rt_batch *batch, struct image *image)
 
 void rt_batch_shade(struct rt_batch *batch, struct image *image)
 {
-    rt_batch_light(batch);
+    rt_batch_light(batch, 0);
+    if (batch->desc.samples > 1 && !rt_batch_refine(batch))
+        atomic_store(&batch->desc.job->has_no_memory, true);
     write_pixels(batch, image);
     batch->fragment_count = batch->step_count = batch->sample_count = batch->pixel_count = 0;
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* A batch of surfaces that some pixels show: gathered from sorted hits, lit together, composited
- * per sample. Opaque surfaces are shaded once per pixel and surface, transparent triangles once per
- * pixel, both in the middle of the samples that show the triangle seen first; where a pixel has
- * more than four samples, once per quarter (or smaller part) of it. Thread: one per batch. */
+ * per sample. Transparent triangles are shaded once per pixel, opaque surfaces once as far as they
+ * are one plane in one light, both in the middle of the samples that show the triangle seen first;
+ * where light differs, at each sample (rt_batch_refine.h); where a pixel has more than four
+ * samples, once per quarter (or smaller part) of it at least. Thread: one per batch. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 
@@ -13,6 +14,11 @@
 
 enum { RT_TEXELS_MAX = 4 };
 
+struct rt_point { /* where a sample's ray meets a surface */
+    struct rt_hit hit;
+    double point[3], direction[3]; /* relative to rt_scene.origin; of the ray */
+};
+
 struct rt_texel { /* where another sample of the pixel meets the surface */
     uint32_t triangle;
     float u, v;
@@ -22,6 +28,7 @@ struct rt_fragment { /* one surface in one pixel, as samples gather it */
     struct rt_hit hit;
     int x, y;
     int part; /* of the pixel; rt_sample */
+    int sample_count;
     bool is_opaque;
     struct { /* over the samples that show the triangle of `hit`: rt_batch_light takes the mean */
         double u, v, point[3], direction[3];
@@ -36,6 +43,7 @@ struct rt_shading {     /* of a fragment: what compositing needs, and shadow ray
     double radiance[3]; /* out, nt, before coverage */
     double filter[3];   /* of what lies behind; of transparent ones */
     double alpha;
+    float base[3]; /* colour of the texture, so that contrast is that of the light; 1: none */
 };
 
 struct rt_start {    /* of a fragment's shadow rays; one line of the cache */
@@ -79,7 +87,8 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     struct rt_shading *shadings; /* of each fragment; likewise starts */
     struct rt_start *starts;
     struct rt_step *steps;
-    uint32_t *sample_ends; /* of each sample's steps */
+    uint32_t *sample_ends;   /* of each sample's steps */
+    struct rt_point *points; /* of each sample: where it ends on something opaque */
     int (*pixels)[2];
     struct rt_ray_job *jobs;
     uint32_t *sorted; /* numbers of jobs */
@@ -113,6 +122,9 @@ bool rt_batch_is_full(const struct rt_batch *batch);
 /* The batch's footprint of the pixel at a hit. view_z: metres along the view direction. */
 void rt_batch_footprint(const struct rt_batch *batch, const struct rt_hit *hit, double view_z,
                         const double direction[3], struct rt_footprint *footprint);
+
+void rt_fragment_add(struct rt_fragment *fragment, const struct rt_point *point);
+MUST_CHECK bool rt_batch_reserve_fragments(struct rt_batch *batch, size_t count);
 
 /* Lights all surfaces, writes the pixels and empties the batch. */
 void rt_batch_shade(struct rt_batch *batch, struct image *image);

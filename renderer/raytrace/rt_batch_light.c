@@ -291,6 +291,9 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
         rt_surface_view_filter(&surface, fabs(vec3_dot(surface.normal, lit.view)),
                                fragment->hit.is_front, shading->filter);
     shading->alpha = surface.alpha;
+    bool is_textured = surface.material->textures[SCENE_TEXTURE_BASE_COLOR].texture >= 0;
+    for (int k = 0; k < 3; k++)
+        shading->base[k] = is_textured ? (float)surface.base[k] : 1;
     memcpy(shading->radiance, surface.emissive, sizeof shading->radiance);
     if (surface.material->flags & SCENE_MATERIAL_UNLIT) {
         for (int k = 0; k < 3; k++)
@@ -304,9 +307,9 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     ask_lights(batch, &lit);
 }
 
-void rt_batch_light(struct rt_batch *batch)
+void rt_batch_light(struct rt_batch *batch, uint32_t first)
 {
-    for (uint32_t i = 0; i < batch->fragment_count && !batch->is_cancelled; i++)
+    for (uint32_t i = first; i < batch->fragment_count && !batch->is_cancelled; i++)
         begin_fragment(batch, i);
     flush_jobs(batch);
 }

@@ -7,7 +7,7 @@
 
 enum { RT_BATCH_JOBS_MAX = 32768 }; /* shadow rays that wait: 1.3 MB */
 
-/* Evaluates materials and fills radiance and filter of every fragment. */
-void rt_batch_light(struct rt_batch *batch);
+/* Evaluates materials and fills radiance and filter of every fragment from the first one on. */
+void rt_batch_light(struct rt_batch *batch, uint32_t first);
 
 #endif
