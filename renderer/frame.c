@@ -404,6 +404,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         .camera = &opened.camera,
         .frame = frame,
         .only_builds = making->only_builds,
+        .shadow_frame = shadow_system_number_frame(renderer->shadows),
         .pace = band_history_find(&renderer->band_history, pace_key),
     };
     bool ok =

@@ -93,11 +93,12 @@ static bool draw_surfaces(struct window_run *window, struct error *err)
 /* Whether the sizes of lists may come with the picture, which is made again where one was guessed
  * too small. On our own processors reading them costs nothing; what reads lists on its way, or
  * draws over the picture, waits for the device anyway. */
-static bool may_guess(const struct frame_run *run)
+bool frame_run_may_guess(const struct frame_run *run)
 {
-    return !gl_context_limits(run->renderer->context)->is_software && !run->renderer->reads_sizes &&
-           needs(run, PLAN_NEED_COLOR) && !needs(run, PLAN_NEED_AUXILIARY) &&
-           !needs(run, PLAN_NEED_OVERLAY) && !needs(run, PLAN_NEED_TRACED_SHADOWS);
+    return !run->only_builds && !gl_context_limits(run->renderer->context)->is_software &&
+           !run->renderer->reads_sizes && needs(run, PLAN_NEED_COLOR) &&
+           !needs(run, PLAN_NEED_AUXILIARY) && !needs(run, PLAN_NEED_OVERLAY) &&
+           !needs(run, PLAN_NEED_TRACED_SHADOWS);
 }
 
 /* Windows whose lists are about as large from one frame to the next. */
@@ -123,7 +124,7 @@ static bool build_layers(struct window_run *window, struct error *err)
         return true;
     }
     renderer->kept.layers = (struct content_key){{0}};
-    bool is_known = may_guess(window->run) &&
+    bool is_known = frame_run_may_guess(window->run) &&
                     list_history_find(&renderer->list_history, window_key(window), &room);
     enum pixel_lists_outcome outcome =
         pixel_lists_build(&renderer->pixels, &window->frame, &window->run->frame_plan->items,
@@ -155,7 +156,7 @@ static void begin_window(struct window_run *window)
         .samples = run->frame_plan->plan.target_samples,
     });
     bool is_kept = needs(run, PLAN_NEED_LAYERS) && !renderer->redraws_surfaces &&
-                   (!renderer->pixels.is_guessed || may_guess(run)) &&
+                   (!renderer->pixels.is_guessed || frame_run_may_guess(run)) &&
                    content_key_equals(renderer->kept.layers, window->keys.layers);
     if (!is_kept) {
         pixel_lists_clear(&renderer->pixels);
@@ -240,9 +241,12 @@ static bool read_color(struct window_run *window, struct error *err)
                                          .sizes = &renderer->pixels.statistics,
                                          .history = &renderer->list_history,
                                          .key = window_key(window)};
-    return shade_send_color(&renderer->shade, &window->frame, renderer->readback,
-                            &window->run->frame->outputs[VIEW_OUTPUT_COLOR],
-                            renderer->pixels.is_guessed ? &guess : NULL, err);
+    const struct readback_desc desc = {.frame = &window->frame,
+                                       .color = &window->run->frame->outputs[VIEW_OUTPUT_COLOR],
+                                       .guess = renderer->pixels.is_guessed ? &guess : NULL,
+                                       .shadows = renderer->shadows,
+                                       .shadow_frame = window->run->shadow_frame};
+    return shade_send_color(&renderer->shade, renderer->readback, &desc, err);
 }
 
 static bool read_auxiliary(struct window_run *window, struct error *err)
@@ -322,6 +326,7 @@ static bool put_back_shadows(const struct frame_run *run, struct error *err)
     if (!needs(run, PLAN_NEED_COLOR))
         return true;
     again.frame = &unseen;
+    again.is_again = true;
     for (int i = 0; i < plan->pass_count; i++)
         has_structures |= plan->passes[i].step == PLAN_STEP_SHADOWS;
     bool ok = shadow_system_prepare_none(renderer->shadows, run->state->light_count, err) &&
@@ -597,6 +602,7 @@ bool frame_run(const struct frame_run *run, struct error *err)
     if (ok)
         frame_budget_begin(run);
     ok = ok && run_steps(run, err);
+    shadow_system_end_frame(run->renderer->shadows, run->shadow_frame);
     frame_textures_end(&textures, run);
     run->renderer->textures = NULL;
     if (rays_of(run))

@@ -17,10 +17,15 @@ struct frame_run {
     struct frame *frame;                 /* required; outputs are created, the report is filled */
     struct band_pace pace;               /* of frames like it */
     bool only_builds;                    /* what frames keep for those after them, and no picture */
+    bool is_again;         /* it goes on after a pause: the report has what it did before */
+    uint64_t shadow_frame; /* required: shadow_system_number_frame */
 };
 
 /* Runs what the plan lists and nothing else. */
 MUST_CHECK bool frame_run(const struct frame_run *run, struct error *err);
+
+/* Whether sizes of lists may be guessed, and come with the picture. */
+bool frame_run_may_guess(const struct frame_run *run);
 
 /* Whether other frames should go before the rest of this one, and letting them: afterwards all that
  * they share with it is as it was, but for bindings and uniforms, and without has_shadows for

@@ -28,10 +28,12 @@ static bool is_due(const void *run)
     return frame_run_is_pause_due(run);
 }
 
-/* In several calls where others go first in between. */
+/* In several calls where others go first in between. Batches take each other's place, so that their
+ * sizes are read. */
 static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out,
                             struct frame_report *report, struct error *err)
 {
+    bool may_guess = !is_left_out && frame_run_may_guess(run);
     struct shadow_progress progress = {
         .context = run,
         .is_due = is_due,
@@ -46,6 +48,8 @@ static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out
         .needs = &run->frame_plan->shadows,
         .is_left_out = is_left_out,
         .progress = run->renderer->interlude ? &progress : NULL,
+        .frame = may_guess ? run->shadow_frame : 0,
+        .is_again = run->is_again,
     };
     memcpy(desc.eye, run->camera->eye, sizeof desc.eye);
     camera_axes(run->camera, desc.eye_axes);
@@ -325,6 +329,7 @@ bool light_batches_shade(const struct frame_run *run, const struct shade_desc *d
     if (!must_batch)
         return true;
     forget_whole(&run->frame->report);
+    shadow_system_untell_sizes(run->renderer->shadows, run->shadow_frame);
     size_t count = run->state->light_count;
     uint32_t *order = calloc(count + 1, sizeof *order);
     bool *is_left_out = calloc(count + 1, sizeof *is_left_out);

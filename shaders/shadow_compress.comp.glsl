@@ -13,6 +13,7 @@
 #include "shared/records.h"
 
 layout(local_size_x = 64) in;
+// WRITE: heads; else the counts.
 layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
 #ifdef WRITE
 layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
@@ -27,7 +28,7 @@ uniform vec4 u_sigma; // where the light stands
 uniform float u_chord;
 #endif
 
-uniform uint u_first_count;  // of the first texel's counts
+uniform uint u_first_count;  // of the first texel's counts, or heads
 uniform uint u_texels;
 uniform uint u_resolution;   // of the nodes' map
 uniform uint u_source_head;  // of the exact lists
@@ -179,10 +180,8 @@ void main()
     uint row = texel / u_resolution, column = texel % u_resolution;
     uint corner = (row * u_resolution * uint(SUBTEXELS) + column) * uint(SUBTEXELS);
 #ifdef WRITE
-    // As of a scatter: counts are one ahead of heads, so the place of a count is the next head.
     node_place = counts[u_first_count + texel];
     compress(corner);
-    counts[u_first_count + texel] = node_place + node_count;
 #else
     compress(corner);
     counts[u_first_count + texel] = node_count;

@@ -18,7 +18,9 @@
 
 layout(early_fragment_tests) in;
 
+// Counted in the first pass; in the second, what is left to be written of each list.
 layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
+layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_heads;
 layout(std430, binding = BIND_SHADOW_EVENTS) writeonly buffer event_buffer { vec4 events[]; };
 #ifdef IDS
 layout(std430, binding = BIND_SHADOW_EVENTS_ID) writeonly buffer id_buffer { uint events_id[]; };
@@ -57,13 +59,26 @@ vec2 kept_range()
 }
 #endif
 
+// Of an event in the texel's list; false where the list has all that were counted, so that none is
+// written beyond it however the two passes differ.
+bool take_place(uint texel, out uint place)
+{
+    int left = int(atomicAdd(counts[FACE.first_count + texel], 0xffffffffu));
+    place = 0u;
+    if (left <= 0)
+        return false;
+    place = texelFetch(u_heads, int(FACE.first_end + texel)).r - uint(left);
+    bool has_room = place < FACE.event_count;
+    place += FACE.event_base;
+    return has_room;
+}
+
 #ifdef AROUND
 void store_event(uint texel, float depth)
 {
-    uint place = atomicAdd(counts[texel], 1u);
-    if (place >= FACE.event_count)
+    uint place;
+    if (!take_place(texel, place))
         return;
-    place += FACE.event_base;
     events[place] = vec4(depth, vec3(1.0));
     events_medium[place].x = u_around.x;
 #ifdef IDS
@@ -74,23 +89,21 @@ void store_event(uint texel, float depth)
 void main()
 {
     uvec2 at = uvec2(gl_FragCoord.xy);
-    uint texel = FACE.first_count + at.y * FACE.resolution + at.x;
+    uint texel = at.y * FACE.resolution + at.x;
     vec2 range = kept_range();
     if (!(range.x > 0.0 && range.x < range.y))
         return;
     if (FACE.scatters != 0u)
         store_event(texel, range.x);
     else
-        atomicAdd(counts[texel], 1u);
+        atomicAdd(counts[FACE.first_count + texel], 1u);
 }
 #else
 void store_event(uint texel, vec3 t)
 {
-    // The count of the texel now is the offset of its next free place.
-    uint place = atomicAdd(counts[texel], 1u);
-    if (place >= FACE.event_count)
+    uint place;
+    if (!take_place(texel, place))
         return;
-    place += FACE.event_base;
     float depth = caster_depth();
 #if defined(CUT_PLANES) && defined(MEDIUM)
     vec2 range = kept_range();
@@ -113,7 +126,7 @@ void store_event(uint texel, vec3 t)
 void main()
 {
     uvec2 at = uvec2(gl_FragCoord.xy);
-    uint texel = FACE.first_count + at.y * FACE.resolution + at.x;
+    uint texel = at.y * FACE.resolution + at.x;
 #ifndef CERTAIN
     vec3 t = caster_transmittance();
     if (t == vec3(1.0))
@@ -121,11 +134,11 @@ void main()
     if (FACE.scatters != 0u)
         store_event(texel, t);
     else
-        atomicAdd(counts[texel], 1u);
+        atomicAdd(counts[FACE.first_count + texel], 1u);
 #elif PASS == 1
     store_event(texel, caster_transmittance());
 #else
-    atomicAdd(counts[texel], 1u);
+    atomicAdd(counts[FACE.first_count + texel], 1u);
 #endif
 }
 #endif

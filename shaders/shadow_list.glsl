@@ -46,6 +46,8 @@ layout(std430, binding = BIND_SHADOW_SCRATCH_MEDIA) buffer scratch_media_buffer 
 
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_heads;
 
+#define NO_LIST 0xffffffffu // a place of class_texels that no list took
+
 uniform uint u_row;    // in list_first: of the class, and of the first light
 uniform uint u_lights; // whose lists of the class are sorted, the first of them ...
 uniform uint u_first_light; // ... this one
@@ -235,7 +237,10 @@ void main()
     if (list_number >= u_most || list >= list_first[u_row + u_lights])
         return;
     list_light = find_light(list);
-    int head = int(lights[list_light].first_count - 1u + class_texels[list]);
+    uint texel = class_texels[list];
+    if (texel == NO_LIST)
+        return;
+    int head = int(lights[list_light].first_head + texel);
     uint begin = texelFetch(u_heads, head).r, end = texelFetch(u_heads, head + 1).r;
     sort_list(lights[list_light].event_base - u_event_window + begin, end - begin);
 }

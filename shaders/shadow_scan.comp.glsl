@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Exclusive scans of the counts of all lights in place, and the lists of their texels by length
+// From the counts of all lights to the ends of their lists, and the lists of their texels by length
 // class, in three levels: reduce, scan, add (Sengupta, Harris, Zhang and Owens 2007, "Scan
 // primitives for GPU computing"; Merrill and Grimshaw 2009, "Parallel scan for stream
-// architectures"). All are sums of integers, so the result depends on the counts alone.
+// architectures"). All are sums of integers, so the result depends on the counts alone. A light
+// that the room does not suffice for, which can be where it was guessed, gets empty lists.
 //   PASS=0  a group per tile of TILE counts: its sums
 //   PASS=1  a group per light and word: exclusive scan of the sums of its tiles; totals to the
 //           statistics
-//   PASS=2  a group per tile: exclusive scan of its counts, and its texels of `shortest` or more
-//           events, by class and in their order
+//   PASS=2  a group per tile: inclusive scan of its counts to the heads behind the first, and its
+//           texels of `shortest` or more events, by class and in their order
 // A thread loops over 8 counts, or over the tiles of a light divided by 256.
 #include "shared/layout.h"
 #include "shared/bindings.h"
@@ -46,17 +47,30 @@ layout(local_size_x = 256) in;
 
 layout(std430, binding = BIND_SHADOW_COUNTS) buffer count_buffer { uint counts[]; };
 layout(std430, binding = BIND_SCAN) buffer scan_buffer { uint sums[]; }; // word, tile
-layout(std430, binding = BIND_STATISTICS) writeonly buffer statistics_buffer { uint statistics[]; };
+layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
 layout(std430, binding = BIND_LIST_NODES) writeonly buffer list_buffer { uint class_texels[]; };
 layout(std430, binding = BIND_DEEP_LIGHTS) readonly buffer light_buffer { deep_light lights[]; };
 layout(std430, binding = BIND_DEEP_LISTS) readonly buffer table_buffer { uint list_first[]; };
+
+#if PASS == 2
+layout(std430, binding = BIND_SHADOW_HEADS) writeonly buffer head_buffer { uint heads[]; };
+#endif
 
 uniform uint u_tiles;       // of all lights
 uniform uint u_lights;      // PASS=1: all; else those whose counts are bound, from ...
 uniform uint u_first_light; // ... on
 uniform uint u_groups;      // tiles of these lights
-uniform uint u_window;      // the first count that is bound
+uniform uint u_window;      // the first count that is bound, ...
+uniform uint u_head_window; // ... and the first head
+uniform uint u_record;      // statistics of the first light, in records that begin anew ...
+uniform uint u_record_mask; // ... behind so many
 uniform uint u_table;       // of these lights in list_first
+
+// A word of a light's statistics.
+uint statistic(uint light, uint word)
+{
+    return (u_record + light & u_record_mask) * WORDS + word;
+}
 
 uint group_index()
 {
@@ -176,17 +190,32 @@ void main()
     if (gl_LocalInvocationIndex != 0u)
         return;
     uint carry, total = uaddCarry(scan_total(0u), scan_total(1u) << 16, carry);
-    statistics[light * WORDS + word] = total;
+    statistics[statistic(light, word)] = total;
     if (word == SUM)
-        statistics[light * WORDS + HIGH] = (scan_total(1u) >> 16) + carry;
+        statistics[statistic(light, HIGH)] = (scan_total(1u) >> 16) + carry;
 }
 #else
 shared uint tile_counts[TILE + TILE / 32u]; // padded: threads eight apart read other banks
 shared uint class_first[CLASSES];           // where the tile's texels of a class go
+shared uint lacks_room;                     // of the light
 
 uint tile_place(uint i)
 {
     return i + i / 32u;
+}
+
+// Whether a word of the light's statistics is larger than what its lists have been given.
+bool exceeds_room(uint light, uint word)
+{
+    uint found = statistics[statistic(light, word)];
+    if (word == SUM || word == LONGEST)
+        return found > (word == SUM ? lights[light].event_room : lights[light].longest_room);
+    if (word < CLASS_0)
+        return word == HIGH && found > 0u;
+    if (lights[light].shortest == 0xffffffffu)
+        return false; // it has no lists, and these words do not stand
+    uint row = u_table + (word - CLASS_0) * u_lights + light - u_first_light;
+    return found > list_first[row + 1u] - list_first[row];
 }
 
 void main()
@@ -195,6 +224,11 @@ void main()
         return;
     uint tile = lights[u_first_light].first_tile + group_index();
     uint light = find_light(tile), thread = gl_LocalInvocationIndex;
+    if (thread == 0u)
+        lacks_room = 0u;
+    scan_wait();
+    if (thread < WORDS && exceeds_room(light, thread))
+        lacks_room = 1u;
     uint at = (tile - lights[light].first_tile) * TILE, left = lights[light].texels - at;
     uint first = lights[light].first_count - u_window + at, shortest = lights[light].shortest;
     for (uint k = 0u; k < ITEMS; k++) {
@@ -205,6 +239,16 @@ void main()
         class_first[thread] = list_first[u_table + thread * u_lights + light - u_first_light] +
                               sums[(CLASS_0 + thread) * u_tiles + tile];
     scan_wait();
+    uint head = lights[light].first_head - u_head_window + at;
+    if (thread == 0u && at == 0u)
+        heads[head] = 0u;
+    if (lacks_room != 0u) {
+        for (uint i = thread; i < min(left, TILE); i += SCAN_THREADS) {
+            heads[head + 1u + i] = 0u;
+            counts[first + i] = 0u; // so that nothing is written
+        }
+        return;
+    }
     uint sum = 0u;
     uvec2 classes = uvec2(0u);
     for (uint k = 0u; k < ITEMS; k++) {
@@ -219,8 +263,8 @@ void main()
     uvec2 seen = uvec2(0u); // by this thread
     for (uint k = 0u; k < ITEMS; k++) {
         uint i = thread * ITEMS + k, n = tile_counts[tile_place(i)];
-        tile_counts[tile_place(i)] = running;
         running += n;
+        tile_counts[tile_place(i)] = running;
         if (n >= shortest && i < left) {
             uint class_ = length_class(n);
             uint before = class_of_scan(scan_before(class_word(class_)), class_);
@@ -233,7 +277,7 @@ void main()
     for (uint k = 0u; k < ITEMS; k++) {
         uint i = k * SCAN_THREADS + thread;
         if (i < left)
-            counts[first + i] = tile_counts[tile_place(i)];
+            heads[head + 1u + i] = tile_counts[tile_place(i)];
     }
 }
 #endif

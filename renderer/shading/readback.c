@@ -21,7 +21,7 @@ enum {
 static const char because[] = "the color output was asked for";
 
 /* A window's picture: rows of f32, the lowest first, or of bytes, the top one first; then the words
- * of lookups, and the sizes of lists that were guessed. */
+ * of lookups, the sizes of lists that were guessed, and those of shadow lists. */
 struct way {
     struct gl_buffer buffer;
     struct gl_fence fence;
@@ -30,7 +30,9 @@ struct way {
     struct camera_window window;
     bool has_guess;
     struct readback_guess guess;
-    uint64_t number; /* in the order of sending */
+    struct shadow_system *shadows;
+    struct shadow_sent sent; /* sizes of shadow lists */
+    uint64_t number;         /* in the order of sending */
 };
 
 struct readback {
@@ -56,6 +58,7 @@ void readback_destroy(struct readback *readback)
         return;
     for (int i = 0; i < WAYS; i++) {
         gl_fence_finish(&readback->ways[i].fence);
+        shadow_sent_finish(&readback->ways[i].sent);
         gl_buffer_finish(&readback->ways[i].buffer);
     }
     screen_finish(&readback->screen);
@@ -108,6 +111,7 @@ static uint64_t pixel_bytes(const struct camera_window *w, const struct image *c
 static void release(struct way *way)
 {
     gl_fence_finish(&way->fence);
+    shadow_sent_finish(&way->sent);
     way->report = NULL;
 }
 
@@ -126,10 +130,15 @@ static void copy_rows(const struct way *way, const unsigned char *pixels)
     }
 }
 
-/* Of a picture, behind its pixels. */
-static uint64_t tail_bytes(bool has_guess)
+/* Of a picture, behind its pixels: what is before the sizes of shadow lists, and all. */
+static uint64_t guess_bytes(const struct way *way)
 {
-    return LOOKUP_BYTES + (has_guess ? SIZES_BYTES : 0);
+    return LOOKUP_BYTES + (way->has_guess ? SIZES_BYTES : 0);
+}
+
+static uint64_t tail_bytes(const struct way *way)
+{
+    return guess_bytes(way) + shadow_sent_bytes(&way->sent);
 }
 
 static void take_sizes(const struct way *way, const unsigned char *words)
@@ -142,6 +151,12 @@ static void take_sizes(const struct way *way, const unsigned char *words)
     list_history_note(guess->history, guess->key, sizes);
 }
 
+static void take_shadow_sizes(const struct way *way, const unsigned char *words)
+{
+    const void *sizes = words;
+    shadow_system_take_sizes(way->shadows, &way->sent, sizes, way->report);
+}
+
 /* Within a scope, which then counts the time of copying; or after all scopes of the frame. */
 static bool collect(struct way *way, bool is_in_scope, struct error *err)
 {
@@ -151,12 +166,14 @@ static bool collect(struct way *way, bool is_in_scope, struct error *err)
     while (!gl_fence_wait(&way->fence, WAIT_NS))
         continue; /* who asked has a deadline for the process */
     double begin_ms = wall_ms();
-    const unsigned char *mapped = gl_buffer_map(&way->buffer, bytes + tail_bytes(way->has_guess));
+    const unsigned char *mapped = gl_buffer_map(&way->buffer, bytes + tail_bytes(way));
     if (mapped) {
         copy_rows(way, mapped);
         memcpy(lookups, mapped + bytes, sizeof lookups);
         if (way->has_guess)
             take_sizes(way, mapped + bytes + LOOKUP_BYTES);
+        if (way->shadows) /* words are aligned: pixels take whole ones */
+            take_shadow_sizes(way, mapped + bytes + guess_bytes(way));
     }
     bool ok = mapped && gl_buffer_unmap(&way->buffer);
     release(way);
@@ -243,6 +260,8 @@ static bool pack(struct readback *readback, struct way *way, const struct readba
     if (desc->guess)
         glCopyNamedBufferSubData(desc->guess->sizes->name, way->buffer.name, 0,
                                  (GLintptr)bytes + LOOKUP_BYTES, SIZES_BYTES);
+    if (way->shadows)
+        shadow_system_copy_sizes(way->shadows, &way->sent, &way->buffer, bytes + guess_bytes(way));
     return true;
 }
 
@@ -252,24 +271,30 @@ static struct way *send(struct readback *readback, const struct readback_desc *d
 {
     const struct window_frame *frame = desc->frame;
     struct way *way = take_way(readback, frame, err);
-    uint64_t bytes = pixel_bytes(&frame->window, desc->color) + tail_bytes(desc->guess);
-    if (!way ||
-        !gl_buffer_reserve(&way->buffer,
+    if (!way)
+        return NULL;
+    way->has_guess = desc->guess;
+    way->shadows = desc->shadow_frame ? desc->shadows : NULL;
+    if (way->shadows)
+        way->sent = shadow_system_send_sizes(way->shadows, desc->shadow_frame);
+    uint64_t bytes = pixel_bytes(&frame->window, desc->color) + tail_bytes(way);
+    if (!gl_buffer_reserve(&way->buffer,
                            &(struct gl_buffer_desc){
                                .label = "frame.readback", .size_bytes = bytes, .is_mappable = true},
                            false, err) ||
-        !pack(readback, way, desc, err))
+        !pack(readback, way, desc, err)) {
+        shadow_sent_finish(&way->sent);
         return NULL;
+    }
     way->window = frame->window;
     way->color = desc->color;
     way->report = frame->report;
-    way->has_guess = desc->guess;
     if (desc->guess)
         way->guess = *desc->guess;
     way->number = readback->sent++;
     /* without the sizes that a guess adds: frames before this one decide about those */
     report_raise_bytes(frame->report, "readback",
-                       pixel_bytes(&frame->window, desc->color) + tail_bytes(false));
+                       pixel_bytes(&frame->window, desc->color) + LOOKUP_BYTES);
     return way;
 }
 

@@ -9,6 +9,7 @@
 #include "renderer/gl/object.h"
 #include "renderer/image/image.h"
 #include "renderer/shading/window.h"
+#include "renderer/shadows/shadows.h"
 #include "renderer/transparency/pixel_lists.h"
 
 enum { READBACK_LOOKUP_WORDS = 64 }; /* sums of which counts.lookups is one */
@@ -33,13 +34,15 @@ struct readback_guess {
     struct content_key key;        /* of the window there */
 };
 
-struct readback_desc { /* all required but the last */
+struct readback_desc { /* all required but the last three */
     const struct window_frame *frame;
     struct image *color; /* of the whole frame: valid until it is collected or dropped; of U8: as a
                             screen shows it */
     const struct gl_buffer *lookups;    /* READBACK_LOOKUP_WORDS from ... */
     uint64_t lookups_offset_bytes;      /* ... here on, added to the frame's report */
     const struct readback_guess *guess; /* NULL: none is guessed */
+    struct shadow_system *shadows;      /* outlives the frame: sizes of lists that it guessed ... */
+    uint64_t shadow_frame;              /* ... for the frame of this number; 0: none */
 };
 /* Sends the window's picture on its way; it is there at once where the device works while it is
  * asked. Where both ways are taken it waits for the older. */

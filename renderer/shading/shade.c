@@ -410,7 +410,10 @@ static struct loop_lights loops_of(const struct shade_desc *desc)
     const struct pixel_lists *pixels = desc->pixels;
     struct loop_lights loops = loops_before(desc->frame, desc->traced);
     loops.shadowed = count_shadowed(desc);
+    uint64_t longest = shadow_system_longest_list(desc->shadows);
     loops.longest_list = desc->frame->report->counts.longest_list;
+    if (loops.longest_list < longest)
+        loops.longest_list = longest;
     loops.besides = steps_of_layers(desc->frame, pixels->longest, pixels->may_surround);
     return loops;
 }
@@ -518,17 +521,13 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
     return true;
 }
 
-bool shade_send_color(const struct shade *shade, const struct window_frame *frame,
-                      struct readback *readback, struct image *color,
-                      const struct readback_guess *guess, struct error *err)
+bool shade_send_color(const struct shade *shade, struct readback *readback,
+                      const struct readback_desc *desc, struct error *err)
 {
-    return readback_send(readback,
-                         &(struct readback_desc){.frame = frame,
-                                                 .color = color,
-                                                 .lookups = &shade->statistics,
-                                                 .lookups_offset_bytes = STATISTICS_LOOKUPS * 4,
-                                                 .guess = guess},
-                         err);
+    struct readback_desc whole = *desc;
+    whole.lookups = &shade->statistics;
+    whole.lookups_offset_bytes = STATISTICS_LOOKUPS * 4;
+    return readback_send(readback, &whole, err);
 }
 
 void shade_finish(struct shade *shade)

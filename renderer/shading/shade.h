@@ -92,10 +92,10 @@ MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct shade_ligh
 /* Shades list entries, then pixels, into frame->targets->image. The bits are the same whether the
  * lights come at once or in parts, as long as the parts follow the order of the light lists. */
 MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
-/* Sends the window's image on its way to `color`, and the lookups to the report. */
-MUST_CHECK bool shade_send_color(const struct shade *shade, const struct window_frame *frame,
-                                 struct readback *readback, struct image *color,
-                                 const struct readback_guess *guess, struct error *err);
+/* Sends the window's image on its way to desc->color, and the lookups, which the desc need not
+ * have, to the report. */
+MUST_CHECK bool shade_send_color(const struct shade *shade, struct readback *readback,
+                                 const struct readback_desc *desc, struct error *err);
 void shade_finish(struct shade *shade);
 
 #endif

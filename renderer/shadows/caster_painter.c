@@ -148,16 +148,14 @@ static void fill_face(const struct paint_job *job, const struct shadow_build *bu
     const struct shadow_map *map = build->map;
     bool is_linked = map->kind == SHADOW_LINKED;
     uint64_t face_texels = (uint64_t)map->resolution * (uint64_t)map->resolution;
-    /* counts are one ahead of heads: after the scatter, the place of a count holds the end of its
-     * list */
-    uint64_t first = map->heads.first - job->desc->first_head + (is_linked ? 0u : 1u);
+    const struct shadow_range *counts = is_linked ? &map->heads : &map->depths;
+    uint64_t first = face * face_texels;
     if (map->window.row_count) /* modulo 2^32, as the shader adds */
-        first -= (uint64_t)map->window.first_row * (uint64_t)map->resolution;
-    else
-        first += face * face_texels;
+        first = 0 - (uint64_t)map->window.first_row * (uint64_t)map->resolution;
     const struct shadow_range *room = is_linked ? &map->nodes : &map->events;
     *r = (struct face_record){
-        .first_count = (uint32_t)first,
+        .first_count = (uint32_t)(counts->first - job->desc->first_count + first),
+        .first_end = (uint32_t)(map->heads.first + 1 + first),
         .event_base = (uint32_t)(room->first - job->desc->first_event),
         .event_count = (uint32_t)room->count,
         .slot = build->slot,

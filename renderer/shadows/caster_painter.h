@@ -47,7 +47,9 @@ struct caster_paint_desc { /* all required */
     size_t build_count;
     const struct shadow_scene *scene;
     struct shadow_store *store;
-    uint64_t first_head, first_event; /* of the pools: element 0 of what is bound; 0: all is */
+    /* Of the pools: element 0 of what is bound, counts of deep lists, heads of linked ones; 0: all
+     * is. */
+    uint64_t first_count, first_event;
 };
 
 /* All faces of the maps, or their windows. States all GL state that it needs; storage buffers are

@@ -124,7 +124,8 @@ static bool check_longest(const struct compress_job *job, struct error *err)
 static void release_window(struct compress_job *job)
 {
     struct error ignored = {0}; /* what cannot be given back is lost until the store is cleared */
-    (void)!(shadow_store_give(&job->work, SHADOW_POOL_HEADS, &job->fine.heads, &ignored) &&
+    (void)!(shadow_store_give(&job->work, SHADOW_POOL_DEPTHS, &job->fine.depths, &ignored) &&
+            shadow_store_give(&job->work, SHADOW_POOL_HEADS, &job->fine.heads, &ignored) &&
             shadow_store_give(&job->work, SHADOW_POOL_EVENTS, &job->fine.events, &ignored));
 }
 
@@ -134,7 +135,7 @@ static bool build_exact(struct compress_job *job, struct shadow_window window, s
     const struct shadow_map *map = job->build->map;
     int k = rays_per_side(job);
     job->fine = *map;
-    job->fine.heads = job->fine.events = (struct shadow_range){0};
+    job->fine.depths = job->fine.heads = job->fine.events = (struct shadow_range){0};
     job->fine.flags = shadow_compress_fine_flags(map);
     job->fine.resolution = map->resolution * k;
     job->fine.window =
@@ -148,10 +149,13 @@ static bool build_exact(struct compress_job *job, struct shadow_window window, s
                    "shadow.deep.compress");
     bool ok = reserve_target(job, err) && copy_opaque(job, err);
     gpu_scope_end(job->builder->timeline);
+    struct shadow_guesses *guesses = job->builder->guesses;
     job->builder->store = &job->work;
+    job->builder->guesses = NULL; /* what is done next depends on the sizes */
     ok = ok && shadow_deep_build(job->builder, &fine, 1, job->scene, job->because, err) &&
          check_longest(job, err);
     job->builder->store = job->store;
+    job->builder->guesses = guesses;
     if (!ok)
         shadow_store_clear(&job->work);
     return ok;
@@ -176,14 +180,17 @@ void shadow_compress_list_programs(const struct shadow_map *map, struct program_
     }
 }
 
-/* The light's own parts of the pools. */
-static void bind_nodes(const struct compress_job *job, struct shadow_range *heads,
-                       struct shadow_range *nodes)
+/* The light's own parts of the pools. *first: of its counts, or, once these are placed, heads. */
+static void bind_nodes(const struct compress_job *job, uint64_t *first, struct shadow_range *nodes)
 {
     const struct shadow_map *map = job->build->map;
-    *heads = *nodes = (struct shadow_range){0};
-    (void)shadow_store_widen(job->store, SHADOW_POOL_HEADS, &map->heads, heads);
-    shadow_store_bind(job->store, SHADOW_POOL_HEADS, 0, heads, BIND_SHADOW_COUNTS);
+    enum shadow_pool_kind kind = job->is_writing ? SHADOW_POOL_HEADS : SHADOW_POOL_DEPTHS;
+    const struct shadow_range *range = job->is_writing ? &map->heads : &map->depths;
+    struct shadow_range span = {0};
+    *nodes = (struct shadow_range){0};
+    (void)shadow_store_widen(job->store, kind, range, &span);
+    shadow_store_bind(job->store, kind, 0, &span, BIND_SHADOW_COUNTS);
+    *first = range->first - span.first;
     if (!job->is_writing || !map->events.count)
         return;
     (void)shadow_store_widen(job->store, SHADOW_POOL_EVENTS, &map->events, nodes);
@@ -194,7 +201,8 @@ static void bind_nodes(const struct compress_job *job, struct shadow_range *head
 static const struct gl_program *use_program(const struct compress_job *job, struct error *err)
 {
     const struct shadow_map *map = job->build->map;
-    struct shadow_range heads, nodes;
+    struct shadow_range nodes;
+    uint64_t first_count;
     char defines[48];
     const struct program_desc desc = program_of(map, job->is_writing, defines);
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
@@ -208,9 +216,8 @@ static const struct gl_program *use_program(const struct compress_job *job, stru
     /* an eighth of the error goes to the chords of exponentials */
     float error = (float)map->compression, chord = map->has_media ? error / 8 : 0;
     gl_program_use(program);
-    bind_nodes(job, &heads, &nodes);
-    gl_program_set_u(program, "u_first_count",
-                     (uint32_t)(map->heads.first - heads.first + 1 + first));
+    bind_nodes(job, &first_count, &nodes);
+    gl_program_set_u(program, "u_first_count", (uint32_t)(first_count + first));
     gl_program_set_u(
         program, "u_texels",
         (uint32_t)(shadow_map_texels(&job->fine) / (uint64_t)(map->prefilter * map->prefilter)));
@@ -285,7 +292,7 @@ static bool do_window(struct compress_job *job, struct shadow_window window, boo
                      false, err);
 }
 
-/* From the counts of nodes to their places: the scan of exact lists does it, too. */
+/* From the counts of nodes to their heads: the scan of exact lists does it, too. */
 static bool place_nodes(struct compress_job *job, struct error *err)
 {
     struct shadow_map *map = job->build->map, plain = *map;
@@ -337,8 +344,6 @@ static bool compress_light(struct compress_job *job, struct error *err)
                          k, map->resolution, map->resolution * k, most);
     if (!shadow_store_take(store, SHADOW_POOL_HEADS, shadow_map_texels(map) + 1, &map->heads, err))
         return false;
-    gl_buffer_clear_u32(&store->pools[SHADOW_POOL_HEADS].streams[0], map->heads.first * 4,
-                        map->heads.count * 4, 0);
     job->is_writing = false;
     job->fine = (struct shadow_map){0};
     if (!do_window(job, (struct shadow_window){0}, true, err) || !place_nodes(job, err) ||

@@ -4,6 +4,7 @@
  * together. Thread: GL.
  *
  * Layout. Heads: n + 1 offsets for n texels; the events of texel i lie from head[i] to head[i + 1].
+ * What is left to be written of each list, n counts, is in the pool of depths until it is built.
  *   event   16 bytes  depth [m] (distance from the light; along it for directional ones) and the
  *                     product of all filters up to and including this one, rgb; with
  *                     SHADOW_FLAG_RAW this one's own filter
@@ -22,6 +23,7 @@
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_DEEP_H
 
 #include "renderer/shadows/caster_painter.h"
+#include "renderer/shadows/shadow_guesses.h"
 
 #define SHADOW_EVENT_BYTES 18u  /* an event and its key */
 #define SHADOW_MEDIUM_BYTES 16u /* more, with SHADOW_FLAG_MEDIA */
@@ -35,18 +37,25 @@ struct shadow_builder { /* what the list builders share */
     struct gl_buffer lights, table;    /* struct deep_light; lists of texels: shadow_deep_job.h */
     /* of a sort; freed after it */
     struct gl_buffer texels, scratch, scratch_objects, scratch_media;
-    uint64_t first_elements; /* linked: first guess per light; 0 means one of its own */
-    uint64_t refused_locks;  /* linked, as published: of shadow_system_desc */
-    bool scans_on_host;      /* deep: the device is our own cores: counts are scanned in C */
+    uint64_t first_elements;        /* linked: first guess per light; 0 means one of its own */
+    uint64_t refused_locks;         /* linked, as published: of shadow_system_desc */
+    bool scans_on_host;             /* deep: the device is our own cores: counts are scanned in C */
+    bool may_guess;                 /* deep: room for lists, from what guesses know of them */
+    struct shadow_guesses *guesses; /* deep: NULL for lists that are no light's */
 };
 
 void shadow_builder_finish(struct shadow_builder *builder);
 
-/* Draws the opaque casters of all builds, which have one resolution, into store->target and keeps
- * what they leave in the pool of depths. `because` names the requirement for the report. */
+/* Draws the opaque casters of all builds, which have one resolution, into store->target, and takes
+ * their part of the pool of depths: for the counts of lists, while these are built. `because` names
+ * the requirement for the report. */
 MUST_CHECK bool shadow_depth_build(struct shadow_builder *builder, struct shadow_build *builds,
                                    size_t count, const struct shadow_scene *scene,
                                    const char *because, struct error *err);
+
+/* Keeps what they left in the target in the pool of depths: when all deep lists stand. */
+void shadow_depth_keep(const struct shadow_builder *builder, const struct shadow_build *builds,
+                       size_t count, const char *because);
 
 /* Builds the lists of all builds of kind SHADOW_DEEP, whose faces stand in store->target. Takes
  * their heads and events from the store. `because` names the requirement for the report. */

@@ -28,17 +28,31 @@ static void add_slots(struct deep_job *job, struct shadow_build *builds, size_t 
     }
 }
 
+/* False, and the group stays as it was, where a storage block ends. */
+static bool widen(const struct shadow_store *store, const struct shadow_map *map,
+                  struct deep_group *group)
+{
+    struct shadow_range heads = group->heads, counts = group->counts;
+    bool is_one = shadow_store_widen(store, SHADOW_POOL_HEADS, &map->heads, &heads) &&
+                  shadow_store_widen(store, SHADOW_POOL_DEPTHS, &map->depths, &counts);
+    if (!is_one)
+        return false;
+    group->heads = heads;
+    group->counts = counts;
+    return true;
+}
+
 static void find_groups(struct deep_job *job)
 {
     const struct shadow_store *store = job->builder->store;
     struct deep_group *group = NULL;
     for (size_t i = 0; i < job->count; i++) {
-        const struct shadow_range *heads = &job->slots[i].build->map->heads;
-        if (!group || !shadow_store_widen(store, SHADOW_POOL_HEADS, heads, &group->heads)) {
+        const struct shadow_map *map = job->slots[i].build->map;
+        if (!group || !widen(store, map, group)) {
             group = &job->groups[job->group_count++];
             *group = (struct deep_group){
                 .first = i, .table = (uint32_t)(DEEP_CLASSES * i + job->group_count - 1)};
-            (void)shadow_store_widen(store, SHADOW_POOL_HEADS, heads, &group->heads);
+            (void)widen(store, map, group);
         }
         group->count++;
     }
@@ -91,29 +105,19 @@ void deep_job_begin(const struct deep_job *job, const char *pass)
                                                                      .stage = REPORT_SHADOW});
 }
 
-uint64_t deep_statistics_total(const struct deep_statistics *statistics)
-{
-    return statistics->total | (uint64_t)statistics->total_high << 32;
-}
-
-uint32_t deep_statistics_texels(const struct deep_statistics *statistics)
-{
-    uint32_t texels = 0;
-    for (int c = 0; c < DEEP_CLASSES; c++)
-        texels += statistics->classes[c];
-    return texels;
-}
-
 static struct deep_light light_of(const struct deep_job *job, size_t slot)
 {
     const struct shadow_map *map = job->slots[slot].build->map;
     struct deep_light light = {
-        .first_count = (uint32_t)map->heads.first + 1,
+        .first_count = (uint32_t)map->depths.first,
         .texels = (uint32_t)shadow_map_texels(map),
         .first_tile = job->slots[slot].first_tile,
         .shortest = deep_job_shortest(job, slot),
         .event_base = (uint32_t)map->events.first,
         .keys_per_m = map->keys_per_m,
+        .first_head = (uint32_t)map->heads.first,
+        .event_room = job->statistics[slot].total,
+        .longest_room = job->statistics[slot].longest,
     };
     for (int k = 0; k < 3; k++) {
         light.sigma_high.v[k] = (float)map->sigma[k];

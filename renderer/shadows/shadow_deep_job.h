@@ -7,22 +7,11 @@
 #include "renderer/shadows/shadow_deep.h"
 
 enum {
-    DEEP_CLASSES = 16,    /* class c: lists of 2^c + 1 to 2^(c + 1) events; class 0: of 2, and with
-                             media of 1 */
-    DEEP_RUN = 32,        /* longer lists are merged from runs of this many */
-    DEEP_LONGEST = 60000, /* llvmpipe ends all loops of a thread after 65,535 iterations; merging
-                             needs one per event */
+    DEEP_RUN = 32,           /* longer lists are merged from runs of this many */
+    DEEP_LONGEST = 60000,    /* llvmpipe ends all loops of a thread after 65,535 iterations; merging
+                                needs one per event */
     DEEP_SCRATCH_BYTES = 16, /* per event that is merged; 4 more for its object and its medium */
     DEEP_TILE = 2048, /* counts of a light that a group of a scan takes: shadow_scan.comp.glsl */
-};
-
-struct deep_statistics { /* of one light; words as shadow_scan.comp.glsl writes them */
-    uint32_t total, total_high, longest, occupied;
-    uint32_t classes[DEEP_CLASSES]; /* texels per class */
-};
-enum {
-    DEEP_FIRST_CLASS_WORD = 4,
-    DEEP_STATISTIC_WORDS = sizeof(struct deep_statistics) / 4,
 };
 
 struct deep_slot {
@@ -31,12 +20,12 @@ struct deep_slot {
     uint32_t *texels; /* host scan: those of `shortest` or more events, by class */
 };
 
-/* Slots side by side whose heads one storage block takes. Their lists of texels lie together, all
- * of a class beside each other: builder->table has for each class and slot the first, from
- * lists_first on, and then their number. */
+/* Slots side by side whose heads, and whose counts, one storage block takes. Their lists of texels
+ * lie together, all of a class beside each other: builder->table has for each class and slot the
+ * first, from lists_first on, and then their number. */
 struct deep_group {
     size_t first, count;
-    struct shadow_range heads;
+    struct shadow_range heads, counts;
     uint32_t table;       /* its first word in builder->table */
     uint64_t lists_first; /* in builder->texels */
 };
@@ -46,9 +35,11 @@ struct deep_job {
     const struct shadow_scene *scene;
     const char *because;
     bool has_no_lists; /* offsets are all that is asked for: nothing is to be sorted */
+    bool is_guessed; /* statistics are the room of the lights, not their sizes, which stay in ... */
+    uint64_t first_guess; /* ... the records from this one on */
 
     struct deep_slot *slots; /* the deep shadow maps, those of like streams side by side */
-    struct deep_statistics *statistics; /* per slot */
+    struct deep_statistics *statistics; /* per slot; and what their lists have room for */
     size_t count;
     struct deep_group *groups;
     size_t group_count;
@@ -56,8 +47,8 @@ struct deep_job {
     uint32_t tiles;  /* of all slots */
 };
 
-/* The caller has set all up to has_no_lists; builds of other kinds are passed over. Heads must be
- * taken. deep_job_finish accepts half-built jobs. */
+/* The caller has set all up to has_no_lists; builds of other kinds are passed over. Heads and
+ * depths must be taken. deep_job_finish accepts half-built jobs. */
 MUST_CHECK bool deep_job_init(struct deep_job *job, struct shadow_build *builds, size_t count,
                               struct error *err);
 void deep_job_finish(struct deep_job *job);
@@ -66,8 +57,6 @@ bool deep_is_built(const struct shadow_map *map); /* it is a deep shadow map of 
 /* Events from which on a list must be finished: a single one is, where nothing acts behind it. */
 uint32_t deep_job_shortest(const struct deep_job *job, size_t slot);
 void deep_job_begin(const struct deep_job *job, const char *pass);
-uint64_t deep_statistics_total(const struct deep_statistics *statistics);  /* events */
-uint32_t deep_statistics_texels(const struct deep_statistics *statistics); /* of all classes */
 
 /* What shaders know of the lights, to builder->lights: anew once they have their events. */
 MUST_CHECK bool deep_job_upload(const struct deep_job *job, struct error *err);
@@ -87,9 +76,11 @@ void deep_dispatch_groups(uint64_t groups, uint32_t slices);
 /* One thread each, in groups of 64. */
 void deep_dispatch(uint32_t threads);
 
-/* Sums the counts of every light into job->statistics: the one readback of a build. */
+/* Sums the counts of every light into job->statistics: the one readback of a build. Of a guessed
+ * one into its records, which nobody waits for. */
 MUST_CHECK bool deep_scan_sum(struct deep_job *job, struct error *err);
-/* Turns counts into offsets and fills builder->texels with the lists of the groups. */
+/* Turns counts into heads and fills builder->texels with the lists of the groups. Lights without
+ * room have empty lists then. */
 MUST_CHECK bool deep_scan_place(struct deep_job *job, struct error *err);
 
 /* Makes room for lists of texels and scratch memory. */

@@ -35,6 +35,7 @@ static void copy_layers(const struct shadow_store *store, const struct shadow_bu
 static void copy_depths(const struct shadow_store *store, const struct shadow_build *builds,
                         size_t count)
 {
+    glMemoryBarrier(GL_PIXEL_BUFFER_BARRIER_BIT); /* counts of lists were there */
     glBindBuffer(GL_PIXEL_PACK_BUFFER, store->pools[SHADOW_POOL_DEPTHS].streams[0].name);
     for (size_t i = 0; i < count;) {
         const struct shadow_build *first = &builds[i];
@@ -79,18 +80,29 @@ static bool take_depths(struct shadow_store *store, const struct shadow_build *b
     return shadow_store_reserve_target(store, builds[0].map->resolution, layers, err);
 }
 
+static void begin(const struct shadow_builder *builder, const char *because)
+{
+    gpu_scope_begin(builder->timeline, &(struct gpu_scope_desc){.pass = "shadow.depth",
+                                                                .because = because,
+                                                                .technique = "map",
+                                                                .stage = REPORT_SHADOW});
+}
+
 bool shadow_depth_build(struct shadow_builder *builder, struct shadow_build *builds, size_t count,
                         const struct shadow_scene *scene, const char *because, struct error *err)
 {
     if (!take_depths(builder->store, builds, count, err))
         return false;
-    gpu_scope_begin(builder->timeline, &(struct gpu_scope_desc){.pass = "shadow.depth",
-                                                                .because = because,
-                                                                .technique = "map",
-                                                                .stage = REPORT_SHADOW});
+    begin(builder, because);
     bool ok = paint(builder, builds, count, scene, err);
-    if (ok)
-        copy_depths(builder->store, builds, count);
     gpu_scope_end(builder->timeline);
     return ok;
+}
+
+void shadow_depth_keep(const struct shadow_builder *builder, const struct shadow_build *builds,
+                       size_t count, const char *because)
+{
+    begin(builder, because);
+    copy_depths(builder->store, builds, count);
+    gpu_scope_end(builder->timeline);
 }

@@ -131,7 +131,7 @@ static bool paint_lists(const struct linked_job *job, struct shadow_build *const
             .build_count = some,
             .scene = job->scene,
             .store = job->builder->store,
-            .first_head = heads.first,
+            .first_count = heads.first,
             .first_event = nodes.first};
         ok = caster_painter_paint(job->builder->painter, &desc, err);
     }

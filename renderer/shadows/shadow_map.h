@@ -53,7 +53,8 @@ struct shadow_map {
     uint64_t expected_nodes; /* SHADOW_LINKED: those that a map of the same light had; 0: none */
     uint32_t lock_failures;  /* is_faithful: elements that found no lock; if any, the lists were
                                 made again without locks */
-    uint64_t event_count, longest_list, occupied_texels;
+    uint64_t event_count, longest_list, occupied_texels; /* guessed: the room for them */
+    uint64_t guess; /* SHADOW_DEEP: number of the guess while its sizes are not known; else 0 */
     uint64_t last_frame; /* number of the last frame that used it */
     uint64_t progress;   /* shadow_progress: number of the one that it was built for; 0: none */
 };

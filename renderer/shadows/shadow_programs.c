@@ -17,7 +17,7 @@
 
 /* Up to this many events of a list, halving it takes no more reads than its keys: four at most.
  * With keys it is three texels of them, and the event. */
-enum { SHORT_LIST = 15 };
+enum { SHORT_LIST = SHADOW_SHORT_LIST };
 
 /* Whether its lists are searched for an event. */
 static bool is_searched(const struct shadow_map *map)

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What the shadow system tells of a frame. */
+#include <math.h>
+
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows_internal.h"
 #include "shaders/shared/layout.h"
@@ -17,10 +19,10 @@ static bool is_built_now(const struct shadow_system *shadows, const struct shado
     return false;
 }
 
-static uint64_t event_bytes(const struct shadow_map *map)
+static uint64_t event_bytes(uint32_t map_flags)
 {
-    return SHADOW_EVENT_BYTES + (map->flags & SHADOW_FLAG_RAW ? sizeof(uint32_t) : 0) +
-           (map->flags & SHADOW_FLAG_MEDIA ? SHADOW_MEDIUM_BYTES : 0);
+    return SHADOW_EVENT_BYTES + (map_flags & SHADOW_FLAG_RAW ? sizeof(uint32_t) : 0) +
+           (map_flags & SHADOW_FLAG_MEDIA ? SHADOW_MEDIUM_BYTES : 0);
 }
 
 /* Of the maps that this frame looks up, however much more the pools hold. */
@@ -31,11 +33,27 @@ static void report_bytes(const struct shadow_system *shadows, struct frame_repor
     for (size_t i = 0; i < shadows->map_count; i++) {
         const struct shadow_map *map = shadows->maps[i];
         const uint64_t bytes[] = {4 * map->depths.count, 4 * map->heads.count,
-                                  event_bytes(map) * map->events.count, 16 * map->nodes.count};
+                                  map->guess ? 0 : event_bytes(map->flags) * map->events.count,
+                                  16 * map->nodes.count};
         for (int kind = 0; kind < SHADOW_POOL_COUNT; kind++)
             if (map->last_frame == shadows->frame && bytes[kind])
                 report_add_bytes(report, names[kind], bytes[kind]);
     }
+}
+
+void shadow_report_told(uint32_t map_flags, const struct deep_statistics *sizes,
+                        struct frame_report *report)
+{
+    uint64_t total = deep_statistics_total(sizes);
+    double mean = report->counts.mean_list;
+    double lists = mean > 0 ? round((double)report->counts.events / mean) : 0;
+    lists += sizes->occupied;
+    report->counts.events += total;
+    report->counts.mean_list = lists > 0 ? (double)report->counts.events / lists : 0;
+    if (sizes->longest > report->counts.longest_list)
+        report->counts.longest_list = sizes->longest;
+    if (total)
+        report_add_bytes(report, "shadow.deep.events", event_bytes(map_flags) * total);
 }
 
 void shadow_report_casters(const struct shadow_system *shadows, const struct scene_state *state,
@@ -107,10 +125,12 @@ void shadow_report_fill(const struct shadow_system *shadows, const struct shadow
         if (!map)
             continue;
         report->counts.shadowed_lights++;
-        report->counts.events += map->event_count;
-        occupied += map->occupied_texels;
-        if (map->longest_list > report->counts.longest_list)
-            report->counts.longest_list = map->longest_list;
+        if (!map->guess) {
+            report->counts.events += map->event_count;
+            occupied += map->occupied_texels;
+            if (map->longest_list > report->counts.longest_list)
+                report->counts.longest_list = map->longest_list;
+        }
         if (is_built_now(shadows, map, progress))
             continue;
         report->counts.shadow_maps_reused++;

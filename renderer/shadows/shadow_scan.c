@@ -15,6 +15,12 @@ static struct gl_buffer *heads_of(const struct deep_job *job)
     return &job->builder->store->pools[SHADOW_POOL_HEADS].streams[0];
 }
 
+/* Those of depths, which are not there yet while lists are built. */
+static struct gl_buffer *counts_of(const struct deep_job *job)
+{
+    return &job->builder->store->pools[SHADOW_POOL_DEPTHS].streams[0];
+}
+
 static struct program_desc program_of(int pass)
 {
     static const char *const defines[PASSES] = {"PASS=0", "PASS=1", "PASS=2"};
@@ -30,6 +36,20 @@ void deep_scan_list_programs(struct program_list *list)
     }
 }
 
+/* In records that begin anew where the ring does. */
+static void bind_statistics(const struct deep_job *job, const struct gl_program *program, int pass)
+{
+    const struct shadow_builder *builder = job->builder;
+    bool is_kept = job->is_guessed;
+    gl_buffer_bind_storage(is_kept ? &builder->guesses->records : &builder->statistics,
+                           BIND_STATISTICS);
+    if (pass == REDUCE)
+        return;
+    uint64_t capacity = is_kept ? builder->guesses->capacity : 1ull << 32;
+    gl_program_set_u(program, "u_record", is_kept ? (uint32_t)job->first_guess : 0);
+    gl_program_set_u(program, "u_record_mask", (uint32_t)(capacity - 1));
+}
+
 static const struct gl_program *use_scan(const struct deep_job *job, int pass, struct error *err)
 {
     const struct shadow_builder *builder = job->builder;
@@ -41,7 +61,7 @@ static const struct gl_program *use_scan(const struct deep_job *job, int pass, s
     gl_program_set_u(program, "u_tiles", job->tiles);
     gl_program_set_u(program, "u_lights", (uint32_t)job->count);
     gl_buffer_bind_storage(&builder->sums, BIND_SCAN);
-    gl_buffer_bind_storage(&builder->statistics, BIND_STATISTICS);
+    bind_statistics(job, program, pass);
     gl_buffer_bind_storage(&builder->lights, BIND_DEEP_LIGHTS);
     return program;
 }
@@ -52,7 +72,7 @@ static uint32_t tiles_end(const struct deep_job *job, size_t slot)
 }
 
 /* A group of threads per tile of each light. */
-static void dispatch_tiles(const struct deep_job *job, const struct gl_program *program)
+static void dispatch_tiles(const struct deep_job *job, const struct gl_program *program, int pass)
 {
     for (size_t g = 0; g < job->group_count; g++) {
         const struct deep_group *group = &job->groups[g];
@@ -60,11 +80,16 @@ static void dispatch_tiles(const struct deep_job *job, const struct gl_program *
         gl_program_set_u(program, "u_lights", (uint32_t)group->count);
         gl_program_set_u(program, "u_first_light", (uint32_t)group->first);
         gl_program_set_u(program, "u_groups", tiles);
-        gl_program_set_u(program, "u_window", (uint32_t)group->heads.first);
-        gl_program_set_u(program, "u_table", group->table);
-        shadow_store_bind(job->builder->store, SHADOW_POOL_HEADS, 0, &group->heads,
+        gl_program_set_u(program, "u_window", (uint32_t)group->counts.first);
+        shadow_store_bind(job->builder->store, SHADOW_POOL_DEPTHS, 0, &group->counts,
                           BIND_SHADOW_COUNTS);
-        deep_group_bind_lists(job, group, BIND_LIST_NODES);
+        if (pass == ADD) {
+            gl_program_set_u(program, "u_head_window", (uint32_t)group->heads.first);
+            gl_program_set_u(program, "u_table", group->table);
+            shadow_store_bind(job->builder->store, SHADOW_POOL_HEADS, 0, &group->heads,
+                              BIND_SHADOW_HEADS);
+            deep_group_bind_lists(job, group, BIND_LIST_NODES);
+        }
         deep_dispatch_groups(tiles, 1);
     }
 }
@@ -86,12 +111,14 @@ static bool sum_on_device(struct deep_job *job, struct error *err)
     const struct gl_program *reduce = use_scan(job, REDUCE, err);
     if (!reduce)
         return false;
-    dispatch_tiles(job, reduce);
+    dispatch_tiles(job, reduce, REDUCE);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     if (!use_scan(job, SCAN, err))
         return false;
     deep_dispatch_groups(job->count,
                          job->has_no_lists ? DEEP_FIRST_CLASS_WORD : DEEP_STATISTIC_WORDS);
+    if (job->is_guessed)
+        return true;
     gpu_timeline_will_wait(job->builder->timeline);
     gl_buffer_read(&job->builder->statistics, 0, job->count * sizeof *job->statistics,
                    job->statistics);
@@ -107,7 +134,7 @@ static bool place_on_device(struct deep_job *job, struct error *err)
         return false;
     gl_buffer_bind_storage(&job->builder->table, BIND_DEEP_LISTS);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    dispatch_tiles(job, add);
+    dispatch_tiles(job, add, ADD);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     return true;
 }
@@ -139,6 +166,7 @@ static void sum_counts(const uint32_t *counts, uint64_t count, uint32_t shortest
     s->total_high = (uint32_t)(total >> 32);
 }
 
+/* From counts to the ends of lists. */
 static void place_counts(uint32_t *counts, uint64_t count, uint32_t shortest,
                          const struct deep_statistics *s, uint32_t *texels)
 {
@@ -149,29 +177,31 @@ static void place_counts(uint32_t *counts, uint64_t count, uint32_t shortest,
     }
     for (uint64_t i = 0; i < count; i++) {
         uint32_t n = counts[i];
-        counts[i] = running;
         running += n;
+        counts[i] = running;
         if (n >= shortest)
             texels[place[length_class(n)]++] = (uint32_t)i;
     }
 }
 
-/* Reads the counts of a light once, and writes its offsets at once: they are relative to its first
- * event. */
-static bool scan_on_host(struct deep_job *job, size_t index, uint32_t *counts, struct error *err)
+/* Reads the counts of a light once, and writes its heads at once: they are relative to its first
+ * event. heads: room for them. */
+static bool scan_on_host(struct deep_job *job, size_t index, uint32_t *heads, struct error *err)
 {
     struct deep_slot *slot = &job->slots[index];
     const struct shadow_map *map = slot->build->map;
     struct deep_statistics *s = &job->statistics[index];
-    uint64_t count = shadow_map_texels(map), offset_bytes = (map->heads.first + 1) * 4;
-    gl_buffer_read(heads_of(job), offset_bytes, count * 4, counts);
+    uint64_t count = shadow_map_texels(map);
+    uint32_t *counts = heads + 1;
+    gl_buffer_read(counts_of(job), map->depths.first * 4, count * 4, counts);
     uint32_t shortest = deep_job_shortest(job, index);
     sum_counts(counts, count, shortest, s);
     slot->texels = malloc(deep_statistics_texels(s) * sizeof *slot->texels + 1);
     if (!slot->texels)
         return error_set(err, ERROR_NO_MEMORY, "scan of a shadow map");
     place_counts(counts, count, shortest, s, slot->texels);
-    gl_buffer_write(heads_of(job), offset_bytes, count * 4, counts);
+    heads[0] = 0;
+    gl_buffer_write(heads_of(job), map->heads.first * 4, (count + 1) * 4, heads);
     return true;
 }
 
@@ -181,13 +211,13 @@ static bool sum_on_host(struct deep_job *job, struct error *err)
     for (size_t i = 0; i < job->count; i++)
         if (shadow_map_texels(job->slots[i].build->map) > largest)
             largest = shadow_map_texels(job->slots[i].build->map);
-    uint32_t *counts = malloc(largest * sizeof *counts + 1);
-    bool ok = counts != NULL;
+    uint32_t *heads = malloc((largest + 1) * sizeof *heads);
+    bool ok = heads != NULL;
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "scan of %llu texels", (unsigned long long)largest);
     for (size_t i = 0; ok && i < job->count; i++)
-        ok = scan_on_host(job, i, counts, err);
-    free(counts);
+        ok = scan_on_host(job, i, heads, err);
+    free(heads);
     return ok;
 }
 
@@ -211,14 +241,16 @@ bool deep_scan_sum(struct deep_job *job, struct error *err)
 {
     deep_job_begin(job, "shadow.deep.scan");
     bool ok = job->builder->scans_on_host ? sum_on_host(job, err) : sum_on_device(job, err);
-    gpu_scope_end(job->builder->timeline);
+    if (!ok || !job->is_guessed) /* else its second half follows at once */
+        gpu_scope_end(job->builder->timeline);
     return ok;
 }
 
 bool deep_scan_place(struct deep_job *job, struct error *err)
 {
     bool ok = true;
-    deep_job_begin(job, "shadow.deep.scan");
+    if (!job->is_guessed)
+        deep_job_begin(job, "shadow.deep.scan");
     if (job->builder->scans_on_host)
         place_on_host(job);
     else

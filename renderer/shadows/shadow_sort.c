@@ -5,11 +5,14 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 
+#include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep_job.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
+
+static const uint32_t NO_LIST = UINT32_MAX; /* of shadow_list.glsl */
 
 enum {
     LONG_CLASS = 5, /* from here on lists are longer than a run */
@@ -141,6 +144,19 @@ static uint64_t scratch_events(const struct deep_job *job)
     return most;
 }
 
+/* There is none where all lists are short. */
+static bool reserve_scratch(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
+                            struct error *err)
+{
+    return !desc->size_bytes || gl_buffer_reserve(buffer, desc, false, err);
+}
+
+static void bind_scratch(const struct gl_buffer *buffer, uint32_t binding)
+{
+    if (buffer->name)
+        gl_buffer_bind_storage(buffer, binding);
+}
+
 bool deep_sort_reserve(struct deep_job *job, struct error *err)
 {
     struct shadow_builder *builder = job->builder;
@@ -161,10 +177,17 @@ bool deep_sort_reserve(struct deep_job *job, struct error *err)
     if (!shadow_store_check_transient(builder->store, bytes, err))
         return false;
     builder->store->transient_bytes = bytes;
-    return gl_buffer_reserve(&builder->texels, &texels, false, err) &&
-           gl_buffer_reserve(&builder->scratch, &events, false, err) &&
-           gl_buffer_reserve(&builder->scratch_objects, &objects, false, err) &&
-           gl_buffer_reserve(&builder->scratch_media, &media, false, err);
+    if (!gl_buffer_reserve(&builder->texels, &texels, false, err) ||
+        !reserve_scratch(&builder->scratch, &events, err) ||
+        !reserve_scratch(&builder->scratch_objects, &objects, err) ||
+        !reserve_scratch(&builder->scratch_media, &media, err))
+        return false;
+    const struct buffer_fill_desc fill = {.programs = builder->programs,
+                                          .limits = builder->store->limits,
+                                          .buffer = &builder->texels,
+                                          .size_bytes = texels.size_bytes,
+                                          .value = NO_LIST};
+    return !job->is_guessed || !lists || buffer_fill_u32(&fill, err); /* not all become lists */
 }
 
 /* Lists up to a run by their class, runs of longer ones, and their merging. */
@@ -287,9 +310,9 @@ static void bind_lists(const struct deep_job *job)
     const struct shadow_store *store = builder->store;
     gl_buffer_bind_storage(&builder->lights, BIND_DEEP_LIGHTS);
     gl_buffer_bind_storage(&builder->table, BIND_DEEP_LISTS);
-    gl_buffer_bind_storage(&builder->scratch, BIND_LIST_NODES);
-    gl_buffer_bind_storage(&builder->scratch_objects, BIND_STATISTICS);
-    gl_buffer_bind_storage(&builder->scratch_media, BIND_SHADOW_SCRATCH_MEDIA);
+    bind_scratch(&builder->scratch, BIND_LIST_NODES);
+    bind_scratch(&builder->scratch_objects, BIND_STATISTICS);
+    bind_scratch(&builder->scratch_media, BIND_SHADOW_SCRATCH_MEDIA);
     draw_arena_bind_materials(job->scene->arena);
     gl_texture_bind(shadow_store_view(store, SHADOW_POOL_HEADS, 0), UNIT_SHADOW_HEADS);
     gl_texture_bind(shadow_store_view(store, SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT),

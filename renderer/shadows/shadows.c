@@ -45,6 +45,15 @@ static void drop_map(struct shadow_system *shadows, size_t index)
     shadows->maps[index] = shadows->maps[--shadows->map_count];
 }
 
+static void drop_map_itself(struct shadow_system *shadows, const struct shadow_map *map)
+{
+    for (size_t i = 0; i < shadows->map_count; i++)
+        if (shadows->maps[i] == map) {
+            drop_map(shadows, i);
+            return;
+        }
+}
+
 static bool drop_oldest_map(void *context, uint64_t frames)
 {
     struct shadow_system *shadows = context;
@@ -99,6 +108,7 @@ struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc
         .first_elements = desc->first_linked_elements,
         .refused_locks = desc->refused_locks,
         .scans_on_host = desc->limits->is_software && !desc->scans_on_device,
+        .guesses = &shadows->guesses,
     };
     return shadows;
 }
@@ -118,6 +128,7 @@ void shadow_system_destroy(struct shadow_system *shadows)
     drop_all(shadows);
     shadow_builder_finish(&shadows->builder);
     caster_painter_finish(&shadows->painter);
+    shadow_guesses_finish(&shadows->guesses);
     gl_texture_finish(&shadows->record_view);
     gl_buffer_finish(&shadows->records);
     free(shadows->maps);
@@ -231,6 +242,19 @@ static bool has_cut_lamp(const struct shadow_map *map)
     return is_cut && vec3_length(map->sigma) > 0;
 }
 
+/* One whose sizes are not known will do where they come with the picture; else they are read. One
+ * that has no room for them is none. */
+static struct shadow_map *find_standing(struct shadow_system *shadows, struct content_key key,
+                                        bool may_guess)
+{
+    struct shadow_map *map = find_map(shadows, key);
+    if (map && map->guess && !shadow_guess_stands(shadows, map, may_guess)) {
+        drop_map_itself(shadows, map);
+        return NULL;
+    }
+    return map;
+}
+
 static bool prepare_light(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                           uint32_t light, struct error *err)
 {
@@ -249,7 +273,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     map.keys_per_m = (float)(SHADOW_KEY_MOST / fmax(casters->farthest_m, 1e-6));
     shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters->has_media;
     map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
-    struct shadow_map *standing = find_map(shadows, map.key);
+    struct shadow_map *standing = find_standing(shadows, map.key, desc->frame > 0);
     if (!standing) {
         shadow_media_at(state, casters, &map);
         if (map.kind == SHADOW_LINKED)
@@ -329,10 +353,12 @@ static bool build_batch(struct shadow_system *shadows, const struct build_batch 
 {
     struct shadow_builder *builder = &shadows->builder;
     struct shadow_build *builds = batch->builds;
-    return shadow_depth_build(builder, builds, batch->count, scene, opaque, err) &&
-           shadow_deep_build(builder, builds, batch->count, scene, transparent, err) &&
-           shadow_compress_build(builder, builds, batch->count, scene, transparent, err) &&
-           shadow_linked_build(builder, builds, batch->count, scene, transparent, err);
+    if (!shadow_depth_build(builder, builds, batch->count, scene, opaque, err) ||
+        !shadow_deep_build(builder, builds, batch->count, scene, transparent, err) ||
+        !shadow_compress_build(builder, builds, batch->count, scene, transparent, err))
+        return false;
+    shadow_depth_keep(builder, builds, batch->count, opaque);
+    return shadow_linked_build(builder, builds, batch->count, scene, transparent, err);
 }
 
 /* Lights that have a structure in this frame. */
@@ -457,11 +483,7 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
 static void drop_builds_from(struct shadow_system *shadows, size_t first)
 {
     for (size_t b = first; b < shadows->build_count; b++) {
-        for (size_t i = 0; i < shadows->map_count; i++)
-            if (shadows->maps[i] == shadows->builds[b].map) {
-                drop_map(shadows, i);
-                break;
-            }
+        drop_map_itself(shadows, shadows->builds[b].map);
         shadow_casters_finish(&shadows->builds[b].casters);
     }
     shadows->build_count = first;
@@ -551,6 +573,7 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
         desc->progress->number = ++shadows->progresses;
     if (desc->progress)
         desc->progress->is_interrupted = false;
+    shadows->builder.may_guess = desc->frame > 0;
     bool ok = prepare_within_budget(shadows, &complete, report, err);
     shadow_needs_finish(&own);
     if (ok && desc->progress && desc->progress->is_interrupted) {
@@ -560,7 +583,7 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
         finish_builds(shadows);
         return true;
     }
-    if (!ok || !shadow_records_upload(shadows, desc, err))
+    if (!ok || !shadow_records_upload(shadows, desc, err) || !shadow_sizes_use(shadows, desc, err))
         return false;
     shadow_report_fill(shadows, desc->progress, report);
     shadow_report_casters(shadows, desc->state, report);

@@ -8,6 +8,7 @@
 #include "renderer/gl/program.h"
 #include "renderer/gl/scope.h"
 #include "renderer/scene/scene_gpu.h"
+#include "renderer/shadows/shadow_guesses.h"
 #include "renderer/shadows/shadow_needs.h"
 
 struct shadow_system;
@@ -58,6 +59,9 @@ struct shadow_prepare_desc {
                                          lights */
     const bool *is_left_out; /* per light: true gets no structure in this call; NULL: none is */
     struct shadow_progress *progress; /* optional; else all are built at once */
+    uint64_t frame; /* its number where sizes of lists may be guessed and come with its picture;
+                       0: they are read */
+    bool is_again;  /* the report has the structures already */
 };
 
 /* Makes every shadow structure of state->lights valid: reuses, or rebuilds. A light without a
@@ -67,6 +71,23 @@ struct shadow_prepare_desc {
 MUST_CHECK bool shadow_system_prepare(struct shadow_system *shadows,
                                       const struct shadow_prepare_desc *desc,
                                       struct frame_report *report, struct error *err);
+/* A number for a frame, unlike any before. */
+uint64_t shadow_system_number_frame(struct shadow_system *shadows);
+/* What is to come with the frame's picture from the device: sizes of the lists that it used since
+ * it was last asked, whose storage was guessed. */
+struct shadow_sent shadow_system_send_sizes(struct shadow_system *shadows, uint64_t frame);
+void shadow_system_copy_sizes(const struct shadow_system *shadows, const struct shadow_sent *sent,
+                              struct gl_buffer *to, uint64_t to_bytes);
+/* They have come: into the report, which says has_cut_lists where lists had no room. sizes: as many
+ * as were sent. */
+void shadow_system_take_sizes(struct shadow_system *shadows, const struct shadow_sent *sent,
+                              const struct deep_statistics *sizes, struct frame_report *report);
+/* The frame's report begins anew, without the structures of before; nothing of it is sent any more.
+ */
+void shadow_system_untell_sizes(struct shadow_system *shadows, uint64_t frame);
+void shadow_system_end_frame(struct shadow_system *shadows, uint64_t frame);
+/* No list of the frame's structures is longer. */
+uint64_t shadow_system_longest_list(const struct shadow_system *shadows);
 /* For a frame without any structure: no light has a record. */
 MUST_CHECK bool shadow_system_prepare_none(struct shadow_system *shadows, size_t light_count,
                                            struct error *err);

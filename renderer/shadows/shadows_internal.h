@@ -13,6 +13,7 @@ struct shadow_system {
     struct shadow_store store;
     struct caster_painter painter;
     struct shadow_builder builder;
+    struct shadow_guesses guesses;
     struct shadow_map **maps; /* all that stand, of any scene */
     size_t map_count, map_capacity;
     uint64_t frame;      /* number of the frame being prepared */
@@ -42,9 +43,20 @@ struct shadow_system {
 MUST_CHECK bool shadow_records_upload(struct shadow_system *shadows,
                                       const struct shadow_prepare_desc *desc, struct error *err);
 
+/* Whether the open map may be used: its sizes come with the picture or, where they may not, are
+ * read, and it had room for them. */
+bool shadow_guess_stands(struct shadow_system *shadows, struct shadow_map *map, bool may_guess);
+/* Notes that the frame uses its open maps. */
+MUST_CHECK bool shadow_sizes_use(struct shadow_system *shadows,
+                                 const struct shadow_prepare_desc *desc, struct error *err);
+
 /* Counts, bytes and warnings of the frame's structures. progress: NULL, or of the frame that was
  * interrupted before. */
 void shadow_report_fill(const struct shadow_system *shadows, const struct shadow_progress *progress,
+                        struct frame_report *report);
+
+/* Of maps whose sizes the frame's picture brings along. */
+void shadow_report_told(uint32_t map_flags, const struct deep_statistics *sizes,
                         struct frame_report *report);
 
 /* The casters drawn and culled by the builds of this frame. */

@@ -35,9 +35,10 @@
 #define BIND_SHADOW_FACES 8         /* struct face_record[], likewise */
 #define BIND_SHADOW_MEDIA 7         /* uvec4 per event: medium, later extinction */
 #define BIND_SHADOW_SCRATCH_MEDIA 8 /* u32 per event */
-#define BIND_SHADOW_COUNTS 9        /* deep build: u32 per texel */
+#define BIND_SHADOW_COUNTS 9        /* deep build: u32 per texel; in the pool of depths */
 #define BIND_SHADOW_EVENTS 10       /* vec4 per event: depth, transmittance */
 #define BIND_SHADOW_KEYS 11         /* u32 per two events: SHADOW_KEYS_AT */
+#define BIND_SHADOW_HEADS 11        /* while counts are scanned: u32 per texel, and one */
 #define BIND_SHADOW_EVENTS_ID 12
 #define BIND_SCAN 13          /* block sums of a scan */
 #define BIND_LIGHT_HEADS 13   /* linked light lists: counter and heads under construction */

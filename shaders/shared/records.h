@@ -42,7 +42,8 @@ struct face_record { /* one face of a light, as its casters are drawn. Axes are 
     uint scatters;                    /* deep lists: 1 in the second pass */
     uint blend_filter;
     uint lock_tries; /* linked lists with locks: tries of an element */
-    uint unused_1, unused_2, unused_3;
+    uint first_end;  /* deep lists: where the ends of its texels' lists start in the pool */
+    uint unused_1, unused_2;
     vec4 unused; /* records are parts of a uniform buffer: GL_BUFFER_ALIGNMENT */
 };
 LAYOUT(face_record, clip, 48)
@@ -156,17 +157,20 @@ LAYOUT_SIZE(shadow_record, 96)
 
 struct deep_light {             /* one of the lights whose lists are built together */
     vec4 sigma_high, sigma_low; /* rgb: extinction where the light stands [1/m]: their sum */
-    uint first_count, texels;   /* its counts, one behind its first head */
+    uint first_count, texels;   /* its counts in the pool */
     uint first_tile;            /* of those that a scan divides the counts of all lights into */
     uint shortest;              /* events from which on a list must be finished */
     uint event_base;            /* first event in the pools */
     float keys_per_m;
-    uint pad[2];
+    uint first_head;               /* of its texels in the pool */
+    uint event_room, longest_room; /* that there is room for: events, and those of one list */
+    uint pad[3];
 };
 LAYOUT(deep_light, sigma_low, 16)
 LAYOUT(deep_light, first_count, 32)
 LAYOUT(deep_light, event_base, 48)
-LAYOUT_SIZE(deep_light, 64)
+LAYOUT(deep_light, longest_room, 64)
+LAYOUT_SIZE(deep_light, 80)
 
 #define SHADOW_POINT_UNLIT 1u     /* no light is asked for it */
 #define SHADOW_POINT_TRANSMITS 2u /* light from behind counts, too */

@@ -60,7 +60,9 @@ static void begin(struct scan *scan, const uint32_t *texels, size_t count, int64
                                             .window = {.row_count = 1}};
         scan->builds[i].map = &scan->maps[i];
         must(shadow_store_take(&scan->store, SHADOW_POOL_HEADS, texels[i] + 1, &scan->maps[i].heads,
-                               &err),
+                               &err) &&
+                 shadow_store_take(&scan->store, SHADOW_POOL_DEPTHS, texels[i],
+                                   &scan->maps[i].depths, &err),
              &err);
     }
 }
@@ -76,6 +78,22 @@ static void finish(struct scan *scan)
 static struct gl_buffer *heads_of(struct scan *scan)
 {
     return &scan->store.pools[SHADOW_POOL_HEADS].streams[0];
+}
+
+/* Buffers of depths are not written by the processor: by way of another one. */
+static void write_counts(struct scan *scan, const struct shadow_range *range,
+                         const uint32_t *counts)
+{
+    struct error err = {0};
+    struct gl_buffer staging = {0};
+    must(gl_buffer_init(&staging,
+                        &(struct gl_buffer_desc){
+                            .label = "counts", .size_bytes = range->count * 4, .data = counts},
+                        &err),
+         &err);
+    gl_buffer_copy(&staging, 0, &scan->store.pools[SHADOW_POOL_DEPTHS].streams[0], range->first * 4,
+                   range->count * 4);
+    gl_buffer_finish(&staging);
 }
 
 static uint32_t *read_words(const struct gl_buffer *buffer, size_t count)
@@ -94,7 +112,10 @@ static struct words run(struct scan *scan, const uint32_t *counts, size_t words,
     *job = (struct deep_job){
         .builder = &scan->builder, .because = "a test asks", .has_no_lists = scan->has_no_lists};
     scan->builder.scans_on_host = on_host;
-    gl_buffer_write(heads_of(scan), 0, words * 4, counts);
+    for (size_t i = 0; i < scan->count; i++) {
+        const struct shadow_map *map = &scan->maps[i];
+        write_counts(scan, &map->depths, counts + map->heads.first + 1);
+    }
     must(deep_job_init(job, scan->builds, scan->count, &err) && deep_scan_sum(job, &err) &&
              deep_sort_reserve(job, &err) && deep_scan_place(job, &err),
          &err);
@@ -156,11 +177,18 @@ static void compare(struct scan *scan, const uint32_t *counts, size_t *groups)
     uint64_t lists;
     must(deep_job_lay_out(&job, &lists, &err), &err);
     struct words device = run(scan, counts, words, false);
+    bool has_room = true; /* else the light's lists are empty: nothing has room for so many */
+    for (size_t i = 0; i < scan->count; i++)
+        if (host.statistics[i].total_high) {
+            memset(host.heads + scan->maps[i].heads.first, 0, scan->maps[i].heads.count * 4);
+            has_room = false;
+        }
     expect_same("statistics", (uint32_t *)device.statistics, (uint32_t *)host.statistics,
                 scan->count * DEEP_STATISTIC_WORDS);
     expect_same("the table", device.table, host.table, host.table_count);
     expect_same("heads", device.heads, host.heads, words);
-    expect_same_lists(&device, &host, job.groups, job.group_count);
+    if (has_room)
+        expect_same_lists(&device, &host, job.groups, job.group_count);
     if (groups)
         *groups = job.group_count;
     deep_job_finish(&job);
@@ -226,7 +254,7 @@ static void lights_without_events_have_no_lists(void **state)
     finish(&scan);
 }
 
-static void totals_beyond_32_bits_are_told(void **state)
+static void totals_beyond_32_bits_are_told_and_leave_empty_lists(void **state)
 {
     (void)state;
     static const uint32_t texels[] = {9000, 10};
@@ -288,7 +316,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shaders_scan_as_the_loop_in_c),
         cmocka_unit_test(lights_without_events_have_no_lists),
-        cmocka_unit_test(totals_beyond_32_bits_are_told),
+        cmocka_unit_test(totals_beyond_32_bits_are_told_and_leave_empty_lists),
         cmocka_unit_test(groups_beyond_a_row_of_a_dispatch_are_scanned),
         cmocka_unit_test(small_storage_blocks_make_groups_of_lights),
     };
