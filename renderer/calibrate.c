@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "renderer/renderer_internal.h"
 #include "renderer/scene/blob_writer.h"
 #include "renderer/wall_clock.h"
 
@@ -269,7 +270,9 @@ bool renderer_calibrate(struct renderer *renderer, struct calibration *calibrati
     void *blob = NULL;
     struct scene scene;
     *calibration = (struct calibration){.rounds = 0};
+    renderer->is_measuring = true;
     bool ok = make_scene(&blob, &scene, err) && measure(renderer, &scene, calibration, err);
+    renderer->is_measuring = false;
     free(blob);
     calibration->elapsed_ms = wall_ms() - begin_ms;
     return ok || error_wrap(err, "measuring the device");

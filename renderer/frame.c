@@ -11,6 +11,7 @@
 #include "renderer/frame_run.h"
 #include "renderer/light_batches.h"
 #include "renderer/plan/view_key.h"
+#include "renderer/proofs.h"
 #include "renderer/scene_parts.h"
 #include "renderer/wall_clock.h"
 
@@ -377,17 +378,32 @@ static struct content_key pace_key_of(const struct opened_view *opened)
     return key;
 }
 
+/* *elapsed_ms: of the self-test, where this frame is the first that needs it; no frame of its kind
+ * takes that again. */
+static bool prove(struct renderer *renderer, const struct opened_view *opened, double *elapsed_ms,
+                  struct error *err)
+{
+    double begin_ms = wall_ms();
+    bool is_ours = !renderer->proofs || renderer->is_measuring;
+    uint32_t needs = scene_selftest_needs(&opened->plan->plan, &opened->view.quality);
+    bool ok = is_ours || proofs_ensure(renderer->proofs, needs, err);
+    *elapsed_ms = wall_ms() - begin_ms;
+    return ok;
+}
+
 static bool make_once(struct renderer *renderer, const char *scene_key, const struct view *view,
                       const struct making *making, struct frame *frame, struct error *err)
 {
     struct opened_view opened;
     struct program_cache_stats before;
     uint64_t plans_made = renderer->plans.misses;
-    struct frame_lesson lesson = frame_lesson_begin();
+    double proof_ms;
     renderer->aside = (struct program_cache_stats){0};
-    program_cache_get_stats(renderer->programs, &before);
-    if (!open_view(renderer, scene_key, view, &opened, err))
+    if (!open_view(renderer, scene_key, view, &opened, err) ||
+        !prove(renderer, &opened, &proof_ms, err))
         return false;
+    struct frame_lesson lesson = frame_lesson_begin();
+    program_cache_get_stats(renderer->programs, &before);
     if (gl_context_limits(renderer->context)->compiles_in_parallel &&
         renderer->plans.misses > plans_made)
         prepare_programs(renderer, &opened);
@@ -418,7 +434,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
     frame->report.error_is_exact |= is_exact(&opened, &frame->report);
     const struct frame_ending ending = {.frame = frame,
                                         .plan = &opened.plan->plan,
-                                        .begin_ms = making->begin_ms,
+                                        .begin_ms = making->begin_ms + proof_ms,
                                         .scene_key = scene_key,
                                         .view = view,
                                         .pace_key = pace_key,

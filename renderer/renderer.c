@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The renderer's life and its public door. Rendering one frame is in frame.c. */
+/* The renderer's public door, and its end. It begins in renderer_start.c; rendering one frame is in
+ * frame.c. */
 #include "renderer/renderer.h"
 
 #include <assert.h>
@@ -9,19 +10,11 @@
 
 #include "renderer/frame_budget.h"
 #include "renderer/frame_flight.h"
-#include "renderer/gl/loop_probe.h"
-#include "renderer/gl/memory_budget.h"
-#include "renderer/gl/selftest.h"
+#include "renderer/proofs.h"
 #include "renderer/renderer_internal.h"
 #include "renderer/scene_parts.h"
-#include "renderer/scene_selftest.h"
-#include "renderer/shading/bands.h"
 
-static const uint64_t selftest_budget_bytes = 4ull << 30;
-static const uint64_t default_program_bytes = 256ull << 20;
-
-/* What frames hold, of this renderer alone. */
-static bool create_own(struct renderer *renderer, struct error *err)
+bool renderer_create_own(struct renderer *renderer, struct error *err)
 {
     renderer->arena = draw_arena_create(gl_context_limits(renderer->context), err);
     if (!renderer->arena)
@@ -44,75 +37,7 @@ static void finish_own(struct renderer *renderer)
     draw_arena_destroy(renderer->arena);
 }
 
-static struct texture_pool *create_textures(const struct renderer_desc *desc,
-                                            uint64_t gpu_budget_bytes, struct error *err)
-{
-    return texture_pool_create(
-        &(struct texture_pool_desc){.budget_bytes = desc->texture_budget_bytes
-                                                        ? desc->texture_budget_bytes
-                                                        : gpu_budget_bytes / 2,
-                                    .upload_bytes = desc->texture_upload_bytes,
-                                    .upload_ms = desc->texture_upload_ms},
-        err);
-}
-
-/* After the self-test: a device that is refused leaves nothing there, and none of its files is
- * tried. Without a folder that can be used, programs are compiled at every start. */
-static void keep_programs(struct renderer *renderer, const struct renderer_desc *desc)
-{
-    const struct gl_limits *limits = gl_context_limits(renderer->context);
-    struct error problem = {0};
-    char driver[512];
-    if (!desc->program_folder || limits->program_formats <= 0)
-        return;
-    snprintf(driver, sizeof driver, "%s|%s|%s|%s|%d", limits->vendor, limits->renderer,
-             limits->version, limits->platform, limits->is_robust);
-    renderer->program_store = program_store_open(
-        &(struct program_store_desc){.folder = desc->program_folder,
-                                     .driver = driver,
-                                     .budget_bytes = desc->program_budget_bytes
-                                                         ? desc->program_budget_bytes
-                                                         : default_program_bytes},
-        &problem);
-    if (renderer->program_store)
-        program_cache_set_store(renderer->programs, renderer->program_store, NULL);
-    else
-        fprintf(stderr, "<4>%s\n", problem.message);
-}
-
-/* All but context and programs: of a renderer that may hold so much. */
-static bool create_parts(struct renderer *renderer, const struct renderer_desc *desc,
-                         uint64_t budget_bytes, struct error *err)
-{
-    renderer->budget_bytes = budget_bytes;
-    renderer->shadow_most_bytes = budget_bytes / 2;
-    renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
-    renderer->shade.loop_steps =
-        desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
-    renderer->own_scenes.textures = create_textures(desc, budget_bytes, err);
-    renderer->timeline = gpu_timeline_create(renderer->context, err);
-    renderer->readback = readback_create(desc->defers_frames, err);
-    if (!renderer->own_scenes.textures || !renderer->timeline || !renderer->readback ||
-        !create_own(renderer, err))
-        return false;
-    frame_flight_init(renderer);
-    renderer->shadows = shadow_system_create(
-        &(struct shadow_system_desc){
-            .programs = renderer->programs,
-            .timeline = renderer->timeline,
-            .limits = gl_context_limits(renderer->context),
-            .budget_bytes = renderer->shadow_most_bytes,
-            .claim = frame_budget_claim,
-            .context = renderer,
-        },
-        err);
-    renderer->traced = raytrace_cache_create(err);
-    renderer->lessons = frame_lessons_create();
-    return renderer->shadows && renderer->traced &&
-           (renderer->lessons || error_set(err, ERROR_NO_MEMORY, "forecasts"));
-}
-
-static void finish_parts(struct renderer *renderer)
+void renderer_finish_parts(struct renderer *renderer)
 {
     raytrace_cache_destroy(renderer->traced); /* borrows a scene */
     scene_cache_finish(&renderer->own_scenes);
@@ -122,94 +47,6 @@ static void finish_parts(struct renderer *renderer)
     frame_lessons_destroy(renderer->lessons);
     readback_destroy(renderer->readback);
     gpu_timeline_destroy(renderer->timeline);
-}
-
-/* By a renderer of its own, so that nothing of it is left to those that serve. */
-static bool test_scene(const struct renderer *renderer, const struct renderer_desc *desc,
-                       struct error *err)
-{
-    struct renderer *tested = calloc(1, sizeof *tested);
-    if (!tested)
-        return error_set(err, ERROR_NO_MEMORY, "renderer");
-    *tested = (struct renderer){
-        .context = renderer->context,
-        .programs = renderer->programs,
-        .scenes = &tested->own_scenes,
-        .is_strict = renderer->is_strict,
-        .loop_end = renderer->loop_end,
-        .wide_floats = renderer->wide_floats,
-    };
-    bool ok = create_parts(tested, desc, selftest_budget_bytes, err) && scene_selftest(tested, err);
-    renderer_destroy(tested->other);
-    finish_parts(tested);
-    free(tested);
-    return ok;
-}
-
-static uint64_t choose_budget(struct renderer *renderer, const struct renderer_desc *desc)
-{
-    struct gl_memory memory;
-    renderer->budget_source = "as asked for";
-    if (desc->gpu_budget_bytes)
-        return desc->gpu_budget_bytes;
-    gl_memory_read(gl_context_limits(renderer->context)->is_software, &memory);
-    return gl_memory_budget(&memory, &renderer->budget_source);
-}
-
-/* How layers are added up, and how a pixel's samples walk them. */
-static bool choose_arithmetic(struct renderer *renderer, const struct renderer_desc *desc,
-                              struct error *err)
-{
-    char defines[DEVICE_DEFINES_BYTES];
-    const struct gl_limits *limits = gl_context_limits(renderer->context);
-    bool in_turn = shade_takes_samples_in_turn(limits);
-    const struct wide_floats_desc wide = {.programs = renderer->programs,
-                                          .asked = desc->wide_floats,
-                                          .is_software =
-                                              limits->is_software || desc->poses_as_hardware};
-    if (!wide_floats_choose(&wide, &renderer->wide_floats, err))
-        return false;
-    const char *form = wide_floats_defines(renderer->wide_floats.form);
-    snprintf(defines, sizeof defines, "%s%s%s", form, *form && in_turn ? " " : "",
-             in_turn ? "SAMPLES_IN_TURN" : "");
-    program_cache_set_device_defines(renderer->programs, defines);
-    return true;
-}
-
-struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
-{
-    struct renderer *renderer = calloc(1, sizeof *renderer);
-    if (!renderer) {
-        error_set(err, ERROR_NO_MEMORY, "renderer");
-        return NULL;
-    }
-    renderer->is_strict = desc->is_strict;
-    renderer->redraws_surfaces = desc->redraws_surfaces;
-    renderer->scenes = &renderer->own_scenes;
-    renderer->context =
-        gl_context_create(&(struct gl_context_desc){.device = desc->device,
-                                                    .is_strict = desc->is_strict,
-                                                    .hides_coverage = desc->hides_coverage,
-                                                    .poses_as_hardware = desc->poses_as_hardware},
-                          err);
-    if (!renderer->context)
-        goto fail;
-    renderer->programs = program_cache_create(desc->shader_dump_dir, err);
-    if (!renderer->programs || !gl_selftest(renderer->context, renderer->programs, err))
-        goto fail;
-    keep_programs(renderer, desc);
-    if (!choose_arithmetic(renderer, desc, err) ||
-        !loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err) ||
-        !test_scene(renderer, desc, err) ||
-        !create_parts(renderer, desc, choose_budget(renderer, desc), err))
-        goto fail;
-    return renderer;
-
-fail:
-    if (renderer->context)
-        gl_context_blame(renderer->context, "starting", err);
-    renderer_destroy(renderer);
-    return NULL;
 }
 
 struct renderer *renderer_create_beside(struct renderer *renderer, struct error *err)
@@ -235,9 +72,10 @@ struct renderer *renderer_create_beside(struct renderer *renderer, struct error 
         .redraws_surfaces = renderer->redraws_surfaces,
         .loop_end = renderer->loop_end,
         .wide_floats = renderer->wide_floats,
+        .proofs = renderer->proofs,
         .shade.loop_steps = renderer->shade.loop_steps,
     };
-    if (create_own(beside, err))
+    if (renderer_create_own(beside, err))
         return beside;
     renderer_destroy(beside);
     return NULL;
@@ -253,7 +91,8 @@ void renderer_destroy(struct renderer *renderer)
         return;
     }
     renderer_destroy(renderer->other);
-    finish_parts(renderer);
+    renderer_finish_parts(renderer);
+    proofs_destroy(renderer->proofs);
     program_cache_destroy(renderer->programs);
     program_store_close(renderer->program_store);
     gl_context_destroy(renderer->context);

@@ -18,6 +18,15 @@
 
 struct renderer;
 
+/* When the device draws the scene of the self-test (renderer/scene_selftest.h). */
+enum renderer_selftest {
+    RENDERER_SELFTEST_START, /* at the start, with deep shadow maps alone */
+    RENDERER_SELFTEST_KEPT,  /* likewise, and by every other structure before the first picture that
+                                uses it; not again for a week where the file says that it was right
+                              */
+    RENDERER_SELFTEST_ALWAYS, /* by all structures, at the start */
+};
+
 struct renderer_desc {
     const char *device;            /* optional, borrowed during create: "" and "0" choose, else what
                                       gl_device_parse (renderer/gl/device_choice.h) takes */
@@ -33,8 +42,12 @@ struct renderer_desc {
     const char *program_folder;    /* optional, borrowed during create: where compiled programs are
                                       kept from one start to the next, if the driver gives them */
     uint64_t program_budget_bytes; /* of that folder; 0 means 256 MiB */
-    bool redraws_surfaces;         /* for measuring: no G-buffer, per-pixel list or light list of an
-                                      earlier frame is used again */
+    enum renderer_selftest self_test;
+    const char *proof_file; /* optional, borrowed during create: where it is kept what the device
+                               was seen to draw right; needs `build` */
+    const char *build;      /* identifies this program; borrowed during create */
+    bool redraws_surfaces;  /* for measuring: no G-buffer, per-pixel list or light list of an
+                               earlier frame is used again */
     uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means what
                             the device allows (loop_steps_most of renderer/shading/loop_steps.h) */
     uint32_t first_band; /* tests: pixels or list entries of the first piece of a shading pass that
@@ -77,7 +90,7 @@ struct renderer_info {
 };
 
 /* Creates the context and runs the self-test (fragment side effects, compute, timers, a small scene
- * under many lights).
+ * under many lights). Where no device was asked for, one that fails is passed over for the next.
  * ERROR_NO_DEVICE says which step failed and what was found; ERROR_INTERNAL, and nothing happens,
  * where the thread has a GL context: it would no longer be current, and its owner not know. */
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err);
@@ -138,7 +151,8 @@ const struct scene *renderer_get_scene(struct renderer *renderer, const char *sc
 
 /* Renders synchronously. The scenes of view->parts must be attached, too. On failure the frame is
  * empty and the renderer stays usable unless the code is ERROR_NO_DEVICE (context lost: destroy and
- * create anew). */
+ * create anew). ERROR_UNSUPPORTED also where the device failed the self-test of what the frame is
+ * made of. */
 MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, struct error *err);
 

@@ -89,12 +89,19 @@ struct renderer {
     bool is_strict, redraws_surfaces;
     uint32_t loop_end; /* loop_probe_run */
     struct wide_floats_choice wide_floats;
+    struct proofs *proofs;               /* of the two together; NULL: the self-test's own */
+    bool is_measuring;                   /* what it draws is shown to nobody */
     const struct interlude *interlude;   /* borrowed; NULL: frames are made in one piece */
     bool is_paused;                      /* its frame is: others go to `other` */
     struct frame_flight flight;          /* not of one beside */
     const struct frame_arrival *arrival; /* borrowed; NULL: none */
     struct program_cache_stats aside;    /* what others did while the frame was paused */
 };
+
+/* What frames hold, of this renderer alone. */
+MUST_CHECK bool renderer_create_own(struct renderer *renderer, struct error *err);
+/* All but context, programs and proofs. */
+void renderer_finish_parts(struct renderer *renderer);
 
 /* One that shares the context, programs, scenes and shadow structures of another. NULL with err. */
 struct renderer *renderer_create_beside(struct renderer *renderer, struct error *err);

@@ -28,6 +28,7 @@ enum key_kind {
     KEY_LEVEL,
     KEY_AUTO,
     KEY_COMPRESSION,
+    KEY_SELF_TEST,
     KEY_DEVICE,
 };
 
@@ -72,6 +73,8 @@ static const struct key keys[] = {
      "0 chooses; else the N-th EGL device, a render node, a PCI address or software"},
     {"auto", KEY_AUTO, AT(automatic), 0, 0,
      "what shadows auto takes: measured (the faster on this device), raster or raytraced"},
+    {"self-test", KEY_SELF_TEST, AT(self_test), 0, 0,
+     "a scene of known pictures: auto (once a week, by what pictures use) or always (each start)"},
     {"render-timeout-s", KEY_INT, AT(render_timeout_s), 1, 86400, "deadline of one render"},
     {"decode-timeout-s", KEY_INT, AT(decode_timeout_s), 1, 86400,
      "deadline of decoding one upload"},
@@ -98,6 +101,7 @@ enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
 static_assert((int)KEY_COUNT <= (int)CONFIG_KEYS_MAX, "config.origins is too small");
 
 static const char *const auto_names[] = {"raster", "measured", "raytraced"};
+static const char *const self_test_names[] = {"auto", "always"};
 static const char *const level_names[] = {"error", "warning", "info", "debug"};
 
 const char *config_compression_name(enum config_compression compression)
@@ -196,6 +200,16 @@ static bool parse_auto(const char *text, enum config_auto *automatic)
     return false;
 }
 
+static bool parse_self_test(const char *text, enum config_self_test *self_test)
+{
+    for (int i = CONFIG_SELF_TEST_AUTO; i <= CONFIG_SELF_TEST_ALWAYS; i++)
+        if (strcmp(text, self_test_names[i]) == 0) {
+            *self_test = (enum config_self_test)i;
+            return true;
+        }
+    return false;
+}
+
 /* Also what a switch takes. */
 static bool parse_compression(const char *text, enum config_compression *compression)
 {
@@ -258,6 +272,9 @@ static bool config_set(struct config *config, const struct key *key, const char 
         break;
     case KEY_COMPRESSION:
         is_good = parse_compression(value, field);
+        break;
+    case KEY_SELF_TEST:
+        is_good = parse_self_test(value, field);
         break;
     }
     if (!is_good)
@@ -537,6 +554,9 @@ static void print_value(const struct config *config, const struct key *key, FILE
         break;
     case KEY_AUTO:
         fprintf(out, "%s", auto_names[*(const enum config_auto *)field]);
+        break;
+    case KEY_SELF_TEST:
+        fprintf(out, "%s", self_test_names[*(const enum config_self_test *)field]);
         break;
     case KEY_COMPRESSION:
         fprintf(out, "%s", config_compression_name(*(const enum config_compression *)field));

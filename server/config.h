@@ -20,6 +20,9 @@ enum config_auto { CONFIG_AUTO_RASTER, CONFIG_AUTO_MEASURED, CONFIG_AUTO_RAYTRAC
 
 enum config_action { CONFIG_SERVE, CONFIG_CHECK, CONFIG_PRINT, CONFIG_VERSION, CONFIG_HELP };
 
+/* In the order of enum renderer_selftest, after its first. */
+enum config_self_test { CONFIG_SELF_TEST_AUTO, CONFIG_SELF_TEST_ALWAYS };
+
 enum config_compression {
     CONFIG_COMPRESSION_OFF,
     CONFIG_COMPRESSION_ON,   /* before any level is withheld */
@@ -53,6 +56,7 @@ struct config {
     uint64_t program_bytes; /* of compiled programs in the state directory; 0: none are kept */
     char dump_shaders[CONFIG_PATH_BYTES]; /* existing directory for composed shaders; "" = none */
     enum config_auto automatic;
+    enum config_self_test self_test; /* when the device draws the scene of the self-test */
     int render_timeout_s, decode_timeout_s, drain_timeout_s;
     int connections; /* at most, all clients together */
     int views, views_per_client, view_idle_s;

@@ -108,6 +108,7 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
     const struct config *config = supervisor->desc.config;
     char speed_file[CONFIG_PATH_BYTES + 128], texture_file[CONFIG_PATH_BYTES + 128];
     char lessons_file[CONFIG_PATH_BYTES + 128];
+    char proof_file[CONFIG_PATH_BYTES + 128];
     char program_folder[CONFIG_PATH_BYTES + 64];
     snprintf(program_folder, sizeof program_folder, "%s/cache/programs", config->state_dir);
     char device[GL_DEVICE_NAME_BYTES];
@@ -118,8 +119,9 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
              device);
     snprintf(lessons_file, sizeof lessons_file, "%s/cache/forecasts-%s.json", config->state_dir,
              device);
+    snprintf(proof_file, sizeof proof_file, "%s/cache/self-test-%s", config->state_dir, device);
     json_t *settings = json_pack(
-        "{s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s}", "op", "configure",
+        "{s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op", "configure",
         "lessons_file", lessons_file, "device", config->device, "gpu_budget_bytes",
         (json_int_t)config->gpu_budget_bytes, "texture_budget_bytes",
         (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
@@ -128,7 +130,8 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
         (json_int_t)config->cache_bytes, "dump_shaders", config->dump_shaders, "program_folder",
         config->program_bytes ? program_folder : "", "program_budget_bytes",
         (json_int_t)config->program_bytes, "auto", (int)config->automatic, "speed_file", speed_file,
-        "texture_file", texture_file);
+        "texture_file", texture_file, "self_test", (int)config->self_test, "proof_file",
+        proof_file);
     bool is_sent = settings ? ipc_send(supervisor->worker.socket, settings, NULL, 0, err)
                             : error_set(err, ERROR_NO_MEMORY, "settings of the worker");
     json_decref(settings);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "protocol/utf8.h"
+#include "server/build_id.h"
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/device_speed.h"
@@ -501,10 +502,16 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
 {
     const char *dump_dir = json_string_value(json_object_get(settings, "dump_shaders"));
     const char *programs = json_string_value(json_object_get(settings, "program_folder"));
+    bool tests_all = json_integer_value(json_object_get(settings, "self_test"));
+    char build[BUILD_ID_BYTES];
+    build_id_get(build);
     worker->renderer = renderer_create(
         &(struct renderer_desc){
             .device = json_string_value(json_object_get(settings, "device")),
             .shader_dump_dir = dump_dir && *dump_dir ? dump_dir : NULL,
+            .self_test = tests_all ? RENDERER_SELFTEST_ALWAYS : RENDERER_SELFTEST_KEPT,
+            .proof_file = json_string_value(json_object_get(settings, "proof_file")),
+            .build = build,
             .program_folder = programs && *programs ? programs : NULL,
             .program_budget_bytes =
                 (uint64_t)json_integer_value(json_object_get(settings, "program_budget_bytes")),

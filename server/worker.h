@@ -10,8 +10,8 @@
  * in:
  *   configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes,
  *             texture_upload_ms, texture_compression, cache_bytes, dump_shaders,
- *             program_folder, program_budget_bytes, auto, speed_file, texture_file}: first,
- *             once
+ *             program_folder, program_budget_bytes, auto, speed_file, texture_file, self_test,
+ *             proof_file}: first, once
  *   render    {id, scene, urgent, format, reuse, coarse, parts, forget}, descriptors: the request
  *             as JSON (memfd), the scene's blob, those of `parts` in their order
  *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a

@@ -113,17 +113,31 @@ static bool refuse_devices(const struct gl_context *context, const char *asked, 
     return error_set(err, ERROR_NO_DEVICE, "no device can be taken: %s", text);
 }
 
-static bool choose_device(struct gl_context *context, const char *asked, struct error *err)
+static void copy_reasons(struct gl_device_list *list, const struct gl_device_list *passed_over)
+{
+    for (int i = 0; i < list->count; i++)
+        for (int j = 0; j < passed_over->count; j++)
+            if (list->items[i].number == passed_over->items[j].number)
+                memcpy(list->items[i].reason, passed_over->items[j].reason,
+                       sizeof list->items[i].reason);
+}
+
+static bool choose_device(struct gl_context *context, const struct gl_context_desc *desc,
+                          struct error *err)
 {
     int order[GL_DEVICES_MAX];
-    if (!gl_device_parse(asked, &context->selector, err) ||
+    if (!gl_device_parse(desc->device, &context->selector, err) ||
         !gl_display_list(&context->devices, err))
         return false;
+    if (desc->passed_over)
+        copy_reasons(&context->devices, desc->passed_over);
     int count = gl_device_order(&context->devices, &context->selector, order);
-    for (int i = 0; i < count; i++)
-        if (open_device(context, &context->devices.items[order[i]]))
+    for (int i = 0; i < count; i++) {
+        struct gl_device *device = &context->devices.items[order[i]];
+        if (!*device->reason && open_device(context, device))
             return true;
-    return refuse_devices(context, asked, count, err);
+    }
+    return refuse_devices(context, desc->device, count, err);
 }
 
 static void note_devices(struct gl_context *context)
@@ -148,7 +162,7 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
         goto fail;
     }
     context->is_strict = desc->is_strict;
-    if (!choose_device(context, desc->device, err))
+    if (!choose_device(context, desc, err))
         goto fail;
     read_limits(&context->limits);
     note_devices(context);
@@ -176,6 +190,18 @@ void gl_context_destroy(struct gl_context *context)
 const struct gl_device_list *gl_context_devices(const struct gl_context *context)
 {
     return &context->devices;
+}
+
+bool gl_context_pass_over(const struct gl_context *context, const char *reason,
+                          struct gl_device_list *passed_over)
+{
+    *passed_over = context->devices;
+    for (int i = 0; i < passed_over->count; i++) {
+        struct gl_device *device = &passed_over->items[i];
+        if (device->is_taken)
+            snprintf(device->reason, sizeof device->reason, "%s", reason);
+    }
+    return context->selector.ask == GL_DEVICE_ANY;
 }
 
 const char *gl_context_warning(const struct gl_context *context)

@@ -29,6 +29,18 @@ static bool check_memory(const char *label, uint64_t size_bytes, struct error *e
                      "GL error 0x%x until '%s' was made", problem, label);
 }
 
+/* A little more than was asked for: llvmpipe compiles a program anew where a buffer that it samples
+ * becomes one whose size is a power of two, or has no bit in 8 to 15 (which it reads as a level of
+ * a texture), and anew where it is none any more. No storage below 1 MiB that is made to be filled
+ * is either. */
+static uint64_t storage_bytes(uint64_t size_bytes)
+{
+    bool is_power = !(size_bytes & (size_bytes - 1)), has_bits = size_bytes & 0xff00;
+    if (size_bytes + 256 >= CHECKED_BYTES)
+        return size_bytes; /* blocks of a device may have no room for more */
+    return !has_bits ? size_bytes + 256 : is_power ? size_bytes + 16 : size_bytes;
+}
+
 bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc, struct error *err)
 {
     assert(!buffer->name);
@@ -37,7 +49,8 @@ bool gl_buffer_init(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
                        (desc->is_mappable ? GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT : 0u);
     glCreateBuffers(1, &buffer->name);
     set_label(GL_BUFFER, buffer->name, desc->label);
-    glNamedBufferStorage(buffer->name, (GLsizeiptr)size, desc->size_bytes ? desc->data : NULL,
+    const void *data = desc->size_bytes ? desc->data : NULL;
+    glNamedBufferStorage(buffer->name, (GLsizeiptr)(data ? size : storage_bytes(size)), data,
                          flags);
     buffer->size_bytes = size;
     buffer->is_uploaded = desc->is_uploaded;

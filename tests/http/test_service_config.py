@@ -95,6 +95,12 @@ class Config(unittest.TestCase):
         values = printed(environment={"VITRAIL_TEXTURE_COMPRESSION": "1"})
         self.assertEqual("on", values["texture-compression"][0])
 
+    def test_the_self_test_is_repeated_as_asked(self):
+        self.assertEqual(("auto", "default"), printed()["self-test"])
+        self.assertEqual(("always", "flag"), printed("--self-test=always")["self-test"])
+        values = printed(environment={"VITRAIL_SELF_TEST": "always"})
+        self.assertEqual(("always", "environment"), values["self-test"])
+
     def test_what_is_wrong_is_named_and_the_status_is_2(self):
         table = [
             (("--no-such",), "--no-such"),
@@ -112,6 +118,8 @@ class Config(unittest.TestCase):
             (("--listen", "example.org:1"), "neither an address"),
             (("--log-level", "loud"), "log-level"),
             (("--auto", "fastest"), "auto"),
+            (("--self-test=never",), "self-test"),
+            (("--self-test",), "needs a value"),
             (("--texture-compression=some",), "texture-compression"),
             (("stray",), "stray"),
             (("--config", "/nonexistent"), "/nonexistent"),

@@ -25,8 +25,8 @@ bool __real_loop_probe_run(struct program_cache *programs, uint32_t steps, uint3
                            struct error *err);
 bool __wrap_loop_probe_run(struct program_cache *programs, uint32_t steps, uint32_t *end,
                            struct error *err);
-bool __real_scene_selftest(struct renderer *renderer, struct error *err);
-bool __wrap_scene_selftest(struct renderer *renderer, struct error *err);
+bool __real_scene_selftest(struct renderer *renderer, uint32_t wanted, struct error *err);
+bool __wrap_scene_selftest(struct renderer *renderer, uint32_t wanted, struct error *err);
 void __real_gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes,
                            uint64_t size_bytes, void *data);
 void __wrap_gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes,
@@ -59,9 +59,9 @@ bool __wrap_loop_probe_run(struct program_cache *programs, uint32_t steps, uint3
     return true;
 }
 
-bool __wrap_scene_selftest(struct renderer *renderer, struct error *err)
+bool __wrap_scene_selftest(struct renderer *renderer, uint32_t wanted, struct error *err)
 {
-    return getenv("VITRAIL_NOOP_DEVICE") || __real_scene_selftest(renderer, err);
+    return getenv("VITRAIL_NOOP_DEVICE") || __real_scene_selftest(renderer, wanted, err);
 }
 
 /* iris gives new buffers memory of deleted ones, which nothing clears. */
