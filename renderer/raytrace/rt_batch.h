@@ -48,7 +48,7 @@ struct rt_shading {     /* of a fragment: what compositing needs, and shadow ray
 
 struct rt_start {    /* of a fragment's shadow rays; one line of the cache */
     double point[3]; /* relative to rt_scene.origin */
-    double lift[3];  /* the surface's normal, rt_scene.nudge_m long */
+    double lift[3];  /* the surface's normal, of smooth meshes its own, rt_scene.nudge_m long */
     uint32_t mesh, triangle;
     uint32_t leaves_out; /* rt_ray's */
 };

@@ -7,6 +7,7 @@
 #include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
+#include "renderer/raytrace/rt_terminator.h"
 #include "renderer/scene/matrix.h"
 
 /* A surface being lit. */
@@ -238,6 +239,12 @@ static void start_rays(struct rt_batch *batch, const struct lit *lit, const doub
         start->point[k] = lit->point[k];
         start->lift[k] = normal[k] * batch->desc.scene->nudge_m;
     }
+    struct rt_smooth_start smooth;
+    if (hit->is_opaque && rt_terminator_find(batch->desc.scene, hit, lit->point, &smooth))
+        for (int k = 0; k < 3; k++) {
+            start->point[k] += smooth.offset[k];
+            start->lift[k] = smooth.normal[k] * batch->desc.scene->nudge_m;
+        }
     start->mesh = hit->mesh;
     start->triangle = hit->triangle;
     start->leaves_out = rt_path_left_out(batch->desc.scene, hit);

@@ -6,6 +6,7 @@
 
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
+#include "renderer/raytrace/rt_terminator.h"
 #include "renderer/scene/matrix.h"
 
 bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_scene *scene,
@@ -44,6 +45,18 @@ void rt_light_media(const struct rt_scene *scene, const struct rt_arrival *arriv
     rt_media_at(scene, at, scratch, sigma);
 }
 
+/* To the side that sends light to the viewer; on the other one the mesh is in its own shadow. */
+static void leave_smooth_surface(const struct rt_scene *scene, const struct rt_hit *on,
+                                 struct rt_ray *ray)
+{
+    struct rt_smooth_start start;
+    if (!on || !on->is_opaque || !rt_terminator_find(scene, on, ray->origin, &start) ||
+        vec3_dot(start.normal, ray->direction) <= 0)
+        return;
+    for (int k = 0; k < 3; k++)
+        ray->origin[k] += start.offset[k];
+}
+
 void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arrival,
                       const double point[3], const struct rt_hit *on, double out[3])
 {
@@ -53,6 +66,7 @@ void rt_transmittance(struct rt_lighting *lighting, const struct rt_arrival *arr
     double sigma[3];
     rt_light_media(scene, arrival, point, hits, sigma);
     rt_shadow_ray(scene, arrival, point, on, &ray);
+    leave_smooth_surface(scene, on, &ray);
     rt_scene_collect(scene, &ray, hits);
     lighting->shadow_rays++;
     lighting->has_overflowed |= hits->has_overflowed;
