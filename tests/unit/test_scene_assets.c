@@ -186,21 +186,42 @@ static uint64_t document_triangles(const json_t *document)
     return sum;
 }
 
+static const char *name_of(const json_t *object)
+{
+    const char *name = json_string_value(json_object_get(object, "name"));
+    return name ? name : "";
+}
+
+/* Of its own, else its mesh's, which no other node may have and no index ("#3") may look like. */
+static const char *name_of_node(const json_t *document, const json_t *node)
+{
+    json_t *meshes = json_object_get(document, "meshes"), *other;
+    const char *name = name_of(node);
+    size_t i;
+    if (*name || !json_object_get(node, "mesh"))
+        return name;
+    name = name_of(json_array_get(meshes, (size_t)integer(node, "mesh", 0)));
+    json_array_foreach(json_object_get(document, "nodes"), i, other)
+    {
+        if (!strcmp(name_of(other), name))
+            return "";
+    }
+    return name[0] == '#' ? "" : name;
+}
+
 static bool are_names_kept(const struct scene *scene, const json_t *document)
 {
     json_t *nodes = json_object_get(document, "nodes");
     for (uint32_t i = 0; i < scene->node_count; i++) {
         const json_t *node = json_array_get(nodes, scene->nodes[i].source_index);
-        const char *name = json_string_value(json_object_get(node, "name"));
-        if (strcmp(name ? name : "", scene->strings + scene->nodes[i].name) != 0)
+        if (strcmp(name_of_node(document, node), scene->strings + scene->nodes[i].name) != 0)
             return false;
     }
     json_t *materials = json_object_get(document, "materials"), *value;
     size_t i;
     json_array_foreach(materials, i, value)
     {
-        const char *name = json_string_value(json_object_get(value, "name"));
-        if (strcmp(name ? name : "", scene->strings + scene->materials[i].name) != 0)
+        if (strcmp(name_of(value), scene->strings + scene->materials[i].name) != 0)
             return false;
     }
     return scene->material_count == json_array_size(materials) + 1;
