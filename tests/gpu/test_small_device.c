@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -108,12 +109,14 @@ static void small_limits_give_the_same_pictures_or_are_named(void **state)
     finish(small);
 }
 
+/* On one device: programs for others are others, and compilers may round them otherwise. */
 static void lying_timers_change_no_picture(void **state)
 {
     struct image ours[SHOTS] = {{0}}, lying[SHOTS] = {{0}};
     bool has_true_timers;
     (void)state;
-    shoot_all(&(struct gl_hostility){0}, ours, &has_true_timers);
+    shoot_all(&(struct gl_hostility){.timers = GL_TIMERS_TRUE, .is_not_software = true}, ours,
+              &has_true_timers);
     shoot_all(&(struct gl_hostility){.timers = GL_TIMERS_FALSE, .is_not_software = true}, lying,
               &has_true_timers);
     assert_false(has_true_timers);
@@ -143,6 +146,7 @@ static void without_post_depth_coverage_frames_are_drawn(void **state)
 
 int main(void)
 {
+    setenv("VITRAIL_WIDE_FLOATS", "f64", false); /* or busy processors decide between the forms */
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(small_limits_give_the_same_pictures_or_are_named),
         cmocka_unit_test(lying_timers_change_no_picture),
