@@ -99,7 +99,9 @@ static uint64_t choose_budget(struct renderer *renderer, const struct renderer_d
     renderer->budget_source = "as asked for";
     if (desc->gpu_budget_bytes)
         return desc->gpu_budget_bytes;
-    gl_memory_read(gl_context_limits(renderer->context)->is_software, &memory);
+    /* llvmpipe 25.0 answers questions about its card, of which it has none, by chance */
+    gl_memory_read(gl_context_limits(renderer->context)->is_software || desc->poses_as_hardware,
+                   &memory);
     return gl_memory_budget(&memory, &renderer->budget_source);
 }
 

@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -13,6 +14,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/gl/object.h"
 #include "tests/support/gl_counts.h"
+#include "tests/support/render_support.h"
 
 enum { ITEMS = 256, BUFFERS = 3, TO = 0, FROM = 1 /* bindings */ };
 
@@ -54,16 +56,16 @@ static GLuint link_kernel(const char *text, const char *label)
     return program;
 }
 
-static void open_rig(struct rig *rig, const struct gl_hooks_desc *desc)
+/* *state is the layers, and then the rig on them. */
+static int open_rig(void **state)
 {
     static const char *const labels[BUFFERS] = {"test.a", "test.b", "test.c"};
     struct error err = {0};
     uint32_t items[ITEMS];
-    *rig = (struct rig){0};
-    gl_hooks_install(desc);
-    rig->context = gl_context_create(&(struct gl_context_desc){.is_strict = true}, &err);
-    if (!rig->context)
-        fail_msg("%s", err.message);
+    struct rig *rig = calloc(1, sizeof *rig);
+    assert_non_null(rig);
+    gl_hooks_install(*state);
+    rig->context = render_rig_context(true);
     for (int b = 0; b < BUFFERS; b++) {
         for (uint32_t i = 0; i < ITEMS; i++)
             items[i] = b ? 0 : i;
@@ -74,16 +76,21 @@ static void open_rig(struct rig *rig, const struct gl_hooks_desc *desc)
     }
     rig->add = link_kernel(from_block, "test.add");
     rig->add_texels = link_kernel(from_texture, "test.add_texels");
+    *state = rig;
+    return 0;
 }
 
-static void close_rig(struct rig *rig)
+static int close_rig(void **state)
 {
+    struct rig *rig = *state;
     glDeleteProgram(rig->add);
     glDeleteProgram(rig->add_texels);
     for (int b = 0; b < BUFFERS; b++)
         gl_buffer_finish(&rig->buffers[b]);
     gl_context_destroy(rig->context);
     gl_hooks_install(&(struct gl_hooks_desc){0});
+    free(rig);
+    return 0;
 }
 
 static void add(const struct rig *rig, int from, int to, uint32_t constant)
@@ -130,155 +137,124 @@ static void expect_none(void)
 
 /* ---- the tracker ---- */
 
-static const struct gl_hooks_desc tracking = {.tracks = true}, reordering = {.reorders = true};
-
 static void a_read_of_what_was_just_written_is_named(void **state)
 {
-    struct rig rig;
-    (void)state;
-    open_rig(&rig, &tracking);
-    add(&rig, 0, 1, 1);
-    add(&rig, 1, 2, 10);
+    struct rig *rig = *state;
+    add(rig, 0, 1, 1);
+    add(rig, 1, 2, 10);
     expect_fault((const char *[]){"read after write", "test.add writes 'test.b'",
                                   "test.add reads it", "SHADER_STORAGE_BARRIER_BIT", NULL});
-    close_rig(&rig);
 }
 
 static void a_write_over_what_is_still_read_is_named(void **state)
 {
-    struct rig rig;
-    (void)state;
-    open_rig(&rig, &tracking);
-    add(&rig, 1, 2, 1);
-    add(&rig, 0, 1, 1);
+    struct rig *rig = *state;
+    add(rig, 1, 2, 1);
+    add(rig, 0, 1, 1);
     expect_fault((const char *[]){"write after read", "test.add reads 'test.b'",
                                   "test.add writes it", NULL});
-    close_rig(&rig);
 }
 
 static void two_writes_of_one_buffer_are_named(void **state)
 {
-    struct rig rig;
-    (void)state;
-    open_rig(&rig, &tracking);
-    add(&rig, 0, 2, 1);
-    add(&rig, 1, 2, 1);
+    struct rig *rig = *state;
+    add(rig, 0, 2, 1);
+    add(rig, 1, 2, 1);
     expect_fault((const char *[]){"write after write", "'test.c'", NULL});
-    close_rig(&rig);
 }
 
 static void a_barrier_with_the_right_bit_orders_and_any_other_does_not(void **state)
 {
-    struct rig rig;
+    struct rig *rig = *state;
     struct gl_texture view = {0};
     struct error err = {0};
-    (void)state;
-    open_rig(&rig, &tracking);
-    assert_true(gl_texture_init_buffer(&view, "test.view", GL_R32UI, &rig.buffers[1], &err));
-    add(&rig, 0, 1, 1);
+    assert_true(gl_texture_init_buffer(&view, "test.view", GL_R32UI, &rig->buffers[1], &err));
+    add(rig, 0, 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    add(&rig, 1, 2, 10);
+    add(rig, 1, 2, 10);
     expect_none();
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    add_texels(&rig, &view, 2); /* 'test.b' is read as a texture, which has a bit of its own */
+    add_texels(rig, &view, 2); /* 'test.b' is read as a texture, which has a bit of its own */
     expect_fault((const char *[]){"test.add_texels reads it as a texture",
                                   "TEXTURE_FETCH_BARRIER_BIT", NULL});
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
-    add_texels(&rig, &view, 2);
+    add_texels(rig, &view, 2);
     expect_none();
     gl_texture_finish(&view);
-    close_rig(&rig);
 }
 
 static void a_read_back_needs_its_bit(void **state)
 {
-    struct rig rig;
+    struct rig *rig = *state;
     uint32_t item;
-    (void)state;
-    open_rig(&rig, &tracking);
-    add(&rig, 0, 1, 1);
+    add(rig, 0, 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    glGetNamedBufferSubData(rig.buffers[1].name, 0, sizeof item, &item);
+    glGetNamedBufferSubData(rig->buffers[1].name, 0, sizeof item, &item);
     expect_fault((const char *[]){"glGetNamedBufferSubData reads it", "BUFFER_UPDATE", NULL});
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    glGetNamedBufferSubData(rig.buffers[1].name, 0, sizeof item, &item);
+    glGetNamedBufferSubData(rig->buffers[1].name, 0, sizeof item, &item);
     expect_none();
-    close_rig(&rig);
 }
 
 /* The whole view of a buffer that was made again with another storage. */
 static void a_texture_of_a_deleted_buffer_is_named(void **state)
 {
-    struct rig rig;
+    struct rig *rig = *state;
     struct gl_texture view = {0};
     struct error err = {0};
-    (void)state;
-    open_rig(&rig, &tracking);
-    assert_true(gl_texture_init_buffer(&view, "test.view", GL_R32UI, &rig.buffers[1], &err));
-    gl_buffer_finish(&rig.buffers[1]);
-    add_texels(&rig, &view, 2);
+    assert_true(gl_texture_init_buffer(&view, "test.view", GL_R32UI, &rig->buffers[1], &err));
+    gl_buffer_finish(&rig->buffers[1]);
+    add_texels(rig, &view, 2);
     expect_fault((const char *[]){"'test.view'", "'test.b' that was deleted", NULL});
     gl_texture_finish(&view);
-    close_rig(&rig);
 }
 
 /* ---- the other order ---- */
 
 static void without_a_barrier_the_later_dispatch_runs_first(void **state)
 {
-    struct rig rig;
-    (void)state;
-    open_rig(&rig, &reordering);
-    add(&rig, 0, 1, 1);
-    add(&rig, 1, 2, 10);
-    assert_int_equal(last_item(&rig, 2), 10); /* the first dispatch had not run yet */
-    assert_int_equal(last_item(&rig, 1), ITEMS);
-    close_rig(&rig);
+    struct rig *rig = *state;
+    add(rig, 0, 1, 1);
+    add(rig, 1, 2, 10);
+    assert_int_equal(last_item(rig, 2), 10); /* the first dispatch had not run yet */
+    assert_int_equal(last_item(rig, 1), ITEMS);
 }
 
 static void with_a_barrier_the_order_stays(void **state)
 {
-    struct rig rig;
-    (void)state;
-    open_rig(&rig, &reordering);
-    add(&rig, 0, 1, 1);
+    struct rig *rig = *state;
+    add(rig, 0, 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    add(&rig, 1, 2, 10);
-    assert_int_equal(last_item(&rig, 2), ITEMS - 1 + 11);
-    close_rig(&rig);
+    add(rig, 1, 2, 10);
+    assert_int_equal(last_item(rig, 2), ITEMS - 1 + 11);
 }
 
 /* Though uniforms and bindings change while dispatches are held back. */
 static void independent_dispatches_give_the_same_in_every_order(void **state)
 {
-    struct rig rig;
-    (void)state;
-    open_rig(&rig, &reordering);
-    add(&rig, 0, 1, 1);
-    add(&rig, 0, 2, 20);
-    glProgramUniform1ui(rig.add, glGetUniformLocation(rig.add, "u_add"), 300);
-    assert_int_equal(last_item(&rig, 1), ITEMS - 1 + 1);
-    assert_int_equal(last_item(&rig, 2), ITEMS - 1 + 20);
+    struct rig *rig = *state;
+    add(rig, 0, 1, 1);
+    add(rig, 0, 2, 20);
+    glProgramUniform1ui(rig->add, glGetUniformLocation(rig->add, "u_add"), 300);
+    assert_int_equal(last_item(rig, 1), ITEMS - 1 + 1);
+    assert_int_equal(last_item(rig, 2), ITEMS - 1 + 20);
     glDispatchCompute(ITEMS / 64, 1, 1); /* with what was set last */
-    assert_int_equal(last_item(&rig, 2), ITEMS - 1 + 300);
-    close_rig(&rig);
+    assert_int_equal(last_item(rig, 2), ITEMS - 1 + 300);
 }
 
 /* ---- counts ---- */
 
 static void waits_bytes_and_calls_are_counted(void **state)
 {
-    struct rig rig;
+    struct rig *rig = *state;
     struct gl_counts before, after, counts;
-    (void)state;
-    open_rig(&rig, &(struct gl_hooks_desc){.counts = true});
     gl_counts_get(&before);
-    add(&rig, 0, 1, 1); /* six calls */
+    add(rig, 0, 1, 1); /* six calls */
     glFinish();
-    last_item(&rig, 1); /* done already: two calls and no wait */
-    add(&rig, 0, 2, 1);
-    last_item(&rig, 2); /* waits */
-    last_item(&rig, 2); /* done already */
+    last_item(rig, 1); /* done already: two calls and no wait */
+    add(rig, 0, 2, 1);
+    last_item(rig, 2); /* waits */
+    last_item(rig, 2); /* done already */
     gl_counts_get(&after);
     counts = gl_counts_between(&before, &after);
     assert_int_equal(counts.calls, 6 + 1 + 2 + 6 + 2 + 2);
@@ -290,38 +266,32 @@ static void waits_bytes_and_calls_are_counted(void **state)
     assert_int_equal(counts.bytes_down, 12);
     assert_int_equal(counts.bytes_up, 0);
     assert_true(counts.processor_ns > 0);
-    close_rig(&rig);
 }
 
 static void a_fence_that_has_passed_spares_the_wait(void **state)
 {
-    struct rig rig;
+    struct rig *rig = *state;
     struct gl_counts before, after, counts;
     struct gl_fence fence = {0};
-    (void)state;
-    open_rig(&rig, &(struct gl_hooks_desc){.counts = true});
     gl_counts_get(&before);
-    add(&rig, 0, 1, 1);
+    add(rig, 0, 1, 1);
     gl_fence_set(&fence);
     while (!gl_fence_wait(&fence, 1000000000))
         continue; /* one wait, however often it is asked */
-    last_item(&rig, 1);
+    last_item(rig, 1);
     gl_fence_finish(&fence);
     gl_counts_get(&after);
     counts = gl_counts_between(&before, &after);
     assert_int_equal(counts.waits[GL_WAIT_FENCE], 1);
     assert_int_equal(gl_counts_waits(&counts), 1);
-    close_rig(&rig);
 }
 
 /* The driver would refuse: the query never began. */
 static void stamps_of_timers_that_are_played_are_not_asked_of_the_driver(void **state)
 {
-    struct rig rig;
     GLuint query;
     GLuint64 is_there = GL_FALSE, stamp_ns = 1;
     (void)state;
-    open_rig(&rig, &(struct gl_hooks_desc){.hostility = {.timers = GL_TIMERS_FALSE}});
     glCreateQueries(GL_TIMESTAMP, 1, &query);
     glGetQueryObjectui64v(query, GL_QUERY_RESULT_AVAILABLE, &is_there);
     glGetQueryObjectui64v(query, GL_QUERY_RESULT, &stamp_ns);
@@ -329,31 +299,58 @@ static void stamps_of_timers_that_are_played_are_not_asked_of_the_driver(void **
     assert_true(is_there);
     assert_int_equal(stamp_ns, 0);
     glDeleteQueries(1, &query);
-    close_rig(&rig);
+}
+
+/* Of two pieces of work the first is waited for, then the second. */
+static void a_wait_while_the_device_has_more_to_do_is_no_stall(void **state)
+{
+    struct rig *rig = *state;
+    struct gl_counts before, after, counts;
+    struct gl_fence first = {0}, second = {0};
+    gl_counts_get(&before);
+    add(rig, 0, 1, 1);
+    gl_fence_set(&first);
+    add(rig, 0, 2, 1);
+    gl_fence_set(&second);
+    while (!gl_fence_wait(&first, 1000000000))
+        continue;
+    gl_counts_get(&after);
+    counts = gl_counts_between(&before, &after);
+    assert_int_equal(gl_counts_waits(&counts), 1);
+    assert_int_equal(counts.stalls, 0);
+    add(rig, 0, 1, 1);
+    glFinish();
+    gl_counts_get(&after);
+    counts = gl_counts_between(&before, &after);
+    assert_int_equal(gl_counts_waits(&counts), 2);
+    assert_int_equal(counts.stalls, 1);
+    gl_fence_finish(&first);
+    gl_fence_finish(&second);
 }
 
 int main(void)
 {
-    struct error err = {0};
-    struct gl_context *context = gl_context_create(&(struct gl_context_desc){0}, &err);
-    if (!context) {
-        fprintf(stderr, "skipped: %s\n", err.message);
-        return 77;
-    }
-    gl_context_destroy(context);
+    static struct gl_hooks_desc tracking = {.tracks = true}, reordering = {.reorders = true},
+                                counting = {.counts = true},
+                                lying = {.hostility = {.timers = GL_TIMERS_FALSE}};
+    gl_context_destroy(render_rig_context(false));
+#define WITH(layers, claim) \
+    cmocka_unit_test_prestate_setup_teardown(claim, open_rig, close_rig, &(layers))
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_read_of_what_was_just_written_is_named),
-        cmocka_unit_test(a_write_over_what_is_still_read_is_named),
-        cmocka_unit_test(two_writes_of_one_buffer_are_named),
-        cmocka_unit_test(a_barrier_with_the_right_bit_orders_and_any_other_does_not),
-        cmocka_unit_test(a_read_back_needs_its_bit),
-        cmocka_unit_test(a_texture_of_a_deleted_buffer_is_named),
-        cmocka_unit_test(without_a_barrier_the_later_dispatch_runs_first),
-        cmocka_unit_test(with_a_barrier_the_order_stays),
-        cmocka_unit_test(independent_dispatches_give_the_same_in_every_order),
-        cmocka_unit_test(waits_bytes_and_calls_are_counted),
-        cmocka_unit_test(a_fence_that_has_passed_spares_the_wait),
-        cmocka_unit_test(stamps_of_timers_that_are_played_are_not_asked_of_the_driver),
+        WITH(tracking, a_read_of_what_was_just_written_is_named),
+        WITH(tracking, a_write_over_what_is_still_read_is_named),
+        WITH(tracking, two_writes_of_one_buffer_are_named),
+        WITH(tracking, a_barrier_with_the_right_bit_orders_and_any_other_does_not),
+        WITH(tracking, a_read_back_needs_its_bit),
+        WITH(tracking, a_texture_of_a_deleted_buffer_is_named),
+        WITH(reordering, without_a_barrier_the_later_dispatch_runs_first),
+        WITH(reordering, with_a_barrier_the_order_stays),
+        WITH(reordering, independent_dispatches_give_the_same_in_every_order),
+        WITH(counting, waits_bytes_and_calls_are_counted),
+        WITH(counting, a_fence_that_has_passed_spares_the_wait),
+        WITH(lying, stamps_of_timers_that_are_played_are_not_asked_of_the_driver),
+        WITH(counting, a_wait_while_the_device_has_more_to_do_is_no_stall),
     };
+#undef WITH
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

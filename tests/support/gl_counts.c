@@ -87,6 +87,7 @@ static void wait_for(enum gl_wait kind, uint64_t work)
 {
     if (work > counts.done && counts.work > counts.waited_at) {
         counts.now->waits[kind]++;
+        counts.now->stalls += work == counts.work;
         counts.waited_at = counts.work;
     }
     note_done(work);

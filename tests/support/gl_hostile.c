@@ -98,6 +98,14 @@ static void GLAPIENTRY on_GetInteger64v(GLenum what, GLint64 *value)
         *value = TEXELS;
 }
 
+/* How much of the card's memory is free (GL_NVX_gpu_memory_info, GL_ATI_meminfo): what a rasteriser
+ * without one answers is chance. */
+static bool asks_for_card(GLenum what)
+{
+    return what == GL_GPU_MEMORY_INFO_CURRENT_AVAILABLE_VIDMEM_NVX ||
+           what == GL_TEXTURE_FREE_MEMORY_ATI;
+}
+
 static void GLAPIENTRY on_GetIntegerv(GLenum what, GLint *value)
 {
     lose_GetIntegerv(what, value);
@@ -107,6 +115,8 @@ static void GLAPIENTRY on_GetIntegerv(GLenum what, GLint *value)
         *value = BLOCK_BYTES;
     if (what == GL_MAX_TEXTURE_BUFFER_SIZE && device.hostility.has_small_texels)
         *value = TEXELS;
+    if (asks_for_card(what) && device.hostility.is_not_software)
+        *value = 0;
 }
 
 static void check_block(GLenum target, GLuint buffer, uint64_t bytes)
