@@ -270,7 +270,9 @@ class Real(support.unittest.TestCase):
         absent = {name for name, one in before.items() if one["place"] == "absent"}
         self.assertTrue(any("SUBTEXELS=1" in before[name]["defines"] for name in absent))
         self.assertEqual(len(before), plan["counts"]["programs"])
-        self.assertEqual(len(before) - len(absent), plan["counts"]["programs_in_memory"])
+        places = [one["place"] for one in before.values()]  # a worker that was replaced has files
+        self.assertEqual(places.count("memory"), plan["counts"]["programs_in_memory"])
+        self.assertEqual(places.count("disk"), plan["counts"]["programs_on_disk"])
         link = self.render(**view).header("Link")
         counts = self.daemon.request("GET", link[1 : link.index(">")]).json()["counts"]
         after, _ = self.programs(**view)
@@ -399,7 +401,9 @@ class Real(support.unittest.TestCase):
             drawn, every, kept = counts["programs_built"], programs["compiled"], programs["kept"]
             again, counts, plan, programs = start()
             self.assertEqual(image, again)
-            self.assertEqual((0, drawn), (counts["programs_built"], counts["programs_loaded"]))
+            self.assertEqual(0, counts["programs_built"])
+            # the first start drew the scene of the self-test, and the picture found its programs
+            self.assertGreater(counts["programs_loaded"], drawn)
             self.assertGreaterEqual(plan["programs_on_disk"], counts["programs_loaded"])
             # a device is proven before its files are trusted
             proof, disk = programs["compiled"], programs["disk"]
