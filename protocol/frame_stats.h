@@ -82,6 +82,8 @@ struct frame_promise {
     bool has_error;
     double rmse;
     double budget_ms; /* that was asked for; 0: none */
+    double base_ms;   /* of the row that was chosen, before what was learned; 0: none was */
+    bool is_warm, is_measured; /* that row's time, and where from: server/experience.h */
     enum frame_error_source source;
     char warning[FRAME_STATS_TEXT_BYTES]; /* "" = none */
 };

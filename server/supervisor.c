@@ -10,6 +10,7 @@
 
 #include "protocol/limits.h"
 #include "server/clock.h"
+#include "server/experience.h"
 #include "server/supervisor_internal.h"
 
 const struct error supervisor_nobody_waits = {ERROR_OVERLOADED, "the client left before its turn",
@@ -33,6 +34,8 @@ static void end_task(struct supervisor *supervisor, struct render_task *task)
         return;
     }
     supervisor->totals.warm_ups.done += is_good && warm_up_is_step(task->question);
+    if (is_good && warm_up_is_step(task->question))
+        experience_note_warm(supervisor->experience, task->scene);
     if (task->question)
         supervisor->totals.answered += is_good;
     else if (is_good)
@@ -94,7 +97,8 @@ struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct 
     pthread_mutex_init(&supervisor->mutex, NULL);
     supervisor->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     supervisor->forgotten = json_array();
-    if (supervisor->wake_fd >= 0 && supervisor->forgotten)
+    supervisor->experience = experience_create(err);
+    if (supervisor->wake_fd >= 0 && supervisor->forgotten && supervisor->experience)
         supervisor->has_thread =
             pthread_create(&supervisor->thread, NULL, supervisor_run, supervisor) == 0;
     if (supervisor->has_thread)
@@ -133,6 +137,7 @@ void supervisor_destroy(struct supervisor *supervisor)
         return;
     supervisor_stop(supervisor);
     json_decref(supervisor->forgotten);
+    experience_destroy(supervisor->experience);
     if (supervisor->wake_fd >= 0)
         close(supervisor->wake_fd);
     pthread_mutex_destroy(&supervisor->mutex);
@@ -263,6 +268,11 @@ struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor)
     return (struct supervisor_budgets){is_chosen ? device.gpu_budget_bytes
                                                  : config->gpu_budget_bytes,
                                        config->texture_budget_bytes};
+}
+
+struct experience *supervisor_experience(struct supervisor *supervisor)
+{
+    return supervisor->experience;
 }
 
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)

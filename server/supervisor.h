@@ -18,6 +18,7 @@
 #include "server/render_queue.h"
 #include "server/warm_up.h"
 
+struct experience;
 struct supervisor;
 
 struct supervisor_desc {
@@ -86,5 +87,8 @@ struct supervisor_totals {
     int worker_pid; /* 0 = none */
 };
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor);
+
+/* Of what its frames took, for as long as it lives. */
+struct experience *supervisor_experience(struct supervisor *supervisor);
 
 #endif

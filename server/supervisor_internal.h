@@ -26,6 +26,7 @@ struct supervisor {
     struct warm_ups warm_ups; /* sent when there is nothing else to do */
     int64_t asked_ms;         /* when someone last submitted a task */
     struct quarantine quarantine;
+    struct experience *experience; /* guards itself */
     struct flights flights;
     struct render_task *ended; /* outcome known, `done` not yet called */
     json_t *forgotten;         /* ids of deleted scenes that the worker has not been told of */

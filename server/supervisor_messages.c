@@ -4,12 +4,44 @@
 #include <string.h>
 
 #include "server/clock.h"
+#include "server/experience.h"
 #include "server/ipc.h"
 #include "server/supervisor_internal.h"
 
 enum { FORGOTTEN_PER_MESSAGE = 1000 };
 
 /* ---- messages of the worker ---- */
+
+/* By its name; -1: none. */
+static int find_technique(const char *name)
+{
+    const char *known;
+    for (int i = 0; (known = request_shadows_name(i)); i++)
+        if (strcmp(known, name) == 0)
+            return i;
+    return -1;
+}
+
+/* What the frame took teaches the next choice. */
+static void learn_from(struct supervisor *supervisor, const struct frame_stats *stats,
+                       const struct render_task *task)
+{
+    const struct frame_promise *promise = &task->promise;
+    const struct frame_stats_chosen *chosen = &stats->chosen;
+    int shadows = find_technique(chosen->shadows);
+    if (shadows < 0)
+        return;
+    const struct experience_frame frame = {
+        .scene = task->scene,
+        .setting = {(enum view_shadows)shadows, chosen->shadow_resolution, chosen->shadow_taps,
+                    chosen->samples, chosen->shadow_compression, chosen->shadow_prefilter},
+        .is_warm = promise->is_warm,
+        .base_ms = promise->base_ms,
+        .is_measured = promise->is_measured,
+    };
+    experience_note(supervisor->experience, &frame, chosen->took_ms,
+                    stats->counts.programs_built || stats->counts.programs_loaded);
+}
 
 static void take_image(struct supervisor *supervisor, struct render_task *task,
                        struct ipc_message *message)
@@ -22,12 +54,14 @@ static void take_image(struct supervisor *supervisor, struct render_task *task,
                                    &problem) &&
              (task->outcome.image_fd = ipc_message_take_fd(message, 0)) < 0)
         error_set(&problem, ERROR_INTERNAL, "the worker sent no image");
-    if (problem.code == ERROR_NONE) {
+    struct frame_stats *stats = task->outcome.stats;
+    if (stats && problem.code == ERROR_NONE) {
         quarantine_forgive(&supervisor->quarantine, task->scene);
         supervisor->has_rendered = true;
         warm_ups_note_drawn(&supervisor->warm_ups, task->scene);
-        frame_stats_promise(task->outcome.stats, &task->promise);
-        frame_stats_judge(task->outcome.stats, task->promise.budget_ms);
+        frame_stats_promise(stats, &task->promise);
+        frame_stats_judge(stats, task->promise.budget_ms);
+        learn_from(supervisor, stats, task);
     }
     supervisor_refuse(supervisor, task, &problem); /* which, without a problem, is its success */
 }

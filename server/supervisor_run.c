@@ -7,6 +7,7 @@
 #include "protocol/utf8.h"
 #include "renderer/gl/device_choice.h"
 #include "server/clock.h"
+#include "server/experience.h"
 #include "server/ipc.h"
 #include "server/supervisor_internal.h"
 
@@ -151,6 +152,7 @@ static void start_worker(struct supervisor *supervisor)
     supervisor->state = WORKER_STARTING;
     supervisor->state_ms = now_ms();
     supervisor->has_rendered = false;
+    experience_forget_programs(supervisor->experience);
     supervisor->is_resting = true; /* what warm-ups make is kept until someone has asked */
     supervisor->totals.worker_starts++;
     supervisor->totals.worker_pid = (int)supervisor->worker.pid;

@@ -10,6 +10,7 @@
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
 #include "renderer/plan/choice.h"
+#include "server/experience.h"
 #include "server/tradeoffs_internal.h"
 #include "server/view_mapping.h"
 
@@ -33,6 +34,7 @@ enum source {
 
 struct candidates {
     struct choice_row rows[ROWS_MAX];
+    double base_ms[ROWS_MAX]; /* of the rows before what was learned; 0: of none that was there */
     size_t count;
 };
 
@@ -99,6 +101,7 @@ static void estimate(struct tradeoffs *tradeoffs, const struct render_request *r
         struct auto_settings settings;
         device_auto_to_settings(&device.automatic, &settings);
         frame.speed = settings.speed;
+        frame.shadow_bytes = (double)device.gpu_budget_bytes / 2; /* renderer/renderer.c */
     }
     json_t *summary = scene_store_get_summary(tradeoffs->desc.scenes, request->scene, NULL);
     frame.triangles = (uint64_t)json_integer_value(json_object_get(summary, "triangles"));
@@ -106,6 +109,31 @@ static void estimate(struct tradeoffs *tradeoffs, const struct render_request *r
         frame.lights += (uint64_t)json_integer_value(json_object_get(summary, "light_count"));
     json_decref(summary);
     candidates->count = choice_estimate(&frame, wish, candidates->rows);
+}
+
+static struct experience_frame experience_of(const struct render_request *request,
+                                             const struct choice_row *row, enum source source,
+                                             bool is_warm, double base_ms)
+{
+    return (struct experience_frame){.scene = request->scene,
+                                     .setting = row->setting,
+                                     .is_warm = is_warm,
+                                     .base_ms = base_ms,
+                                     .is_measured = source == SOURCE_VIEW};
+}
+
+/* From the times of rows to those that can be promised of the next frame. */
+static void apply_experience(struct tradeoffs *tradeoffs, const struct render_request *request,
+                             enum source source, bool is_warm, struct candidates *candidates)
+{
+    struct experience *experience = supervisor_experience(tradeoffs->desc.supervisor);
+    for (size_t i = 0; i < ROWS_MAX; i++)
+        candidates->base_ms[i] = i < candidates->count ? candidates->rows[i].ms : 0;
+    for (size_t i = 0; i < candidates->count; i++) {
+        const struct experience_frame frame =
+            experience_of(request, &candidates->rows[i], source, is_warm, candidates->base_ms[i]);
+        candidates->rows[i].ms = experience_expect(experience, &frame);
+    }
 }
 
 static void find_rows(struct tradeoffs *tradeoffs, const struct render_request *request,
@@ -117,6 +145,7 @@ static void find_rows(struct tradeoffs *tradeoffs, const struct render_request *
         estimate(tradeoffs, request, wish, is_warm, candidates);
     else
         find_measured(tradeoffs, request, source == SOURCE_VIEW ? key : NULL, is_warm, candidates);
+    apply_experience(tradeoffs, request, source, is_warm, candidates);
 }
 
 /* A measured row that keeps what was asked for; else, or for the most accurate within a time, also
@@ -338,6 +367,9 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
         enum source found = (enum source)source;
         if (choose_row(candidates, &wish, &found, &choice)) {
             promise_from(&wish, &choice, found, is_warm, promise);
+            promise->base_ms = candidates->base_ms[choice.row - candidates->rows];
+            promise->is_warm = is_warm;
+            promise->is_measured = source == SOURCE_VIEW;
             apply(quality, &choice.row->setting);
         }
     }

@@ -63,13 +63,36 @@ static bool is_before(const struct rank *a, const struct rank *b)
     return a->first < b->first || (a->first == b->first && a->second < b->second);
 }
 
+/* How much later a picture with shadows may come than was asked for, and how much better it must
+ * be, before all of its shadows are dropped for the time. */
+static const double LATE_MOST = 1.5, WORTH = 0.5;
+
+static bool is_bare(const struct choice_row *row)
+{
+    return row->setting.shadows == VIEW_SHADOWS_NONE;
+}
+
+/* Whether dropping all shadows would keep the budget, and is not worth it. */
+static bool drops_too_much(const struct choice_row *rows, size_t count,
+                           const struct choice_wish *wish, const struct choice_row *bare)
+{
+    if (wish->budget_ms <= 0 || wish->shadows == VIEW_SHADOWS_NONE || !is_bare(bare))
+        return false;
+    for (size_t i = 0; i < count; i++)
+        if (!is_bare(&rows[i]) && choice_row_fits(&rows[i], wish) &&
+            rows[i].ms <= LATE_MOST * wish->budget_ms && rows[i].error <= WORTH * bare->error &&
+            isfinite(rows[i].error))
+            return true;
+    return false;
+}
+
 bool choice_make(const struct choice_row *rows, size_t count, const struct choice_wish *wish,
                  struct choice *choice)
 {
     struct rank best = {.class_ = -1};
     *choice = (struct choice){0};
     for (size_t i = 0; i < count; i++) {
-        if (!choice_row_fits(&rows[i], wish))
+        if (!choice_row_fits(&rows[i], wish) || drops_too_much(rows, count, wish, &rows[i]))
             continue;
         struct rank rank = rank_row(&rows[i], wish);
         if (choice->row && !is_before(&rank, &best))
@@ -115,6 +138,7 @@ static struct workload guess_work(const struct choice_frame *frame)
         .covered = 0.3,
         .layers = 0.1,
         .lit = fmin(0.8 * lights, 3),
+        .listed = lights, /* as those without a range are */
         .textures = 1.5,
         .triangles = triangles,
         .triangles_in_view = triangles,
@@ -135,20 +159,28 @@ static const struct device_speed *speed_of(const struct choice_frame *frame)
     return device_speed_is_known(&frame->speed) ? &frame->speed : &typical;
 }
 
+/* Shadow maps that fit their budget stay from frame to frame. */
+static bool can_stay(const struct choice_frame *frame, const struct workload *workload,
+                     const struct forecast_setting *setting)
+{
+    return frame->shadow_bytes <= 0 || !setting->shadow_resolution ||
+           forecast_maps_bytes(workload, setting) <= frame->shadow_bytes;
+}
+
 static struct choice_row estimate(const struct choice_frame *frame,
                                   const struct choice_setting *setting)
 {
     const struct device_speed *speed = speed_of(frame);
     bool is_traced = setting->shadows == VIEW_SHADOWS_RAYTRACED;
-    bool is_bare = setting->shadows == VIEW_SHADOWS_NONE;
+    bool has_shadows = setting->shadows != VIEW_SHADOWS_NONE;
     struct workload workload = guess_work(frame);
-    const struct forecast_setting cost = {
+    struct forecast_setting cost = {
         .samples = setting->samples,
         .shadow_resolution = setting->shadow_resolution,
         .shadow_taps = setting->shadow_taps,
-        .has_shadows = !is_bare,
-        .is_warm = frame->is_warm,
+        .has_shadows = has_shadows,
     };
+    cost.is_warm = frame->is_warm && can_stay(frame, &workload, &cost);
     double camera = is_traced ? traced_error(setting->samples) : RASTER_ERROR[setting->samples > 1];
     double shadow =
         setting->shadow_resolution && frame->lights
@@ -159,7 +191,7 @@ static struct choice_row estimate(const struct choice_frame *frame,
     return (struct choice_row){
         .setting = *setting,
         .ms = setting->samples > 4 ? TRACED_CAUTION * ms : ms,
-        .error = is_bare ? INFINITY : hypot(camera, shadow) * sqrt(SIDE_PX / side),
+        .error = !has_shadows ? INFINITY : hypot(camera, shadow) * sqrt(SIDE_PX / side),
     };
 }
 

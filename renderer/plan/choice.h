@@ -47,8 +47,9 @@ struct choice {
 /* With max_error: the fastest row at most that far off; with both: that among the rows within the
  * budget. With budget_ms alone: the most accurate row within it, of equals the faster. When no row
  * keeps all: with both, the most accurate within the budget, else the fastest within the error,
- * else the fastest; with one, the row nearest to it. Of equals the first counts. False when no row
- * goes with what was said. */
+ * else the fastest; with one, the row nearest to it. Of equals the first counts. A row without
+ * shadows is none for a budget where another takes at most half as long again as that and is half
+ * as far off: then no row keeps the budget. False when no row goes with what was said. */
 bool choice_make(const struct choice_row *rows, size_t count, const struct choice_wish *wish,
                  struct choice *choice);
 
@@ -63,7 +64,9 @@ struct choice_frame {
     double pixels;
     uint64_t lights;           /* that may cast a shadow */
     uint64_t triangles;        /* of the scene */
-    bool is_warm;              /* what is kept between frames is there */
+    bool is_warm;              /* what is kept between frames is there, */
+    double shadow_bytes;       /* but for shadow maps beyond this budget, which are made anew for
+                                  each; 0 = any */
     struct device_speed speed; /* zeroed: that of the machine of the fit */
 };
 

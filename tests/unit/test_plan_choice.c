@@ -230,6 +230,54 @@ static void rows_of_other_views_scale_with_their_pixels(void **state)
     assert_true(scaled.ms == 160 && scaled.error == rows[3].error);
 }
 
+static void shadows_are_not_dropped_where_little_time_is_missing(void **state)
+{
+    (void)state;
+    struct choice_row some[] = {
+        {{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26},
+        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03},
+        {MAP(1024, 4, 4), 200, 0.02},
+    };
+    struct choice choice;
+    const struct choice_wish wish = {.budget_ms = 50};
+    assert_true(choice_make(some, 3, &wish, &choice));
+    assert_ptr_equal(choice.row, &some[1]);
+    assert_false(choice.keeps_budget); /* which is told */
+    assert_true(choice_make(some, 3, &(struct choice_wish){.budget_ms = 40}, &choice));
+    assert_ptr_equal(choice.row, &some[0]); /* 70 is too late */
+    assert_true(choice.keeps_budget);
+    const struct choice_wish bare = {.budget_ms = 50, .shadows = VIEW_SHADOWS_NONE};
+    assert_true(choice_make(some, 3, &bare, &choice));
+    assert_ptr_equal(choice.row, &some[0]); /* asked for */
+    some[1].error = 0.2;                    /* hardly better than no shadows at all */
+    assert_true(choice_make(some, 3, &wish, &choice));
+    assert_ptr_equal(choice.row, &some[0]);
+    some[1].error = INFINITY;
+    assert_true(choice_make(some, 3, &wish, &choice));
+    assert_ptr_equal(choice.row, &some[0]);
+}
+
+/* Twelve maps of 4096 do not stay where there is room for four: they are made for each frame. */
+static void maps_that_do_not_stay_are_made_in_each_frame(void **state)
+{
+    (void)state;
+    struct choice_row kept[CHOICE_ESTIMATES_MAX], rebuilt[CHOICE_ESTIMATES_MAX];
+    struct choice_frame frame = {.pixels = 1e6, .lights = 12, .triangles = 50000, .is_warm = true};
+    const struct choice_wish wish = {.budget_ms = 500, .shadows = VIEW_SHADOWS_DEEP};
+    size_t count = choice_estimate(&frame, &wish, kept);
+    frame.shadow_bytes = 256e6;
+    assert_int_equal(choice_estimate(&frame, &wish, rebuilt), count);
+    bool has_kept = false, has_rebuilt = false;
+    for (size_t i = 0; i < count; i++) {
+        int resolution = kept[i].setting.shadow_resolution;
+        assert_true(resolution <= 512 ? rebuilt[i].ms == kept[i].ms : true);
+        assert_true(resolution == 4096 ? rebuilt[i].ms > 3 * kept[i].ms : true);
+        has_kept |= resolution <= 512;
+        has_rebuilt |= resolution == 4096;
+    }
+    assert_true(has_kept && has_rebuilt);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -242,6 +290,8 @@ int main(void)
         cmocka_unit_test(what_was_said_stays),
         cmocka_unit_test(an_unknown_error_is_never_promised),
         cmocka_unit_test(equal_rows_go_to_the_first),
+        cmocka_unit_test(shadows_are_not_dropped_where_little_time_is_missing),
+        cmocka_unit_test(maps_that_do_not_stay_are_made_in_each_frame),
         cmocka_unit_test(models_grow_with_what_they_are_made_of),
         cmocka_unit_test(rays_go_up_to_256_samples_for_small_errors),
         cmocka_unit_test(models_give_only_what_was_said),
