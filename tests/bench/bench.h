@@ -90,6 +90,10 @@ struct series {
  * bound is the exponent that the growth itself has over the same x, and 5 % for noise. */
 void bench_series(struct bench *bench, const struct series *series);
 
+/* Arguments: a seed and a file. Writes the scene there and the request to standard output. Returns
+ * the exit status. */
+int bench_generate(int count, char **arguments);
+
 struct suite {
     const char *name, *purpose;
     bool (*run)(struct bench *bench, struct error *err);

@@ -37,6 +37,8 @@ enum { SUITES = sizeof suites / sizeof *suites };
 
 static const char usage[] =
     "usage: vitrail-bench SUITE|all|list [options]\n"
+    "       vitrail-bench promises [--seeds N] [--busy] [--quick] [--json]\n"
+    "       vitrail-bench generate SEED FILE.glb\n"
     "       vitrail-bench live [SCENE.glb] [--size WxH] [--seconds S] [--quick] [--json]\n"
     "\n"
     "  --json          one JSON document instead of tables; progress goes to standard error\n"
@@ -153,12 +155,11 @@ static bool run_suite(struct bench *bench, const struct suite *suite)
     return ok;
 }
 
-/* A daemon and its clients, each a process: tests/bench/live.py measures them. Returns on failure
- * only. */
-static int run_live(int count, char **arguments)
+/* A daemon and its clients, each a process, which a script measures. Returns on failure only. */
+static int run_script(char *script, int count, char **arguments)
 {
     char folder[4096], **words = calloc((size_t)count + 4, sizeof *words);
-    static char python[] = "python3", script[] = VITRAIL_SOURCE_DIR "/tests/bench/live.py";
+    static char python[] = "python3";
     ssize_t length = readlink("/proc/self/exe", folder, sizeof folder - 1);
     if (words && length > 0) {
         folder[length] = '\0';
@@ -169,7 +170,7 @@ static int run_live(int count, char **arguments)
         memcpy(words + 3, arguments, (size_t)count * sizeof *words);
         execvp(python, words);
     }
-    perror("vitrail-bench: live");
+    perror("vitrail-bench: python3");
     free(words);
     return 1;
 }
@@ -178,6 +179,7 @@ static int list_suites(void)
 {
     for (int i = 0; i < SUITES; i++)
         printf("%-8s %s\n", suites[i].name, suites[i].purpose);
+    printf("%-8s %s\n", "promises", "budgets of first frames over loopback; not one of `all`");
     printf("%-8s %s\n", "live", "views over loopback: latency, frames, memory; not one of `all`");
     return 0;
 }
@@ -222,8 +224,12 @@ int main(int argc, char **argv)
     }
     if (!strcmp(argv[1], "list"))
         return list_suites();
-    if (!strcmp(argv[1], "live"))
-        return run_live(argc - 2, argv + 2);
+    static char live[] = VITRAIL_SOURCE_DIR "/tests/bench/live.py";
+    static char promises[] = VITRAIL_SOURCE_DIR "/tests/bench/promises.py";
+    if (!strcmp(argv[1], "live") || !strcmp(argv[1], "promises"))
+        return run_script(argv[1][0] == 'l' ? live : promises, argc - 2, argv + 2);
+    if (!strcmp(argv[1], "generate"))
+        return bench_generate(argc - 2, argv + 2);
     if (!read_options(&bench.options, argc - 2, argv + 2))
         return 2;
     bench.results = json_array();

@@ -138,5 +138,29 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(2, run(*arguments).returncode, arguments)
 
 
+class Generated(unittest.TestCase):
+    def test_auto_is_held_against_generated_scenes(self):
+        done = run("auto", "--quick", "--json")
+        self.assertEqual(0, done.returncode, done.stderr)
+        document = json.loads(done.stdout)
+        cases = document["results"][0]["cases"]
+        self.assertEqual(2, len(cases))
+        for case in cases:
+            for technique in ("maps", "rays", "traced_shadows"):
+                self.assertTrue(all(ms > 0 for ms in case[technique]), case["name"])
+        self.assertEqual(3, len(document["checks"]))
+
+    def test_promises_are_counted(self):
+        done = run("promises", "--quick", "--json")
+        self.assertEqual(0, done.returncode, done.stderr)
+        document = json.loads(done.stdout)
+        self.assertEqual(1, document["summary"]["budgets"])
+        self.assertGreater(document["results"][0]["took_ms"], 0)
+
+    def test_a_seed_that_is_none_is_refused(self):
+        self.assertEqual(2, run("generate", "0", "/tmp/x.glb").returncode)
+        self.assertEqual(2, run("generate", "7").returncode)
+
+
 if __name__ == "__main__":
     unittest.main()
