@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* The processor's name, from /proc/cpuinfo. */
+/* The processor's name, from /proc/cpuinfo, and the load. */
 #include "server/processor.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 void processor_get_name(char name[PROCESSOR_NAME_BYTES])
 {
@@ -14,4 +17,12 @@ void processor_get_name(char name[PROCESSOR_NAME_BYTES])
             break;
     if (file)
         fclose(file);
+}
+
+double processor_crowding(void)
+{
+    const double most = 4; /* more would say of the last minute what need not be of the next second
+                            */
+    double load, processors = fmax((double)sysconf(_SC_NPROCESSORS_ONLN), 1);
+    return getloadavg(&load, 1) == 1 ? fmin(fmax(load / processors, 1), most) : 1;
 }

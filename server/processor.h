@@ -8,4 +8,8 @@ enum { PROCESSOR_NAME_BYTES = 128 };
 /* Its model as the kernel names it, or "unknown". */
 void processor_get_name(char name[PROCESSOR_NAME_BYTES]);
 
+/* How many processes shared each processor in the last minute: how much longer work takes than
+ * alone. [1, 4]. */
+double processor_crowding(void);
+
 #endif

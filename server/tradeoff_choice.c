@@ -11,6 +11,7 @@
 #include "protocol/utf8.h"
 #include "renderer/plan/choice.h"
 #include "server/experience.h"
+#include "server/processor.h"
 #include "server/tradeoffs_internal.h"
 #include "server/view_mapping.h"
 
@@ -94,6 +95,7 @@ static void estimate(struct tradeoffs *tradeoffs, const struct render_request *r
                      const struct choice_wish *wish, bool is_warm, struct candidates *candidates)
 {
     struct device_capabilities device;
+    bool is_software = false;
     struct choice_frame frame = {.pixels = (double)request->width * request->height,
                                  .lights = request->light_count,
                                  .is_warm = is_warm};
@@ -101,6 +103,7 @@ static void estimate(struct tradeoffs *tradeoffs, const struct render_request *r
         struct auto_settings settings;
         device_auto_to_settings(&device.automatic, &settings);
         frame.speed = settings.speed;
+        is_software = device.is_software;
         frame.shadow_bytes = (double)device.gpu_budget_bytes / 2; /* renderer/renderer.c */
     }
     json_t *summary = scene_store_get_summary(tradeoffs->desc.scenes, request->scene, NULL);
@@ -109,6 +112,11 @@ static void estimate(struct tradeoffs *tradeoffs, const struct render_request *r
         frame.lights += (uint64_t)json_integer_value(json_object_get(summary, "light_count"));
     json_decref(summary);
     candidates->count = choice_estimate(&frame, wish, candidates->rows);
+    /* forecasts are of a machine that nobody else uses */
+    double crowding = processor_crowding();
+    for (size_t i = 0; i < candidates->count; i++)
+        if (is_software || candidates->rows[i].setting.shadows == VIEW_SHADOWS_RAYTRACED)
+            candidates->rows[i].ms *= crowding;
 }
 
 static struct experience_frame experience_of(const struct render_request *request,

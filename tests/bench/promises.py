@@ -5,10 +5,12 @@
 usage: promises.py BIN [--seeds N] [--busy] [--quick] [--json]
 
 `vitrail-bench promises` runs this. For each scene (`vitrail-bench generate`), right after its
-upload and with no warm-up awaited, renders are asked for with budgets from 60 to 1000 ms, each twice.
-A budget is kept where the frame took no longer in the renderer, and told where the reply warned that
-nothing keeps it. --busy: beside a process that keeps a processor busy. Every scene has a daemon of
-its own with an empty state directory, so that nothing is compiled; --quick: one scene, one budget.
+upload and with no warm-up awaited, renders are asked for with budgets from 60 to 1000 ms, each
+twice.
+A budget is kept where the frame took no longer in the renderer, and told where the reply warned
+that nothing keeps it. --busy: beside a process that keeps a processor busy. Every scene has a
+daemon of its own with an empty state directory, so that nothing is compiled; --quick: one scene,
+one budget.
 """
 import argparse
 import json
@@ -70,7 +72,8 @@ def run_scene(binaries, seed, is_quick):
 
 def tell(results, is_json):
     kept = sum(one["kept"] or one["told"] for one in results)
-    worst = max(one["took_ms"] / one["budget_ms"] for one in results if not one["told"] or one["kept"])
+    worst = max(one["took_ms"] / one["budget_ms"] for one in results
+                if one["kept"] or not one["told"])
     summary = {"budgets": len(results), "kept": sum(one["kept"] for one in results),
                "kept_or_told": kept, "share": kept / len(results), "worst": worst}
     if is_json:
@@ -80,8 +83,8 @@ def tell(results, is_json):
         state = "kept" if one["kept"] else "told" if one["told"] else "MISSED"
         print(f"  {one['scene'][:44]:44} {one['budget_ms']:5} {one['took_ms']:8.1f} "
               f"{one['expected_ms']:8.1f}  {one['shadows']:18}{one['samples']:3}  {state}")
-    print(f"budgets kept or told: {kept} of {len(results)} ({summary['share']:.3f} >= {SHARE_KEPT}), "
-          f"longest miss that was not told: {worst:.2f} (<= {MOST_MISSED})")
+    print(f"budgets kept or told: {kept} of {len(results)} ({summary['share']:.3f} >= "
+          f"{SHARE_KEPT}), longest miss that was not told: {worst:.2f} (<= {MOST_MISSED})")
 
 
 def main():
