@@ -2,7 +2,7 @@
 // First pass of the per-pixel lists: counts the transparent fragments in front of the opaque depth.
 #include "shared/bindings.h"
 layout(early_fragment_tests) in;
-layout(std430, binding = BIND_PIXEL_COUNTS) buffer count_buffer { uint counts[]; };
+layout(std430, binding = BIND_PIXEL_LEFT) buffer count_buffer { uint counts[]; };
 uniform uint u_width_px;
 
 void main()

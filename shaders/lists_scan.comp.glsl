@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Exclusive scan of the per-pixel counts in place, in three levels as shadow_scan.comp.glsl.
+// From the per-pixel counts to the ends of their lists, in three levels as shadow_scan.comp.glsl.
 //   PASS=0  a group per tile of TILE counts: their sum and maximum
 //   PASS=1  one group: exclusive scan of the sums; total and longest to the statistics
-//   PASS=2  a group per tile: exclusive scan of its counts
+//   PASS=2  a group per tile: inclusive scan of its counts
 // Sums saturate, so that an absurd total is seen as too large and not as small; saturated sums are
 // associative. A thread loops over 8 counts, or over the tiles divided by 256.
 #include "shared/bindings.h"
@@ -28,7 +28,10 @@ uint add_saturated(uint a, uint b)
 layout(local_size_x = 256) in;
 #include "group_scan.glsl"
 
-layout(std430, binding = BIND_PIXEL_COUNTS) buffer count_buffer { uint counts[]; };
+layout(std430, binding = BIND_PIXEL_LEFT) readonly buffer count_buffer { uint counts[]; };
+#if PASS == 2
+layout(std430, binding = BIND_PIXEL_COUNTS) writeonly buffer end_buffer { uint ends[]; };
+#endif
 layout(std430, binding = BIND_SCAN) buffer scan_buffer { uvec2 sums[]; };
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
 uniform uint u_count;
@@ -104,14 +107,14 @@ void main()
     uint running = add_saturated(sums[tile].x, scan_before(SCAN_SUM));
     for (uint k = 0u; k < ITEMS; k++) {
         uint n = tile_counts[tile_place(thread * ITEMS + k)];
-        tile_counts[tile_place(thread * ITEMS + k)] = running;
         running = add_saturated(running, n);
+        tile_counts[tile_place(thread * ITEMS + k)] = running;
     }
     scan_wait();
     for (uint k = 0u; k < ITEMS; k++) {
         uint i = k * SCAN_THREADS + thread;
         if (tile * TILE + i < u_count)
-            counts[tile * TILE + i] = tile_counts[tile_place(i)];
+            ends[tile * TILE + i] = tile_counts[tile_place(i)];
     }
 }
 #endif

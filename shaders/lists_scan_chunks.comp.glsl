@@ -3,11 +3,14 @@
 // a barrier between the threads of a group costs more than the few threads at work here.
 //   PASS=0  a thread per chunk: sum and maximum of its counts
 //   PASS=1  one thread: exclusive scan of the sums; total and longest to the statistics
-//   PASS=2  a thread per chunk: exclusive scan of its counts
+//   PASS=2  a thread per chunk: inclusive scan of its counts
 // Sums saturate, so that an absurd total is seen as too large and not as small.
 #include "shared/bindings.h"
 layout(local_size_x = 64) in;
-layout(std430, binding = BIND_PIXEL_COUNTS) buffer count_buffer { uint counts[]; };
+layout(std430, binding = BIND_PIXEL_LEFT) readonly buffer count_buffer { uint counts[]; };
+#if PASS == 2
+layout(std430, binding = BIND_PIXEL_COUNTS) writeonly buffer end_buffer { uint ends[]; };
+#endif
 layout(std430, binding = BIND_SCAN) buffer scan_buffer { uvec2 sums[]; };
 layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
 uniform uint u_count;
@@ -48,9 +51,8 @@ void main()
 #else
     uint running = sums[thread].x;
     for (uint i = first; i < end; i++) {
-        uint n = counts[i];
-        counts[i] = running;
-        running += n;
+        running = add_saturated(running, counts[i]);
+        ends[i] = running;
     }
 #endif
 #endif

@@ -12,7 +12,8 @@ layout(early_fragment_tests) in;
 #elif defined HAS_COVERAGE
 layout(post_depth_coverage) in;
 #endif
-layout(std430, binding = BIND_PIXEL_COUNTS) buffer count_buffer { uint cursors[]; };
+layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer end_buffer { uint ends[]; };
+layout(std430, binding = BIND_PIXEL_LEFT) buffer left_buffer { uint left[]; };
 layout(std430, binding = BIND_FRAGMENT_KEYS) writeonly buffer key_buffer { uvec4 keys[]; };
 layout(std430, binding = BIND_FRAGMENT_SURFACE_0) writeonly buffer s0_buffer {
     uvec4 surfaces_0[];
@@ -100,7 +101,10 @@ void main()
     // No helper guard: there is no loop, and llvmpipe calls a partly covered fragment whose centre
     // is outside a helper.
     uint pixel = uint(gl_FragCoord.y) * u_width_px + uint(gl_FragCoord.x);
-    uint entry = atomicAdd(cursors[pixel], 1u);
+    int places = int(atomicAdd(left[pixel], 0xffffffffu));
+    uint entry = ends[pixel] - uint(places);
+    if (places <= 0) // more than were counted: none is written beyond the pixel's own list
+        return;
     if (entry >= u_list_room)
         return; // the host hears of it (renderer/transparency/list_sizes.h)
 #ifdef HAS_COVERAGE

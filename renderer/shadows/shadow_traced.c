@@ -253,7 +253,7 @@ static bool read_points(struct traced_shadows *traced, const struct window_frame
         return error_set(err, ERROR_NO_MEMORY, "%llu points in shadow", (unsigned long long)count);
     if (!read_array(traced, POINTS, &traced->points, count * sizeof(struct shadow_point), err) ||
         !read_array(traced, HEADS, &traced->heads, pixel_bytes, err) ||
-        (pixels->entry_count && !read_array(traced, LIST_ENDS, &pixels->counts, pixel_bytes, err)))
+        (pixels->entry_count && !read_array(traced, LIST_ENDS, &pixels->ends, pixel_bytes, err)))
         return false;
     traced->window = (struct raytrace_shadow_points){
         .points = traced->arrays[POINTS],

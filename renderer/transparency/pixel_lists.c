@@ -106,7 +106,7 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
     if (!reserve(&lists->scan, "lists.scan", (uint64_t)chunks * 8, err) ||
         !reserve(&lists->statistics, "lists.statistics", 16, err))
         return false;
-    bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
+    bind(&lists->ends, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
     gl_buffer_bind_storage(&lists->scan, BIND_SCAN);
     gl_buffer_bind_storage(&lists->statistics, BIND_STATISTICS);
     for (int i = 0; i < 3; i++) {
@@ -129,12 +129,12 @@ static bool clear_counts(struct pixel_lists *lists, const struct window_frame *f
                          uint64_t bytes, struct error *err)
 {
     if (frame->limits->is_software) {
-        gl_buffer_clear_u32(&lists->counts, 0, bytes, 0);
+        gl_buffer_clear_u32(&lists->left, 0, bytes, 0);
         return true;
     }
     return buffer_fill_u32(&(struct buffer_fill_desc){.programs = frame->programs,
                                                       .limits = frame->limits,
-                                                      .buffer = &lists->counts,
+                                                      .buffer = &lists->left,
                                                       .size_bytes = bytes},
                            err);
 }
@@ -144,8 +144,9 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
 {
     uint64_t bytes = (uint64_t)frame->window.width * (uint64_t)frame->window.height * 4;
     lists->pixel_count = bytes / 4;
-    lists->list_bytes = bytes;
-    if (!reserve(&lists->counts, "lists.counts", bytes, err))
+    lists->list_bytes = 2 * bytes;
+    if (!reserve(&lists->ends, "lists.ends", bytes, err) ||
+        !reserve(&lists->left, "lists.left", bytes, err))
         return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
                                          .pass = counting.pass,
@@ -154,7 +155,7 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                                          .stage = REPORT_SHADE,
                                      });
     bool ok = clear_counts(lists, frame, bytes, err);
-    bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
+    bind(&lists->left, lists->pixel_count * 4, BIND_PIXEL_LEFT);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* a window that was split has just been scanned
                                                      */
     ok = ok &&
@@ -189,7 +190,8 @@ static uint64_t entry_bytes(const struct pixel_lists *lists)
  * hold in store begin anew. */
 static bool find_room(struct pixel_lists *lists)
 {
-    uint64_t n = lists->entry_count, pixels = lists->counts.size_bytes + lists->scan.size_bytes;
+    uint64_t n = lists->entry_count,
+             pixels = lists->ends.size_bytes + lists->left.size_bytes + lists->scan.size_bytes;
     uint64_t exact = pixels + n * entry_bytes(lists);
     uint64_t grown = pixels + gl_buffer_reserved_bytes(&lists->keys, n * key_bytes(lists)) +
                      gl_buffer_reserved_bytes(&lists->colors, n * 32);
@@ -224,6 +226,7 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
     struct window_frame roomy = *frame;
     roomy.list_room = (uint32_t)n;
     pixel_lists_bind(lists, NULL);
+    bind(&lists->left, lists->pixel_count * 4, BIND_PIXEL_LEFT);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     bool ok =
         geometry_draw_transparent(&roomy, items, scattering.fragment, scattering.evaluates, err);
@@ -364,7 +367,7 @@ enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
 
 void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *program)
 {
-    bind(&lists->counts, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
+    bind(&lists->ends, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
     uint64_t n = lists->entry_count;
     bind(&lists->keys, n * key_bytes(lists), BIND_FRAGMENT_KEYS);
     bind(&lists->surfaces[0], n * 16, BIND_FRAGMENT_SURFACE_0);
@@ -379,7 +382,8 @@ void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *
 
 void pixel_lists_finish(struct pixel_lists *lists)
 {
-    gl_buffer_finish(&lists->counts);
+    gl_buffer_finish(&lists->ends);
+    gl_buffer_finish(&lists->left);
     gl_buffer_finish(&lists->scan);
     gl_buffer_finish(&lists->statistics);
     finish_entries(lists);
@@ -388,7 +392,7 @@ void pixel_lists_finish(struct pixel_lists *lists)
 
 uint64_t pixel_lists_size_bytes(const struct pixel_lists *lists)
 {
-    return lists->counts.size_bytes + lists->scan.size_bytes + lists->keys.size_bytes +
-           lists->surfaces[0].size_bytes + lists->surfaces[1].size_bytes +
+    return lists->ends.size_bytes + lists->left.size_bytes + lists->scan.size_bytes +
+           lists->keys.size_bytes + lists->surfaces[0].size_bytes + lists->surfaces[1].size_bytes +
            lists->surfaces[2].size_bytes + lists->colors.size_bytes;
 }

@@ -14,7 +14,8 @@ enum {
 };
 
 struct pixel_lists {
-    struct gl_buffer counts; /* u32 per pixel; after building: end of the pixel's range */
+    struct gl_buffer ends; /* u32 per pixel: of its range */
+    struct gl_buffer left; /* u32 per pixel: entries counted and not yet written */
     struct gl_buffer scan, statistics;
     struct gl_buffer keys; /* uvec4, two halves: depth, tie, entry, coverage */
     struct gl_buffer surfaces[3];

@@ -18,7 +18,7 @@
 #define BIND_MATERIALS 1     /* struct material_record[] */
 #define BIND_LIGHTS 2        /* struct light_record[] */
 #define BIND_SHADOWS 3       /* struct shadow_record[]; read through UNIT_SHADOW_RECORDS */
-#define BIND_PIXEL_COUNTS 4  /* transparency: u32 per pixel: count, later end offset */
+#define BIND_PIXEL_COUNTS 4  /* transparency: u32 per pixel: end of its list */
 #define BIND_FRAGMENT_KEYS 5 /* transparency: uvec4 per entry: depth, coverage, ... */
 #define BIND_FRAGMENT_SURFACE_0 6
 #define BIND_FRAGMENT_SURFACE_1 7
@@ -45,6 +45,7 @@
 #define BIND_TRACED_POINTS 11 /* points that traced shadows are asked for */
 #define BIND_TRACED_HEADS 12  /* u32 per pixel: its first point << 3 | their number */
 #define BIND_STATISTICS 14    /* counters read back by the report */
+#define BIND_PIXEL_LEFT 10    /* u32 per pixel: entries counted, and not yet written */
 #define BIND_SCREEN 10        /* u32: the window as a screen shows it */
 #define BIND_TONE_BUCKETS 11  /* struct tone_bucket[] */
 #define BIND_LIST_NODES 15    /* linked techniques: elements under construction */

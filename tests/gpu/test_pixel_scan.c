@@ -49,7 +49,8 @@ static void scan(const uint32_t *counts, uint32_t count, bool has_tiles, uint32_
                  uint32_t totals[2])
 {
     uint32_t chunk = has_tiles ? 2048 : 256, chunks = (count + chunk - 1) / chunk;
-    struct gl_buffer pixels = make("test.counts", count, counts, BIND_PIXEL_COUNTS),
+    struct gl_buffer pixels = make("test.counts", count, counts, BIND_PIXEL_LEFT),
+                     ends = make("test.ends", count, NULL, BIND_PIXEL_COUNTS),
                      sums = make("test.sums", 2ull * chunks, NULL, BIND_SCAN),
                      statistics = make("test.statistics", 2, NULL, BIND_STATISTICS);
     for (int pass = 0; pass < 3; pass++) {
@@ -62,9 +63,10 @@ static void scan(const uint32_t *counts, uint32_t count, bool has_tiles, uint32_
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         glDispatchCompute(pass == 1 ? 1 : has_tiles ? chunks : (chunks + 63) / 64, 1, 1);
     }
-    gl_buffer_read(&pixels, 0, 4ull * count, words);
+    gl_buffer_read(&ends, 0, 4ull * count, words);
     gl_buffer_read(&statistics, 0, 8, totals);
     gl_buffer_finish(&pixels);
+    gl_buffer_finish(&ends);
     gl_buffer_finish(&sums);
     gl_buffer_finish(&statistics);
 }
@@ -77,9 +79,9 @@ static void compare_scans(const uint32_t *counts, uint32_t count)
         uint32_t totals[2], sum = 0, longest = 0;
         scan(counts, count, form == 1, words, totals);
         for (uint32_t i = 0; i < count && sum < UINT32_MAX; i++) {
+            sum = add_saturated(sum, counts[i]);
             if (words[i] != sum)
                 fail_msg("form %d, count %u of %u: %u, not %u", form, i, count, words[i], sum);
-            sum = add_saturated(sum, counts[i]);
             longest = counts[i] > longest ? counts[i] : longest;
         }
         assert_int_equal(totals[0], sum);
@@ -89,7 +91,7 @@ static void compare_scans(const uint32_t *counts, uint32_t count)
     free(words);
 }
 
-static void counts_become_offsets_as_by_a_loop(void **state)
+static void counts_become_ends_as_by_a_loop(void **state)
 {
     (void)state;
     static const uint32_t sizes[] = {1, 255, 256, 257, 2047, 2048, 2049, 65537, 700001};
@@ -199,7 +201,7 @@ int main(void)
     if (!shadow_rig_open(&rig, 0, 0))
         return 77;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(counts_become_offsets_as_by_a_loop),
+        cmocka_unit_test(counts_become_ends_as_by_a_loop),
         cmocka_unit_test(absurd_totals_are_seen_as_too_large),
         cmocka_unit_test(merged_lists_are_sorted_and_stable),
     };

@@ -33,7 +33,7 @@ static const struct {
      "each class has lists of its own there, and a step of all classes ends with a barrier"},
     {"lights.linked.insert*", "lights.linked.insert*", "lights.linked.*",
      "a tile's list is locked while a light is inserted"},
-    {"lists_count.frag.glsl*", "lists_count.frag.glsl*", "lists.counts",
+    {"lists_count.frag.glsl*", "lists_count.frag.glsl*", "lists.left",
      "fragments are counted by atomic additions"},
     {"lists_scatter.frag.glsl*", "lists_scatter.frag.glsl*", "lists.*",
      "a fragment takes its place by an atomic addition, and writes there alone"},
