@@ -72,6 +72,8 @@ static void place_ray(const struct rt_scene *scene, const struct rt_shadow_job *
     struct leap leap = choose_leap(job);
     rt_shadow_ray(scene, &arrival, job->point, NULL, ray);
     ray->leaves_out = job->leaves_out;
+    ray->skip_mesh = job->skip_mesh;
+    ray->skip_triangle = job->skip_triangle;
     ray->t_max -= leap.along_ray_m;
     if (isfinite(job->distance_m))
         ray->t_max -= 8 * scene->nudge_m;

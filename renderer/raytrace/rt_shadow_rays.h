@@ -14,7 +14,8 @@ struct rt_shadow_job { /* one ray, waiting */
     float direction[3], distance_m;
     uint32_t light;
     uint32_t filter;     /* where the result goes */
-    uint32_t leaves_out; /* rt_ray's */
+    uint32_t leaves_out; /* rt_ray's, like these: */
+    uint32_t skip_mesh, skip_triangle;
 };
 
 struct rt_shadow_rays { /* zeroed before init */

@@ -7,6 +7,7 @@
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_shadow_rays.h"
+#include "renderer/raytrace/rt_terminator.h"
 #include "renderer/scene/matrix.h"
 #include "renderer/wall_clock.h"
 #include "shaders/shared/layout.h"
@@ -98,6 +99,8 @@ static void turn_to_world(const struct camera *camera, const float v[3], double 
                  camera->back[k] * (double)v[2];
 }
 
+static const double SAME_NORMAL = 1 - 1e-6; /* cosine: what 16 bits a coordinate leave */
+
 static void unpack_normal(const struct camera *camera, uint32_t word, float out[3])
 {
     float unit[3];
@@ -153,7 +156,39 @@ static uint32_t seed_of(const struct raytrace_shadow_points *points,
                        points->image_y_bottom - (int)(point->pixel / width), 0);
 }
 
-static void begin_point(const struct raytrace_shadows *shadows,
+/* Where the shading normal is not the triangle's: a short ray finds the triangle again, of which
+ * the rasteriser tells no more, and the point goes where rt_terminator.h has it. */
+static void leave_smooth_surface(const struct rt_scene *scene, struct rt_hits *hits,
+                                 struct point_light *p)
+{
+    struct rt_ray ray = {.skip_mesh = UINT32_MAX, .skip_triangle = UINT32_MAX};
+    struct rt_smooth_start start;
+    double way = 4 * (double)p->job.lift_m, cosine = 0, at[3];
+    for (int k = 0; k < 3; k++) {
+        cosine += (double)p->job.normal[k] * (double)p->normal[k];
+        ray.origin[k] = p->job.point[k] + way * (double)p->job.normal[k];
+        ray.direction[k] = -(double)p->job.normal[k];
+    }
+    if (cosine > SAME_NORMAL)
+        return;
+    ray.t_max = 2 * way;
+    rt_scene_collect(scene, &ray, hits);
+    const struct rt_hit *hit = hits->count ? &hits->hits[hits->count - 1] : NULL;
+    if (!hit || !hit->is_opaque)
+        return;
+    for (int k = 0; k < 3; k++)
+        at[k] = ray.origin[k] + ray.direction[k] * hit->t;
+    if (!rt_terminator_find(scene, hit, at, &start))
+        return;
+    p->job.skip_mesh = hit->mesh;
+    p->job.skip_triangle = hit->triangle;
+    for (int k = 0; k < 3; k++) {
+        p->job.point[k] = at[k] + start.offset[k];
+        p->job.normal[k] = (float)start.normal[k];
+    }
+}
+
+static void begin_point(const struct raytrace_shadows *shadows, struct rt_hits *scratch,
                         const struct raytrace_shadow_points *points, size_t index,
                         struct point_light *p)
 {
@@ -183,6 +218,9 @@ static void begin_point(const struct raytrace_shadows *shadows,
     double leaning = sqrt(fmax(1 - facing * facing, 0));
     p->job.lift_m = (float)(scene->nudge_m + EYE_ROUNDING * sqrt(square) +
                             SNAPPING * p->footprint_m * leaning + curved);
+    p->job.skip_mesh = p->job.skip_triangle = UINT32_MAX;
+    if (index >= points->entry_count)
+        leave_smooth_surface(scene, scratch, p);
 }
 
 /* Where the light is, seen from the point: of an area light, its index-th point. False when none of
@@ -236,7 +274,7 @@ static void ask_lights(struct worker *worker, size_t index)
     struct light_run run =
         cut_list(slice->clusters, slice->table[index][1], slice->first, slice->count);
     struct point_light p;
-    begin_point(shared->shadows, shared->points, index, &p);
+    begin_point(shared->shadows, &worker->rays.scratch, shared->points, index, &p);
     p.job.filter = slice->table[index][0];
     for (int i = 0; i < 2; i++) {
         for (uint32_t k = 0; k < run.counts[i]; k++) {
