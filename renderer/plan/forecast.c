@@ -105,9 +105,9 @@ static void add_maps(const struct workload *w, const struct forecast_setting *se
 }
 
 /* Opaque surfaces that rays shade for one that is seen at 4 samples: shadow rays of the demo, an
- * engine and fins under spots were 1.9, 1.3 and 1.6 times as many with those that samples have to
+ * engine and fins under spots were 1.9, 1.6 and 1.7 times as many with those that samples have to
  * themselves (renderer/raytrace/rt_batch_refine.h). */
-static const double SPLIT = 1.6;
+static const double SPLIT = 1.7;
 
 static void add_rays(const struct workload *w, const struct forecast_setting *setting,
                      double terms[FORECAST_TERM_COUNT])
