@@ -274,7 +274,7 @@ bool gl_texture_init_buffer(struct gl_texture *texture, const char *label, uint3
     assert(!texture->name);
     GLint max_texels = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &max_texels);
-    uint64_t texels = buffer->size_bytes / format_texel_bytes(format);
+    uint64_t texel_bytes = format_texel_bytes(format), texels = buffer->size_bytes / texel_bytes;
     if (texels > (uint64_t)max_texels)
         return error_set(err, ERROR_OVER_BUDGET, "'%s' has %llu texels, the device reads %d", label,
                          (unsigned long long)texels, max_texels);
@@ -282,7 +282,12 @@ bool gl_texture_init_buffer(struct gl_texture *texture, const char *label, uint3
         .target = GL_TEXTURE_BUFFER, .format = format, .storage = buffer->storage};
     glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture->name);
     set_label(GL_TEXTURE, texture->name, label);
-    glTextureBuffer(texture->name, format, buffer->name);
+    /* what storage_bytes adds is shown, too, where the device reads so many */
+    if (buffer->size_bytes + 256 <= (uint64_t)max_texels * texel_bytes)
+        glTextureBuffer(texture->name, format, buffer->name);
+    else
+        glTextureBufferRange(texture->name, format, buffer->name, 0,
+                             (GLsizeiptr)(texels * texel_bytes));
     return true;
 }
 

@@ -65,8 +65,8 @@ class CommandLine(unittest.TestCase):
     def test_list_names_every_suite(self):
         names = [line.split()[0] for line in run("list").stdout.splitlines()]
         self.assertEqual(["lights", "deep", "both", "layers", "demo", "draws", "raytrace",
-                          "foliage", "forecast", "linear", "standing", "ahead", "targets",
-                          "scaling", "live"], names)
+                          "foliage", "forecast", "auto", "linear", "standing", "ahead",
+                          "targets", "scaling", "promises", "live"], names)
 
     def test_ray_tracing_states_its_overhead_and_its_gain(self):
         done = run("raytrace", "--quick", "--json", "--size", "96x64")
