@@ -154,11 +154,10 @@ export class OrbitCamera {
     return camera;
   }
 
-  /** For links: short, and exactly what fromState reads. */
+  /** For links: all digits, so that fromState brings back the same camera and the same picture. */
   toState() {
-    const short = (value) => Number(value.toPrecision(9));
-    return [...this.target, this.distance, this.yaw, this.pitch, this.fov].map(short)
-      .concat(this.isOrthographic ? 1 : 0);
+    return [...this.target, this.distance, this.yaw, this.pitch, this.fov,
+      this.isOrthographic ? 1 : 0];
   }
 
   fromState(state) {

@@ -78,11 +78,11 @@ class PageTest(unittest.TestCase):
 
     size = (900, 640)
     phone = False
+    auto = "raster"  # pictures are compared by their bits, and what is learned may change techniques
 
     @classmethod
     def setUpClass(cls):
-        # pictures are compared by their bits, and what auto learns may change its technique
-        cls.daemon = support.Daemon("--render-timeout-s", "60", "--auto", "raster", program=REAL)
+        cls.daemon = support.Daemon("--render-timeout-s", "60", "--auto", cls.auto, program=REAL)
         cls.addClassCleanup(cls.daemon.__exit__)
         reply = cls.daemon.raw("GET", "/readyz")
         if reply.status != 200 and reply.code == "no_device":

@@ -56,7 +56,7 @@ class Stopping(Trouble):
         self.browser.run("return new Promise((done) => setTimeout(done, 300))")
         self.assertEqual(0, self.browser.run(MESSAGES))  # the banner says it all
         cls.daemon = support.Daemon("--listen", f"127.0.0.1:{port}", "--render-timeout-s", "60",
-                                    program=REAL, state_dir=state.name)
+                                    "--auto", cls.auto, program=REAL, state_dir=state.name)
         cls.addClassCleanup(cls.daemon.__exit__)
         cls.daemon.wait_ready()
         self.press("Try now")
