@@ -78,7 +78,7 @@ class PageTest(unittest.TestCase):
 
     size = (900, 640)
     phone = False
-    auto = "raster"  # pictures are compared by their bits, and what is learned may change techniques
+    auto = "raster"  # pictures are compared by their bits, and a technique learned may be another
 
     @classmethod
     def setUpClass(cls):
