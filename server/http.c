@@ -18,6 +18,7 @@
 #include "protocol/problem.h"
 #include "protocol/utf8.h"
 #include "server/http_internal.h"
+#include "server/http_lines.h"
 
 enum {
     THREADS = 2, /* they parse and copy; rendering and decoding happen elsewhere */
@@ -318,12 +319,35 @@ static void choose_request_id(struct http_exchange *exchange)
              (unsigned long long)(mixed ^ (mixed >> 31)));
 }
 
+struct head_visit {
+    struct http_head *head;
+    struct http_lines lines;
+};
+
 static enum MHD_Result visit_header(void *context, enum MHD_ValueKind kind, const char *name,
                                     const char *value)
 {
     (void)kind;
-    http_head_add(context, name, value);
+    struct head_visit *visit = context;
+    http_head_add(visit->head, name, value);
+    http_lines_add(&visit->lines, name, value ? value : "");
     return MHD_YES;
+}
+
+/* method and version lie in the library's buffer, in which the head came. */
+static void read_head(struct http_exchange *exchange, const char *method, const char *version,
+                      struct http_head *head)
+{
+    struct head_visit visit = {.head = head};
+    *head = (struct http_head){.is_http_1_0 = strcmp(version, "HTTP/1.0") == 0,
+                               .is_change = exchange->method >= HTTP_POST &&
+                                            exchange->method <= HTTP_DELETE};
+    http_lines_init(&visit.lines, version);
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, visit_header, &visit);
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+    head->has_odd_line = http_lines_can_judge(MHD_get_version()) &&
+                         !(info && http_lines_are_plain(&visit.lines, method, info->header_size));
 }
 
 static void *connection_context(struct MHD_Connection *connection)
@@ -360,14 +384,13 @@ static struct http_exchange *exchange_create(struct http_server *server,
 
 /* The head is in. A refusal is sent now; only when the body is small is it read first, since a
  * client that is still sending may never see a reply on a connection that closes under it. */
-static enum MHD_Result begin_exchange(struct http_exchange *exchange, const char *version)
+static enum MHD_Result begin_exchange(struct http_exchange *exchange, const char *method,
+                                      const char *version)
 {
     struct http_server *server = exchange->server;
-    struct http_head head = {.is_http_1_0 = strcmp(version, "HTTP/1.0") == 0,
-                             .is_change =
-                                 exchange->method >= HTTP_POST && exchange->method <= HTTP_DELETE};
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, visit_header, &head);
+    struct http_head head;
     struct error problem = {0};
+    read_head(exchange, method, version, &head);
     if (!http_head_check(&head, &server->policy, &problem)) {
         exchange->must_close = true;
         http_reply_error(exchange, &problem);
@@ -425,7 +448,7 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
     struct http_exchange *exchange = *state;
     if (!exchange) {
         exchange = *state = exchange_create(server, connection, path, method);
-        return exchange ? begin_exchange(exchange, version) : MHD_NO;
+        return exchange ? begin_exchange(exchange, method, version) : MHD_NO;
     }
     if (*size_bytes > 0) {
         size_t size = *size_bytes;

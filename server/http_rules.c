@@ -53,6 +53,10 @@ void http_head_add(struct http_head *head, const char *name, const char *value)
 
 static bool check_framing(const struct http_head *head, struct error *err)
 {
+    if (head->has_odd_line)
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "a line of the head does not end in CRLF, continues the one before it, "
+                         "has no name, or holds a zero byte");
     if (head->has_bad_name)
         return error_set(err, ERROR_INVALID_REQUEST,
                          "the name of a header field is empty, or holds a blank or another "

@@ -13,6 +13,7 @@
 struct http_head {
     int host_count, length_count, encoding_count, field_count;
     const char *host, *length, *encoding, *origin, *fetch_site;
+    bool has_odd_line;  /* one that ends in a bare line feed, continues a field, or holds a zero */
     bool has_bad_name;  /* one that is no token of RFC 9110 */
     bool has_bad_field; /* a control character in a value */
     bool has_coded_body;

@@ -50,6 +50,52 @@ class Framing(support.ServiceTest):
             answer = self.refuse(head + field + b"\r\nhello")
             self.assertIn(b"application/problem+json", answer)
 
+    def test_lines_that_readers_end_elsewhere_are_refused(self):
+        get = b"GET /healthz HTTP/1.1\r\n"
+        post = b"POST /v1/renders HTTP/1.1\r\n" + HEAD
+        for head in (
+            post + b"Content-Length:\r\n 5\r\n\r\nhello",  # a field that goes on in the next line
+            post + b"Content-Length: 5\r\n \t\r\n\r\nhello",
+            post + b"Transfer-Encoding: chunked\r\n x\r\n\r\n0\r\n\r\n",
+            post + b"X: a\r\n Content-Length: 5\r\n\r\nhello",
+            get + HEAD + b"X: a\r\n\tb\r\n\r\n",
+            get + b" X: a\r\n" + HEAD + b"\r\n",
+            b"GET /healthz HTTP/1.1\n" + HEAD + b"\r\n",  # bare line feeds
+            b"GET /healthz HTTP/1.1\nHost: localhost\n\n",
+            get + b"Host: localhost\n\r\n",
+            get + HEAD + b"\n",
+            get + HEAD + b"X: a\nY: b\r\n\r\n",
+            post + b"X: a\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+            get + HEAD + b"X: a\rb\r\n\r\n",
+            get + HEAD + b"X: a\0b\r\n\r\n",  # zero bytes
+            get + HEAD + b"X: a\0\0Content-Length: 5\r\n\r\n",
+            get + HEAD + b"X: \0\r\n\r\n",
+            get + HEAD + b"X\0: a\r\n\r\n",
+            get + HEAD + b": a\r\n",  # no name
+            get + HEAD + b": a\r\n\r\n",
+            get + b": a\r\n" + HEAD + b"\r\n",
+        ):
+            with self.subTest(head):
+                self.refuse(head)
+
+    def test_heads_are_taken_however_they_arrive(self):
+        """Whatever fields there are, and in whatever pieces, line ends are told rightly."""
+        fields = (b"X:\r\nY: \t a \t\r\nCookie: a=b; c=\"d\"\r\nZ: " + b"z" * 20000 + b"\r\n"
+                  + b"".join(b"N%d: %d\r\n" % (i, i) for i in range(200)))
+        request = b"GET /healthz?a=%20b&c HTTP/1.1\r\n" + HEAD + fields + b"\r\n"
+        for pieces in (1, 2, 40):
+            with socket.create_connection(("127.0.0.1", self.daemon.port), timeout=10) as peer:
+                peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                for turn in range(3):  # the connection stays
+                    size = -(-len(request) // pieces)
+                    for at in range(0, len(request), size):
+                        peer.sendall(request[at : at + size])
+                        time.sleep(0.002)
+                    answer = b""
+                    while not answer.endswith(b"}"):
+                        answer += peer.recv(4096)
+                    self.assertEqual([200], statuses(answer), (pieces, turn))
+
     def test_coded_bodies_are_not_taken(self):
         kind = b"Content-Type: application/json\r\nContent-Length: 2\r\n"
         for coding, status in ((b"gzip", 415), (b"br, gzip", 415), (b"identity", 400)):

@@ -14,6 +14,7 @@
 
 #include <cmocka.h>
 
+#include "server/http_lines.h"
 #include "server/http_rules.h"
 #include "server/clock.h"
 #include "server/http_watch.h"
@@ -71,6 +72,40 @@ static void framing_that_two_readers_may_read_differently_is_refused(void **stat
         if (*table[i].part ? !strstr(message, table[i].part) : *message != '\0')
             fail_msg("%s: '%s', expected '%s'", table[i].fields, message, table[i].part);
     }
+}
+
+/* A head as the library leaves it in its buffer, zeros in place of line ends; names and values are
+ * told by their places. */
+static bool is_plain(const char *head, size_t size_bytes, const int (*fields)[2], int count)
+{
+    struct http_lines lines;
+    http_lines_init(&lines, head + 6);
+    for (int i = 0; i < count; i++)
+        http_lines_add(&lines, head + fields[i][0], head + fields[i][1]);
+    return http_lines_are_plain(&lines, head, size_bytes);
+}
+#define IS_PLAIN(head, ...)                                         \
+    is_plain(head, sizeof(head) - 1, (const int[][2]){__VA_ARGS__}, \
+             sizeof((const int[][2]){__VA_ARGS__}) / sizeof(int[2]))
+
+static void lines_of_a_head_are_plain_where_each_begins_behind_the_one_before(void **state)
+{
+    (void)state;
+    assert_true(IS_PLAIN("GET\0/\0HTTP/1.1\0\0A\0 b\0\0C\0\0\0\0\0", {16, 19}, {22, 24}));
+    assert_false(IS_PLAIN("GET\0/\0HTTP/1.1\0A\0 b\0\0\0\0", {15, 18})); /* LF after the version */
+    assert_false(IS_PLAIN("GET\0/\0HTTP/1.1\0\0A\0 b\0\0\0", {16, 19})); /* LF after the field */
+    assert_false(IS_PLAIN("GET\0/\0HTTP/1.1\0\0A\0 b\0x\0\0\0\0", {16, 19}));      /* a zero byte */
+    assert_false(IS_PLAIN("GET\0/\0HTTP/1.1\0\0A\0 b\0\0\0 x\0\0\0\0", {16, 19})); /* no name */
+    /* The name was copied and has grown; its value has not moved. */
+    assert_false(IS_PLAIN("GET\0/\0HTTP/1.1\0\0A\0 b\0\0 c\0\0\0\0Ac\0", {28, 19}));
+    assert_false(IS_PLAIN("GET\0/\0HTTP/1.1\0\0A\0 b\0\0\0\0", {16, 16}));
+}
+
+static void versions_of_the_library_that_leave_heads_in_place_are_known(void **state)
+{
+    (void)state;
+    assert_true(http_lines_can_judge("0.9.75") && http_lines_can_judge("0.9.77"));
+    assert_false(http_lines_can_judge("1.0.1") || http_lines_can_judge("0.10.1"));
 }
 
 static void foreign_pages_may_read_nothing_new_and_change_nothing(void **state)
@@ -244,6 +279,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(framing_that_two_readers_may_read_differently_is_refused),
+        cmocka_unit_test(lines_of_a_head_are_plain_where_each_begins_behind_the_one_before),
+        cmocka_unit_test(versions_of_the_library_that_leave_heads_in_place_are_known),
         cmocka_unit_test(foreign_pages_may_read_nothing_new_and_change_nothing),
         cmocka_unit_test(the_length_of_a_body_is_known_or_without_bound),
         cmocka_unit_test(only_allowed_formats_are_negotiated),
