@@ -632,7 +632,9 @@ static int scaled(int side_px, double scale)
     return exact < 1 ? 1 : (int)exact;
 }
 
-/* Samples and taps change no structure, so that shadow maps are the same moving and at rest. */
+/* Samples and taps change no structure, so that shadow maps are the same moving and at rest; nor do
+ * traced shadows need one for motion that others would have to build. The reference is ray-traced.
+ */
 static json_t *quick_quality(const json_t *quality)
 {
     json_t *quick = json_copy((json_t *)(uintptr_t)quality);
@@ -641,7 +643,8 @@ static json_t *quick_quality(const json_t *quality)
     bool has_failed =
         !quick || json_object_set_new(quick, "samples", json_integer(1)) != 0 ||
         json_object_set_new(quick, "shadow_taps", json_integer(1)) != 0 ||
-        (is_traced && json_object_set_new(quick, "shadows", json_string("auto")) != 0);
+        (is_traced && json_object_set_new(quick, "shadows", json_string("auto")) != 0) ||
+        (json_object_get(quick, "reference") && json_object_del(quick, "reference") != 0);
     return json_take_unless(quick, has_failed);
 }
 

@@ -79,7 +79,8 @@ struct view_shot {
     enum request_format format; /* required, not ANY */
     int quality_percent;        /* 0 = the default */
     double scale;               /* of width and height; 0 means 1 */
-    bool is_quick;              /* one sample, one shadow tap, nothing ray-traced */
+    bool is_quick;              /* one sample, one shadow tap, nothing ray-traced but shadows of
+                                   "raytraced-shadows" */
 };
 
 /* Whether its quality has max_error or budget_ms. */

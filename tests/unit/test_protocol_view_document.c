@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/* Pictures of views as requests. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "protocol/render_request.h"
+#include "protocol/view_document.h"
+
+#define SCENE "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
+
+/* The quality of a view's picture. */
+static struct request_quality quality_of(const char *quality, bool is_quick)
+{
+    char text[512];
+    struct error err = {0};
+    struct render_request request;
+    snprintf(text, sizeof text, "{\"scene\":\"" SCENE "\",\"quality\":%s}", quality);
+    struct view_document *document = view_document_create(text, strlen(text), &err);
+    assert_non_null(document);
+    char *shot = view_document_shot(
+        document, &(struct view_shot){.format = REQUEST_FORMAT_PNG, .is_quick = is_quick}, NULL,
+        NULL);
+    assert_non_null(shot);
+    assert_true(render_request_parse(shot, strlen(shot), &request, &err));
+    struct request_quality found = request.quality;
+    render_request_finish(&request);
+    free(shot);
+    view_document_destroy(document);
+    return found;
+}
+
+static void pictures_in_motion_have_one_sample_and_are_not_ray_traced(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *quality;
+        enum request_shadows at_rest, in_motion;
+        bool is_reference;
+    } table[] = {
+        {"{}", REQUEST_SHADOWS_AUTO, REQUEST_SHADOWS_AUTO, false},
+        {"{\"shadows\":\"map\"}", REQUEST_SHADOWS_MAP, REQUEST_SHADOWS_MAP, false},
+        {"{\"shadows\":\"raytraced\"}", REQUEST_SHADOWS_RAYTRACED, REQUEST_SHADOWS_AUTO, false},
+        {"{\"reference\":true}", REQUEST_SHADOWS_AUTO, REQUEST_SHADOWS_AUTO, true},
+        {"{\"reference\":true,\"shadows\":\"raytraced\",\"samples\":64}", REQUEST_SHADOWS_RAYTRACED,
+         REQUEST_SHADOWS_AUTO, true},
+        {"{\"shadows\":\"raytraced-shadows\"}", REQUEST_SHADOWS_RAYTRACED_SHADOWS,
+         REQUEST_SHADOWS_RAYTRACED_SHADOWS, false},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+        struct request_quality at_rest = quality_of(table[i].quality, false),
+                               in_motion = quality_of(table[i].quality, true);
+        assert_int_equal(at_rest.shadows, table[i].at_rest);
+        assert_int_equal(at_rest.reference, table[i].is_reference);
+        assert_int_equal(in_motion.shadows, table[i].in_motion);
+        assert_false(in_motion.reference);
+        assert_int_equal(in_motion.samples, 1);
+        assert_int_equal(in_motion.shadow_taps, 1);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pictures_in_motion_have_one_sample_and_are_not_ray_traced),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
