@@ -74,6 +74,17 @@ static bool scan_cut(struct scanner *s, struct cutter *cutter, struct gltf_sourc
     return true;
 }
 
+/* An array that another file reads from the text. */
+static bool scan_kept_cut(struct scanner *s, struct cutter *cutter, struct span *text,
+                          size_t *count)
+{
+    int cut = cutter->cut_count;
+    if (!scan_cut(s, cutter, NULL, count))
+        return false;
+    *text = cutter->cuts[cut];
+    return true;
+}
+
 static bool scan_member(struct scanner *s, struct span key, void *object)
 {
     struct cutter *cutter = object;
@@ -85,14 +96,9 @@ static bool scan_member(struct scanner *s, struct span key, void *object)
     if (span_is(key, "images"))
         return scan_cut(s, cutter, &json->images, &json->image_count);
     if (span_is(key, "skins"))
-        return scan_cut(s, cutter, NULL, &json->skin_count);
-    if (span_is(key, "animations")) {
-        int cut = cutter->cut_count;
-        if (!scan_cut(s, cutter, NULL, &json->animation_count))
-            return false;
-        json->animations = cutter->cuts[cut];
-        return true;
-    }
+        return scan_kept_cut(s, cutter, &json->skins, &json->skin_count);
+    if (span_is(key, "animations"))
+        return scan_kept_cut(s, cutter, &json->animations, &json->animation_count);
     return gltf_types_scan(s, key);
 }
 

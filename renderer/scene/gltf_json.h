@@ -27,11 +27,11 @@ struct gltf_source {
 struct gltf_json {
     struct gltf_source *buffers, *images;
     size_t buffer_count, image_count;
-    size_t skin_count; /* counted only */
-    size_t animation_count;
-    struct span animations; /* their array in the text given; balanced, else unchecked; empty when
-                               absent: renderer/scene/gltf_animations.h */
-    char *rest;             /* owned: the document with these four arrays emptied */
+    size_t skin_count, animation_count;
+    /* Their arrays in the text given; balanced, else unchecked; empty when absent:
+     * renderer/scene/import_skins.c and gltf_animations.h. */
+    struct span skins, animations;
+    char *rest; /* owned: the document with these four arrays emptied */
     size_t rest_length;
 };
 

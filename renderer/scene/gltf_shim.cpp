@@ -282,13 +282,21 @@ gltf_primitive convert_primitive(const tinygltf::Primitive &p)
     return out;
 }
 
+/* An extension that names no light is not the same as none. */
+int light_of(const tinygltf::Node &n)
+{
+    const tinygltf::Value *punctual = extension(n.extensions, "KHR_lights_punctual");
+    int light = integer(punctual, "light", -1);
+    return punctual && light < 0 ? GLTF_BAD_LIGHT : light;
+}
+
 void convert_node(holder &h, const tinygltf::Node &n)
 {
     gltf_node out = {};
     out.name = n.name.c_str();
     out.mesh = n.mesh;
     out.camera = n.camera;
-    out.light = integer(extension(n.extensions, "KHR_lights_punctual"), "light", -1);
+    out.light = light_of(n);
     out.skin = n.skin;
     out.is_instanced = extension(n.extensions, "EXT_mesh_gpu_instancing") != nullptr;
     out.children = indices_of(n.children);

@@ -79,6 +79,8 @@ struct gltf_mesh {
     size_t primitive_count;
 };
 
+enum { GLTF_BAD_LIGHT = -2 }; /* of a node: KHR_lights_punctual without an index of a light */
+
 struct gltf_node {
     const char *name;
     int mesh, camera, light, skin;

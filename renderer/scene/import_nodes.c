@@ -282,7 +282,11 @@ static bool fill_node(struct importer *importer, uint32_t source,
     const struct scene_node *nodes = importer->writer.sections[SCENE_NODES].records;
     if (node->camera < -1 || node->camera >= (int64_t)document->camera_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no camera %d", node->camera);
-    if (node->light < -1 || node->light >= (int64_t)document->light_count)
+    if (node->light == GLTF_BAD_LIGHT)
+        return error_set(
+            err, ERROR_INVALID_SCENE,
+            "the light of its KHR_lights_punctual must be a whole number, not negative");
+    if (node->light >= (int64_t)document->light_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no light %d", node->light);
     if (!local_matrix(node, out->local_matrix, err))
         return false;

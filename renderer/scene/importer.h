@@ -35,7 +35,8 @@ struct importer {
 /* Each returns false with err set, and fills the sections of its name. In the order of the calls in
  * import.c: materials also is_texture_used; textures also images and image_source, and takes room
  * for their pixels; hierarchy node_order and mesh_of; meshes all vertex sections; nodes also the
- * bounds and counts of the header; animations also poses, channels and keys. */
+ * bounds and counts of the header; animations also poses, channels and keys; skins nothing but
+ * warnings. */
 MUST_CHECK bool import_materials(struct importer *importer, struct error *err);
 MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
 MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
@@ -44,6 +45,7 @@ MUST_CHECK bool import_hierarchy(struct importer *importer, struct error *err);
 MUST_CHECK bool import_meshes(struct importer *importer, struct error *err);
 MUST_CHECK bool import_nodes(struct importer *importer, struct error *err);
 MUST_CHECK bool import_animations(struct importer *importer, struct error *err);
+MUST_CHECK bool import_skins(struct importer *importer, struct error *err);
 
 /* Translation, rotation and scale of a node without a matrix, into a zeroed pose. */
 MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pose,
