@@ -99,9 +99,9 @@ struct light_record {
     vec4 position_range; /* xyz view space [m]; w range [m], 0 = unbounded */
     vec4 color;          /* rgb: tint * intensity [cd or lx; area: nt m2]; w unused */
     vec4 direction_cone; /* xyz: direction of travel, unit, view space; w spot scale: 1 / max(cos_in
-                            - cos_out, 1e-4) */
+                            - cos_out, 1e-3) */
     uint type;           /* LIGHT_* */
-    uint shadow;         /* index of shadow_record, or NO_SHADOW */
+    uint shadow;         /* index of shadow_record, where shadows are traced any; or NO_SHADOW */
     float spot_offset;   /* -cos_out * scale */
     uint pad;
 };

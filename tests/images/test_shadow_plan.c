@@ -278,6 +278,48 @@ static void a_light_that_reaches_nothing_in_view_costs_no_shadow(void **state)
     close_panes(&f);
 }
 
+static bool has_reason(const struct frame_report *report, const char *text)
+{
+    for (int i = 0; i < report->pass_count; i++)
+        if (strstr(report->passes[i].because, text))
+            return true;
+    return false;
+}
+
+static void reasons_of_shadow_passes_name_lights_of_every_type(void **state)
+{
+    static const char *const names[] = {[SCENE_LIGHT_DIRECTIONAL] = "light 0 (directional)",
+                                        [SCENE_LIGHT_POINT] = "light 0 (point)",
+                                        [SCENE_LIGHT_SPOT] = "light 0 (spot)",
+                                        [SCENE_LIGHT_RECT] = "light 0 (rect)",
+                                        [SCENE_LIGHT_DISK] = "light 0 (disk)"};
+    struct fixture f;
+    struct frame_report report;
+    double middle[3];
+    open_panes(&f, state, 0, true);
+    for (int type = 0; type < (int)(sizeof names / sizeof names[0]); type++) {
+        struct view_light lamp = {.type = (enum scene_light_type)type,
+                                  .position = {0.01 * type, 3, 0}, /* no map is kept for the next */
+                                  .direction = {0, -1, 0},
+                                  .up = {0, 0, 1},
+                                  .color = {1, 1, 1},
+                                  .intensity = 10,
+                                  .outer_cone_deg = 60,
+                                  .width_m = 0.5,
+                                  .height_m = 0.5,
+                                  .radius_m = 0.25};
+        struct view view = floor_view();
+        view.ignore_scene_lights = true;
+        view.lights = &lamp;
+        view.light_count = 1;
+        view.quality.shadows = VIEW_SHADOWS_MAP;
+        render(&f, &view, &report, middle);
+        if (!has_reason(&report, names[type]))
+            fail_msg("no pass is there because of %s", names[type]);
+    }
+    close_panes(&f);
+}
+
 static void a_view_of_nothing_costs_no_shadow(void **state)
 {
     struct fixture f;
@@ -314,6 +356,7 @@ int main(void)
         cmocka_unit_test(a_moved_camera_rebuilds_nothing),
         cmocka_unit_test(a_moved_light_rebuilds_its_own_map_only),
         cmocka_unit_test(a_light_that_reaches_nothing_in_view_costs_no_shadow),
+        cmocka_unit_test(reasons_of_shadow_passes_name_lights_of_every_type),
         cmocka_unit_test(a_view_of_nothing_costs_no_shadow),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
