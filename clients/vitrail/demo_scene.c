@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 #include "clients/vitrail/commands.h"
 #include "clients/vitrail/output_file.h"
 

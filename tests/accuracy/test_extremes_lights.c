@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/image_checks.h"
 

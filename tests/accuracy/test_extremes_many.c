@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/extreme_scene.h"
 #include "tests/support/image_checks.h"

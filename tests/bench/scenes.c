@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 #include "tests/support/light_scene.h"
 
 #define SPONZA_PATH "Sponza/glTF/Sponza.gltf"

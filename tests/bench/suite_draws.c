@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "tests/bench/frames.h"
 
 enum { STEPS_MAX = 4, MATERIALS = 8, MESHES = 3, VARIANTS = 5, STANDING = 25 };

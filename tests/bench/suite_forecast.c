@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 #include "renderer/calibrate.h"
 #include "renderer/plan/forecast.h"
 #include "tests/bench/frames.h"

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 #include "renderer/gl/loop_probe.h"
 #include "renderer/shading/loop_steps.h"
 #include "tests/support/render_support.h"

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 #include <epoxy/gl.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 #include "tests/support/gl_hooks.h"
 #include "tests/support/render_support.h"
 

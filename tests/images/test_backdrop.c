@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/glb_builder.h"
-#include "clients/glb/shapes.h"
+#include "glb/glb_builder.h"
+#include "glb/shapes.h"
 #include "tests/support/image_checks.h"
 
 enum { SIZE = 64 };

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/image_checks.h"
 

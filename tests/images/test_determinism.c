@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/image_checks.h"
 

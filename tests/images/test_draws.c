@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "tests/support/image_checks.h"
 
 enum { SIDE = 8, OBJECTS = SIDE * SIDE, KINDS = 5 };

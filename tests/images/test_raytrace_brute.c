@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_packet.h"

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "renderer/plan/camera.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/scene/matrix.h"

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 #include "tests/support/image_checks.h"
 
 enum {

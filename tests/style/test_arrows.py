@@ -8,15 +8,16 @@ import unittest
 
 import sources
 
-FOLDERS = {"server", "protocol", "renderer", "shaders", "clients", "tests"}
+FOLDERS = {"server", "protocol", "renderer", "shaders", "glb", "clients", "tests"}
 
 # folder -> what it may include: whole folders, or single headers
 ARROWS = {
     "protocol": {"protocol"},
     "renderer": {"renderer", "shaders", "protocol/error.h"},
-    "server": {"server", "protocol", "renderer"},
+    "glb": {"glb", "protocol"},
+    "server": {"server", "protocol", "renderer", "glb/demo_scene.h"},
     # images and their metrics need no GL, and a client that compares files needs no server
-    "clients": {"clients", "protocol", "renderer/accuracy", "renderer/image"},
+    "clients": {"clients", "protocol", "glb", "renderer/accuracy", "renderer/image"},
     "shaders": {"shaders"},
     "tests": FOLDERS,
 }
@@ -36,13 +37,13 @@ HOMES = [
     ("GL/*", []),
     ("GLES*/*", []),
     ("EGL/*", []),
-    ("jansson.h", ["protocol/*", "server/*", "clients/*", "tests/*"]),
+    ("jansson.h", ["protocol/*", "glb/*", "server/*", "clients/*", "tests/*"]),
     ("seccomp.h", ["server/*"]),
     ("sqlite3.h", ["server/*"]),
     ("ini.h", ["server/*"]),
     ("wslay/*", ["server/websocket.c"]),
     ("openssl/*", ["server/*", "clients/vitrail/scene_source.c"]),
-    ("png.h", ["clients/glb/*", "renderer/image/png_codec.c", "tests/*"]),
+    ("png.h", ["glb/*", "renderer/image/png_codec.c", "tests/*"]),
     ("webp/*", ["renderer/image/webp_codec.c"]),
     ("embree*/*", ["renderer/raytrace/embree.h"]),
     ("cmocka.h", ["tests/*"]),
@@ -143,7 +144,9 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_refused("clients/vitrail/a.c", '"renderer/view.h"')
         self.assert_refused("clients/vitrail/a.c", '"renderer/renderer.h"')
         self.assert_refused("clients/vitrail/a.c", '"renderer/gl/context.h"')
-        self.assert_refused("server/a.c", '"clients/glb/glb.h"')
+        self.assert_refused("server/a.c", '"clients/vitrail/http.h"')
+        self.assert_refused("server/a.c", '"glb/glb_builder.h"')
+        self.assert_refused("glb/a.c", '"renderer/image/image.h"')
         self.assert_refused("server/a.c", '"tests/support/a.h"')
         self.assert_refused("shaders/shared/a.h", '"renderer/view.h"')
         self.assert_refused("renderer/a.c", "<server/worker.h>")
@@ -174,6 +177,8 @@ class PlantedFaultsAreCaught(unittest.TestCase):
     def test_the_arrows_of_the_design_are_allowed(self):
         self.assert_allowed("server/a.c", '"protocol/error.h"')
         self.assert_allowed("server/a.c", '"renderer/renderer.h"')
+        self.assert_allowed("server/a.c", '"glb/demo_scene.h"')
+        self.assert_allowed("clients/vitrail/a.c", '"glb/demo_scene.h"')
         self.assert_allowed("renderer/gl/a.c", '"protocol/error.h"')
         self.assert_allowed("renderer/gl/a.c", '"shaders/shared/light.h"')
         self.assert_allowed("renderer/gl/a.c", "<epoxy/gl.h>")

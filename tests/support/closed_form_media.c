@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "tests/support/closed_form_internal.h"
 
 static bool is_opaque(const struct closed_form_body *body)

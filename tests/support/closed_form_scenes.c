@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "tests/support/closed_form_internal.h"
 
 static const double pi = 3.14159265358979323846;

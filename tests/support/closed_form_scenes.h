@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 
 struct closed_form_pane {
     double corner[3], u[3], v[3]; /* the points corner + s u + t v, s and t in [0,1] */

@@ -5,7 +5,7 @@
 #ifndef VITRAIL_TESTS_SUPPORT_EXTREME_SCENE_H
 #define VITRAIL_TESTS_SUPPORT_EXTREME_SCENE_H
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 #include "tests/support/render_support.h"
 
 enum { EXTREME_LIGHTS = 3 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Solids of clients/glb/shapes, thrown about by Xorshift. */
+/* Solids of glb/shapes, thrown about by Xorshift. */
 #include "tests/support/generated_scene.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "renderer/scene/scene.h"
 #include "tests/support/light_scene.h"
 

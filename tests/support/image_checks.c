@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 #include "renderer/accuracy/metrics.h"
 #include "renderer/scene/matrix.h"
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "tests/support/closed_form_internal.h"
 
 enum { SPHERE_COUNT = 40 };

@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 #include "tests/support/glb_reader.h"
 #include "tests/support/import_support.h"
 

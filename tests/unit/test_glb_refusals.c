@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 
 static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 0.1f, 0};
 

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 
 static void position_of(const struct shape *shape, size_t corner, double p[3])
 {

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "renderer/scene/edge_table.h"
 #include "tests/support/accuracy_log.h"
 

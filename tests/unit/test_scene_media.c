@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 #include "renderer/scene/scene_state.h"
 #include "tests/support/import_support.h"
 

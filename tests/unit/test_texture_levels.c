@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 #include "renderer/scene/texture_levels.h"
 #include "tests/support/import_support.h"
 

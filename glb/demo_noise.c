@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Deterministic noise and colour arithmetic for drawn textures. */
-#include "clients/glb/demo_noise.h"
+#include "glb/demo_noise.h"
 
 #include <math.h>
 

@@ -2,7 +2,7 @@
 /* The patterns of the lancet windows, and the table of all patterns. */
 #include <math.h>
 
-#include "clients/glb/demo_glass.h"
+#include "glb/demo_glass.h"
 
 /* The height of the arch above its spring, shape_outline_arch. */
 #define LANCET_RISE (LANCET_WIDTH * 0.80622577482985496) /* sqrt(0.9^2 - 0.4^2) */

@@ -5,13 +5,13 @@
  * are given in local coordinates, metres, and go through the place set at that moment. Texture
  * coordinates are metres along the surface unless a comment says otherwise; v grows downward, as in
  * glTF. A shape that ran out of memory stays empty from then on; shape_give_mesh reports it. */
-#ifndef VITRAIL_CLIENTS_GLB_SHAPES_H
-#define VITRAIL_CLIENTS_GLB_SHAPES_H
+#ifndef VITRAIL_GLB_SHAPES_H
+#define VITRAIL_GLB_SHAPES_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 
 /* Zeroed = empty, at the origin. The fields are read-only for callers. */
 struct shape {

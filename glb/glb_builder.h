@@ -5,8 +5,8 @@
  * failed. In a desc the id 0 means "none", so that zero is the default. A builder keeps its first
  * error and does nothing more after it; glb_builder_finish reports it: callers check once, at the
  * end. */
-#ifndef VITRAIL_CLIENTS_GLB_GLB_BUILDER_H
-#define VITRAIL_CLIENTS_GLB_GLB_BUILDER_H
+#ifndef VITRAIL_GLB_BUILDER_H
+#define VITRAIL_GLB_BUILDER_H
 
 #include <stddef.h>
 #include <stdint.h>

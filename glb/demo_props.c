@@ -2,7 +2,7 @@
 /* The furniture of the demo scene: benches, the altar, candles and the ring lamp. */
 #include <math.h>
 
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 #define ALTAR_Z (-8.6)
 #define ALTAR_TOP 1.42

@@ -2,7 +2,7 @@
 /* The pattern of the rose window: rings of petals and roundels in twelve parts. */
 #include <math.h>
 
-#include "clients/glb/demo_glass.h"
+#include "glb/demo_glass.h"
 
 static const double pi = 3.14159265358979323846;
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The means of drawing stained glass, between the patterns and the rasteriser of demo_glass.c. */
-#ifndef VITRAIL_CLIENTS_GLB_DEMO_GLASS_H
-#define VITRAIL_CLIENTS_GLB_DEMO_GLASS_H
+#ifndef VITRAIL_GLB_DEMO_GLASS_H
+#define VITRAIL_GLB_DEMO_GLASS_H
 
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 enum glass_color {
     GLASS_RUBY,

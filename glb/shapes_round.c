@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Pieces turned on a lathe: spheres, cylinders, cones, rings and vessels. */
-#include "clients/glb/shapes_internal.h"
+#include "glb/shapes_internal.h"
 
 #include <math.h>
 

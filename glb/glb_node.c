@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Lights, cameras and nodes of the GLB builder. */
-#include "clients/glb/glb_internal.h"
+#include "glb/glb_internal.h"
 
 #include <assert.h>
 #include <float.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The frame of the GLB builder: its arrays, the BIN chunk, numbers, and the finished file. */
-#include "clients/glb/glb_internal.h"
+#include "glb/glb_internal.h"
 
 #include <math.h>
 #include <stdlib.h>

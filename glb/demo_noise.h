@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Deterministic noise and colour arithmetic for drawn textures. Thread: any. */
-#ifndef VITRAIL_CLIENTS_GLB_DEMO_NOISE_H
-#define VITRAIL_CLIENTS_GLB_DEMO_NOISE_H
+#ifndef VITRAIL_GLB_DEMO_NOISE_H
+#define VITRAIL_GLB_DEMO_NOISE_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Meshes of the GLB builder: accessors, buffer views and primitives. */
-#include "clients/glb/glb_internal.h"
+#include "glb/glb_internal.h"
 
 #include <math.h>
 #include <stdlib.h>

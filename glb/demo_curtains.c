@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Coloured cloth between the columns of the demo scene. */
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 #define ROD_Y 3.25
 

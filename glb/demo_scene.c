@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Puts the demo scene together: shared materials, then each part in a fixed order. */
-#include "clients/glb/demo_scene.h"
+#include "glb/demo_scene.h"
 
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 double demo_bay_z(int bay)
 {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* What the files of the demo scene share: the plan of the chapel, its materials, and the parts. */
-#ifndef VITRAIL_CLIENTS_GLB_DEMO_INTERNAL_H
-#define VITRAIL_CLIENTS_GLB_DEMO_INTERNAL_H
+#ifndef VITRAIL_GLB_DEMO_INTERNAL_H
+#define VITRAIL_GLB_DEMO_INTERNAL_H
 
-#include "clients/glb/glb_builder.h"
-#include "clients/glb/shapes.h"
+#include "glb/glb_builder.h"
+#include "glb/shapes.h"
 
 /* The plan, in metres. */
 #define NAVE_HALF_LENGTH 10.0

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* PNG images of GLB files, through libpng. */
-#include "clients/glb/png_encode.h"
+#include "glb/png_encode.h"
 
 #include <png.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* RGBA8 pixels to PNG bytes in memory. Thread: any. */
-#ifndef VITRAIL_CLIENTS_GLB_PNG_ENCODE_H
-#define VITRAIL_CLIENTS_GLB_PNG_ENCODE_H
+#ifndef VITRAIL_GLB_PNG_ENCODE_H
+#define VITRAIL_GLB_PNG_ENCODE_H
 
 #include <stddef.h>
 #include <stdint.h>

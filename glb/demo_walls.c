@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The building of the demo scene: floor, walls with openings, arcades, columns and vault. */
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 static const double zenith[3] = {0, 1, 0}, east[3] = {1, 0, 0}, west[3] = {-1, 0, 0};
 static const double north[3] = {0, 0, -1};

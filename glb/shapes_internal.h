@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* What the files of the shapes share; nothing outside clients/glb includes it. */
-#ifndef VITRAIL_CLIENTS_GLB_SHAPES_INTERNAL_H
-#define VITRAIL_CLIENTS_GLB_SHAPES_INTERNAL_H
+/* What the files of the shapes share; nothing outside glb includes it. */
+#ifndef VITRAIL_GLB_SHAPES_INTERNAL_H
+#define VITRAIL_GLB_SHAPES_INTERNAL_H
 
-#include "clients/glb/shapes.h"
+#include "glb/shapes.h"
 
 /* Adds a vertex through the place of the shape; returns its index. The normal is made unit. */
 uint32_t shape_add_vertex(struct shape *shape, const double position[3], const double normal[3],

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The growing arrays of a shape, and its flat pieces: quads, grids, boxes and cloth. */
-#include "clients/glb/shapes_internal.h"
+#include "glb/shapes_internal.h"
 
 #include <math.h>
 #include <stdlib.h>

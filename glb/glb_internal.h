@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* What the files of the GLB builder share; nothing outside clients/glb includes it. */
-#ifndef VITRAIL_CLIENTS_GLB_GLB_INTERNAL_H
-#define VITRAIL_CLIENTS_GLB_GLB_INTERNAL_H
+/* What the files of the GLB builder share; nothing outside glb includes it. */
+#ifndef VITRAIL_GLB_INTERNAL_H
+#define VITRAIL_GLB_INTERNAL_H
 
 #include <jansson.h>
 
-#include "clients/glb/glb_builder.h"
+#include "glb/glb_builder.h"
 
 enum glb_kind {
     GLB_KIND_IMAGE,

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "clients/glb/demo_glass.h"
-#include "clients/glb/demo_noise.h"
+#include "glb/demo_glass.h"
+#include "glb/demo_noise.h"
 
 static const double lead_color[3] = {0.012, 0.012, 0.014};
 

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "clients/glb/demo_internal.h"
-#include "clients/glb/demo_noise.h"
+#include "glb/demo_internal.h"
+#include "glb/demo_noise.h"
 
 int demo_add_picture(struct demo *demo, const char *name, const uint8_t *rgba, int width_px,
                      int height_px, enum glb_wrap wrap)

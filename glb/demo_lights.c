@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 static const double pi = 3.14159265358979323846;
 

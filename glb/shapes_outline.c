@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Pieces cut along an outline: faces, extrusions, walls with an opening, arches and vaults. */
-#include "clients/glb/shapes_internal.h"
+#include "glb/shapes_internal.h"
 
 #include <math.h>
 #include <string.h>

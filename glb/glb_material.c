@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* Images, textures and materials of the GLB builder. */
-#include "clients/glb/glb_internal.h"
+#include "glb/glb_internal.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
-#include "clients/glb/png_encode.h"
+#include "glb/png_encode.h"
 
 int glb_builder_add_image(struct glb_builder *builder, const char *name, const uint8_t *rgba,
                           int width_px, int height_px)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The demo scene: a chapel with stained-glass windows, made by the project itself. Thread: any. */
-#ifndef VITRAIL_CLIENTS_GLB_DEMO_SCENE_H
-#define VITRAIL_CLIENTS_GLB_DEMO_SCENE_H
+#ifndef VITRAIL_GLB_DEMO_SCENE_H
+#define VITRAIL_GLB_DEMO_SCENE_H
 
 #include <stddef.h>
 

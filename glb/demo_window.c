@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The windows of the demo scene: panes of drawn glass in the openings, and the sky behind them. */
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 static const double zenith[3] = {0, 1, 0};
 

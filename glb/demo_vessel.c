@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The glass vessel of the demo scene on its plinth: tinted, its rim darker where it is seen edge
  * on. */
-#include "clients/glb/demo_internal.h"
+#include "glb/demo_internal.h"
 
 #define VESSEL_X 1.65
 #define VESSEL_Z 2.2
