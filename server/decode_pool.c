@@ -29,6 +29,9 @@ struct decode_job {
     char id[DIGEST_TEXT_BYTES];
     struct upload *upload;
     void *context;
+    bool (*fill)(void *context, struct upload *upload, char id[DIGEST_TEXT_BYTES],
+                 struct error *err);
+    bool is_here; /* stored before it was filled: nothing is decoded */
     void (*done)(void *context, bool is_new, const struct error *problem);
 };
 
@@ -220,8 +223,18 @@ static bool read_summary(const struct decode_job *job, int summary_fd,
     return true;
 }
 
-static bool run_job(struct decode_pool *pool, const struct decode_job *job, bool *is_new,
-                    struct error *err)
+static bool fill_job(struct decode_pool *pool, struct decode_job *job, struct error *err)
+{
+    if (!job->fill)
+        return true;
+    if (!job->fill(job->context, job->upload, job->id, err))
+        return false;
+    job->is_here = scene_store_has(pool->store, job->id);
+    return true;
+}
+
+static bool decode(struct decode_pool *pool, const struct decode_job *job, bool *is_new,
+                   struct error *err)
 {
     struct scene_draft draft = {0};
     struct scene_summary summary = {0};
@@ -238,10 +251,17 @@ static bool run_job(struct decode_pool *pool, const struct decode_job *job, bool
     return is_good;
 }
 
+static bool run_job(struct decode_pool *pool, struct decode_job *job, bool *is_new,
+                    struct error *err)
+{
+    return fill_job(pool, job, err) && (job->is_here || decode(pool, job, is_new, err));
+}
+
 static void finish_job(struct decode_pool *pool, struct decode_job *job, bool is_new,
                        const struct error *problem)
 {
-    atomic_fetch_add(problem->code == ERROR_NONE ? &pool->decoded : &pool->refused, 1);
+    if (!job->is_here)
+        atomic_fetch_add(problem->code == ERROR_NONE ? &pool->decoded : &pool->refused, 1);
     upload_destroy(job->upload);
     job->done(job->context, is_new, problem);
     free(job);
@@ -291,7 +311,7 @@ static void *pool_run(void *argument)
         if (!run_job(pool, job, &is_new, &problem))
             log_write(pool->log, LOG_INFO, "scene %.12s refused after %lld ms: %s", job->id,
                       (long long)(now_ms() - began), problem.message);
-        else
+        else if (!job->is_here)
             log_write(pool->log, LOG_INFO, "scene %.12s decoded in %lld ms", job->id,
                       (long long)(now_ms() - began));
         finish_job(pool, job, is_new, &problem);
@@ -360,7 +380,9 @@ bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *
     struct decode_job *job = calloc(1, sizeof *job);
     if (!job)
         return error_set(err, ERROR_NO_MEMORY, "decode job");
-    memcpy(job->id, desc->id, sizeof job->id);
+    if (desc->id)
+        memcpy(job->id, desc->id, sizeof job->id);
+    job->fill = desc->fill;
     job->upload = desc->upload;
     job->context = desc->context;
     job->done = desc->done;

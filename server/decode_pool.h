@@ -34,9 +34,13 @@ void decode_pool_stop(struct decode_pool *pool);
 void decode_pool_destroy(struct decode_pool *pool);
 
 struct decode_job_desc {
-    const char *id;        /* required, of the upload; copied */
+    const char *id;        /* of the upload, copied; required unless it is still to be filled */
     struct upload *upload; /* required; taken if decode_pool_submit succeeds */
     void *context;
+    /* Optional: called first, on a thread of the pool, writes and ends the upload. What is stored
+     * already is not decoded. */
+    bool (*fill)(void *context, struct upload *upload, char id[DIGEST_TEXT_BYTES],
+                 struct error *err);
     /* Called once, on a thread of the pool: problem->code is ERROR_NONE when the scene is stored.
      */
     void (*done)(void *context, bool is_new, const struct error *problem);

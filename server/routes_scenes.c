@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* /v1/scenes: bring, list, describe, rename and forget scenes. */
+/* /v1/scenes: bring, make, list, describe, rename and forget scenes. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "glb/demo_scene.h"
 #include "protocol/json_read.h"
 #include "protocol/limits.h"
 #include "server/router.h"
@@ -48,40 +49,45 @@ static bool read_name(const struct http_exchange *exchange, const char **name, s
            (!*name || scene_name_check(*name, err) || error_wrap(err, "?name="));
 }
 
+/* A post with an empty upload, attached to its exchange; NULL with the reply made. */
+static struct scene_post *begin_post(struct service *service, struct http_exchange *exchange,
+                                     const char *content_type, const char *default_name)
+{
+    struct error problem = {0};
+    int spool_fd = -1;
+    const char *name = NULL;
+    struct scene_post *post = calloc(1, sizeof *post);
+    if (post) {
+        post->service = service;
+        post->exchange = exchange;
+        route_attach(exchange, post, scene_post_destroy);
+    }
+    if (!post)
+        error_set(&problem, ERROR_NO_MEMORY, "upload");
+    else if (read_name(exchange, &name, &problem) && atomic_load(&service->is_draining))
+        error_set(&problem, ERROR_OVERLOADED, "the server is stopping");
+    else if (problem.code == ERROR_NONE)
+        spool_fd = scene_store_open_spool(service->store, &problem);
+    if (spool_fd >= 0)
+        post->upload = upload_create(content_type, spool_fd, &problem);
+    if (!name)
+        name = default_name;
+    if (post && post->upload && (!name || upload_set_name(post->upload, name, &problem)))
+        return post;
+    http_reply_error(exchange, &problem);
+    return NULL;
+}
+
 static void open_post(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)id;
-    struct error problem = {0};
-    struct scene_post *post = calloc(1, sizeof *post);
-    if (!post) {
-        error_set(&problem, ERROR_NO_MEMORY, "upload");
-        http_reply_error(exchange, &problem);
-        return;
-    }
-    post->service = service;
-    post->exchange = exchange;
-    route_attach(exchange, post, scene_post_destroy);
-    int spool_fd = -1;
-    const char *name = NULL;
-    if (!read_name(exchange, &name, &problem)) {
-        http_reply_error(exchange, &problem);
-        return;
-    }
-    if (atomic_load(&service->is_draining))
-        error_set(&problem, ERROR_OVERLOADED, "the server is stopping");
-    else
-        spool_fd = scene_store_open_spool(service->store, &problem);
-    if (spool_fd >= 0)
-        post->upload =
-            upload_create(http_request_header(exchange, "Content-Type"), spool_fd, &problem);
-    if (!post->upload || (name && !upload_set_name(post->upload, name, &problem))) {
-        http_reply_error(exchange, &problem);
-        return;
-    }
-    http_request_take_body(
-        exchange, &(struct http_body_sink){.context = post->upload,
-                                           .write = upload_write,
-                                           .max_bytes = service->config->max_upload_bytes});
+    struct scene_post *post =
+        begin_post(service, exchange, http_request_header(exchange, "Content-Type"), NULL);
+    if (post)
+        http_request_take_body(
+            exchange, &(struct http_body_sink){.context = post->upload,
+                                               .write = upload_write,
+                                               .max_bytes = service->config->max_upload_bytes});
 }
 
 /* Without it the first render of the scene takes longer, that is all. */
@@ -114,10 +120,26 @@ static void decoded(void *context, bool is_new, const struct error *problem)
     struct scene_post *post = context;
     if (problem->code != ERROR_NONE)
         http_reply_error(post->exchange, problem);
+    else if (!is_new)
+        reply_stored_before(post);
     else
-        reply_stored(post->service, post->exchange, post->id, is_new);
-    if (problem->code == ERROR_NONE)
+        reply_stored(post->service, post->exchange, post->id, true);
+    if (problem->code == ERROR_NONE && is_new)
         warm_up(post->service, post->id);
+    http_resume(post->exchange);
+}
+
+/* A client that leaves now has its scene decoded all the same: it will most likely come back with
+ * it. */
+static void submit(struct scene_post *post, const struct decode_job_desc *job)
+{
+    struct error problem = {0};
+    http_wait(post->exchange, NULL, NULL, 0);
+    post->upload = NULL;
+    if (decode_pool_submit(post->service->decoders, job, &problem))
+        return;
+    post->upload = job->upload;
+    http_reply_error(post->exchange, &problem);
     http_resume(post->exchange);
 }
 
@@ -136,17 +158,41 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
         reply_stored_before(post);
         return;
     }
-    struct decode_job_desc job = {
-        .id = post->id, .upload = post->upload, .context = post, .done = decoded};
-    /* A client that leaves now has its scene decoded all the same: it will most likely come back
-     * with it. */
-    http_wait(exchange, NULL, NULL, 0);
-    post->upload = NULL;
-    if (decode_pool_submit(service->decoders, &job, &problem))
-        return;
-    post->upload = job.upload;
-    http_reply_error(exchange, &problem);
-    http_resume(exchange);
+    submit(post, &(struct decode_job_desc){
+                     .id = post->id, .upload = post->upload, .context = post, .done = decoded});
+}
+
+/* On a thread of the decode pool: the front's own generator, so nothing of it has to be caged. */
+static bool fill_demo(void *context, struct upload *upload, char id[DIGEST_TEXT_BYTES],
+                      struct error *err)
+{
+    struct scene_post *post = context;
+    const struct service *service = post->service;
+    void *glb = NULL;
+    size_t size_bytes = 0;
+    bool is_good = demo_scene_build(&(struct demo_scene_desc){0}, &glb, &size_bytes, err);
+    if (is_good && size_bytes > service->config->max_upload_bytes)
+        is_good = error_set(err, ERROR_TOO_LARGE,
+                            "the demo scene has %zu bytes, this server takes up to %llu",
+                            size_bytes, (unsigned long long)service->config->max_upload_bytes);
+    is_good =
+        is_good && upload_write(upload, glb, size_bytes, err) && upload_end(upload, post->id, err);
+    free(glb);
+    if (!is_good)
+        return false;
+    memcpy(id, post->id, sizeof post->id);
+    supervisor_forgive_scene(service->supervisor, post->id);
+    return true;
+}
+
+static void run_demo(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)id;
+    struct scene_post *post = begin_post(service, exchange, "model/gltf-binary", "demo");
+    if (post)
+        submit(post,
+               &(struct decode_job_desc){
+                   .upload = post->upload, .context = post, .fill = fill_demo, .done = decoded});
 }
 
 static void run_list(struct service *service, struct http_exchange *exchange, const char *id)
@@ -243,6 +289,7 @@ static void run_delete(struct service *service, struct http_exchange *exchange, 
 
 const struct route routes_scenes[] = {
     {"/v1/scenes", {{HTTP_GET, NULL, run_list}, {HTTP_POST, open_post, run_post}}},
+    {"/v1/scenes/demo", {{HTTP_POST, NULL, run_demo}}}, /* before ids */
     {"/v1/scenes/{id}",
      {{HTTP_GET, NULL, run_get},
       {HTTP_PATCH, open_patch, run_patch},

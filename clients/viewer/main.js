@@ -167,12 +167,24 @@ class Viewer {
     if (!scene)
       replace(byId("welcome"), icon("scenes", 40), el("h2", {}, "Light through transparent things"),
         el("p", {}, "Drop a .glb here, or a .gltf with its files. It stays on the server, which draws it."),
-        button({ text: "Choose files", icon: "upload", class: "primary",
-          onclick: () => this.scenes.input.click() }));
+        el("p", { class: "welcome-ways" }, button({ text: "Choose files", icon: "upload", class: "primary",
+          onclick: () => this.scenes.input.click() }), this.#demoButton()));
     this.toolbar.setCameras(scene?.outline.cameras ?? []);
     if (this.comparison.technique) this.comparison.show("");
     this.show(scene && this.model.shown in SHOWN ? this.model.shown : "color");
     this.#changed();
+  }
+
+  /** One click to a picture: the server makes a scene of its own. */
+  #demoButton() {
+    const made = button({ text: "Open the demo scene", icon: "play", onclick: async () => {
+      made.disabled = true;
+      made.lastChild.textContent = "Making the demo scene";
+      await this.scenes.bringDemo();
+      made.disabled = false;
+      made.lastChild.textContent = "Open the demo scene";
+    } });
+    return made;
   }
 
   // ---- the picture ----

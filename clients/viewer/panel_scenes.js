@@ -93,13 +93,23 @@ export class ScenesPanel {
     this.fill();
   }
 
+  #isBusy() {
+    if (this.upload)
+      showProblem(new Error("Another one is on its way: wait for it, or cancel it."), "One at a time");
+    return Boolean(this.upload);
+  }
+
+  /** Has the server make its demo scene, and opens it. */
+  async bringDemo() {
+    if (this.#isBusy()) return;
+    const summary = await this.#take("demo", "", (options) => this.client.postDemo(options));
+    if (summary) this.actions.open(summary.id);
+  }
+
   /** Uploads the scenes among files, one after the other, and opens the last that is taken. */
   async bring(files) {
     this.input.value = "";
-    if (this.upload) {
-      showProblem(new Error("Another one is on its way: wait for it, or cancel it."), "One at a time");
-      return;
-    }
+    if (this.#isBusy()) return;
     const scenes = scenesAmong(files);
     if (!scenes.length)
       showProblem(new Error("None of these files is a .glb or a .gltf."), "Nothing to upload");
@@ -130,14 +140,19 @@ export class ScenesPanel {
       showProblem(new Error(tooMuch), `${name} was not sent`);
       return null;
     }
+    announce(`Uploading ${name}`);
+    return this.#take(name, which, (options) => this.client.postScene(named,
+      { ...options, onProgress: (share) => this.#progress(share) }));
+  }
+
+  /** Shows what is on its way, and that it can be cancelled; answers as #send. */
+  async #take(name, which, post) {
     const abort = new AbortController();
     this.upload = { name, which, share: 0, abort };
     this.fill();
-    announce(`Uploading ${name}`);
     let summary = null;
     try {
-      summary = await this.client.postScene(named, { signal: abort.signal,
-        onProgress: (share) => this.#progress(share) });
+      summary = await post({ signal: abort.signal });
       notice(`Opened ${name}`);
     } catch (problem) {
       if (problem.name === "AbortError") summary = undefined;

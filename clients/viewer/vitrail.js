@@ -196,6 +196,14 @@ export class Vitrail {
     return this.#postWithProgress("/v1/scenes", headers, body, onProgress, signal);
   }
 
+  /**
+   * Has the server make its demo scene; answers its summary.
+   * @param {{signal?: AbortSignal}} [options]
+   */
+  postDemo({ signal } = {}) {
+    return this.json("/v1/scenes/demo", { method: "POST", signal });
+  }
+
   #postWithProgress(path, headers, body, onProgress, signal) {
     return new Promise((resolve, reject) => {
       const request = new XMLHttpRequest();

@@ -10,10 +10,11 @@
 
 struct push_options {
     struct common_options common;
-    bool force, strict;
+    bool force, strict, demo;
     const char *name;
 };
 
+/* path: NULL for the demo scene. */
 static void print_push(const struct push_options *options, const char *path,
                        const struct scene_push *push, json_t *warnings)
 {
@@ -21,7 +22,7 @@ static void print_push(const struct push_options *options, const char *path,
         puts(push->id);
     } else {
         json_t *line =
-            json_pack("{s:s, s:s, s:b}", "file", path, "id", push->id, "sent", push->was_sent);
+            json_pack("{s:s?, s:s, s:b}", "file", path, "id", push->id, "sent", push->was_sent);
         if (line && warnings)
             json_object_set(line, "warnings", warnings);
         json_print(line, true);
@@ -29,15 +30,16 @@ static void print_push(const struct push_options *options, const char *path,
     }
     fflush(stdout);
     if (!options->common.json && !options->common.quiet)
-        warnings_print(warnings, path);
+        warnings_print(warnings, path ? path : "the demo scene");
 }
 
-/* The id is printed in any case: the server has the scene. */
-static bool push_file(struct session *session, const struct push_options *options, const char *path,
-                      struct failure *failure)
+/* path: NULL for the demo scene. The id is printed in any case: the server has the scene. */
+static bool push_scene(struct session *session, const struct push_options *options,
+                       const char *path, struct failure *failure)
 {
     struct scene_push push;
-    if (!scene_source_push(session, path, options->name, options->force, &push, failure))
+    if (path ? !scene_source_push(session, path, options->name, options->force, &push, failure)
+             : !scene_source_push_demo(session, options->name, &push, failure))
         return false;
     json_t *warnings = warnings_of_scene(session, push.id, failure);
     progress_hide(&session->progress);
@@ -54,20 +56,26 @@ static bool push_run(void *context, const struct text_list *files, struct failur
     struct session session = {0};
     bool is_ok = true;
 
-    if (options->name && files->count > 1)
+    if (!options->demo && !files->count)
+        return fail(failure, EXIT_CODE_USAGE, "push needs a FILE, or --demo");
+    if (options->name && files->count + options->demo > 1)
         return fail(failure, EXIT_CODE_USAGE, "--name is for one FILE, and there are %zu",
-                    files->count);
+                    files->count + options->demo);
     for (size_t i = 0; i < files->count && is_ok; i++)
         is_ok = scene_source_check(files->items[i], failure);
     is_ok = is_ok && session_begin(&session, &options->common, failure);
+    if (is_ok && options->demo)
+        is_ok = push_scene(&session, options, NULL, failure);
     for (size_t i = 0; i < files->count && is_ok; i++)
-        is_ok = push_file(&session, options, files->items[i], failure);
+        is_ok = push_scene(&session, options, files->items[i], failure);
     progress_hide(&session.progress);
     session_end(&session);
     return is_ok;
 }
 
 static const struct option OPTIONS[] = {
+    {OPTION_FLAG, "demo", 0, NULL, "have the server make its demo scene",
+     offsetof(struct push_options, demo)},
     {OPTION_FLAG, "force", 0, NULL, "send even what the server has already",
      offsetof(struct push_options, force)},
     {OPTION_TEXT, "name", 0, "NAME", "what the scene is called (default: as its file)",
@@ -79,13 +87,14 @@ static const struct option OPTIONS[] = {
 
 const struct command COMMAND_PUSH = {
     .name = "push",
-    .synopsis = "FILE...",
+    .synopsis = "FILE... | --demo",
     .summary = "Send scenes (.glb, or .gltf with its files) and print their ids",
     .details = "Prints one id per line, in the order of the files. A .glb that the server has\n"
-               "already is not sent again.",
+               "already is not sent again. The demo scene, a chapel with stained-glass windows, "
+               "goes before\n"
+               "the files, and nothing is sent for it.",
     .options = OPTIONS,
     .is_remote = true,
-    .operands_min = 1,
     .operands_max = -1,
     .options_bytes = sizeof(struct push_options),
     .run = push_run,

@@ -136,11 +136,11 @@ static bool read_id(const struct http_reply *reply, const char *task, char id[SC
 
 /* The address of a post with the name escaped (RFC 3986, 2.1): all but the unreserved characters as
  * "%XX". */
-static void make_address(char *out, size_t out_bytes, const char *name)
+static void make_address(char *out, size_t out_bytes, const char *route, const char *name)
 {
     static const char unreserved[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
-    size_t used = (size_t)snprintf(out, out_bytes, "/v1/scenes%s", name ? "?name=" : "");
+    size_t used = (size_t)snprintf(out, out_bytes, "%s%s", route, name ? "?name=" : "");
     for (const char *at = name; at && *at && used + 4 <= out_bytes; at++)
         used += (size_t)snprintf(out + used, out_bytes - used,
                                  strchr(unreserved, *at) ? "%c" : "%%%02X", (unsigned char)*at);
@@ -170,7 +170,7 @@ static bool upload(struct session *session, const char *path, const struct gltf_
         name_from_path(path, file_name);
         name = *file_name ? file_name : NULL;
     }
-    make_address(address, sizeof address, name);
+    make_address(address, sizeof address, "/v1/scenes", name);
     if (files) {
         request.parts = files->files;
         request.part_count = files->count;
@@ -234,6 +234,25 @@ bool scene_source_push(struct session *session, const char *path, const char *na
     push->was_sent = true;
     is_ok = upload(session, path, &files, name, push->id, failure);
     gltf_files_finish(&files);
+    return is_ok;
+}
+
+bool scene_source_push_demo(struct session *session, const char *name, struct scene_push *push,
+                            struct failure *failure)
+{
+    char address[sizeof "/v1/scenes/demo?name=" + 3 * SCENE_NAME_BYTES];
+    struct http_reply reply;
+    bool is_ok;
+
+    *push = (struct scene_push){0};
+    make_address(address, sizeof address, "/v1/scenes/demo", name);
+    if (!session_ask(session,
+                     &(struct http_request){
+                         .method = "POST", .path = address, .waiting = PROGRESS_STAGE_DECODE},
+                     "the demo scene", &reply, failure))
+        return false;
+    is_ok = read_id(&reply, "the demo scene", push->id, failure);
+    http_reply_finish(&reply);
     return is_ok;
 }
 

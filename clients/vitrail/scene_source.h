@@ -28,6 +28,11 @@ bool scene_source_check(const char *path, struct failure *failure);
 bool scene_source_push(struct session *session, const char *path, const char *name, bool force,
                        struct scene_push *push, struct failure *failure);
 
+/* Has the server make its demo scene, called `name`, NULL: "demo"; one that it has keeps its name
+ * then. */
+bool scene_source_push_demo(struct session *session, const char *name, struct scene_push *push,
+                            struct failure *failure);
+
 /* scene_source_check() for `source`, unless it is NULL or on the server, and for the scenes of the
  * parts of `request` likewise. */
 bool scene_source_check_all(const char *source, const json_t *request, struct failure *failure);

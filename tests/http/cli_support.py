@@ -98,6 +98,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 scene = "ab" * 32
             stub.scenes.add(scene)
             self.answer(201, {"id": scene}, [("Location", "/v1/scenes/" + scene)])
+        elif path == "/v1/scenes/demo" and self.command == "POST":
+            stub.scenes.add("de" * 32)
+            self.answer(201, {"id": "de" * 32}, [("Location", "/v1/scenes/" + "de" * 32)])
         elif path == "/v1/scenes":
             self.answer(200, {"scenes": [{"id": s, "name": stub.names.get(s, "box\x1b[2J.glb"),
                                           "triangles": 12,

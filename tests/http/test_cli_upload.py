@@ -44,6 +44,29 @@ class UploadTest(CliTest):
         _, err = self.run_cli("push", self.scene(), self.scene(), "--name", "both", code=2)
         self.assertIn("--name is for one FILE, and there are 2", err)
 
+    def test_the_server_makes_the_demo_scene_and_nothing_is_sent(self):
+        out, _ = self.run_cli("push", "--demo")
+        self.assertEqual(out, "de" * 32 + "\n")
+        (request,) = self.stub.sent("POST", "/v1/scenes/demo")
+        self.assertEqual((request.path, request.body), ("/v1/scenes/demo", b""))
+        out, _ = self.run_cli("push", "--demo", "--name", "T & T", "--json")
+        self.assertEqual(json.loads(out), {"file": None, "id": "de" * 32, "sent": False,
+                                           "warnings": []})
+        self.assertIn("?name=T%20%26%20T", self.stub.sent("POST", "/v1/scenes/demo")[-1].path)
+        content = glb(5000)
+        out, _ = self.run_cli("push", self.scene(content), "--demo")
+        self.assertEqual(out.split(), ["de" * 32, hashlib.sha256(content).hexdigest()])
+
+    def test_a_push_of_nothing_is_a_wrong_command_line(self):
+        _, err = self.run_cli("push", code=2)
+        self.assertIn("push needs a FILE, or --demo", err)
+        _, err = self.run_cli("push", "--demo", self.scene(), "--name", "both", code=2)
+        self.assertIn("--name is for one FILE, and there are 2", err)
+        self.stub.special[("POST", "/v1/scenes/demo")] = lambda handler, _: handler.problem(
+            413, "too_large", "too many scenes")
+        _, err = self.run_cli("push", "--demo", code=1)
+        self.assertIn("too many scenes", err)
+
     def test_a_scene_of_the_server_is_found_by_name_or_first_digits(self):
         first, second, third = "c0ffee" + 58 * "1", "c0de" + 60 * "2", "d" * 64
         self.stub.scenes.update((first, second, third))

@@ -56,6 +56,13 @@ class Scenes(ClientTest):
         self.assertEqual(["python"], self.client.scene(scene["id"])["node_names"])
         self.assertEqual("python", self.client.outline(scene["id"])["nodes"][0]["name"])
 
+    def test_the_server_makes_its_demo_scene(self):
+        scene = self.client.post_demo()
+        self.assertEqual("demo", scene["name"])
+        self.assertTrue(self.client.has_scene(scene["id"]))
+        named = self.client.post_demo("a & b")
+        self.assertEqual((scene["id"], "a & b"), (named["id"], named["name"]))
+
     def test_a_gltf_brings_the_files_that_it_names(self):
         document = support.triangle_document("files")
         document["buffers"][0]["uri"] = "sub%20folder/geometry.bin"

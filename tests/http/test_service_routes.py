@@ -29,7 +29,8 @@ class Routes(support.ServiceTest):
 
     def test_the_document_lists_every_route_that_is_tested_and_no_other(self):
         documented = {path for path in self.daemon.api.document["paths"] if "{" not in path} - {
-            "/v1/renders"
+            "/v1/renders",
+            "/v1/scenes/demo",
         }
         self.assertEqual(set(GETS), documented)
 
@@ -43,6 +44,7 @@ class Routes(support.ServiceTest):
         table = {
             "/": "OPTIONS, GET, HEAD",
             "/v1/scenes": "OPTIONS, GET, HEAD, POST",
+            "/v1/scenes/demo": "OPTIONS, POST",
             "/v1/scenes/" + "0" * 64: "OPTIONS, GET, HEAD, PATCH, DELETE",
             "/v1/renders": "OPTIONS, POST",
             "/v1/tradeoffs": "OPTIONS, GET, HEAD, POST",

@@ -5,6 +5,7 @@ import concurrent.futures
 import json
 import os
 import stat
+import subprocess
 
 import support
 from support import TRIANGLE, glb, manifest_id, multipart, sha256, triangle, triangle_document
@@ -16,6 +17,54 @@ def gltf_files(prefix=""):
     document = triangle_document()
     document["buffers"][0]["uri"] = prefix + "triangle.bin"
     return {"scene.gltf": json.dumps(document).encode(), prefix + "triangle.bin": TRIANGLE}
+
+
+def post_demo(daemon, query=""):
+    return daemon.request("POST", "/v1/scenes/demo" + query)
+
+
+class DemoScene(support.ServiceTest):
+    def test_it_is_the_scene_that_the_command_line_writes(self):
+        content = subprocess.run([os.path.join(support.BIN, "vitrail"), "demo-scene", "-o", "-"],
+                                 check=True, capture_output=True).stdout
+        reply = post_demo(self.daemon)
+        self.assertEqual((201, "demo"), (reply.status, reply.json()["name"]))
+        self.assertEqual(sha256(content), reply.json()["id"])
+        self.assertEqual("/v1/scenes/" + reply.json()["id"], reply.header("Location"))
+        self.assertEqual(len(content), reply.json()["bytes"]["upload"])
+        self.assertEqual(12, reply.json()["light_count"])
+        self.assertEqual(200, self.daemon.post_scene(content).status)
+
+    def test_one_that_is_here_is_not_decoded_again_and_keeps_its_name(self):
+        path = "/v1/scenes/" + post_demo(self.daemon, "?name=chapel").json()["id"]
+        decoded = self.daemon.stats()["decodes"]["decoded"]
+        again = post_demo(self.daemon)
+        self.assertEqual((200, "chapel"), (again.status, again.json()["name"]))
+        self.assertEqual(decoded, self.daemon.stats()["decodes"]["decoded"])
+        named = post_demo(self.daemon, "?name=glass")
+        self.assertEqual((200, "glass"), (named.status, named.json()["name"]))
+        self.assertEqual(204, self.daemon.request("DELETE", path).status)
+        self.assertEqual((201, "demo"), (lambda r: (r.status, r.json()["name"]))(
+            post_demo(self.daemon)))
+
+    def test_posts_at_the_same_time_make_one_scene(self):
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            replies = list(pool.map(lambda _: post_demo(self.daemon), range(4)))
+        self.assertEqual(1, len({reply.json()["id"] for reply in replies}))
+        self.assertLessEqual({reply.status for reply in replies}, {200, 201})
+
+    def test_it_keeps_to_the_limits_of_uploads(self):
+        for query in ("?name=", "?nam=x", "?name=a%0Ab"):
+            self.assertEqual(400, post_demo(self.daemon, query).status, query)
+        with support.Daemon("--max-upload-bytes", "10240") as daemon:
+            reply = post_demo(daemon)
+            self.assertEqual((413, "too_large"), (reply.status, reply.code))
+            self.assertEqual([], daemon.request("GET", "/v1/scenes").json()["scenes"])
+        with support.Daemon("--decode-memory-bytes", str(64 << 20)) as daemon:
+            reply = post_demo(daemon)
+            self.assertEqual((422, "invalid_scene"), (reply.status, reply.code))
+            self.assertIn("decoding needs more than", reply.json()["detail"])
+            self.assertEqual([], os.listdir(os.path.join(daemon.state_dir, "tmp")))
 
 
 class Scenes(support.ServiceTest):

@@ -107,6 +107,13 @@ class Client:
         body, media_type = multipart(files)
         return self.connection.request("POST", route, body, {"Content-Type": media_type}).json()
 
+    def post_demo(self, name: Optional[str] = None) -> Dict[str, Any]:
+        """Has the server make its demo scene and answers its summary.
+
+        name: what it is called; None takes "demo" for one that is new."""
+        query = "?" + urllib.parse.urlencode({"name": name}) if name else ""
+        return self.connection.request("POST", "/v1/scenes/demo" + query, b"").json()
+
     def rename_scene(self, scene: str, name: Optional[str]) -> Dict[str, Any]:
         """Gives a scene a name, or takes it away with None; answers the summary."""
         return self.send("PATCH", f"/v1/scenes/{scene}", {"name": name}).json()
