@@ -56,7 +56,8 @@ bool frame_pause_ends_rays(void *context, double share)
 {
     const struct renderer *renderer = context;
     const struct interlude *interlude = renderer->interlude;
-    (void)share;
+    renderer_tell(renderer, renderer->piece.stage,
+                  renderer->piece.first + share * renderer->piece.size);
     return interlude && interlude->is_unwanted && interlude->is_unwanted(interlude->context);
 }
 

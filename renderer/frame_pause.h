@@ -17,8 +17,8 @@ struct frame_pause {
  * are. */
 struct interlude frame_pause_interlude(struct frame_pause *pause);
 
-/* raytrace_desc's progress for frames of the renderer that is its context: ends rays that are not
- * wanted any more. Thread: any. */
+/* raytrace_desc's progress for frames of the renderer that is its context: tells of the piece that
+ * they are, and ends rays that are not wanted any more. Thread: any. */
 bool frame_pause_ends_rays(void *renderer, double share);
 
 /* Who makes frames while the renderer's own is paused; made at the first call. NULL with err. */

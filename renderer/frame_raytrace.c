@@ -108,6 +108,7 @@ bool frame_raytrace(const struct frame_run *run, const char *because, const uint
     };
     frame_claim_traced(renderer, run->scene->key);
     image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
+    renderer_begin_piece(renderer, (struct frame_piece){FRAME_STAGE_RAYS, 0, 1});
     bool ok = raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err);
     if (ok)
         report_trace(&stats, view, run->state, because, &frame->report);

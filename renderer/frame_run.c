@@ -493,6 +493,19 @@ static bool split_top(struct window_stack *stack, const struct camera_window *w)
     return true;
 }
 
+/* Its share of the pixels. */
+static void begin_window_piece(const struct frame_run *run, const struct window_stack *stack,
+                               const struct camera_window *w)
+{
+    double all = (double)run->view->width_px * run->view->height_px;
+    double own = (double)pixels_of(w), left = own;
+    for (int i = 0; i < stack->depth; i++)
+        left += (double)pixels_of(&stack->windows[i]);
+    renderer_begin_piece(run->renderer, (struct frame_piece){.stage = FRAME_STAGE_SHADING,
+                                                             .first = 1 - left / all,
+                                                             .size = own / all});
+}
+
 /* The last window of the stack is rendered, or split where it is too large for one pass. */
 static bool run_top(const struct frame_run *run, const struct window_budget *budget,
                     struct window_stack *stack, struct error *err)
@@ -506,6 +519,7 @@ static bool run_top(const struct frame_run *run, const struct window_budget *bud
     }
     if (pixels_of(&w) * budget->pixel_bytes >= budget->bytes)
         return window_budget_refuse(budget, run, &w, 0, err);
+    begin_window_piece(run, stack, &w);
     if (!run_window(run, budget, &w, &result, err))
         return false;
     stack->rendered += !result.must_split;

@@ -28,6 +28,12 @@ static bool is_due(const void *run)
     return frame_run_is_pause_due(run);
 }
 
+static void tell_shadows(const void *context, double share)
+{
+    const struct frame_run *run = context;
+    renderer_tell(run->renderer, FRAME_STAGE_SHADOWS, share);
+}
+
 /* In several calls where others go first in between. Batches take each other's place, so that their
  * sizes are read. */
 static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out,
@@ -50,6 +56,8 @@ static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out
         .progress = run->renderer->interlude ? &progress : NULL,
         .frame = may_guess ? run->shadow_frame : 0,
         .is_again = run->is_again,
+        .advance = is_left_out || run->is_again ? NULL : tell_shadows,
+        .advance_context = run,
     };
     memcpy(desc.eye, run->camera->eye, sizeof desc.eye);
     camera_axes(run->camera, desc.eye_axes);
@@ -89,9 +97,22 @@ struct batch {
     const uint32_t *order; /* of all lights, as the light lists have them */
     bool *is_left_out;     /* per light of the state */
     size_t light_count;
-    size_t first, end; /* in that order */
-    size_t structures; /* that it needs */
+    size_t first, end;        /* in that order */
+    size_t structures;        /* that it needs */
+    struct frame_piece whole; /* all batches of the window */
 };
+
+/* Of what shade_window was asked for. */
+struct shade_part {
+    struct renderer *renderer;
+    struct frame_piece piece;
+};
+
+static void advance(const void *context, double first, double size)
+{
+    const struct shade_part *part = context;
+    renderer_begin_piece(part->renderer, frame_piece_part(part->piece, first, size));
+}
 
 /* As many lights from `first` on as may have their structures at once; at least one. */
 static void choose_end(struct batch *batch, const struct frame_run *run)
@@ -227,9 +248,13 @@ static bool run_batch(struct batch *batch, const struct frame_run *run,
         .run = run, .outer = desc->pause, .batch = batch, .must_restart = must_restart};
     const struct shade_pause pause = {
         .context = &in_batch, .is_due = is_pause_due, .serve = serve_pause};
+    const double lights = (double)batch->light_count, first = (double)batch->first / lights;
+    struct shade_part made = {renderer, frame_piece_part(batch->whole, first, 0)};
     *must_restart = false;
+    renderer_begin_piece(renderer, made.piece);
     if (!prepare_batch(batch, run, &part, err))
         return false;
+    made.piece = frame_piece_part(batch->whole, first, (double)batch->end / lights - first);
     *must_restart = batch->first > 0 && renderer->batches.most < most;
     if (*must_restart) {
         report->counts.shadow_maps_built += part.counts.shadow_maps_built;
@@ -239,6 +264,8 @@ static bool run_batch(struct batch *batch, const struct frame_run *run,
     place.is_continued = batch->first > 0;
     place.continues = batch->end < batch->light_count;
     place.pause = desc->pause ? &pause : NULL;
+    place.advance = advance;
+    place.advance_context = &made;
     return (upload_lights(batch, run, &failure) &&
             shade_window(&renderer->shade, &place, &failure)) ||
            *must_restart || error_pass(err, &failure);
@@ -251,6 +278,7 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
     bool is_first_window = report->counts.light_batches == 0, must_restart = false;
     const struct frame_report before = *report;
     uint64_t count = 0;
+    batch->whole = run->renderer->piece;
     for (batch->first = 0; batch->first < batch->light_count; batch->first = batch->end) {
         if (!run_batch(batch, run, desc, is_first_window, &must_restart, err))
             return false;
@@ -302,9 +330,13 @@ static bool shade_whole(const struct frame_run *run, const struct shade_desc *de
     const struct shade_pause pause = {
         .context = &in_whole, .is_due = is_pause_due, .serve = serve_whole_pause};
     uint64_t *slices = &run->frame->report.counts.light_slices, slices_before = *slices;
+    const struct shade_part made = {run->renderer, run->renderer->piece};
     place.pause = desc->pause ? &pause : NULL;
+    place.advance = advance;
+    place.advance_context = &made;
     *must_batch = false;
     bool ok = shade_window(&run->renderer->shade, &place, &failure);
+    run->renderer->piece = made.piece;
     if (*must_batch)
         *slices = slices_before; /* they come again */
     return ok || *must_batch || error_pass(err, &failure);

@@ -138,6 +138,23 @@ void renderer_set_interlude(struct renderer *renderer, const struct interlude *i
     renderer->interlude = interlude;
 }
 
+void renderer_set_progress(struct renderer *renderer, const struct frame_progress *progress)
+{
+    renderer->progress = progress;
+}
+
+void renderer_tell(const struct renderer *renderer, enum frame_stage stage, double share)
+{
+    if (renderer->progress)
+        renderer->progress->tell(renderer->progress->context, stage, share);
+}
+
+void renderer_begin_piece(struct renderer *renderer, struct frame_piece piece)
+{
+    renderer->piece = piece;
+    renderer_tell(renderer, piece.stage, piece.first);
+}
+
 void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels)
 {
     texture_pool_set_compression(renderer->scenes->textures, from_levels);

@@ -11,6 +11,7 @@
 #include "renderer/gl/wide_floats.h"
 #include "renderer/pick.h"
 #include "renderer/image/image.h"
+#include "renderer/frame_progress.h"
 #include "renderer/interlude.h"
 #include "renderer/plan/plan.h"
 #include "renderer/scene/scene.h"
@@ -187,6 +188,9 @@ void renderer_set_arrival(struct renderer *renderer, const struct frame_arrival 
  * made in one piece. A frame that is not wanted any more fails with ERROR_OVERLOADED, or with
  * ERROR_TIMEOUT where its rays were ended. Borrowed; NULL: none. */
 void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude);
+
+/* From now on frames tell how far they are, but for those in an interlude. Borrowed; NULL: none. */
+void renderer_set_progress(struct renderer *renderer, const struct frame_progress *progress);
 
 /* What is at a point of the view's image, or in a rectangle of it (renderer/pick.h). Renders
  * nothing; keeps the ray tracer's structure for the next call. */

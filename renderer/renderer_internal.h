@@ -89,13 +89,15 @@ struct renderer {
     bool is_strict, redraws_surfaces;
     uint32_t loop_end; /* loop_probe_run */
     struct wide_floats_choice wide_floats;
-    struct proofs *proofs;               /* of the two together; NULL: the self-test's own */
-    bool is_measuring;                   /* what it draws is shown to nobody */
-    const struct interlude *interlude;   /* borrowed; NULL: frames are made in one piece */
-    bool is_paused;                      /* its frame is: others go to `other` */
-    struct frame_flight flight;          /* not of one beside */
-    const struct frame_arrival *arrival; /* borrowed; NULL: none */
-    struct program_cache_stats aside;    /* what others did while the frame was paused */
+    struct proofs *proofs;                 /* of the two together; NULL: the self-test's own */
+    bool is_measuring;                     /* what it draws is shown to nobody */
+    const struct interlude *interlude;     /* borrowed; NULL: frames are made in one piece */
+    const struct frame_progress *progress; /* borrowed; NULL: nobody listens */
+    struct frame_piece piece;              /* what rays tell their share of */
+    bool is_paused;                        /* its frame is: others go to `other` */
+    struct frame_flight flight;            /* not of one beside */
+    const struct frame_arrival *arrival;   /* borrowed; NULL: none */
+    struct program_cache_stats aside;      /* what others did while the frame was paused */
 };
 
 /* What frames hold, of this renderer alone. */
@@ -124,6 +126,11 @@ uint64_t renderer_window_bytes(const struct renderer *renderer);
 
 /* Choices go by what is due from now on. Nothing while a frame runs. */
 void renderer_publish_lessons(struct renderer *renderer);
+
+/* Tells of the frame; not of one beside. Thread: any. */
+void renderer_tell(const struct renderer *renderer, enum frame_stage stage, double share);
+/* What is made from now on. */
+void renderer_begin_piece(struct renderer *renderer, struct frame_piece piece);
 
 /* Does what was put off while a frame ran. */
 void renderer_end_frame(struct renderer *renderer);

@@ -53,6 +53,19 @@ int flights_find(const struct flights *flights, uint64_t ticket)
     return -1;
 }
 
+void flight_progress_note(struct flight_progress *progress, const char *stage, double share,
+                          int64_t now_ms)
+{
+    enum { PACE_MS = 500 }; /* of a stage, before its end is foretold */
+    if (strcmp(progress->stage, stage) != 0 || share < progress->share) {
+        *progress = (struct flight_progress){.first_share = share, .since_ms = now_ms};
+        snprintf(progress->stage, sizeof progress->stage, "%s", stage);
+    }
+    double took_ms = (double)(now_ms - progress->since_ms), made = share - progress->first_share;
+    progress->share = share;
+    progress->left_s = took_ms >= PACE_MS && made > 0 ? 1e-3 * took_ms * (1 - share) / made : -1;
+}
+
 bool flights_note(struct flight *flight, const char *op, int64_t now_ms)
 {
     int64_t since_ms = now_ms;

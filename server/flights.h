@@ -16,6 +16,15 @@ enum flight_state {
     FLIGHT_ENCODING
 };
 
+/* How far a frame is in one of its stages: "shadows", "rays" or "shading". */
+struct flight_progress {
+    char stage[16];     /* "": nothing is told of it */
+    double share;       /* of the stage that is finished, [0, 1] */
+    double left_s;      /* of the stage, at the pace so far; below 0: not known */
+    double first_share; /* of the first message of the stage ... */
+    int64_t since_ms;   /* ... and when that came */
+};
+
 struct flight {
     struct render_task *task;
     enum flight_state state;
@@ -23,7 +32,12 @@ struct flight {
                          the device, when it was begun, or the one before it was done */
     int64_t ran_ms;   /* of a paused one, until then */
     bool is_told;     /* the worker knows that it is cancelled */
+    struct flight_progress progress;
 };
+
+/* What the worker says of how far it is. */
+void flight_progress_note(struct flight_progress *progress, const char *stage, double share,
+                          int64_t now_ms);
 
 /* Zeroed = none. Urgent ones have room of their own, so that others cannot keep them waiting. */
 struct flights {

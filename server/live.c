@@ -10,7 +10,11 @@
 #include "server/clock.h"
 #include "server/views_internal.h"
 
-enum { BEAT_MS = 15000 };
+enum {
+    BEAT_MS = 15000,
+    PROGRESS_FIRST_MS = 500, /* the worker tells of no quicker frame */
+    PROGRESS_EVERY_MS = 250,
+};
 
 /* Scales of quick frames: few, so that render targets are not made anew for each frame. */
 static const double scales[] = {1, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.1};
@@ -83,6 +87,7 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
         live->tried_exact = launch->is_exact;
     }
     live->flight = FLIGHT_NONE;
+    live->progress = (struct flight_progress){0};
     live->is_unwanted = false;
     live->shown_ms = now_ms();
     if (image && live->watcher_count > 0) {
@@ -145,6 +150,7 @@ static struct launch *prepare(struct view *view, bool is_exact)
     live->flight = is_exact ? FLIGHT_EXACT : FLIGHT_QUICK;
     live->flight_revision = view->revision;
     live->flight_scale = scale;
+    live->progress_ms = now_ms() + PROGRESS_FIRST_MS;
     live->flight_ticket = launch->ticket = view_images_next_ticket(view->views->desc.images);
     return launch;
 }
@@ -216,6 +222,24 @@ static void beat(struct view *view, int64_t now_ms, int64_t *until_ms)
     }
 }
 
+/* Those who watch a long frame hear how far it is. */
+static void look_at_progress(struct view *view, int64_t now_ms, int64_t *until_ms)
+{
+    struct live *live = &view->live;
+    struct flight_progress progress;
+    if (now_ms >= live->progress_ms) {
+        live->progress_ms = now_ms + PROGRESS_EVERY_MS;
+        if (view_images_get_progress(view->views->desc.images, live->flight_ticket, &progress) &&
+            (progress.share != live->progress.share ||
+             strcmp(progress.stage, live->progress.stage) != 0)) {
+            live->progress = progress;
+            live->progress_number++;
+            live_tell(view);
+        }
+    }
+    sooner(until_ms, live->progress_ms);
+}
+
 static bool is_wanted(const struct live *live)
 {
     for (const struct watcher *watcher = live->watchers; watcher; watcher = watcher->next)
@@ -228,6 +252,8 @@ struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms)
 {
     struct live *live = &view->live;
     beat(view, now_ms, until_ms);
+    if (live->flight != FLIGHT_NONE && live->watcher_count > 0)
+        look_at_progress(view, now_ms, until_ms);
     if (live->flight == FLIGHT_EXACT && live->flight_revision != view->revision &&
         !live->is_unwanted)
         return cancel_exact(view);
@@ -310,6 +336,7 @@ struct watcher *watcher_create(struct views *views, const struct watcher_desc *d
             watcher->seen_frame = live->frame_number;
         watcher->seen_noted = live->noted.number;
         watcher->seen_problem = live->problem_number;
+        watcher->seen_progress = live->progress_number;
     }
     pthread_mutex_unlock(&views->mutex);
     if (is_good)
@@ -370,6 +397,9 @@ void watcher_look(struct watcher *watcher, bool wants_frame, struct watcher_news
     news->has_problem = live->problem_number > watcher->seen_problem;
     news->problem = live->problem;
     watcher->seen_problem = live->problem_number;
+    news->has_progress = live->progress_number > watcher->seen_progress && live->progress.stage[0];
+    news->progress = live->progress;
+    watcher->seen_progress = live->progress_number;
     news->has_frame = wants_frame && find_frame(watcher, &news->frame);
     view->views->totals.sent_frames += news->has_frame && !watcher->desc.is_passive;
     bool was_waiting = watcher->is_waiting;
@@ -378,9 +408,17 @@ void watcher_look(struct watcher *watcher, bool wants_frame, struct watcher_news
         views_poke(view->views);
     news->is_beat_due = watcher->is_beat_due;
     watcher->is_beat_due = false;
-    if (news->has_frame || news->has_revision || news->has_problem)
+    if (news->has_frame || news->has_revision || news->has_problem || news->has_progress)
         watcher->beat_ms = now_ms();
     pthread_mutex_unlock(&view->views->mutex);
+}
+
+json_t *live_progress_to_json(const struct flight_progress *progress)
+{
+    json_t *left =
+        progress->left_s >= 0 ? json_real(round(10 * progress->left_s) / 10) : json_null();
+    return json_pack("{s:s,s:f,s:o}", "stage", progress->stage, "share",
+                     round(1000 * progress->share) / 1000, "left_s", left);
 }
 
 bool watcher_repeat(struct watcher *watcher, struct live_frame *frame)

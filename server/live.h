@@ -5,6 +5,9 @@
 #ifndef VITRAIL_SERVER_LIVE_H
 #define VITRAIL_SERVER_LIVE_H
 
+#include <jansson.h>
+
+#include "server/flights.h"
 #include "server/views.h"
 
 struct watcher;
@@ -40,12 +43,17 @@ struct watcher_news {
     struct live_frame frame; /* its image is the caller's, to be released */
     bool has_problem;
     struct error problem; /* of a frame that could not be rendered */
-    bool is_beat_due;     /* nothing was sent for a while: say something */
+    bool has_progress;
+    struct flight_progress progress; /* of the frame that is being made, since it takes long */
+    bool is_beat_due;                /* nothing was sent for a while: say something */
 };
 
 /* wants_frame: there is room for one; none is handed out otherwise. A passive watcher gets each
  * frame that is newest when it looks. */
 void watcher_look(struct watcher *watcher, bool wants_frame, struct watcher_news *news);
+
+/* {stage, share, left_s}, the last one null where it is not known; NULL: no memory. */
+json_t *live_progress_to_json(const struct flight_progress *progress);
 
 /* The newest frame once more, for a beat; false when there is none. The image is the caller's. */
 bool watcher_repeat(struct watcher *watcher, struct live_frame *frame);

@@ -135,6 +135,11 @@ static void turn(void *context)
             json_pack("{s:s,s:I}", "type", "changed", "revision", (json_int_t)news.revision));
     session->has_said_hello = true;
     session->revision = news.revision;
+    if (news.has_progress) {
+        json_t *message = live_progress_to_json(&news.progress);
+        json_object_set_new(message, "type", json_string("progress"));
+        say(session, message);
+    }
     if (news.has_problem)
         say_error(session, NULL, &news.problem, news.revision);
     if (news.has_frame) {

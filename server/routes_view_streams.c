@@ -159,11 +159,23 @@ static void put_stats(struct stream_get *get, const struct live_frame *frame)
     view_image_release(frame->image);
 }
 
+static void put_progress(struct stream_get *get, const struct flight_progress *progress)
+{
+    json_t *json = live_progress_to_json(progress);
+    char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(15)) : NULL;
+    if (text)
+        append(get, "event: progress\ndata: %s\n\n", text);
+    free(text);
+    json_decref(json);
+}
+
 static void put_events(struct stream_get *get, const struct watcher_news *news)
 {
     if (news->has_revision)
         append(get, "event: view\ndata: {\"revision\":%llu}\n\n",
                (unsigned long long)news->revision);
+    if (news->has_progress)
+        put_progress(get, &news->progress);
     if (news->has_frame)
         put_stats(get, &news->frame);
     char *json = news->has_problem ? problem_to_json(&news->problem, NULL) : NULL;

@@ -203,6 +203,18 @@ void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket)
     render_task_destroy(task);
 }
 
+bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
+                             struct flight_progress *progress)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    int index = flights_find(&supervisor->flights, ticket);
+    bool is_known = index >= 0 && supervisor->flights.list[index].progress.stage[0];
+    if (is_known)
+        *progress = supervisor->flights.list[index].progress;
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_known;
+}
+
 void supervisor_drain(struct supervisor *supervisor)
 {
     pthread_mutex_lock(&supervisor->mutex);

@@ -50,6 +50,11 @@ void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task)
  * or is done; a question goes on. No-op for unknown tickets. */
 void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket);
 
+/* How far a render is that the worker has had for a while; false: nothing is known of it. */
+struct flight_progress;
+bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
+                             struct flight_progress *progress);
+
 /* Stop (or begin again) to take renders: submit answers ERROR_OVERLOADED while draining. */
 void supervisor_drain(struct supervisor *supervisor);
 

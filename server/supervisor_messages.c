@@ -95,6 +95,12 @@ static void flight_message(struct supervisor *supervisor, const char *op,
         supervisor->totals.ahead +=
             !task->question && flights_is_any(&supervisor->flights, FLIGHT_ON_DEVICE);
     }
+    if (strcmp(op, "progress") == 0) {
+        const char *stage = json_string_value(json_object_get(message->json, "stage"));
+        flight_progress_note(&flight->progress, stage ? stage : "",
+                             json_number_value(json_object_get(message->json, "share")), now_ms());
+        return;
+    }
     bool was_on_device = flight->state == FLIGHT_ON_DEVICE;
     if (strcmp(op, "lost") == 0)
         flights_note_lost(&supervisor->flights, index);
@@ -231,7 +237,8 @@ void supervisor_receive(struct supervisor *supervisor)
     else if (strcmp(op, "failed") == 0)
         failed_message(supervisor, message.json);
     pthread_mutex_lock(&supervisor->mutex);
-    supervisor->last_event_ms = now_ms();
+    if (strcmp(op, "progress") != 0) /* which prolongs no deadline */
+        supervisor->last_event_ms = now_ms();
     if (strcmp(op, "totals") == 0)
         totals_message(supervisor, message.json);
     else

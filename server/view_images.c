@@ -332,6 +332,19 @@ uint64_t view_images_next_ticket(struct view_images *images)
     return ticket;
 }
 
+bool view_images_get_progress(struct view_images *images, uint64_t ticket,
+                              struct flight_progress *progress)
+{
+    uint64_t render = 0;
+    pthread_mutex_lock(&images->mutex);
+    for (const struct making *making = images->making; making; making = making->next)
+        for (const struct waiter *waiter = making->waiters; waiter; waiter = waiter->next)
+            if (waiter->ticket == ticket)
+                render = making->render;
+    pthread_mutex_unlock(&images->mutex);
+    return render && supervisor_get_progress(images->desc.supervisor, render, progress);
+}
+
 static struct waiter *take_waiter(struct making *making, uint64_t ticket)
 {
     for (struct waiter **at = &making->waiters; *at; at = &(*at)->next)

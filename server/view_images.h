@@ -72,6 +72,10 @@ void view_images_ask(struct view_images *images, const struct view_image_request
  * for unknown tickets. */
 void view_images_cancel(struct view_images *images, uint64_t ticket);
 
+/* How far the image of such a ticket is; false: nothing is known of it, as of quick ones. */
+bool view_images_get_progress(struct view_images *images, uint64_t ticket,
+                              struct flight_progress *progress);
+
 struct view_images_totals {
     uint64_t rendered, shared, kept;
     uint64_t held_bytes, held;

@@ -33,8 +33,11 @@ struct live {
     bool tried_exact;
     struct error problem; /* of the last flight that failed */
     uint64_t problem_number;
-    double scale;     /* of quick frames */
-    int64_t shown_ms; /* when the last frame was made */
+    double scale;                    /* of quick frames */
+    struct flight_progress progress; /* of the flight */
+    uint64_t progress_number;
+    int64_t progress_ms; /* when to look next how far it is */
+    int64_t shown_ms;    /* when the last frame was made */
 };
 
 struct view {
@@ -57,7 +60,7 @@ struct watcher {
     struct watcher_desc desc; /* view: not used after create */
     bool is_waiting;          /* has room, and got no frame at its last look */
     bool is_beat_due;
-    uint64_t seen_frame, seen_noted, seen_revision, seen_problem;
+    uint64_t seen_frame, seen_noted, seen_revision, seen_problem, seen_progress;
     int64_t beat_ms; /* when it last got something */
 };
 

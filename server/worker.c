@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 #include <malloc.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -31,6 +32,9 @@ enum {
     INTERLUDE_US = 60000, /* urgent frames that begin within it go before the rest of another ... */
     LOOK_MS = 1,          /* for messages, while the device is waited for */
     SLICE_US = 10000,     /* ... which goes on for half of what they took, and not less than this */
+    TELL_FIRST_US = 500000, /* of a frame, how far it is: quicker ones are told of when they end ...
+                             */
+    TELL_EVERY_US = 250000, /* ... and so often after that */
 };
 
 /* A view as the renderer borrows it. */
@@ -43,9 +47,12 @@ struct worker {
     int socket;
     struct inbox *inbox;
     struct interlude interlude;
-    bool is_paused, is_lost;    /* a frame is, for urgent ones; the context is */
-    uint64_t current;           /* the frame that may be paused */
-    struct encode_task *flying; /* its frame is on the device; or NULL */
+    struct frame_progress progress;
+    uint64_t told;                /* the frame that it is of */
+    atomic_int_least64_t tell_us; /* when it is told next */
+    bool is_paused, is_lost;      /* a frame is, for urgent ones; the context is */
+    uint64_t current;             /* the frame that may be paused */
+    struct encode_task *flying;   /* its frame is on the device; or NULL */
     struct shot *flying_shot;
     struct frame_arrival arrival;
     int64_t slice_until_us;     /* of that frame: not before */
@@ -287,11 +294,34 @@ static void take_interludes(struct worker *worker, uint64_t id)
     renderer_set_interlude(worker->renderer, &worker->interlude);
 }
 
+/* On any thread of the renderer, often. */
+static void tell_progress(void *context, enum frame_stage stage, double share)
+{
+    static const char *const stages[FRAME_STAGE_COUNT] = {
+        [FRAME_STAGE_SHADOWS] = "shadows",
+        [FRAME_STAGE_RAYS] = "rays",
+        [FRAME_STAGE_SHADING] = "shading",
+    };
+    struct worker *worker = context;
+    int_least64_t due_us = atomic_load(&worker->tell_us), us = now_us();
+    if (us >= due_us &&
+        atomic_compare_exchange_strong(&worker->tell_us, &due_us, us + TELL_EVERY_US))
+        send_message(worker,
+                     json_pack("{s:s,s:I,s:s,s:f}", "op", "progress", "id",
+                               (json_int_t)worker->told, "stage", stages[stage], "share", share),
+                     NULL, 0);
+}
+
 /* Renders that are not urgent are pausable; urgent ones are made in one piece. */
 static void begin_render(struct worker *worker, const struct ipc_message *message, uint64_t id)
 {
     send_progress(worker, "begin", id);
-    if (!worker->is_paused && !is_urgent(message))
+    if (worker->is_paused)
+        return;
+    worker->told = id;
+    atomic_store(&worker->tell_us, now_us() + TELL_FIRST_US);
+    renderer_set_progress(worker->renderer, &worker->progress);
+    if (!is_urgent(message))
         take_interludes(worker, id);
 }
 
@@ -301,6 +331,7 @@ static void end_render(struct worker *worker)
         return;
     inbox_set_current(worker->inbox, 0);
     renderer_set_interlude(worker->renderer, NULL);
+    renderer_set_progress(worker->renderer, NULL);
 }
 
 static void take_off(struct worker *worker, struct encode_task *task, struct shot *shot)
@@ -688,6 +719,7 @@ int worker_main(int socket)
                                           .is_due = is_interlude_due,
                                           .serve = serve_interlude,
                                           .is_unwanted = is_unwanted};
+    worker.progress = (struct frame_progress){.context = &worker, .tell = tell_progress};
     worker.arrival = (struct frame_arrival){.context = &worker, .collect = land};
     pthread_mutex_init(&worker.send_mutex, NULL);
     if (ipc_receive(socket, &message, &problem) == IPC_MESSAGE)

@@ -9,7 +9,7 @@ const RETRY_MS = [500, 1000, 2000, 5000, 10000];
 const MESSAGE_CHARS = 300_000; // up the socket, which takes 1 MiB; what is longer goes as a request
 const TRIES = 2; // of a line that never showed a frame, before another kind is taken
 
-/** What all lines have in common. Events: "frame", "problem", "lost"; details below. */
+/** What all lines have in common. Events: "frame", "progress", "problem", "lost"; details below. */
 class Line extends EventTarget {
   constructor(client) {
     super();
@@ -52,6 +52,7 @@ class SocketLine extends Line {
       if (detail.id !== null) this.#lookAgain();
       this.tell("problem", detail);
     });
+    this.socket.addEventListener("progress", (event) => this.tell("progress", event.detail));
     this.socket.addEventListener("close", (event) => this.tell("lost", event.detail));
   }
 
@@ -240,7 +241,7 @@ export const STILLS = LINES.indexOf(StillLine);
 
 /**
  * The picture of what is wanted. Events: "frame" {bitmap, isExact, width, height, scale, frame,
- * timings, bytes}, "problem" VitrailError, "state" {state: "on" | "off" | "wait", label, isLost}: lost, it tries again.
+ * timings, bytes}, "progress" {stage, share, left_s} of a long one, by sockets alone, "problem" VitrailError, "state" {state: "on" | "off" | "wait", label, isLost}: lost, it tries again.
  */
 export class Live extends EventTarget {
   #line = null;
@@ -305,6 +306,7 @@ export class Live extends EventTarget {
       this.#tell("frame", event.detail);
     });
     line.addEventListener("problem", (event) => this.#tell("problem", event.detail));
+    line.addEventListener("progress", (event) => this.#tell("progress", event.detail));
     line.addEventListener("lost", () => this.#lost(line));
     line.open(this.#wanted).catch((problem) => this.#refused(line, problem));
   }

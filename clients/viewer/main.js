@@ -21,6 +21,7 @@ import { RenderPanel } from "./panel_render.js";
 import { ScenesPanel } from "./panel_scenes.js";
 import { SectionPanel } from "./panel_section.js";
 import { TreePanel } from "./panel_tree.js";
+import { FrameProgress } from "./progress.js";
 import { Readout } from "./readout.js";
 import { openHelp, openSave, openTradeoff, shareLink } from "./save.js";
 import { Stage } from "./stage.js";
@@ -38,6 +39,7 @@ class Viewer {
   client = new Vitrail();
   model = new Model();
   stage = new Stage();
+  progress = new FrameProgress();
   address = new Address(this.model);
   opening = new Opening(this.client, this.model, this.address, {
     aspect: () => this.stage.aspect, scenes: () => this.scenes.scenes,
@@ -45,6 +47,7 @@ class Viewer {
       this.live.stop();
       this.connection.rest();
       this.stage.clear();
+      this.progress.hide();
     },
     added: () => {
       this.isMoving = false;
@@ -91,7 +94,12 @@ class Viewer {
     const live = new Live(this.client, this.firstLine);
     live.addEventListener("frame", ({ detail }) => this.#frame(detail, canvas, isFirst));
     live.addEventListener("problem", ({ detail }) => this.#refused(detail, isFirst));
-    if (isFirst) live.addEventListener("state", ({ detail }) => this.connection.show(detail));
+    if (!isFirst) return live;
+    live.addEventListener("state", ({ detail }) => {
+      this.progress.hide();
+      this.connection.show(detail);
+    });
+    live.addEventListener("progress", ({ detail }) => this.progress.show(detail));
     return live;
   }
 
@@ -214,6 +222,7 @@ class Viewer {
       const highlight = this.#highlight;
       const wanted = { ...this.wanted, ...(highlight && { highlight }) };
       if (this.live.show(wanted)) {
+        this.progress.hide();
         this.stage.canvas.dataset.exact = "false";
         this.readout.clear();
       }
@@ -229,6 +238,7 @@ class Viewer {
     canvas.dataset.exact = String(frame.isExact);
     byId("busy").hidden = true;
     if (!isFirst) return;
+    this.progress.hide();
     this.overlay.add(frame);
     this.lastFrame = frame.frame;
     this.timeline.frameShown();
@@ -250,6 +260,7 @@ class Viewer {
 
   #refused(problem, isFirst) {
     byId("busy").hidden = true;
+    if (isFirst) this.progress.hide();
     if (problem.code === "not_found" && problem.pointer === "/scene" && this.model.scene) {
       this.opening.sceneGone();
       return;

@@ -365,7 +365,7 @@ export class View {
     }
   }
 
-  /** Server-sent events of the view: an EventSource with events view, frame, problem, gone. */
+  /** Server-sent events of the view: an EventSource with events view, progress, frame, problem, gone. */
   events() {
     return new EventSource(`${this.client.url}${this.path}/events`);
   }
@@ -378,7 +378,7 @@ export class View {
 
 /**
  * The WebSocket of a view. Events: "open", "frame" (detail: {header, blob}; call ack() when done
- * with it), "changed", "patched", "problem" (detail: VitrailError), "close" (detail: {code, reason}).
+ * with it), "changed", "patched", "progress", "problem" (detail: VitrailError), "close" (detail: {code, reason}).
  */
 export class ViewSocket extends EventTarget {
   #socket;

@@ -82,6 +82,7 @@ struct light_slice {
     uint32_t first, count;
     bool is_whole;          /* of the lists; first and count mean nothing */
     bool is_first, is_last; /* of all dispatches over the window */
+    int part, parts;        /* which pass of all slices is next, of how many */
 };
 
 /* Of the lists' media. */
@@ -291,6 +292,13 @@ static uint64_t first_piece(const struct shade_pass *pass)
     return pass->desc->pause ? (items + pass->unit_items - 1) / pass->unit_items : 0;
 }
 
+static void tell_part(const struct shade_desc *desc, const struct light_slice *slice, double done)
+{
+    if (desc->advance)
+        desc->advance(desc->advance_context, (slice->part + done) / slice->parts,
+                      (1 - done) / slice->parts);
+}
+
 /* In pieces where others may go first: they would wait for what the device was given. */
 static bool run_pass(const struct shade_pass *pass, struct error *err)
 {
@@ -300,12 +308,15 @@ static bool run_pass(const struct shade_pass *pass, struct error *err)
     struct band_clock clock = {.timeline = timeline,
                                .is_software = pass->desc->frame->limits->is_software};
     const struct gl_program *program = begin_pass(pass, err);
+    tell_part(pass->desc, pass->slice, 0);
     while (program && bands_next(&bands)) {
         band_clock_begin(&clock);
         dispatch(pass, program, &bands);
         if (!pause || bands_is_last(&bands))
             break;
         band_clock_end(&clock, &bands);
+        tell_part(pass->desc, pass->slice,
+                  (double)(bands.first + bands.count) / (double)pass->units);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
         if (!pause->is_due(pause->context))
             continue;
@@ -493,6 +504,26 @@ static bool choose_slices(const struct shade *shade, const struct shade_desc *de
     return true;
 }
 
+static bool shade_slice(struct shade *shade, const struct shade_desc *desc,
+                        struct light_slice *slice, struct error *err)
+{
+    if (desc->traced) {
+        tell_part(desc, slice, 0);
+        if (!traced_shadows_trace(desc->traced, light_lists_clusters(desc->lists), slice->first,
+                                  slice->count, err))
+            return false;
+        slice->part++;
+    }
+    if (desc->pixels->entry_count) {
+        if (!shade_entries(shade, desc, slice, err))
+            return false;
+        slice->part++;
+    }
+    bool is_shaded = shade_pixels(shade, desc, slice, err);
+    slice->part++;
+    return is_shaded;
+}
+
 bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err)
 {
     struct light_slice slice;
@@ -505,15 +536,11 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
         return false;
     gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
     desc->frame->report->counts.light_slices += slice_count;
+    slice.parts = (int)slice_count * (1 + (desc->traced != NULL) + (desc->pixels->entry_count > 0));
     for (uint32_t i = 0; i < slice_count; i++, slice.first += slice.count) {
         slice.is_first = i == 0 && !desc->is_continued;
         slice.is_last = i + 1 == slice_count && !desc->continues;
-        if (desc->traced && !traced_shadows_trace(desc->traced, light_lists_clusters(desc->lists),
-                                                  slice.first, slice.count, err))
-            return false;
-        if (desc->pixels->entry_count && !shade_entries(shade, desc, &slice, err))
-            return false;
-        if (!shade_pixels(shade, desc, &slice, err))
+        if (!shade_slice(shade, desc, &slice, err))
             return false;
     }
     if (desc->is_continued || desc->continues)

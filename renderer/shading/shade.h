@@ -41,6 +41,9 @@ struct shade_desc {
                                         structures; the lists must be clustered */
     const struct shade_pause *pause; /* optional: passes come in pieces, with the same bits */
     struct band_pace pace;           /* with it: of frames like this one */
+    /* Optional: told which part of the work begins, as shares of it. */
+    void (*advance)(const void *context, double first, double size);
+    const void *advance_context;
     bool is_continued; /* other lights have been shaded before these: adds to what is there */
     bool continues;    /* others follow: the image is made with the last of them */
 };

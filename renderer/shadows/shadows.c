@@ -393,6 +393,14 @@ static uint64_t first_piece(const struct shadow_progress *progress)
     return !progress ? 0 : progress->first_count ? progress->first_count : 1;
 }
 
+static void tell_built(const struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                       size_t built)
+{
+    size_t left = shadows->build_count - built, all = count_structures(shadows);
+    if (desc->advance && all >= left && all)
+        desc->advance(desc->advance_context, (double)(all - left) / (double)all);
+}
+
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
@@ -415,6 +423,8 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
                 shadow_store_drop_target(&shadows->store);
             ok = build_batch(shadows, &batch, &scene, opaque, transparent, err);
             first += batch.count;
+            if (ok)
+                tell_built(shadows, desc, first);
         }
         if (!ok || !progress || bands_is_last(&bands))
             continue;

@@ -59,6 +59,9 @@ struct shadow_prepare_desc {
                                          lights */
     const bool *is_left_out; /* per light: true gets no structure in this call; NULL: none is */
     struct shadow_progress *progress; /* optional; else all are built at once */
+    /* Optional: told the share of the structures that stand, whenever some were built. */
+    void (*advance)(const void *context, double share);
+    const void *advance_context;
     uint64_t frame; /* its number where sizes of lists may be guessed and come with its picture;
                        0: they are read */
     bool is_again;  /* the report has the structures already */

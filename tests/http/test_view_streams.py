@@ -143,6 +143,81 @@ class Events(WatchTest):
             events.event()
 
 
+class Progress(WatchTest):
+    """Frames of the double that take a second and tell how far they are."""
+
+    def watch(self, ms, what, **members):
+        self.scene = self.daemon.push(triangle(f"fake:slow={ms}"))
+        view = self.make(stream={"rest_ms": 50, "budget_ms": 10}, **members)
+        return view, self.open(view, what)
+
+    def messages_before_exact(self, socket):
+        messages = []
+        while True:
+            message = socket.receive()
+            if message["type"] == "frame":
+                socket.send(type="ack")
+                if message["exact"]:
+                    return messages
+            messages.append((time.monotonic(), message))
+
+    def test_a_long_frame_tells_a_socket_how_far_it_is(self):
+        _, socket = self.watch(1600, "socket")
+        messages = self.messages_before_exact(socket)
+        quick = next(i for i, (_, m) in enumerate(messages) if m["type"] == "frame")
+        for part in (messages[:quick], messages[quick + 1:]):
+            told = [m for _, m in part if m["type"] == "progress"]
+            self.assertIn(len(told), range(2, 8), told)  # of 1.1 s, four times a second at most
+            self.assertEqual({"shading"}, {m["stage"] for m in told})
+            shares = [m["share"] for m in told]
+            self.assertEqual(sorted(set(shares)), shares)
+            self.assertGreater(shares[0], 0.2)  # nothing before half a second
+            self.assertLessEqual(shares[-1], 1)
+            times = [at for at, m in part if m["type"] == "progress"]
+            self.assertGreater(min(b - a for a, b in zip(times, times[1:])), 0.1)
+
+    def test_the_time_that_is_left_follows_from_the_pace(self):
+        _, socket = self.watch(2500, "socket")
+        known = [m for _, m in self.messages_before_exact(socket)
+                 if m["type"] == "progress" and m["left_s"] is not None]
+        self.assertGreater(len(known), 3)
+        for message in known:  # sleeps of the double are longer than they say
+            left_s = 2.5 * (1 - message["share"])
+            self.assertGreater(message["left_s"], 0.5 * left_s - 0.1)
+            self.assertLess(message["left_s"], 3 * left_s + 0.5)
+
+    def test_quick_frames_tell_nothing(self):
+        _, socket = self.watch(100, "socket")
+        kinds = {m["type"] for _, m in self.messages_before_exact(socket)}
+        self.assertNotIn("progress", kinds)
+
+    def test_events_and_the_view_tell_it_too_and_then_no_more(self):
+        view, events = self.watch(1600, "events")
+        self.assertNotIn("progress", self.ask("GET", view).json())
+        socket = self.open(view, "socket")
+        name, data = events.event()
+        while name != "progress":
+            name, data = events.event()
+        self.assertEqual({"stage", "share", "left_s"}, set(data))
+        wait_until(lambda: "progress" in self.ask("GET", view).json(), "the view tells it")
+        self.messages_before_exact(socket)
+        self.assertNotIn("progress", self.ask("GET", view).json())
+
+    def test_a_paused_frame_goes_on_telling_of_itself(self):
+        _, socket = self.watch(1500, "socket")
+        socket.until_type("frame", exact=False)
+        light = self.daemon.push(triangle("fake:slow=20"))
+        shares = []
+        while True:
+            message = socket.receive()
+            if message["type"] == "frame":
+                break
+            if message["type"] == "progress":
+                shares.append(message["share"])
+                self.assertEqual(200, self.daemon.render(light, {"Priority": "u=0"}).status)
+        self.assertEqual(sorted(shares), shares)
+
+
 class Sockets(WatchTest):
     def exact(self, client, **expected):
         return client.until_type("frame", exact=True, **expected)

@@ -55,6 +55,26 @@ static void urgent_flights_have_room_of_their_own(void **state)
     assert_true(flights_have_room(&flights, RENDER_NORMAL));
 }
 
+static void what_is_left_of_a_stage_follows_from_its_pace(void **state)
+{
+    (void)state;
+    struct flight_progress progress = {0};
+    flight_progress_note(&progress, "shadows", 0.2, 1000);
+    assert_true(progress.left_s < 0);
+    flight_progress_note(&progress, "shadows", 0.3, 1250);
+    assert_true(progress.left_s < 0); /* too early to tell */
+    flight_progress_note(&progress, "shadows", 0.6, 2000);
+    assert_float_equal(1.0, progress.left_s, 1e-9); /* 0.4 in a second, 0.4 are left */
+    flight_progress_note(&progress, "shading", 0.1, 2500);
+    assert_string_equal("shading", progress.stage);
+    assert_true(progress.left_s < 0);
+    flight_progress_note(&progress, "shading", 0.6, 3500);
+    assert_float_equal(0.8, progress.left_s, 1e-9);
+    flight_progress_note(&progress, "shading", 0.5, 3600); /* a window comes again */
+    assert_true(progress.left_s < 0);
+    assert_float_equal(0.5, progress.share, 1e-9);
+}
+
 static void a_pause_does_not_count_against_a_frame(void **state)
 {
     (void)state;
@@ -222,6 +242,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(urgent_flights_have_room_of_their_own),
+        cmocka_unit_test(what_is_left_of_a_stage_follows_from_its_pace),
         cmocka_unit_test(a_pause_does_not_count_against_a_frame),
         cmocka_unit_test(a_task_may_have_a_limit_of_its_own),
         cmocka_unit_test(a_frame_on_the_device_answers_for_itself_alone),

@@ -46,6 +46,7 @@ struct renderer {
     struct fake_scene scenes[SCENES_MAX]; /* oldest first */
     int scene_count;
     const struct interlude *interlude;
+    const struct frame_progress *progress;
     const struct frame_arrival *arrival;
     bool is_paused;
     double device_free_ms; /* when the device has done all that it was given */
@@ -147,6 +148,11 @@ bool renderer_calibrate(struct renderer *renderer, struct calibration *calibrati
     (void)renderer;
     *calibration = (struct calibration){.rounds = 0};
     return error_set(err, ERROR_UNSUPPORTED, "fake: cannot be measured");
+}
+
+void renderer_set_progress(struct renderer *renderer, const struct frame_progress *progress)
+{
+    renderer->progress = progress;
 }
 
 void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude)
@@ -252,6 +258,9 @@ static bool sleep_with_interludes(struct renderer *renderer, long ms, struct fra
     bool is_wanted = true;
     for (long slept = 0; slept < ms && is_wanted; slept++) {
         sleep_ms(1);
+        if (renderer->progress && !renderer->is_paused)
+            renderer->progress->tell(renderer->progress->context, FRAME_STAGE_SHADING,
+                                     (double)(slept + 1) / (double)ms);
         let_arrive(renderer, false);
         if (!interlude || !interlude->is_due(interlude->context))
             continue;
