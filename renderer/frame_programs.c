@@ -117,7 +117,8 @@ static void list_surfaces(const struct listing *listing, const struct geometry_i
     if (has_layers)
         pixel_lists_list_programs(&listing->frame, items, listing->list);
     if (needs(desc, PLAN_NEED_LIGHTS))
-        light_lists_list_programs(quality->light_lists, quality->faithful, listing->list);
+        light_lists_list_programs(quality->light_lists, quality->faithful,
+                                  listing->frame.limits->is_software, listing->list);
     if (needs(desc, PLAN_NEED_TRACED_SHADOWS))
         traced_shadows_list_programs(&listing->frame, has_layers, listing->list);
     if (desc->view->screen.channels)

@@ -183,7 +183,7 @@ static bool build_lights(struct window_run *window, struct error *err)
                                    .camera = frame->camera,
                                    .window = &frame->window,
                                    .bounds = &window->run->frame_plan->reach.bounds,
-                                   .block_bytes = gl_limits_block(frame->limits, 1),
+                                   .limits = frame->limits,
                                    .rebuilds = window->run->renderer->redraws_surfaces,
                                },
                                frame->report, err);

@@ -137,7 +137,7 @@ static bool prepare_linked(struct light_lists *lists, const struct light_lists_d
                                             .camera = desc->camera,
                                             .window = desc->window,
                                             .bounds = desc->bounds,
-                                            .block_bytes = desc->block_bytes,
+                                            .limits = desc->limits,
                                             .faithful = desc->faithful};
     double begin_ms = wall_ms();
     if (!linked_lists_collect(linked, &linked_desc, err))
@@ -247,11 +247,11 @@ const char *light_lists_technique_defines(enum view_light_lists technique)
     return technique == VIEW_LIGHT_LISTS_LINKED ? "LIGHT_LIST=2" : "LIGHT_LIST=1";
 }
 
-void light_lists_list_programs(enum view_light_lists technique, bool is_faithful,
+void light_lists_list_programs(enum view_light_lists technique, bool is_faithful, bool is_software,
                                struct program_list *list)
 {
     if (technique == VIEW_LIGHT_LISTS_LINKED) /* clusters are filled without one */
-        linked_lists_list_programs(is_faithful, "light_list", list);
+        linked_lists_list_programs(is_faithful, is_software, "light_list", list);
 }
 
 static uint32_t log2_of(int power_of_two)

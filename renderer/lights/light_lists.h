@@ -27,8 +27,8 @@ struct light_lists_desc {
     const struct camera *camera;        /* required */
     const struct camera_window *window; /* required */
     const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
-    uint64_t block_bytes; /* of a storage block of the device; 0 means 128 MiB, which all have */
-    bool rebuilds;        /* for measuring: builds them even where those of before would do */
+    const struct gl_limits *limits; /* of the device; NULL: our own cores, with blocks of 128 MiB */
+    bool rebuilds; /* for measuring: builds them even where those of before would do */
 };
 
 /* Builds the lists for one window, or keeps those of the last call: where the camera, the window
@@ -46,7 +46,7 @@ void light_lists_drop(struct light_lists *lists);
 const char *light_lists_defines(const struct light_lists *lists);
 const char *light_lists_technique_defines(enum view_light_lists technique); /* likewise */
 /* The programs of the technique's build. Thread: any. */
-void light_lists_list_programs(enum view_light_lists technique, bool is_faithful,
+void light_lists_list_programs(enum view_light_lists technique, bool is_faithful, bool is_software,
                                struct program_list *list);
 /* Binds buffers and sets the uniforms that light_list.glsl declares on `program` (already in use).
  */

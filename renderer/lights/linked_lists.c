@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/gl/buffer_fill.h"
 #include "renderer/lights/light_mesh.h"
 #include "shaders/shared/bindings.h"
 
@@ -50,7 +51,7 @@ static bool reserve_draws(struct linked_lists *lists, size_t count, struct error
 bool linked_lists_collect(struct linked_lists *lists, const struct linked_desc *desc,
                           struct error *err)
 {
-    uint64_t block = desc->block_bytes / LINKED_ELEMENT_BYTES;
+    uint64_t block = desc->limits ? gl_limits_block(desc->limits, LINKED_ELEMENT_BYTES) : 0;
     lists->draw_count = 0;
     lists->tile_sum = 0;
     lists->elements_most =
@@ -193,8 +194,24 @@ static uint32_t capacity_of(const struct linked_lists *lists)
     return capacity > lists->elements_most ? lists->elements_most : (uint32_t)capacity;
 }
 
+static bool empty_heads(struct linked_lists *lists, const struct linked_desc *desc,
+                        struct program_cache *programs, uint64_t bytes, struct error *err)
+{
+    if (!desc->limits || desc->limits->is_software) {
+        gl_buffer_clear_u32(&lists->heads, 0, bytes, UINT32_MAX);
+        return true;
+    }
+    return buffer_fill_u32(&(struct buffer_fill_desc){.programs = programs,
+                                                      .limits = desc->limits,
+                                                      .buffer = &lists->heads,
+                                                      .size_bytes = bytes,
+                                                      .value = UINT32_MAX},
+                           err);
+}
+
 /* Empty lists; the prefix takes the first elements. */
-static bool clear_lists(struct linked_lists *lists, struct error *err)
+static bool clear_lists(struct linked_lists *lists, const struct linked_desc *desc,
+                        struct program_cache *programs, struct error *err)
 {
     uint64_t words =
         LINKED_HEADER_WORDS + (uint64_t)lists->grid.columns * (uint64_t)lists->grid.rows;
@@ -203,9 +220,9 @@ static bool clear_lists(struct linked_lists *lists, struct error *err)
                            &(struct gl_buffer_desc){.label = "lights.linked.heads",
                                                     .size_bytes = words * 4,
                                                     .is_dynamic = true},
-                           false, err))
+                           false, err) ||
+        !empty_heads(lists, desc, programs, words * 4, err))
         return false;
-    gl_buffer_clear_u32(&lists->heads, 0, words * 4, UINT32_MAX);
     gl_buffer_write(&lists->heads, 0, sizeof header, header);
     struct element *prefix = calloc(lists->prefix_count + 1, sizeof *prefix);
     if (!prefix)
@@ -270,8 +287,11 @@ static const struct program_desc interval_program = {.label = "lights.linked.int
                                                      .vertex = "lll_rect.vert.glsl",
                                                      .fragment = "lll_interval.frag.glsl"};
 
-void linked_lists_list_programs(bool is_faithful, const char *pass, struct program_list *list)
+void linked_lists_list_programs(bool is_faithful, bool is_software, const char *pass,
+                                struct program_list *list)
 {
+    if (!is_software)
+        buffer_fill_list_programs(pass, list);
     if (is_faithful) {
         program_list_add(list, pass, &front_program, true);
         program_list_add(list, pass, &insert_program, true);
@@ -346,7 +366,7 @@ static bool read_counter(struct linked_lists *lists, uint32_t *wanted, struct er
 static bool build_once(struct linked_lists *lists, const struct linked_desc *desc,
                        struct program_cache *programs, uint32_t *wanted, struct error *err)
 {
-    if (!clear_lists(lists, err))
+    if (!clear_lists(lists, desc, programs, err))
         return false;
     lists->builds++;
     *wanted = (uint32_t)lists->prefix_count;

@@ -52,8 +52,8 @@ struct linked_desc {
     const struct camera_window *window; /* required */
     const struct light_bounds *bounds;  /* of these lights for this camera; NULL: found here */
     bool faithful;
-    uint64_t block_bytes;    /* of a storage block; 0 means 128 MiB */
-    uint32_t elements_first; /* 0 means LINKED_ELEMENTS_FIRST; tests make it small */
+    const struct gl_limits *limits; /* of the device; NULL: our own cores, with blocks of 128 MiB */
+    uint32_t elements_first;        /* 0 means LINKED_ELEMENTS_FIRST; tests make it small */
 };
 
 /* CPU part: bounds, tiles, records. ERROR_OVER_BUDGET above LINKED_LIGHTS_MAX bounded lights. */
@@ -63,8 +63,9 @@ MUST_CHECK bool linked_lists_collect(struct linked_lists *lists, const struct li
  * overflowed. */
 MUST_CHECK bool linked_lists_build(struct linked_lists *lists, const struct linked_desc *desc,
                                    struct program_cache *programs, struct error *err);
-/* The programs of a build, which none needs where no light is bounded. Thread: any. */
-void linked_lists_list_programs(bool is_faithful, const char *pass, struct program_list *list);
+/* The programs of a build, of which none draws where no light is bounded. Thread: any. */
+void linked_lists_list_programs(bool is_faithful, bool is_software, const char *pass,
+                                struct program_list *list);
 /* What the last build's lists take; its buffers may be larger. */
 uint64_t linked_lists_used_bytes(const struct linked_lists *lists);
 void linked_lists_finish(struct linked_lists *lists);

@@ -39,7 +39,8 @@ struct shadow_builder { /* what the list builders share */
     struct gl_buffer texels, scratch, scratch_objects, scratch_media;
     uint64_t first_elements;        /* linked: first guess per light; 0 means one of its own */
     uint64_t refused_locks;         /* linked, as published: of shadow_system_desc */
-    bool scans_on_host;             /* deep: the device is our own cores: counts are scanned in C */
+    bool scans_on_host;             /* the device is our own cores: counts of deep lists are scanned
+                                       in C, and GL clears what shaders fill elsewhere */
     bool may_guess;                 /* deep: room for lists, from what guesses know of them */
     struct shadow_guesses *guesses; /* deep: NULL for lists that are no light's */
 };

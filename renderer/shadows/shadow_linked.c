@@ -4,6 +4,7 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
+#include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "shaders/shared/layout.h"
 
@@ -138,11 +139,41 @@ static bool paint_lists(const struct linked_job *job, struct shadow_build *const
     return ok;
 }
 
-static bool fill_lists(const struct linked_job *job, struct error *err)
+static bool empty_heads(const struct linked_job *job, const struct shadow_range *heads,
+                        struct error *err)
 {
     const uint32_t list_end = 0xffffffffu;
+    const struct shadow_builder *builder = job->builder;
+    struct gl_buffer *pool = &builder->store->pools[SHADOW_POOL_HEADS].streams[0];
+    const struct buffer_fill_desc fill = {.programs = builder->programs,
+                                          .limits = builder->store->limits,
+                                          .buffer = pool,
+                                          .offset_bytes = heads->first * 4,
+                                          .size_bytes = heads->count * 4,
+                                          .value = list_end};
+    if (!builder->scans_on_host)
+        return buffer_fill_u32(&fill, err);
+    gl_buffer_clear_u32(pool, fill.offset_bytes, fill.size_bytes, list_end);
+    return true;
+}
+
+/* Those that follow one another at once. */
+static bool empty_lists(const struct linked_job *job, struct shadow_build *const *builds,
+                        size_t count, struct error *err)
+{
+    bool ok = true;
+    for (size_t i = 0; ok && i < count;) {
+        struct shadow_range range = builds[i]->map->heads;
+        while (++i < count && builds[i]->map->heads.first == range.first + range.count)
+            range.count += builds[i]->map->heads.count;
+        ok = empty_heads(job, &range, err);
+    }
+    return ok;
+}
+
+static bool fill_lists(const struct linked_job *job, struct error *err)
+{
     struct shadow_builder *builder = job->builder;
-    struct shadow_store *store = builder->store;
     struct shadow_build **pending = calloc(job->count, sizeof *pending);
     size_t pending_count = 0;
     if (!pending)
@@ -150,17 +181,15 @@ static bool fill_lists(const struct linked_job *job, struct error *err)
     begin(job, "shadow.linked");
     gl_buffer_clear_u32(&builder->statistics, 0, job->count * sizeof *job->statistics, 0);
     for (size_t i = 0; i < job->count; i++) {
-        const struct shadow_map *map = job->builds[i].map;
         if (!is_pending(&job->builds[i]))
             continue;
-        gl_buffer_clear_u32(&store->pools[SHADOW_POOL_HEADS].streams[0], map->heads.first * 4,
-                            map->heads.count * 4, list_end);
         job->builds[i].slot = (uint32_t)i;
         job->builds[i].lock_tries =
             builder->refused_locks >> (job->builds[i].light & 63) & 1 ? 0 : LOCK_TRIES;
         pending[pending_count++] = &job->builds[i];
     }
-    bool ok = paint_lists(job, pending, pending_count, err);
+    bool ok = empty_lists(job, pending, pending_count, err) &&
+              paint_lists(job, pending, pending_count, err);
     free(pending);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     gpu_timeline_will_wait(builder->timeline);

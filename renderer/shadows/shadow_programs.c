@@ -121,6 +121,8 @@ static void list_light(const struct shadow_programs_desc *desc, const struct sha
     if (map->kind != SHADOW_LINKED)
         return;
     view.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK;
+    if (!desc->ways.scans_on_host)
+        buffer_fill_list_programs("shadow.linked", list);
     caster_list_programs(&view, casters, "shadow.linked", false, list);
     shadow_linked_list_programs(map->is_faithful, list);
 }

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include <cmocka.h>
+#include <epoxy/gl.h>
 
 #include "tests/support/gl_counts.h"
 #include "tests/support/image_checks.h"
@@ -137,6 +138,47 @@ static void frames_ask_no_more_of_gl_than_they_did(void **state)
     }
 }
 
+/* ---- what GL clears ---- */
+
+static PFNGLCLEARNAMEDBUFFERSUBDATAPROC clear_below;
+static uint64_t largest_clear_bytes;
+
+static void GLAPIENTRY clear(GLuint buffer, GLenum internal, GLintptr offset, GLsizeiptr size,
+                             GLenum format, GLenum type, const void *data)
+{
+    if ((uint64_t)size > largest_clear_bytes)
+        largest_clear_bytes = (uint64_t)size;
+    clear_below(buffer, internal, offset, size, format, type, data);
+}
+
+/* Some drivers have the processor write every word: no array of texels, pixels or tiles. */
+static void graphics_devices_clear_arrays_by_themselves(void **state)
+{
+    static const struct view_quality qualities[] = {
+        {.shadows = VIEW_SHADOWS_DEEP},
+        {.shadows = VIEW_SHADOWS_DEEP, .shadow_compression = 0.01},
+        {.shadows = VIEW_SHADOWS_DEEP_LINKED},
+        {.shadows = VIEW_SHADOWS_DEEP_LINKED, .faithful = true},
+        {.shadows = VIEW_SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED},
+        {.shadows = VIEW_SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED, .faithful = true},
+    };
+    const struct view_quality before = stage.view.quality;
+    enum { A_FEW_WORDS = 1024 }; /* statistics of 25 lights; heads of a face are 16 KiB */
+    (void)state;
+    clear_below = epoxy_glClearNamedBufferSubData;
+    epoxy_glClearNamedBufferSubData = clear;
+    largest_clear_bytes = 0;
+    for (size_t i = 0; i < sizeof qualities / sizeof *qualities; i++) {
+        stage.view.quality = qualities[i];
+        stage.view.quality.shadow_resolution = 64;
+        shoot_once();
+        print_message("%zu: at most %llu bytes\n", i, (unsigned long long)largest_clear_bytes);
+    }
+    epoxy_glClearNamedBufferSubData = clear_below;
+    stage.view.quality = before;
+    assert_int_in_range(largest_clear_bytes, 1, A_FEW_WORDS);
+}
+
 /* On busy processors the self-test may doubt true timers. */
 static void open_renderer(void)
 {
@@ -209,6 +251,7 @@ int main(void)
     stage_open(&(struct gl_hostility){.is_not_software = true, .timers = GL_TIMERS_TRUE}, 64);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_ask_no_more_of_gl_than_they_did),
+        cmocka_unit_test(graphics_devices_clear_arrays_by_themselves),
         cmocka_unit_test(drivers_rebuild_25_cubes_in_little_time),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
