@@ -174,6 +174,14 @@ static uint64_t shadows_to_come(const struct frame_run *run)
                 shadow_system_size_bytes(renderer->shadows));
 }
 
+bool frame_budget_holds_all(const struct frame_run *run)
+{
+    const struct renderer *renderer = run->renderer;
+    uint64_t windows = wanted_bytes(run, pixel_bytes_of(run));
+    uint64_t to_come = shadows_to_come(run) + less(windows, renderer_window_bytes(renderer));
+    return renderer_used_bytes(renderer) + to_come <= renderer->budget_bytes;
+}
+
 void frame_budget_begin(const struct frame_run *run)
 {
     struct renderer *renderer = run->renderer;

@@ -24,6 +24,9 @@ void frame_budget_drop_windows(struct renderer *renderer);
 /* A frame begins, its textures are there; and ends: in between, its scene stays. */
 void frame_budget_begin(const struct frame_run *run);
 void frame_budget_end(const struct frame_run *run);
+/* In between: whether what it will take for certain fits beside what there is, windows in one piece
+ * among it. */
+bool frame_budget_holds_all(const struct frame_run *run);
 /* Its rays are done: what they went through is kept where it fits beside the rest. */
 void frame_budget_end_rays(const struct frame_run *run);
 

@@ -29,6 +29,7 @@ struct window_run {
     struct window_frame frame;
     const struct window_budget *budget;
     struct kept_window keys; /* of what it will hold */
+    bool is_counted;         /* its surfaces stand, and the sizes of its layers are on the device */
     bool must_split;         /* it holds more than one pass can, ... */
     uint64_t lacked_bytes;   /* ... or than the budget has room for: so many bytes of lists */
 };
@@ -78,8 +79,9 @@ static bool draw_surfaces(struct window_run *window, struct error *err)
     struct kept_window *kept = &window->run->renderer->kept;
     struct frame_report *report = window->frame.report;
     if (content_key_equals(kept->surfaces, window->keys.surfaces)) {
-        report->counts.gbuffers_reused++;
-        report_add_reused(report, "gbuffer");
+        report->counts.gbuffers_reused += !window->is_counted;
+        if (!window->is_counted)
+            report_add_reused(report, "gbuffer");
         return true;
     }
     *kept = (struct kept_window){0};
@@ -111,6 +113,12 @@ static struct content_key window_key(const struct window_run *window)
     return key;
 }
 
+static bool find_sizes(const struct window_run *window, struct list_sizes *room)
+{
+    return frame_run_may_guess(window->run) &&
+           list_history_find(&window->run->renderer->list_history, window_key(window), room);
+}
+
 static bool build_layers(struct window_run *window, struct error *err)
 {
     struct renderer *renderer = window->run->renderer;
@@ -123,9 +131,8 @@ static bool build_layers(struct window_run *window, struct error *err)
             pixel_lists_report(&renderer->pixels, report);
         return true;
     }
-    renderer->kept.layers = (struct content_key){{0}};
-    bool is_known = frame_run_may_guess(window->run) &&
-                    list_history_find(&renderer->list_history, window_key(window), &room);
+    renderer->kept.layers = renderer->kept.counted = (struct content_key){{0}};
+    bool is_known = find_sizes(window, &room);
     enum pixel_lists_outcome outcome =
         pixel_lists_build(&renderer->pixels, &window->frame, &window->run->frame_plan->items,
                           is_known ? &room : NULL, err);
@@ -158,7 +165,10 @@ static void begin_window(struct window_run *window)
     bool is_kept = needs(run, PLAN_NEED_LAYERS) && !renderer->redraws_surfaces &&
                    (!renderer->pixels.is_guessed || frame_run_may_guess(run)) &&
                    content_key_equals(renderer->kept.layers, window->keys.layers);
-    if (!is_kept) {
+    window->is_counted = needs(run, PLAN_NEED_LAYERS) && renderer->pixels.is_counted &&
+                         content_key_equals(renderer->kept.counted, window->keys.layers) &&
+                         content_key_equals(renderer->kept.surfaces, window->keys.surfaces);
+    if (!is_kept && !window->is_counted) {
         pixel_lists_clear(&renderer->pixels);
         renderer->kept.layers = (struct content_key){{0}};
     }
@@ -285,6 +295,15 @@ static bool upload_lights(const struct frame_run *run, struct error *err)
                                err);
 }
 
+static bool has_step(const struct frame_run *run, enum plan_step step)
+{
+    const struct plan *plan = &run->frame_plan->plan;
+    bool has = false;
+    for (int i = 0; i < plan->pass_count; i++)
+        has |= plan->passes[i].step == step;
+    return has;
+}
+
 /* Passes of one step are neighbours: the step begins where the one before it was another. */
 static bool begins_step(const struct plan *plan, int pass)
 {
@@ -319,18 +338,15 @@ static bool put_back_scene(const struct frame_run *run, struct error *err)
 static bool put_back_shadows(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
-    const struct plan *plan = &run->frame_plan->plan;
     struct frame unseen = {0}; /* the report has all that from the first time */
     struct frame_run again = *run;
-    bool has_structures = false;
     if (!needs(run, PLAN_NEED_COLOR))
         return true;
     again.frame = &unseen;
     again.is_again = true;
-    for (int i = 0; i < plan->pass_count; i++)
-        has_structures |= plan->passes[i].step == PLAN_STEP_SHADOWS;
     bool ok = shadow_system_prepare_none(renderer->shadows, run->state->light_count, err) &&
-              (!has_structures || light_batches_prepare(&again, err)) && upload_lights(run, err);
+              (!has_step(run, PLAN_STEP_SHADOWS) || light_batches_prepare(&again, err)) &&
+              upload_lights(run, err);
     run->frame->report.paused_ms += unseen.report.paused_ms;
     return ok;
 }
@@ -393,14 +409,12 @@ struct window_result {
     uint64_t lacked_bytes; /* or, not 0, than the budget has room for: bytes of its lists */
 };
 
-static bool run_window(const struct frame_run *run, const struct window_budget *budget,
-                       const struct camera_window *rectangle, struct window_result *result,
-                       struct error *err)
+static struct window_run window_of(const struct frame_run *run,
+                                   const struct camera_window *rectangle)
 {
     struct renderer *renderer = run->renderer;
-    struct window_run window = {
+    return (struct window_run){
         .run = run,
-        .budget = budget,
         .frame =
             {
                 .programs = renderer->programs,
@@ -417,13 +431,28 @@ static bool run_window(const struct frame_run *run, const struct window_budget *
                 .report = &run->frame->report,
             },
     };
-    window_budget_begin(budget, run, pixels_of(rectangle));
-    if (!targets_prepare(&renderer->targets, rectangle->width, rectangle->height,
-                         run->frame_plan->plan.target_samples, err))
+}
+
+static bool prepare_targets(struct window_run *window, struct error *err)
+{
+    struct window_frame *frame = &window->frame;
+    if (!targets_prepare(frame->targets, frame->window.width, frame->window.height,
+                         window->run->frame_plan->plan.target_samples, err))
         return false;
-    read_sample_positions(&renderer->targets, window.frame.sample_positions);
-    begin_window(&window);
-    if (!walk_window(&window, err))
+    read_sample_positions(frame->targets, frame->sample_positions);
+    begin_window(window);
+    return true;
+}
+
+static bool run_window(const struct frame_run *run, const struct window_budget *budget,
+                       const struct camera_window *rectangle, struct window_result *result,
+                       struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    struct window_run window = window_of(run, rectangle);
+    window.budget = budget;
+    window_budget_begin(budget, run, pixels_of(rectangle));
+    if (!prepare_targets(&window, err) || !walk_window(&window, err))
         return false;
     *result = (struct window_result){window.must_split, window.lacked_bytes};
     if (!window.must_split)
@@ -455,14 +484,19 @@ static uint64_t most_pixels(const struct frame_run *run)
     return most < WINDOW_PIXELS_MAX ? most : WINDOW_PIXELS_MAX;
 }
 
+static bool exceeds_device(const struct frame_run *run, const struct camera_window *w)
+{
+    return w->width > WINDOW_SIDE_MAX || w->height > WINDOW_SIDE_MAX ||
+           pixels_of(w) > most_pixels(run);
+}
+
 /* Before anything of it is drawn. */
 static bool is_too_large(const struct frame_run *run, const struct camera_window *w,
                          const struct window_budget *budget, bool *is_over_budget)
 {
     uint64_t pixels = pixels_of(w);
     *is_over_budget = pixels > WINDOW_PIXELS_LEAST && !window_budget_has_room(budget, pixels);
-    return *is_over_budget || w->width > WINDOW_SIDE_MAX || w->height > WINDOW_SIDE_MAX ||
-           pixels > most_pixels(run);
+    return *is_over_budget || exceeds_device(run, w);
 }
 
 static bool refuse_window(const struct frame_run *run, const struct window_budget *budget,
@@ -532,13 +566,17 @@ static bool run_top(const struct frame_run *run, const struct window_budget *bud
     return split_top(stack, &w);
 }
 
+static struct camera_window whole_of(const struct view *view)
+{
+    return (struct camera_window){
+        0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
+}
+
 static bool run_windows(const struct frame_run *run, struct error *err)
 {
     const struct view *view = run->view;
     const struct window_budget budget = frame_budget_windows(run);
-    struct window_stack stack = {.depth = 1};
-    stack.windows[0] = (struct camera_window){
-        0, 0, view->width_px, view->height_px, view->width_px, view->height_px};
+    struct window_stack stack = {.windows = {whole_of(view)}, .depth = 1};
     struct camera_window part = stack.windows[0]; /* the least, where there are as many as may be */
     part.height = (part.height + WINDOWS_MAX - 1) / WINDOWS_MAX;
     if (pixels_of(&part) > WINDOW_PIXELS_LEAST &&
@@ -554,6 +592,36 @@ static bool run_windows(const struct frame_run *run, struct error *err)
                     stack.rendered, (unsigned long long)run->renderer->budget_bytes);
     else if (stack.rendered > 1)
         report_warn(&run->frame->report, "the image was rendered in %d windows", stack.rendered);
+    return true;
+}
+
+/* Sizes of shadow lists that nobody knows are read while their structures are built, and those of
+ * layers later on: counted before that, they come with the same wait. Where memory is short, or the
+ * picture takes several windows, they have their own. On our own processors nothing waits. */
+static bool may_count_ahead(const struct frame_run *run, const struct camera_window *whole)
+{
+    return !run->only_builds && !gl_context_limits(run->renderer->context)->is_software &&
+           !run->renderer->redraws_surfaces && needs(run, PLAN_NEED_COLOR) &&
+           needs(run, PLAN_NEED_LAYERS) && has_step(run, PLAN_STEP_SHADOWS) &&
+           !exceeds_device(run, whole) && frame_budget_holds_all(run);
+}
+
+static bool count_ahead(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    const struct camera_window whole = whole_of(run->view);
+    struct window_run window = window_of(run, &whole);
+    struct list_sizes known;
+    if (!may_count_ahead(run, &whole) || find_sizes(&window, &known))
+        return true;
+    if (!prepare_targets(&window, err))
+        return false;
+    if (window.is_counted || content_key_equals(renderer->kept.layers, window.keys.layers))
+        return true;
+    if (!draw_surfaces(&window, err) ||
+        !pixel_lists_count(&renderer->pixels, &window.frame, &run->frame_plan->items, err))
+        return false;
+    renderer->kept.counted = window.keys.layers;
     return true;
 }
 
@@ -596,7 +664,7 @@ static bool run_steps(const struct frame_run *run, struct error *err)
 {
     const struct plan *plan = &run->frame_plan->plan;
     run->frame->report.counts.unseen_lights = plan->unseen_lights;
-    if (is_rasterised(run) && !begin_rasterised(run, err))
+    if (is_rasterised(run) && (!begin_rasterised(run, err) || !count_ahead(run, err)))
         return false;
     if (!walk_frame(run, err))
         return false;

@@ -139,8 +139,9 @@ static bool clear_counts(struct pixel_lists *lists, const struct window_frame *f
                            err);
 }
 
+/* reads: their numbers, too, which waits. */
 static bool count_fragments(struct pixel_lists *lists, const struct window_frame *frame,
-                            const struct geometry_items *items, struct error *err)
+                            const struct geometry_items *items, bool reads, struct error *err)
 {
     uint64_t bytes = (uint64_t)frame->window.width * (uint64_t)frame->window.height * 4;
     lists->pixel_count = bytes / 4;
@@ -161,7 +162,7 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
     ok = ok &&
          geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
          run_scan(lists, frame, err);
-    if (ok && !lists->is_guessed)
+    if (ok && reads)
         read_sizes(lists, frame);
     gpu_scope_end(frame->timeline);
     return ok;
@@ -288,7 +289,7 @@ void pixel_lists_clear(struct pixel_lists *lists)
 {
     lists->entry_count = lists->longest = lists->keys_offset = lists->list_bytes = 0;
     lists->pixel_count = 0;
-    lists->has_media = lists->may_surround = lists->is_guessed = false;
+    lists->has_media = lists->may_surround = lists->is_guessed = lists->is_counted = false;
     lists->lacked_bytes = 0;
 }
 
@@ -333,23 +334,58 @@ static void take_guess(struct pixel_lists *lists, const struct list_sizes *room,
         lists->entry_count = lists->longest = lists->lacked_bytes = 0;
 }
 
+static bool are_any(const struct geometry_items *items)
+{
+    return items->transparent_count || items->medium_count;
+}
+
+static void begin(struct pixel_lists *lists, const struct geometry_items *items)
+{
+    pixel_lists_clear(lists);
+    lists->has_media = items->medium_count > 0;
+    lists->may_surround = items->may_surround;
+}
+
+bool pixel_lists_count(struct pixel_lists *lists, const struct window_frame *frame,
+                       const struct geometry_items *items, struct error *err)
+{
+    begin(lists, items);
+    lists->is_counted = are_any(items) && count_fragments(lists, frame, items, false, err);
+    return lists->is_counted || !are_any(items);
+}
+
+/* Until their sizes are known, or guessed. */
+static bool find_sizes(struct pixel_lists *lists, const struct window_frame *frame,
+                       const struct geometry_items *items, const struct list_sizes *room,
+                       struct error *err)
+{
+    if (lists->is_counted) {
+        lists->is_counted = false;
+        read_sizes(lists, frame);
+        return true;
+    }
+    begin(lists, items);
+    take_guess(lists, room, frame->limits);
+    if (!count_fragments(lists, frame, items, !lists->is_guessed, err))
+        return false;
+    if (lists->is_guessed && !find_room(lists)) {
+        lists->is_guessed = false;
+        read_sizes(lists, frame);
+    }
+    return true;
+}
+
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items,
                                            const struct list_sizes *room, struct error *err)
 {
-    pixel_lists_clear(lists);
-    lists->has_media = items->medium_count > 0;
-    lists->may_surround = items->may_surround;
-    if (!items->transparent_count && !items->medium_count)
+    if (!are_any(items)) {
+        begin(lists, items);
         return PIXEL_LISTS_BUILT;
-    take_guess(lists, room, frame->limits);
-    if (!count_fragments(lists, frame, items, err))
-        return PIXEL_LISTS_FAILED;
-    if (lists->is_guessed && !find_room(lists)) {
-        lists->is_guessed = false;
-        read_sizes(lists, frame);
     }
+    if (!find_sizes(lists, frame, items, room, err))
+        return PIXEL_LISTS_FAILED;
     if (lists->longest > PIXEL_LISTS_LONGEST_MAX) {
         error_set(err, ERROR_OVER_BUDGET, "a pixel has %llu transparent layers, limit is %d",
                   (unsigned long long)lists->longest, PIXEL_LISTS_LONGEST_MAX);

@@ -22,6 +22,7 @@ struct pixel_lists {
     struct gl_buffer colors;       /* filled by shading: two vec4 per entry */
     uint64_t pixel_count;          /* of the window */
     uint64_t entry_count, longest; /* of the lists; or, guessed, what they have room for */
+    bool is_counted;     /* pixel_lists_count: `left`, `ends` and `statistics` stand, unread */
     bool is_guessed;     /* how large they are is in `statistics` alone: two words, as list_sizes */
     uint64_t list_bytes; /* that the lists take; the buffers may be larger */
     uint64_t keys_offset;  /* of the sorted half, in entries */
@@ -34,12 +35,17 @@ enum pixel_lists_outcome { PIXEL_LISTS_FAILED, PIXEL_LISTS_BUILT, PIXEL_LISTS_TO
 
 /* Entries that the lists of one window may have. */
 uint64_t pixel_lists_entries_max(const struct gl_limits *limits);
+/* Counts the fragments of a window ahead of its lists, and waits for nothing: behind the next wait
+ * of any kind pixel_lists_build, which is then to be called for the same window and items, reads
+ * their number without another one. pixel_lists_clear forgets it. */
+MUST_CHECK bool pixel_lists_count(struct pixel_lists *lists, const struct window_frame *frame,
+                                  const struct geometry_items *items, struct error *err);
 /* Builds the lists of one window. With `room` the device is not waited for: lists that have not
  * found room are cut, never beyond their storage, and only `statistics` says so. NULL, or room that
- * there is no memory for: their sizes are read first. TOO_MANY asks the caller to split the window,
- * for entries or, with lacked_bytes, for memory; err is then untouched. A single list beyond
- * PIXEL_LISTS_LONGEST_MAX is ERROR_OVER_BUDGET. Nothing transparent in view: built, with no
- * entries. */
+ * there is no memory for, or fragments that are counted already: their sizes are read first.
+ * TOO_MANY asks the caller to split the window, for entries or, with lacked_bytes, for memory; err
+ * is then untouched. A single list beyond PIXEL_LISTS_LONGEST_MAX is ERROR_OVER_BUDGET. Nothing
+ * transparent in view: built, with no entries. */
 enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
                                            const struct window_frame *frame,
                                            const struct geometry_items *items,

@@ -71,13 +71,63 @@ static void expect_waits(struct stage *stage, uint64_t most, const char *what)
         fail_msg("%s: %llu waits", what, (unsigned long long)waits);
 }
 
+/* Nobody knows how large any list is: the sizes of shadows and of layers come at once, and then the
+ * picture. */
+static void the_first_picture_of_a_scene_waits_twice(void **state)
+{
+    struct stage stage;
+    struct frame first, second;
+    (void)state;
+    stage_begin(&stage);
+    const struct gl_counts counts = count_frame(&stage, &first);
+    assert_int_equal(2, gl_counts_waits(&counts));
+    assert_true(first.report.counts.events > 0);
+    assert_true(first.report.counts.transparent_fragments > 0);
+    assert_int_equal(1, first.report.counts.gbuffers_drawn);
+    assert_int_equal(0, first.report.counts.gbuffers_reused);
+    renderer_drop_structures(stage.renderer, stage.demo.key);
+    shoot(stage.renderer, &stage.demo, &stage.view, &second);
+    assert_same_bits(&first.outputs[VIEW_OUTPUT_COLOR], &second.outputs[VIEW_OUTPUT_COLOR]);
+    assert_int_equal(first.report.counts.events, second.report.counts.events);
+    assert_int_equal(first.report.counts.transparent_fragments,
+                     second.report.counts.transparent_fragments);
+    frame_finish(&first);
+    frame_finish(&second);
+    stage_end(&stage);
+}
+
+/* Of another size, with linear output, with other lamps, and with outputs beside the colour. */
+static void other_views_of_a_scene_wait_twice_at_most(void **state)
+{
+    struct stage stage;
+    struct frame frame;
+    (void)state;
+    stage_begin(&stage);
+    expect_waits(&stage, 2, "the first frame");
+    stage.view.camera.eye[0] += 1;
+    expect_waits(&stage, 1, "another camera");
+    stage.view.width_px += 64;
+    expect_waits(&stage, 2, "another size");
+    stage.view.width_px += 64;
+    stage.view.quality.shadow_resolution = 96;
+    expect_waits(&stage, 2, "another size, of shadow maps, too");
+    stage.view.width_px += 64;
+    stage.view.quality.shadow_resolution = 128;
+    stage.view.screen.channels = 0;
+    stage.view.outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_DEPTH;
+    const struct gl_counts counts = count_frame(&stage, &frame);
+    assert_int_in_range(gl_counts_waits(&counts), 1, 2);
+    frame_finish(&frame);
+    stage_end(&stage);
+}
+
 /* The picture alone. */
 static void a_moving_camera_waits_once(void **state)
 {
     struct stage stage;
     (void)state;
     stage_begin(&stage);
-    expect_waits(&stage, UINT64_MAX, "the first frame");
+    expect_waits(&stage, 2, "the first frame");
     for (int i = 0; i < 4; i++) {
         stage.view.camera.eye[0] += 0.05;
         expect_waits(&stage, 1, "a step of the camera");
@@ -151,6 +201,8 @@ static void shading_that_others_may_interrupt_stops_the_device_for_the_picture_a
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_first_picture_of_a_scene_waits_twice),
+        cmocka_unit_test(other_views_of_a_scene_wait_twice_at_most),
         cmocka_unit_test(a_moving_camera_waits_once),
         cmocka_unit_test(moving_lamps_wait_once),
         cmocka_unit_test(a_picture_of_its_own_waits_once),
