@@ -46,12 +46,13 @@ layout(std430, binding = BIND_SHADOW_SCRATCH_MEDIA) buffer scratch_media_buffer 
 
 layout(binding = UNIT_SHADOW_HEADS) uniform usamplerBuffer u_heads;
 
-#define NO_LIST 0xffffffffu // a place of class_texels that no list took
+// A place of class_texels that no list took is 0xffffffff, which is beyond all texels.
 
 uniform uint u_row;    // in list_first: of the class, and of the first light
 uniform uint u_lights; // whose lists of the class are sorted, the first of them ...
 uniform uint u_first_light; // ... this one
-uniform uint u_skip, u_most; // lists of theirs that are passed over, and that are sorted
+uniform uvec2 u_lists;  // of theirs: how many are passed over, and how many are sorted ...
+uniform uvec2 u_texels; // ... where they are of these texels: the first, and how many
 uniform uint u_event_window; // the first event that is bound; places are counted from it
 #ifdef SCRATCH
 uniform uint u_room;       // of a list in scratch memory
@@ -233,12 +234,12 @@ void main()
 {
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     list_number = group * 64u + gl_LocalInvocationID.x;
-    uint list = list_first[u_row] + u_skip + list_number;
-    if (list_number >= u_most || list >= list_first[u_row + u_lights])
+    uint list = list_first[u_row] + u_lists.x + list_number;
+    if (list_number >= u_lists.y || list >= list_first[u_row + u_lights])
         return;
     list_light = find_light(list);
     uint texel = class_texels[list];
-    if (texel == NO_LIST)
+    if (texel - u_texels.x >= u_texels.y)
         return;
     int head = int(lights[list_light].first_head + texel);
     uint begin = texelFetch(u_heads, head).r, end = texelFetch(u_heads, head + 1).r;

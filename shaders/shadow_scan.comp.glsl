@@ -59,7 +59,8 @@ layout(std430, binding = BIND_SHADOW_HEADS) writeonly buffer head_buffer { uint 
 uniform uint u_tiles;       // of all lights
 uniform uint u_lights;      // PASS=1: all; else those whose counts are bound, from ...
 uniform uint u_first_light; // ... on
-uniform uint u_groups;      // tiles of these lights
+uniform uint u_first_tile;  // the tiles that are scanned: the first of them, ...
+uniform uint u_groups;      // ... and their number
 uniform uint u_window;      // the first count that is bound, ...
 uniform uint u_head_window; // ... and the first head
 uniform uint u_record;      // statistics of the first light, in records that begin anew ...
@@ -129,7 +130,7 @@ void main()
 {
     if (group_index() >= u_groups)
         return;
-    uint tile = lights[u_first_light].first_tile + group_index();
+    uint tile = u_first_tile + group_index();
     uint light = find_light(tile);
     uint at = (tile - lights[light].first_tile) * TILE, left = lights[light].texels - at;
     uint first = lights[light].first_count - u_window + at, shortest = lights[light].shortest;
@@ -222,7 +223,7 @@ void main()
 {
     if (group_index() >= u_groups)
         return;
-    uint tile = lights[u_first_light].first_tile + group_index();
+    uint tile = u_first_tile + group_index();
     uint light = find_light(tile), thread = gl_LocalInvocationIndex;
     if (thread == 0u)
         lacks_room = 0u;

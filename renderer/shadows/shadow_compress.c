@@ -198,6 +198,15 @@ static void bind_nodes(const struct compress_job *job, uint64_t *first, struct s
                       BIND_SHADOW_EVENTS);
 }
 
+/* The nodes of a light are written at once. */
+static bool check_nodes(const struct compress_job *job, struct error *err)
+{
+    const struct shadow_map *map = job->build->map;
+    uint32_t light = job->build->light;
+    return shadow_store_check_block(job->store, SHADOW_POOL_HEADS, map->heads.count, light, err) &&
+           shadow_store_check_block(job->store, SHADOW_POOL_EVENTS, map->events.count, light, err);
+}
+
 static const struct gl_program *use_program(const struct compress_job *job, struct error *err)
 {
     const struct shadow_map *map = job->build->map;
@@ -205,6 +214,8 @@ static const struct gl_program *use_program(const struct compress_job *job, stru
     uint64_t first_count;
     char defines[48];
     const struct program_desc desc = program_of(map, job->is_writing, defines);
+    if (!check_nodes(job, err))
+        return NULL;
     const struct gl_program *program = program_cache_get(job->builder->programs, &desc, err);
     if (!program)
         return NULL;

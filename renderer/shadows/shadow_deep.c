@@ -2,6 +2,7 @@
 /* Count, scan, scatter, sort: the course of building deep shadow maps. */
 #include "renderer/shadows/shadow_deep.h"
 
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,7 @@
 #include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep_job.h"
 #include "renderer/shadows/shadow_key.h"
+#include "renderer/shadows/shadow_parts.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -80,16 +82,61 @@ static void bind_spans(const struct shadow_store *store, const struct shadow_ran
                           BIND_SHADOW_MEDIA);
 }
 
+static bool paint_part(const struct deep_job *job, const struct shadow_build *whole,
+                       const struct shadow_part *part, enum caster_pass pass, struct error *err)
+{
+    struct shadow_store *store = job->builder->store;
+    struct shadow_map map = shadow_part_map(whole->map, part);
+    struct shadow_build build = *whole, *only = &build;
+    struct shadow_range counts = {0}, events = {0};
+    build.map = &map;
+    build.target_layer += whole->map->window.row_count ? 0 : part->window.face;
+    if (pass == CASTER_SCATTER && !part->events.count)
+        return true;
+    bool is_whole = shadow_store_widen(store, SHADOW_POOL_DEPTHS, &map.depths, &counts) &&
+                    shadow_store_widen(store, SHADOW_POOL_EVENTS, &part->events, &events);
+    assert(is_whole);
+    bind_spans(store, &counts, &events);
+    const struct caster_paint_desc desc = {.pass = pass,
+                                           .builds = &only,
+                                           .build_count = 1,
+                                           .scene = job->scene,
+                                           .store = store,
+                                           .first_count = counts.first,
+                                           .first_event = events.first};
+    return caster_painter_paint(job->builder->painter, &desc, err);
+}
+
+/* A light that no storage block takes as a whole. */
+static bool paint_parts(const struct deep_job *job, const struct shadow_build *build,
+                        enum caster_pass pass, struct error *err)
+{
+    const struct shadow_store *store = job->builder->store;
+    struct shadow_part part = {.texels = 0};
+    if (pass == CASTER_SCATTER)
+        gpu_timeline_will_wait(job->builder->timeline);
+    do {
+        if (!shadow_part_next(store, build->map, pass == CASTER_SCATTER, &part, err) ||
+            (part.texels && !paint_part(job, build, &part, pass, err)))
+            return false;
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    } while (part.texels);
+    return true;
+}
+
 /* The lights from the first on whose lists a storage block takes together; their number. */
 static size_t paint_some(const struct deep_job *job, struct shadow_build **builds, size_t count,
                          enum caster_pass pass, struct error *err)
 {
     struct shadow_store *store = job->builder->store;
     struct shadow_range counts = {0}, events = {0};
+    bool is_second = pass == CASTER_SCATTER;
     size_t some = 0;
-    while (some < count &&
+    if (shadow_parts_are_needed(store, builds[0]->map, is_second))
+        return paint_parts(job, builds[0], pass, err) ? 1 : 0;
+    while (some < count && !shadow_parts_are_needed(store, builds[some]->map, is_second) &&
            shadow_store_widen(store, SHADOW_POOL_DEPTHS, &builds[some]->map->depths, &counts) &&
-           (pass != CASTER_SCATTER ||
+           (!is_second ||
             shadow_store_widen(store, SHADOW_POOL_EVENTS, &builds[some]->map->events, &events)))
         some++;
     bind_spans(store, &counts, &events);
@@ -210,7 +257,7 @@ static bool find_rooms(struct deep_job *job)
 {
     const struct shadow_guesses *guesses = job->builder->guesses;
     const struct shadow_store *store = job->builder->store;
-    uint64_t all = 0, block = gl_limits_block(store->limits, 16);
+    uint64_t all = 0, block = shadow_store_block(store, SHADOW_POOL_EVENTS);
     for (size_t i = 0; i < job->count; i++) {
         struct deep_statistics *room = &job->statistics[i];
         struct error ignored = {0};
@@ -219,7 +266,8 @@ static bool find_rooms(struct deep_job *job)
             return false;
         total = deep_statistics_total(room);
         all += total;
-        if (total > block || !check_longest(job, i, &ignored))
+        if (total > block || !check_longest(job, i, &ignored) ||
+            shadow_parts_are_needed(store, job->slots[i].build->map, false))
             return false;
     }
     return all * (SHADOW_EVENT_BYTES + SHADOW_MEDIUM_BYTES) < store->budget_bytes / 2;

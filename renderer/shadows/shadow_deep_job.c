@@ -145,6 +145,17 @@ bool deep_job_upload(const struct deep_job *job, struct error *err)
     return ok;
 }
 
+/* A group of several lights has fewer than a block has counts. */
+static bool refuse_lists(const struct deep_job *job, const struct deep_group *group, uint32_t lists,
+                         struct error *err)
+{
+    return error_set(err, ERROR_OVER_BUDGET,
+                     "light %u has %u lists of events, this device sorts %llu at once: lower "
+                     "quality.shadow_resolution",
+                     job->slots[group->first].build->light, lists,
+                     (unsigned long long)gl_limits_block(job->builder->store->limits, 4));
+}
+
 bool deep_job_lay_out(struct deep_job *job, uint64_t *lists, struct error *err)
 {
     uint64_t words = DEEP_CLASSES * job->count + job->group_count;
@@ -159,6 +170,8 @@ bool deep_job_lay_out(struct deep_job *job, uint64_t *lists, struct error *err)
             }
         }
         *row = running;
+        if ((uint64_t)running > gl_limits_block(job->builder->store->limits, 4))
+            return refuse_lists(job, group, running, err);
         group->lists_first = *lists;
         *lists += (running + LISTS_GRAIN - 1) / LISTS_GRAIN * LISTS_GRAIN;
     }

@@ -46,14 +46,30 @@ static bool is_pending(const struct shadow_build *build)
     return build->map->kind == SHADOW_LINKED && !build->is_done;
 }
 
+/* The elements of a light are in one storage block. */
+static uint64_t at_most(const struct shadow_store *store, uint64_t elements)
+{
+    uint64_t most = shadow_store_block(store, SHADOW_POOL_NODES);
+    return elements < most ? elements : most;
+}
+
+static bool check_block(const struct shadow_store *store, const struct shadow_build *build,
+                        uint64_t elements, struct error *err)
+{
+    return shadow_store_check_block(store, SHADOW_POOL_HEADS, shadow_map_texels(build->map),
+                                    build->light, err) &&
+           shadow_store_check_block(store, SHADOW_POOL_NODES, elements, build->light, err);
+}
+
 /* What the light had before, and an eighth; else so many a texel as hold whole scenes, which as
  * published have their opaque casters among them. */
 static uint64_t first_guess(const struct shadow_builder *builder, const struct shadow_map *map)
 {
     if (builder->first_elements)
         return builder->first_elements;
-    return map->expected_nodes ? map->expected_nodes + map->expected_nodes / 8
-                               : (map->is_faithful ? 3 : 1) * shadow_map_texels(map);
+    uint64_t guess = map->expected_nodes ? map->expected_nodes + map->expected_nodes / 8
+                                         : (map->is_faithful ? 3 : 1) * shadow_map_texels(map);
+    return at_most(builder->store, guess);
 }
 
 /* Less where the guess has no room: what is missing is known once the lists are filled. */
@@ -80,7 +96,8 @@ static bool take_memory(const struct linked_job *job, struct error *err)
             continue;
         uint64_t texels = shadow_map_texels(map);
         uint64_t elements = first_guess(builder, map);
-        if (!shadow_store_take(builder->store, SHADOW_POOL_HEADS, texels, &map->heads, err) ||
+        if (!check_block(builder->store, &job->builds[i], 0, err) ||
+            !shadow_store_take(builder->store, SHADOW_POOL_HEADS, texels, &map->heads, err) ||
             !take_guess(builder->store, elements, map, err))
             return false;
     }
@@ -231,9 +248,10 @@ static bool fit_memory(const struct linked_job *job, bool *is_done, struct error
         }
         if (elements > map->nodes.count) {
             *is_done = false;
-            if (!shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err) ||
-                !shadow_store_take(store, SHADOW_POOL_NODES, elements + elements / 8, &map->nodes,
-                                   err))
+            if (!check_block(store, build, elements, err) ||
+                !shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err) ||
+                !shadow_store_take(store, SHADOW_POOL_NODES,
+                                   at_most(store, elements + elements / 8), &map->nodes, err))
                 return false;
             continue;
         }

@@ -80,24 +80,6 @@ static void report_nodes(const struct shadow_system *shadows, struct frame_repor
                     shadows->kept_exact, shadows->kept_exact + (size_t)c->maps);
 }
 
-/* Lists of several lights are written in parts that a storage block holds; those of one are not. */
-static void report_blocks(const struct shadow_system *shadows, struct frame_report *report)
-{
-    uint64_t most = gl_limits_block(shadows->store.limits, 1), needed = 0;
-    for (size_t i = 0; i < shadows->light_count; i++) {
-        const struct shadow_map *map = shadows->light_maps[i];
-        uint64_t heads = map ? 4 * map->heads.count : 0;
-        uint64_t lists = map ? 16 * (map->events.count + map->nodes.count) : 0;
-        uint64_t bytes = heads > lists ? heads : lists;
-        needed = bytes > needed ? bytes : needed;
-    }
-    if (needed > most)
-        report_warn(report,
-                    "a light's shadow takes %llu bytes of one storage block, this device promises "
-                    "%llu: light may be wrong there; lower quality.shadow_resolution",
-                    (unsigned long long)needed, (unsigned long long)most);
-}
-
 static void report_locks(const struct shadow_system *shadows, struct frame_report *report)
 {
     size_t lights = 0;
@@ -139,7 +121,6 @@ void shadow_report_fill(const struct shadow_system *shadows, const struct shadow
         is_reused[map->kind] = true;
     }
     report_nodes(shadows, report);
-    report_blocks(shadows, report);
     report_locks(shadows, report);
     if (shadows->has_cut_lamp)
         report_warn(report,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* From counts to offsets. Where the device is our own cores a loop in C is several times faster
  * than a shader; both ways give the same words (tests/gpu/test_shadow_scan.c). */
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <stdlib.h>
 #include <string.h>
@@ -71,6 +72,50 @@ static uint32_t tiles_end(const struct deep_job *job, size_t slot)
     return slot < job->count ? job->slots[slot].first_tile : job->tiles;
 }
 
+/* Tiles of a group whose counts, and whose heads, are bound at once. */
+struct scan_piece {
+    uint32_t first, count; /* of the group's tiles */
+    struct shadow_range counts, heads;
+};
+
+/* All of the group's, but for a single light that exceeds a storage block. */
+static struct scan_piece piece_of(const struct deep_job *job, const struct deep_group *group,
+                                  uint32_t first, uint32_t tiles)
+{
+    const struct shadow_store *store = job->builder->store;
+    const struct shadow_map *map = job->slots[group->first].build->map;
+    uint64_t most = shadow_store_block(store, SHADOW_POOL_HEADS) - 1,
+             at = (uint64_t)first * DEEP_TILE;
+    if (group->count > 1 || map->depths.count <= most)
+        return (struct scan_piece){0, tiles, group->counts, group->heads};
+    struct scan_piece piece = {first, (uint32_t)(most / DEEP_TILE), {0}, {0}};
+    if (piece.count > tiles - first)
+        piece.count = tiles - first;
+    uint64_t left = map->depths.count - at, texels = (uint64_t)piece.count * DEEP_TILE;
+    texels = texels < left ? texels : left;
+    const struct shadow_range counts = {map->depths.first + at, texels};
+    const struct shadow_range heads = {map->heads.first + at, texels + 1};
+    bool is_whole = shadow_store_widen(store, SHADOW_POOL_DEPTHS, &counts, &piece.counts) &&
+                    shadow_store_widen(store, SHADOW_POOL_HEADS, &heads, &piece.heads);
+    assert(is_whole);
+    return piece;
+}
+
+static void dispatch_piece(const struct deep_job *job, const struct gl_program *program,
+                           const struct deep_group *group, const struct scan_piece *piece, int pass)
+{
+    const struct shadow_store *store = job->builder->store;
+    gl_program_set_u(program, "u_first_tile", tiles_end(job, group->first) + piece->first);
+    gl_program_set_u(program, "u_groups", piece->count);
+    gl_program_set_u(program, "u_window", (uint32_t)piece->counts.first);
+    shadow_store_bind(store, SHADOW_POOL_DEPTHS, 0, &piece->counts, BIND_SHADOW_COUNTS);
+    if (pass == ADD) {
+        gl_program_set_u(program, "u_head_window", (uint32_t)piece->heads.first);
+        shadow_store_bind(store, SHADOW_POOL_HEADS, 0, &piece->heads, BIND_SHADOW_HEADS);
+    }
+    deep_dispatch_groups(piece->count, 1);
+}
+
 /* A group of threads per tile of each light. */
 static void dispatch_tiles(const struct deep_job *job, const struct gl_program *program, int pass)
 {
@@ -79,18 +124,15 @@ static void dispatch_tiles(const struct deep_job *job, const struct gl_program *
         uint32_t tiles = tiles_end(job, group->first + group->count) - tiles_end(job, group->first);
         gl_program_set_u(program, "u_lights", (uint32_t)group->count);
         gl_program_set_u(program, "u_first_light", (uint32_t)group->first);
-        gl_program_set_u(program, "u_groups", tiles);
-        gl_program_set_u(program, "u_window", (uint32_t)group->counts.first);
-        shadow_store_bind(job->builder->store, SHADOW_POOL_DEPTHS, 0, &group->counts,
-                          BIND_SHADOW_COUNTS);
         if (pass == ADD) {
-            gl_program_set_u(program, "u_head_window", (uint32_t)group->heads.first);
             gl_program_set_u(program, "u_table", group->table);
-            shadow_store_bind(job->builder->store, SHADOW_POOL_HEADS, 0, &group->heads,
-                              BIND_SHADOW_HEADS);
             deep_group_bind_lists(job, group, BIND_LIST_NODES);
         }
-        deep_dispatch_groups(tiles, 1);
+        for (uint32_t first = 0; first < tiles;) {
+            struct scan_piece piece = piece_of(job, group, first, tiles);
+            dispatch_piece(job, program, group, &piece, pass);
+            first += piece.count;
+        }
     }
 }
 

@@ -2,17 +2,19 @@
 /* Sorting the events of every texel, by length class: in registers up to 32 events, by merging runs
  * of 32 beyond. A step is one dispatch over the lists of a class of all lights; classes share the
  * barriers between the steps of merging. */
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <stdio.h>
 
 #include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep_job.h"
+#include "renderer/shadows/shadow_parts.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
-static const uint32_t NO_LIST = UINT32_MAX; /* of shadow_list.glsl */
+static const uint32_t NO_LIST = UINT32_MAX; /* of shadow_list.glsl: beyond all texels */
 
 enum {
     LONG_CLASS = 5, /* from here on lists are longer than a run */
@@ -39,6 +41,7 @@ struct sort_span { /* slots of one group with equal streams, whose events one st
     const struct deep_group *group;
     size_t first, count;
     struct shadow_range events;
+    uint32_t first_texel, texels; /* whose lists are sorted; of each light */
     uint32_t flags;
     uint32_t class_, skip; /* what is to be merged next */
 };
@@ -63,17 +66,24 @@ static uint32_t flags_of(const struct deep_job *job, size_t slot)
     return job->slots[slot].build->map->flags & (SHADOW_FLAG_RAW | SHADOW_FLAG_MEDIA);
 }
 
+/* The light's events exceed a storage block: it is sorted part by part. */
+static bool is_divided(const struct deep_job *job, size_t slot)
+{
+    return shadow_parts_are_needed(job->builder->store, job->slots[slot].build->map, true);
+}
+
 /* The slots of the group from `first` on that go into one dispatch; false where there are none. */
 static bool find_span(const struct deep_job *job, const struct deep_group *group, size_t first,
                       struct sort_span *span)
 {
     size_t end = group->first + group->count;
-    *span = (struct sort_span){.group = group, .first = first};
+    *span = (struct sort_span){.group = group, .first = first, .texels = NO_LIST};
     if (first == end)
         return false;
     span->flags = flags_of(job, first);
     span->class_ = (uint32_t)first_long(job->builder->scans_on_host);
-    for (size_t i = first; i < end && flags_of(job, i) == span->flags; i++) {
+    span->count = is_divided(job, first);
+    for (size_t i = first; i < end && !is_divided(job, i) && flags_of(job, i) == span->flags; i++) {
         if (!shadow_store_widen(job->builder->store, SHADOW_POOL_EVENTS,
                                 &job->slots[i].build->map->events, &span->events))
             break;
@@ -243,6 +253,7 @@ static const struct gl_program *use_program(const struct deep_job *job,
     gl_program_set_u(program, "u_lights", (uint32_t)span->count);
     gl_program_set_u(program, "u_first_light", (uint32_t)span->first);
     gl_program_set_u(program, "u_event_window", (uint32_t)span->events.first);
+    gl_program_set_u2(program, "u_texels", span->first_texel, span->texels);
     return program;
 }
 
@@ -255,8 +266,7 @@ static bool sort_short(const struct deep_job *job, const struct sort_span *span,
     const struct gl_program *sort = use_program(job, span, sort_file, nets[class_], class_, err);
     if (!sort)
         return false;
-    gl_program_set_u(sort, "u_skip", 0);
-    gl_program_set_u(sort, "u_most", lists);
+    gl_program_set_u2(sort, "u_lists", 0, lists);
     deep_dispatch(lists);
     return true;
 }
@@ -275,8 +285,7 @@ static bool merge_piece(const struct deep_job *job, const struct sort_span *span
     if (!program)
         return false;
     uint32_t half = piece->count * piece->room, other = (uint32_t)step % 2;
-    gl_program_set_u(program, "u_skip", piece->skip);
-    gl_program_set_u(program, "u_most", piece->count);
+    gl_program_set_u2(program, "u_lists", piece->skip, piece->count);
     gl_program_set_u(program, "u_room", piece->room);
     gl_program_set_u(program, "u_from", piece->scratch + (1 - other) * half);
     gl_program_set_u(program, "u_to", piece->scratch + other * half);
@@ -353,6 +362,27 @@ static bool sort_span(const struct deep_job *job, struct sort_span *span, struct
     return true;
 }
 
+static bool sort_parts(const struct deep_job *job, const struct sort_span *whole, struct error *err)
+{
+    const struct shadow_store *store = job->builder->store;
+    const struct shadow_map *map = job->slots[whole->first].build->map;
+    struct shadow_part part = {.texels = 0};
+    gpu_timeline_will_wait(job->builder->timeline);
+    do {
+        struct sort_span span = *whole;
+        if (!shadow_part_next(store, map, true, &part, err))
+            return false;
+        span.first_texel = (uint32_t)part.first_texel;
+        span.texels = (uint32_t)part.texels;
+        bool is_whole = shadow_store_widen(store, SHADOW_POOL_EVENTS, &part.events, &span.events);
+        assert(is_whole);
+        if (span.events.count && !sort_span(job, &span, err))
+            return false;
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    } while (part.texels);
+    return true;
+}
+
 bool deep_sort(struct deep_job *job, struct error *err)
 {
     bool ok = true;
@@ -362,7 +392,9 @@ bool deep_sort(struct deep_job *job, struct error *err)
         struct sort_span span;
         for (size_t i = job->groups[g].first; ok && find_span(job, &job->groups[g], i, &span);
              i += span.count)
-            if (span.events.count)
+            if (is_divided(job, i))
+                ok = sort_parts(job, &span, err);
+            else if (span.events.count)
                 ok = sort_span(job, &span, err);
     }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);

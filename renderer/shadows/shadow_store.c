@@ -401,22 +401,47 @@ bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, st
     return true;
 }
 
-bool shadow_store_widen(const struct shadow_store *store, enum shadow_pool_kind kind,
-                        const struct shadow_range *range, struct shadow_range *span)
+/* Bytes of an element in the widest stream of its pool. */
+static uint64_t widest_bytes(const struct shadow_store *store, enum shadow_pool_kind kind)
 {
-    uint64_t first = range->first, end = range->first + range->count, widest = 0;
-    if (!range->count)
-        return true;
+    uint64_t widest = 0;
     for (int i = 0; i < SHADOW_STREAMS_MAX; i++)
         if (has_stream(store, kind, i) && !stream_kinds[kind][i].shared_by &&
             stream_kinds[kind][i].bytes > widest)
             widest = stream_kinds[kind][i].bytes;
+    return widest;
+}
+
+/* A span may begin almost a grain before them. */
+uint64_t shadow_store_block(const struct shadow_store *store, enum shadow_pool_kind kind)
+{
+    return gl_limits_block(store->limits, widest_bytes(store, kind)) - SHADOW_SPAN_GRAIN;
+}
+
+bool shadow_store_check_block(const struct shadow_store *store, enum shadow_pool_kind kind,
+                              uint64_t count, uint32_t light, struct error *err)
+{
+    uint64_t bytes = count * widest_bytes(store, kind);
+    return count <= shadow_store_block(store, kind) ||
+           error_set(err, ERROR_OVER_BUDGET,
+                     "light %u needs %llu bytes of '%s' in one storage block, this device has "
+                     "%lld: lower quality.shadow_resolution",
+                     light, (unsigned long long)bytes, stream_kinds[kind][0].label,
+                     (long long)store->limits->max_storage_block_bytes);
+}
+
+bool shadow_store_widen(const struct shadow_store *store, enum shadow_pool_kind kind,
+                        const struct shadow_range *range, struct shadow_range *span)
+{
+    uint64_t first = range->first, end = range->first + range->count;
+    if (!range->count)
+        return true;
     if (span->count && span->first < first)
         first = span->first;
     if (span->count && span->first + span->count > end)
         end = span->first + span->count;
     first -= first % SHADOW_SPAN_GRAIN;
-    if (span->count && (end - first) * widest > (uint64_t)store->limits->max_storage_block_bytes)
+    if (span->count && (end - first) > gl_limits_block(store->limits, widest_bytes(store, kind)))
         return false;
     *span = (struct shadow_range){first, end - first};
     return true;

@@ -95,10 +95,17 @@ MUST_CHECK bool shadow_store_check_transient(struct shadow_store *store, uint64_
 /* Elements of a pool that a storage block of the device takes at once are a span. It begins at a
  * multiple of this, where an offset into every stream may be. */
 enum { SHADOW_SPAN_GRAIN = 128 };
-/* Makes the span hold the range, too; an empty one takes any. False, and it stays as it was, where
+/* Makes the span hold the range, too; an empty one takes any, which is to
+ * fit: shadow_store_block. False, and it stays as it was, where
  * it would exceed a storage block then. */
 bool shadow_store_widen(const struct shadow_store *store, enum shadow_pool_kind kind,
                         const struct shadow_range *range, struct shadow_range *span);
+/* Elements that a storage block of the device takes, wherever in the pool they begin. */
+uint64_t shadow_store_block(const struct shadow_store *store, enum shadow_pool_kind kind);
+/* ERROR_OVER_BUDGET where the light has more of them, and they can only be written at once. */
+MUST_CHECK bool shadow_store_check_block(const struct shadow_store *store,
+                                         enum shadow_pool_kind kind, uint64_t count, uint32_t light,
+                                         struct error *err);
 /* Binds a stream's part in the span as storage: element 0 is then the first of the span. */
 void shadow_store_bind(const struct shadow_store *store, enum shadow_pool_kind kind, int stream,
                        const struct shadow_range *span, uint32_t binding);

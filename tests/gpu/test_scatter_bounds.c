@@ -75,16 +75,19 @@ static void open_panes(struct renderer *renderer, struct rig_scene *panes)
     closed_form_scene_finish(&scene);
 }
 
-static struct image take(bool is_hardware, const char *doubled_pass, enum view_shadows shadows)
+static struct image take(bool is_hardware, const char *doubled_pass,
+                         const struct view_quality *quality)
 {
     struct rig_scene panes;
-    const struct view view = {
+    struct view view = {
         .width_px = SIZE,
         .height_px = SIZE,
         .camera = {.kind = VIEW_CAMERA_LOOK_AT,
                    .eye = {2.5, 0.9, 0.1},
                    /* below the panes: what they leave of the light */ .target = {0, 0, 0}},
-        .quality = {.shadows = shadows, .shadow_resolution = SIZE, .shadow_taps = 1, .samples = 1}};
+        .quality = *quality};
+    view.quality.shadow_resolution = SIZE;
+    view.quality.shadow_taps = view.quality.samples = 1;
     struct renderer *renderer =
         render_rig_create_as(&(struct renderer_desc){.poses_as_hardware = is_hardware});
     hook();
@@ -100,11 +103,11 @@ static struct image take(bool is_hardware, const char *doubled_pass, enum view_s
 }
 
 /* All lists are full when the second copies come, which find no place then. */
-static void expect_same(const char *doubled_pass, enum view_shadows shadows)
+static void expect_same(const char *doubled_pass, const struct view_quality *quality)
 {
     for (int is_hardware = 0; is_hardware < 2; is_hardware++) {
-        struct image plain = take(is_hardware, NULL, shadows);
-        struct image twice = take(is_hardware, doubled_pass, shadows);
+        struct image plain = take(is_hardware, NULL, quality);
+        struct image twice = take(is_hardware, doubled_pass, quality);
         assert_same_bits(&plain, &twice);
         image_finish(&plain);
         image_finish(&twice);
@@ -114,13 +117,20 @@ static void expect_same(const char *doubled_pass, enum view_shadows shadows)
 static void fragments_beyond_the_count_stay_out_of_other_pixels_lists(void **state)
 {
     (void)state;
-    expect_same("transparency.scatter", VIEW_SHADOWS_NONE);
+    expect_same("transparency.scatter", &(struct view_quality){.shadows = VIEW_SHADOWS_NONE});
 }
 
 static void events_beyond_the_count_stay_out_of_other_texels_lists(void **state)
 {
     (void)state;
-    expect_same("shadow.deep.scatter", VIEW_SHADOWS_DEEP);
+    expect_same("shadow.deep.scatter", &(struct view_quality){.shadows = VIEW_SHADOWS_DEEP});
+}
+
+static void events_of_compressed_maps_stay_in_their_texels_lists(void **state)
+{
+    (void)state;
+    expect_same("shadow.deep.scatter",
+                &(struct view_quality){.shadows = VIEW_SHADOWS_DEEP, .shadow_compression = 0.01});
 }
 
 int main(void)
@@ -128,6 +138,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(fragments_beyond_the_count_stay_out_of_other_pixels_lists),
         cmocka_unit_test(events_beyond_the_count_stay_out_of_other_texels_lists),
+        cmocka_unit_test(events_of_compressed_maps_stay_in_their_texels_lists),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -162,7 +162,7 @@ static void compare(bool has_media, bool has_objects)
     struct maps alone = build(&panes);
     print_message("flags %x\n", alone.kinds);
     for (int scan = 0; scan < 2; scan++) {
-        static const int64_t blocks[] = {0, 1 << 20, 64 << 10};
+        static const int64_t blocks[] = {0, 1 << 20, 256 << 10};
         for (int i = 0; i < 3; i++) {
             char what[64];
             snprintf(what, sizeof what, "scanned %s, blocks of %lld bytes",
