@@ -163,6 +163,7 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
     struct content_key plan_key = view_plan_key(key, &opened->view);
     content_key_add_word(&plan_key, desc.shadow_budget_bytes);
     content_key_add_word(&plan_key, renderer->automatic.learned_print);
+    content_key_add_word(&plan_key, (uint64_t)renderer->automatic.timed);
     opened->plan = plan_cache_get(&renderer->plans, plan_key, &desc, err);
     if (opened->plan && !shows_on_device(renderer, &opened->plan->plan))
         opened->view.screen.channels = 0;

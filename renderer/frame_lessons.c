@@ -44,6 +44,7 @@ static uint64_t print_of(const struct learning *learned)
         memcpy(&off, &learned->views[i].off, sizeof off);
         content_key_add_word(&key, learned->views[i].key);
         content_key_add_word(&key, off);
+        content_key_add_word(&key, learned->views[i].is_shown);
     }
     return learned->clock ? key.words[0] | 1 : 0;
 }
@@ -51,6 +52,11 @@ static uint64_t print_of(const struct learning *learned)
 const struct learning *frame_lessons_published(const struct frame_lessons *lessons)
 {
     return &lessons->published;
+}
+
+const struct learning *frame_lessons_live(const struct frame_lessons *lessons)
+{
+    return &lessons->live;
 }
 
 uint64_t frame_lessons_print(const struct frame_lessons *lessons)
@@ -96,6 +102,7 @@ struct frame_lesson frame_lesson_begin(void)
 void frame_lesson_of_choice(struct frame_lesson *lesson, const struct auto_choice *choice)
 {
     lesson->is_open = choice->is_open && auto_choice_ms(choice) > 0;
+    lesson->is_timed = choice->is_timed;
     lesson->technique = auto_choice_technique(choice);
     memcpy(lesson->cold, choice->cold, sizeof lesson->cold);
     memcpy(lesson->frames, choice->frames, sizeof lesson->frames);
@@ -128,7 +135,7 @@ static bool matters(const struct frame_lessons *lessons, const struct frame_less
     const struct auto_pick old = auto_pick(lesson->frames, &lessons->published);
     const struct auto_pick new = auto_pick(lesson->frames, &lessons->live);
     double ratio = new.answers[lesson->technique].ms / old.answers[lesson->technique].ms;
-    return new.technique != old.technique || fabs(log(ratio)) > DRIFT;
+    return new.technique != old.technique || (!lesson->is_timed && fabs(log(ratio)) > DRIFT);
 }
 
 void frame_lessons_take(struct frame_lessons *lessons, const struct frame_lesson *lesson,
@@ -142,6 +149,8 @@ void frame_lessons_take(struct frame_lessons *lessons, const struct frame_lesson
         auto_case(&lesson->cold[lesson->technique], built_share(lesson, report));
     learning_teach(&lessons->live, &frame,
                    calibrate_alone_ms(report->total_ms, processor_ms, is_ours));
+    if (!lesson->is_timed)
+        learning_show(&lessons->live, &frame);
     lessons->since++;
     lessons->is_due =
         lessons->is_due || (lessons->since >= LESSONS_LEAST && matters(lessons, lesson));

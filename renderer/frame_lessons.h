@@ -14,6 +14,8 @@ void frame_lessons_destroy(struct frame_lessons *lessons);
 
 /* What choices go by. It changes in frame_lessons_publish and frame_lessons_set alone. */
 const struct learning *frame_lessons_published(const struct frame_lessons *lessons);
+/* With what is not published yet. */
+const struct learning *frame_lessons_live(const struct frame_lessons *lessons);
 /* Of all that it holds: equal, and choices are; 0: nothing was learned yet. */
 uint64_t frame_lessons_print(const struct frame_lessons *lessons);
 /* Publishes what is due. Between frames. */
@@ -23,7 +25,8 @@ void frame_lessons_set(struct frame_lessons *lessons, const struct learning *lea
 
 /* A frame that may teach. Zeroed = it does not. */
 struct frame_lesson {
-    bool is_open; /* the technique was chosen by a forecast */
+    bool is_open;  /* the technique was chosen by a forecast, */
+    bool is_timed; /* or drawn to be timed, for nobody to see */
     enum forecast_technique technique;
     struct learning_case cold[FORECAST_TECHNIQUES], frames[FORECAST_TECHNIQUES];
     double processor_begin_ms; /* of the process */

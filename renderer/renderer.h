@@ -138,6 +138,20 @@ void renderer_drop_structures(struct renderer *renderer, const char *key);
  * device; for when nobody asks. Between frames. */
 void renderer_rest(struct renderer *renderer);
 
+/* While nobody asks: draws the view by the technique that may be faster than the one `auto` takes
+ * and of which little is known, some frames that nobody sees, to learn what they take. Each
+ * technique of a view once. No picture changes but by what is published (renderer_get_learned).
+ * Without effect where `auto` measures nothing. Between frames. */
+struct runner_up_desc {
+    bool (*shall_stop)(void *context); /* required; any thread, often: ends it between two passes,
+                                          or pieces of one */
+    void *context;
+};
+enum runner_up_outcome { RUNNER_UP_NONE, RUNNER_UP_TIMED, RUNNER_UP_STOPPED };
+enum runner_up_outcome renderer_time_runner_up(struct renderer *renderer, const char *scene_key,
+                                               const struct view *view,
+                                               const struct runner_up_desc *desc);
+
 /* One finished frame: an image per requested output. Zeroed = empty. */
 struct frame {
     struct image outputs[VIEW_OUTPUT_COUNT]; /* empty where not requested */

@@ -52,6 +52,17 @@ struct budget_use {
     uint64_t shadow_bytes;      /* the share of shadow structures */
 };
 
+/* Techniques that were timed while nobody asked: each once. Zeroed = none. */
+enum { TIMED_VIEWS_MAX = 64 };
+struct timed_view {
+    uint64_t view; /* of struct learning_case */
+    enum forecast_technique technique;
+};
+struct timed_views {
+    struct timed_view views[TIMED_VIEWS_MAX]; /* a ring */
+    int next;
+};
+
 struct renderer {
     struct renderer *other; /* makes frames while one is paused, and back; NULL: not made yet */
     bool is_beside;         /* it is the other of one that was created before it */
@@ -86,6 +97,7 @@ struct renderer {
     struct budget_use use;
     struct auto_settings automatic;
     struct frame_lessons *lessons; /* not of one beside */
+    struct timed_views timed;
     bool is_strict, redraws_surfaces;
     uint32_t loop_end; /* loop_probe_run */
     struct wide_floats_choice wide_floats;

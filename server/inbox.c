@@ -3,11 +3,13 @@
  * sends no more than the worker's depth. */
 #include "server/inbox.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <time.h>
 
 enum { CANCELLED_MAX = 32 }; /* more than may be on their way */
 
@@ -117,9 +119,13 @@ struct inbox *inbox_create(int socket, struct error *err)
         error_set(err, ERROR_NO_MEMORY, "inbox");
         return NULL;
     }
+    pthread_condattr_t clock;
     inbox->socket = socket;
     pthread_mutex_init(&inbox->mutex, NULL);
-    pthread_cond_init(&inbox->arrived, NULL);
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    pthread_cond_init(&inbox->arrived, &clock);
+    pthread_condattr_destroy(&clock);
     inbox->has_thread = pthread_create(&inbox->thread, NULL, inbox_run, inbox) == 0;
     if (inbox->has_thread)
         return inbox;
@@ -156,6 +162,25 @@ bool inbox_take(struct inbox *inbox, struct ipc_message *message)
         take(inbox, &inbox->first, message);
     pthread_mutex_unlock(&inbox->mutex);
     return has_one;
+}
+
+bool inbox_wait(struct inbox *inbox, int timeout_ms)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_sec += timeout_ms / 1000;
+    until.tv_nsec += timeout_ms % 1000 * 1000000;
+    if (until.tv_nsec >= 1000000000) {
+        until.tv_sec++;
+        until.tv_nsec -= 1000000000;
+    }
+    pthread_mutex_lock(&inbox->mutex);
+    while (!inbox->first && !inbox->is_closed &&
+           pthread_cond_timedwait(&inbox->arrived, &inbox->mutex, &until) != ETIMEDOUT)
+        continue;
+    bool has_any = inbox->first || inbox->is_closed;
+    pthread_mutex_unlock(&inbox->mutex);
+    return has_any;
 }
 
 bool inbox_take_urgent(struct inbox *inbox, bool (*may_take)(void *context, const json_t *message),

@@ -30,6 +30,9 @@ unsigned inbox_urgent_arrivals(const struct inbox *inbox);
 /* Whether anything waits. Thread: any. */
 bool inbox_has_letters(struct inbox *inbox);
 
+/* Waits so long until something does, or the stream has ended; false: nothing does. Thread: GL. */
+bool inbox_wait(struct inbox *inbox, int timeout_ms);
+
 /* From now on inbox_is_cancelled speaks of this task, also where it was cancelled before. 0: of
  * none. Thread: GL. */
 void inbox_set_current(struct inbox *inbox, uint64_t id);

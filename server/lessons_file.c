@@ -35,7 +35,7 @@ static void read_run(const json_t *json, size_t at, struct learning_run *run)
                               passed == 0 || passed == 1 ? (int32_t)passed : INT16_MAX};
 }
 
-/* [key, off, clock, count, and the run] */
+/* [key, off, clock, count, and the run; 1 where the view is drawn so] */
 static bool read_view(const json_t *json, struct learning_view *view)
 {
     const char *key = json_string_value(json_array_get(json, 0));
@@ -50,6 +50,7 @@ static bool read_view(const json_t *json, struct learning_view *view)
     view->clock = (uint64_t)clock;
     view->count = (uint32_t)count;
     read_run(json, 4, &view->run);
+    view->is_shown = json_integer_value(json_array_get(json, 6)) == 1;
     return !*end && view->key;
 }
 
@@ -114,9 +115,10 @@ static json_t *write_views(const struct learning *learned)
         char key[KEY_TEXT_BYTES];
         snprintf(key, sizeof key, "%016" PRIx64, view->key);
         if (view->key)
-            json_array_append_new(array, json_pack("[s,f,I,I,i,i]", key, view->off,
+            json_array_append_new(array, json_pack("[s,f,I,I,i,i,i]", key, view->off,
                                                    (json_int_t)view->clock, (json_int_t)view->count,
-                                                   (int)view->run.count, (int)view->run.passed));
+                                                   (int)view->run.count, (int)view->run.passed,
+                                                   (int)view->is_shown));
     }
     return array;
 }

@@ -196,6 +196,7 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
     char build[160];
     snprintf(build, sizeof build, "version=\"%s\",build=\"%s\"", VITRAIL_VERSION,
              service->build_id);
+    const char *const timings = "vitrail_idle_timings_total";
     const char *const renders = "vitrail_renders_total", *const resets =
                                                              "vitrail_worker_restarts_total";
     const struct metrics_gauge gauges[] = {
@@ -241,6 +242,9 @@ static void run_metrics(struct service *service, struct http_exchange *exchange,
          (double)r.programs_kept_bytes},
         {"vitrail_warm_ups_total", "Scenes made ready before anyone asked.", true, NULL,
          (double)r.warm_ups.done},
+        {timings, "Runners-up of auto drawn while nobody asked, by the worker that runs.", true,
+         "end=\"finished\"", (double)r.timed},
+        {timings, "", true, "end=\"stopped\"", (double)r.timings_stopped},
         {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.scenes},
         {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)s.decoded_bytes},
         {"vitrail_decodes_total", "Uploads decoded, by result.", true, "result=\"done\"",

@@ -87,6 +87,7 @@ struct supervisor_totals {
     uint64_t programs_built, programs_reused;    /* of shaders, by the worker that runs */
     uint64_t programs_loaded;                    /* likewise: from the state directory */
     uint64_t programs_kept, programs_kept_bytes; /* there */
+    uint64_t timed, timings_stopped;             /* runners-up of `auto`, by the worker that runs */
     uint64_t learned; /* print of what `auto` goes by beside the device's speed; 0: nothing */
     uint64_t gpu_used_bytes, cache_bytes, cache_scenes, cache_hits, cache_misses, cache_evictions;
     int worker_pid; /* 0 = none */

@@ -46,10 +46,16 @@ struct learning_case auto_case(const struct learning_case *cold, double built_sh
     return frame;
 }
 
-/* Lessons before another technique is tried; what it may take, and shall gain, of what the chosen
- * one takes; and by how many of its standard deviations its forecast may be too long. */
-enum { TRIAL_LESSONS = 2 };
-static const double TRIAL_MOST = 2, TRIAL_GAIN = 0.9, TRIAL_DOUBT = 1.25;
+/* What the technique of the last picture takes may be this much longer than what another takes, and
+ * than what another is only forecast to take: known times are off by some percent, forecasts by up
+ * to 1.6. */
+static const double STAYS_KNOWN = 0.95, STAYS_FORECAST = 0.75;
+
+/* Lessons before another technique is timed, and those after which it is known; what that may take,
+ * and shall gain, of what the chosen one takes; and by how many of its standard deviations its
+ * forecast may be too long. */
+enum { TIMING_LESSONS = 2, TIMING_ENOUGH = 3 };
+static const double TIMING_MOST = 2, TIMING_GAIN = 0.9, TIMING_DOUBT = 1.25;
 
 /* What was drawn before needs no margin against what is not known of forecasts. */
 static void take_known(struct auto_pick *pick)
@@ -64,38 +70,60 @@ static void take_known(struct auto_pick *pick)
     }
 }
 
-static void try_another(struct auto_pick *pick)
+/* False where the view has not been drawn. */
+static bool stay(struct auto_pick *pick)
+{
+    int shown = 0;
+    while (shown < FORECAST_TECHNIQUES && !pick->answers[shown].is_shown)
+        shown++;
+    if (shown == FORECAST_TECHNIQUES)
+        return false;
+    pick->technique = (enum forecast_technique)shown;
+    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
+        const struct learning_answer *other = &pick->answers[i];
+        double most = other->lessons ? STAYS_KNOWN : STAYS_FORECAST;
+        if (i != shown && other->ms < most * pick->answers[shown].ms &&
+            other->ms < pick->answers[pick->technique].ms)
+            pick->technique = (enum forecast_technique)i;
+    }
+    return true;
+}
+
+static void find_runner_up(struct auto_pick *pick)
 {
     const struct learning_answer *chosen = &pick->answers[pick->technique];
-    double best = TRIAL_GAIN * chosen->ms;
-    if (chosen->lessons < TRIAL_LESSONS)
+    double best = TIMING_GAIN * chosen->ms;
+    if (chosen->lessons < TIMING_LESSONS)
         return;
     for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
         const struct learning_answer *other = &pick->answers[i];
-        double least = other->ms * exp(-TRIAL_DOUBT * other->doubt);
-        if (other->lessons || !(least < best) || other->ms > TRIAL_MOST * chosen->ms)
+        double least = other->ms * exp(-TIMING_DOUBT * other->doubt);
+        if (other == chosen || other->lessons >= TIMING_ENOUGH || !(least < best) ||
+            other->ms > TIMING_MOST * chosen->ms)
             continue;
         best = least;
-        pick->technique = (enum forecast_technique)i;
-        pick->is_trial = true;
+        pick->runner_up = (enum forecast_technique)i;
+        pick->has_runner_up = true;
     }
 }
 
 struct auto_pick auto_pick(const struct learning_case frames[FORECAST_TECHNIQUES],
                            const struct learning *learned)
 {
-    struct auto_pick pick = {.is_trial = false};
+    struct auto_pick pick = {.has_runner_up = false};
     for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
         if (learned)
             pick.answers[i] = learning_expect(learned, &frames[i]);
         for (int k = 0; k < FORECAST_TERM_COUNT && !learned; k++)
             pick.answers[i].ms += frames[i].terms[k];
     }
-    pick.technique = forecast_choose(pick.answers[FORECAST_MAPS].ms, pick.answers[FORECAST_RAYS].ms,
-                                     pick.answers[FORECAST_TRACED_SHADOWS].ms);
-    take_known(&pick);
-    if (learned)
-        try_another(&pick);
+    if (!stay(&pick)) {
+        pick.technique =
+            forecast_choose(pick.answers[FORECAST_MAPS].ms, pick.answers[FORECAST_RAYS].ms,
+                            pick.answers[FORECAST_TRACED_SHADOWS].ms);
+        take_known(&pick);
+    }
+    find_runner_up(&pick);
     return pick;
 }
 
@@ -108,14 +136,16 @@ static void explain(struct auto_choice *choice, const struct auto_pick *pick, co
                  lessons == 1 ? "" : "s");
     snprintf(choice->because, sizeof choice->because,
              "auto: forecast %.4g ms ray traced, %.4g ms rasterised, %.4g ms with traced shadows "
-             "(%s, %s%s)",
-             choice->traced_ms, choice->raster_ms, choice->traced_shadows_ms, kept, source,
-             pick->is_trial ? ", tried" : "");
+             "(%s, %s)",
+             choice->traced_ms, choice->raster_ms, choice->traced_shadows_ms, kept, source);
 }
 
-static void take(struct auto_choice *choice, const struct learning *learned, const char *kept)
+static void take(struct auto_choice *choice, const struct auto_settings *settings, const char *kept)
 {
-    const struct auto_pick pick = auto_pick(choice->frames, learned);
+    struct auto_pick pick = auto_pick(choice->frames, settings->learned);
+    choice->is_timed = settings->timed > 0;
+    if (choice->is_timed)
+        pick.technique = (enum forecast_technique)(settings->timed - 1);
     choice->raster_ms = pick.answers[FORECAST_MAPS].ms;
     choice->traced_ms = pick.answers[FORECAST_RAYS].ms;
     choice->traced_shadows_ms = pick.answers[FORECAST_TRACED_SHADOWS].ms;
@@ -155,7 +185,7 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
         bool is_kept = i == FORECAST_MAPS ? can_stay : is_warm;
         choice->frames[i] = auto_case(&choice->cold[i], is_kept ? 0 : 1);
     }
-    take(choice, desc->settings->learned,
+    take(choice, desc->settings,
          can_stay  ? "shadows kept"
          : is_warm ? "too many maps to keep"
                    : "shadows built");

@@ -22,25 +22,29 @@ struct auto_settings { /* zeroed = AUTO_RASTER */
     struct device_speed speed;
     const struct learning *learned; /* borrowed; NULL: nothing was */
     uint64_t learned_print;         /* of all that it holds */
+    int timed; /* 0, or 1 + the technique that is drawn to be timed, whatever is faster */
 };
 
 struct auto_choice {           /* zeroed = nothing was chosen */
     bool is_open;              /* the request left the choice to us, and there was one */
     bool takes_traced;         /* the whole frame */
     bool takes_traced_shadows; /* rasterised, as `raytraced-shadows` is */
+    bool is_timed;             /* auto_settings.timed took it */
     double raster_ms, traced_ms, traced_shadows_ms;   /* forecast; 0 where the policy needed none */
     struct learning_case cold[FORECAST_TECHNIQUES];   /* of frames that build what they need, */
     struct learning_case frames[FORECAST_TECHNIQUES]; /* and of those that were forecast */
     char because[REPORT_TEXT_BYTES];
 };
 
-/* By what was forecast and what was learned, over the frames that each technique would make. A
- * technique that has not drawn the view is tried where it may gain a tenth and is expected to take
- * no more than twice as long. */
+/* By what was forecast and what was learned, over the frames that each technique would make. What
+ * a view was last drawn by stays until another gains enough, so that equal views keep equal
+ * pictures. Worth timing beside it is a technique of which little is known, which may gain a tenth
+ * and is expected to take no more than twice as long. */
 struct auto_pick {
     enum forecast_technique technique;
     struct learning_answer answers[FORECAST_TECHNIQUES];
-    bool is_trial;
+    bool has_runner_up;
+    enum forecast_technique runner_up; /* worth timing */
 };
 struct auto_pick auto_pick(const struct learning_case frames[FORECAST_TECHNIQUES],
                            const struct learning *learned); /* NULL: nothing was learned */

@@ -97,7 +97,8 @@ struct learning_answer learning_expect(const struct learning *learning,
     double variance = NOISE * NOISE + (lessons ? 0 : e.variance + SCENE * SCENE);
     return (struct learning_answer){.ms = exp(e.log_ms + (view ? view->off : 0)),
                                     .doubt = sqrt(fmax(variance, 0)),
-                                    .lessons = lessons};
+                                    .lessons = lessons,
+                                    .is_shown = view && view->is_shown};
 }
 
 /* ---- lessons ---- */
@@ -197,6 +198,18 @@ void learning_teach(struct learning *learning, const struct learning_case *frame
     view->clock = learning->clock;
 }
 
+void learning_show(struct learning *learning, const struct learning_case *frame)
+{
+    const struct learning_view *shown = find_view(learning, entry_key(frame));
+    struct learning_case other = *frame;
+    for (int i = 0; shown && i < FORECAST_TECHNIQUES; i++) {
+        other.technique = (enum forecast_technique)i;
+        const struct learning_view *view = find_view(learning, entry_key(&other));
+        if (view)
+            learning->views[view - learning->views].is_shown = view == shown;
+    }
+}
+
 /* ---- soundness ---- */
 
 static bool is_within(double value, double most)
@@ -226,6 +239,7 @@ bool learning_is_sound(const struct learning *learning)
         is_sound = is_sound && is_run(&learning->run[i]);
     for (int i = 0; i < LEARNING_VIEWS_MAX; i++)
         is_sound = is_sound && is_within(learning->views[i].off, FACTOR_MOST) &&
-                   is_run(&learning->views[i].run) && learning->views[i].clock <= learning->clock;
+                   is_run(&learning->views[i].run) && learning->views[i].is_shown <= 1 &&
+                   learning->views[i].clock <= learning->clock;
     return is_sound;
 }

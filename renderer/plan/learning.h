@@ -11,6 +11,7 @@
 #ifndef VITRAIL_RENDERER_PLAN_LEARNING_H
 #define VITRAIL_RENDERER_PLAN_LEARNING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "renderer/plan/forecast.h"
@@ -32,6 +33,7 @@ struct learning_view {
     uint64_t clock; /* of its last lesson */
     uint32_t count; /* lessons that were not passed over */
     struct learning_run run;
+    uint32_t is_shown; /* 1: pictures of the view were last drawn by the technique */
 };
 
 /* Copied, compared and kept as it is; learning_init makes one that corrects nothing. */
@@ -56,12 +58,17 @@ struct learning_answer {
     double ms;
     double doubt;     /* standard deviation of the natural logarithm of ms */
     uint32_t lessons; /* of this view by this technique */
+    bool is_shown;    /* its pictures were last drawn by it */
 };
 struct learning_answer learning_expect(const struct learning *learning,
                                        const struct learning_case *frame);
 
 /* The frame took so long, alone on the machine. What is no positive number is passed over. */
 void learning_teach(struct learning *learning, const struct learning_case *frame, double taken_ms);
+
+/* Pictures of the view are drawn by that technique from now on. Without effect while no lesson of
+ * the two is known. */
+void learning_show(struct learning *learning, const struct learning_case *frame);
 
 /* Whether every number is one that teaching can have made: of what was read from a file. */
 bool learning_is_sound(const struct learning *learning);

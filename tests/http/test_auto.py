@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import re
+import time
 import unittest
 
 import support
@@ -138,6 +139,39 @@ class Measured(unittest.TestCase):
             "GET", path + "/image", headers={"Accept": "image/png", "If-None-Match": tag}
         )
         self.assertEqual(304, reply.status)
+
+
+class Idle(unittest.TestCase):
+    def timings(self, daemon):
+        text = daemon.request("GET", "/metrics").body.decode()
+        found = re.findall(r'vitrail_idle_timings_total\{end="(\w+)"\} (\d+)', text)
+        self.assertEqual(["finished", "stopped"], [end for end, _ in found])
+        return sum(int(count) for _, count in found)
+
+    def rest(self, daemon):
+        """Pictures of a view, and a second and more in which nobody asks."""
+        body = {"scene": daemon.push(lit_floor()), **SIZE}
+        path = daemon.request("POST", "/v1/views", body).header("Location")
+        for i in range(4):
+            patch = {"camera": {"eye": [0, 1 + 0.1 * i, 3], "target": [0, 0, 0]}}
+            daemon.request("PATCH", path, patch, {"Content-Type": "application/merge-patch+json"})
+            reply = daemon.request("GET", path + "/image", headers={"Accept": "image/png"})
+            self.assertEqual(200, reply.status, reply.body)
+        time.sleep(2.5)
+        again = daemon.request("GET", path + "/image", headers={"Accept": "image/png"})
+        self.assertEqual(200, again.status)
+
+    def test_timings_are_counted_and_pictures_come_after_them(self):
+        with open_daemon() as daemon:
+            self.rest(daemon)
+            self.assertLessEqual(self.timings(daemon), 2)
+            assert daemon.stop() == 0
+
+    def test_nothing_is_timed_where_the_technique_is_set(self):
+        with open_daemon("--auto", "raster") as daemon:
+            self.rest(daemon)
+            self.assertEqual(0, self.timings(daemon))
+            assert daemon.stop() == 0
 
 
 class MeasuredView(unittest.TestCase):

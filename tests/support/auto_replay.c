@@ -140,12 +140,26 @@ static void make_frames(const struct replay *replay, const struct replay_case *o
     }
 }
 
+/* As renderer/runner_up.c between two pictures. */
+static void time_runner_up(const struct replay_case *one,
+                           const struct learning_case frames[FORECAST_TECHNIQUES], double slower,
+                           bool was_timed[FORECAST_TECHNIQUES], struct learning *learned)
+{
+    const struct auto_pick pick = auto_pick(frames, learned);
+    if (!pick.has_runner_up || was_timed[pick.runner_up])
+        return;
+    was_timed[pick.runner_up] = true;
+    for (int i = 0; i < REPLAY_TIMED; i++)
+        learning_teach(learned, &frames[pick.runner_up], slower * one->ms[pick.runner_up][i]);
+}
+
 struct replay_result replay_run(const struct replay *replay, const struct replay_case *one,
                                 struct learning *learned, const struct replay_trouble *trouble)
 {
     struct learning_case frames[FORECAST_TECHNIQUES];
     struct replay_result result = {.first = 0};
     int drawn[FORECAST_TECHNIQUES] = {0};
+    bool was_timed[FORECAST_TECHNIQUES] = {false};
     double slower = trouble && trouble->slower > 0 ? trouble->slower : 1;
     make_frames(replay, one, frames);
     for (int frame = 0; frame <= REPLAY_LATER; frame++) {
@@ -162,6 +176,9 @@ struct replay_result replay_run(const struct replay *replay, const struct replay
         if (trouble && trouble->outlier_at == frame + 1)
             ms *= 10;
         learning_teach(learned, &frames[pick.technique], ms);
+        learning_show(learned, &frames[pick.technique]);
+        if (!(trouble && trouble->is_busy))
+            time_runner_up(one, frames, slower, was_timed, learned);
     }
     return result;
 }

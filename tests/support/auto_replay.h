@@ -8,7 +8,7 @@
 
 #include "renderer/plan/auto_technique.h"
 
-enum { REPLAY_FRAMES = 4, REPLAY_CASES_MAX = 128, REPLAY_LATER = 10 };
+enum { REPLAY_FRAMES = 4, REPLAY_CASES_MAX = 128, REPLAY_LATER = 10, REPLAY_TIMED = 3 };
 
 /* A view, counted, and what its frames took by each technique, shadows kept. */
 struct replay_case {
@@ -33,6 +33,7 @@ MUST_CHECK bool replay_from_json(struct replay *replay, const json_t *json, stru
 /* What may go wrong in a replay. Zeroed = nothing. */
 struct replay_trouble {
     double slower;  /* all frames take so many times as long; 0 means 1 */
+    bool is_busy;   /* no technique is timed while nobody asks: somebody always does */
     int outlier_at; /* this frame, from 1 on, takes ten times as long; 0: none does */
 };
 
@@ -43,7 +44,8 @@ struct replay_result {
     double later_off; /* whose forecast is off by this factor, either way, >= 1 */
     enum forecast_technique first_technique, later_technique;
 };
-/* The frames teach `learned`, whose earlier lessons count for the first. */
+/* The frames teach `learned`, whose earlier lessons count for the first; between two of them the
+ * runner-up is timed, where there is one. */
 struct replay_result replay_run(const struct replay *replay, const struct replay_case *one,
                                 struct learning *learned, const struct replay_trouble *trouble);
 

@@ -124,6 +124,70 @@ static void terms_are_told_apart(void **unused)
     free(learning);
 }
 
+/* ---- what a view was last drawn by ---- */
+
+/* Three techniques of a view, of which the first two took so long, and the first drew it last. */
+static struct auto_pick pick_beside(double first_ms, double second_ms, double third_told)
+{
+    struct learning *learning = fresh();
+    struct learning_case frames[FORECAST_TECHNIQUES];
+    for (int i = 0; i < FORECAST_TECHNIQUES; i++)
+        frames[i] = (struct learning_case){.technique = (enum forecast_technique)i, .view = 6};
+    frames[0].terms[FORECAST_TERM_PIXELS] = frames[1].terms[FORECAST_TERM_RAYS] = 100;
+    teach(learning, &frames[0], first_ms, 6);
+    if (second_ms > 0)
+        teach(learning, &frames[1], second_ms, 6);
+    learning_show(learning, &frames[0]);
+    for (double told = 0; told < third_told; told = learning_expect(learning, &frames[2]).ms)
+        frames[2].terms[FORECAST_TERM_POINTS] += 1;
+    if (!(second_ms > 0))
+        frames[1].terms[FORECAST_TERM_RAYS] = 1e4;
+    const struct auto_pick pick = auto_pick(frames, learning);
+    free(learning);
+    return pick;
+}
+
+static void the_technique_of_the_last_picture_stays_until_another_gains(void **unused)
+{
+    (void)unused;
+    assert_int_equal(pick_beside(100, 97, 400).technique, 0);
+    assert_int_equal(pick_beside(100, 90, 400).technique, 1);
+    assert_int_equal(pick_beside(100, 0, 85).technique, 0); /* it is only forecast */
+    assert_int_equal(pick_beside(100, 0, 60).technique, 2);
+    assert_int_equal(pick_beside(100, 90, 60).technique, 2);
+}
+
+static void a_technique_that_may_gain_is_worth_timing(void **unused)
+{
+    (void)unused;
+    const struct auto_pick pick = pick_beside(100, 97, 110);
+    assert_true(pick.has_runner_up && pick.runner_up == 2 && pick.technique == 0);
+    assert_false(pick_beside(100, 97, 250).has_runner_up); /* not to take so long */
+    assert_false(pick_beside(100, 0, 1e5).has_runner_up);
+}
+
+static void one_technique_is_the_last(void **unused)
+{
+    (void)unused;
+    struct learning *learning = fresh();
+    const struct learning_case maps = make_frame(FORECAST_MAPS, 6);
+    const struct learning_case rays = make_frame(FORECAST_RAYS, 6);
+    const struct learning_case other = make_frame(FORECAST_MAPS, 8);
+    learning_show(learning, &maps); /* of which nothing is known */
+    assert_false(learning_expect(learning, &maps).is_shown);
+    teach(learning, &maps, 100, 1);
+    teach(learning, &rays, 100, 1);
+    teach(learning, &other, 100, 1);
+    learning_show(learning, &maps);
+    learning_show(learning, &other);
+    learning_show(learning, &rays);
+    assert_false(learning_expect(learning, &maps).is_shown);
+    assert_true(learning_expect(learning, &rays).is_shown);
+    assert_true(learning_expect(learning, &other).is_shown);
+    assert_true(learning_is_sound(learning));
+    free(learning);
+}
+
 static void senseless_times_teach_nothing(void **unused)
 {
     (void)unused;
@@ -168,6 +232,9 @@ static void what_teaching_cannot_have_made_is_not_sound(void **unused)
     assert_false(learning_is_sound(bad));
     *bad = *good;
     bad->views[9].clock = bad->clock + 1;
+    assert_false(learning_is_sound(bad));
+    *bad = *good;
+    bad->views[0].is_shown = 2;
     assert_false(learning_is_sound(bad));
     free(good);
     free(bad);
@@ -290,6 +357,9 @@ int main(void)
         cmocka_unit_test(an_outlier_of_ten_is_all_but_passed_over),
         cmocka_unit_test(a_slower_machine_is_slower_for_all),
         cmocka_unit_test(terms_are_told_apart),
+        cmocka_unit_test(the_technique_of_the_last_picture_stays_until_another_gains),
+        cmocka_unit_test(a_technique_that_may_gain_is_worth_timing),
+        cmocka_unit_test(one_technique_is_the_last),
         cmocka_unit_test(senseless_times_teach_nothing),
         cmocka_unit_test(what_teaching_cannot_have_made_is_not_sound),
         cmocka_unit_test(lessons_of_any_kind_leave_it_sound),

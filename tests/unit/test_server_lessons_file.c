@@ -25,6 +25,7 @@ static struct learning *make_learned(void)
                                                .technique = (enum forecast_technique)(i % 3),
                                                .view = 2 * (i % 5)},
                        7.25 + (double)i);
+    learning_show(learned, &(struct learning_case){.technique = FORECAST_RAYS, .view = 2});
     return learned;
 }
 
@@ -59,6 +60,8 @@ static void lessons_read_back_for_their_device_alone(void **state)
         const struct learning_answer a = learning_expect(learned, &frame);
         const struct learning_answer b = learning_expect(read, &frame);
         assert_true(a.ms == b.ms && a.doubt == b.doubt && a.lessons == b.lessons);
+        assert_int_equal(a.is_shown, view == 2);
+        assert_int_equal(b.is_shown, view == 2);
     }
     assert_int_equal(read->clock, learned->clock);
     assert_false(lessons_file_load(read, path, "another driver"));

@@ -220,6 +220,14 @@ void frame_finish(struct frame *frame)
     *frame = (struct frame){0};
 }
 
+enum runner_up_outcome renderer_time_runner_up(struct renderer *renderer, const char *scene_key,
+                                               const struct view *view,
+                                               const struct runner_up_desc *desc)
+{
+    (void)renderer, (void)scene_key, (void)view, (void)desc;
+    return RUNNER_UP_NONE;
+}
+
 void renderer_rest(struct renderer *renderer)
 {
     (void)renderer;
