@@ -6,16 +6,23 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "protocol/utf8.h"
 #include "renderer/plan/content_key.h"
 #include "renderer/plan/learning.h"
+#include "server/lessons_file.h"
 
-enum { STANDING_MAX = 256, LESSONS_LEAST = 2 };
+enum { STANDING_MAX = 256, LESSONS_LEAST = 2, PATH_BYTES = 4096, KEY_BYTES = 1024 };
+enum { WRITE_LESSONS = 32 }; /* 40 KB each time */
 
 /* llvmpipe compiles 0.1 to 0.5 s for the first frame of a technique that it has kept on disk, 0.3
  * to 1.3 s for one that it has not; the most counts until one was seen. */
 static const double COMPILE_FIRST_MS = 1000, COMPILE_LEAST_MS = 1, COMPILE_MOST_MS = 20000;
 static const double COMPILE_STEP = 0.7; /* of the logarithm: one frame at most doubles it */
 static const double MISS = 1.5;
+/* Memory that a frame is the first to have: llvmpipe's is the processor's, whose pages of 4 KiB
+ * take about 1 us each when they are first written. Less than MEMORY_TELLS is lost in the rest. */
+static const double MEMORY_FIRST = 0.25e-6, MEMORY_LEAST = 0.01e-6, MEMORY_MOST = 10e-6; /* ms */
+static const double MEMORY_TELLS = 8e6;                                                  /* bytes */
 /* Modelled times are told so many standard deviations above the mean: four of five keep them. */
 static const double CAREFUL = 0.84;
 
@@ -23,8 +30,12 @@ struct experience {
     pthread_mutex_t mutex;
     struct learning learned;
     double compile_ms;
+    double memory_ms;                /* of a byte that no frame had before */
+    double held_bytes;               /* the most that one had since the worker started or rested */
     uint64_t standing[STANDING_MAX]; /* 0: no entry */
     size_t next;
+    char path[PATH_BYTES], key[KEY_BYTES]; /* of the file; "": none */
+    uint64_t written;                      /* lessons in it */
 };
 
 struct experience *experience_create(struct error *err)
@@ -37,14 +48,42 @@ struct experience *experience_create(struct error *err)
     pthread_mutex_init(&experience->mutex, NULL);
     learning_init(&experience->learned);
     experience->compile_ms = COMPILE_FIRST_MS;
+    experience->memory_ms = MEMORY_FIRST;
     return experience;
+}
+
+/* Under the mutex, or at the end. */
+static void write_lessons(struct experience *experience)
+{
+    struct error unsaved = {0};
+    if (!experience->path[0] || experience->learned.clock == experience->written)
+        return;
+    experience->written = experience->learned.clock;
+    (void)!lessons_file_save(&experience->learned, experience->path, experience->key, &unsaved);
 }
 
 void experience_destroy(struct experience *experience)
 {
-    if (experience)
-        pthread_mutex_destroy(&experience->mutex);
+    if (!experience)
+        return;
+    write_lessons(experience);
+    pthread_mutex_destroy(&experience->mutex);
     free(experience);
+}
+
+void experience_keep(struct experience *experience, const char *path, const char *key)
+{
+    struct learning *earlier = malloc(sizeof *earlier);
+    pthread_mutex_lock(&experience->mutex);
+    if (earlier && !experience->path[0]) {
+        utf8_copy(experience->path, sizeof experience->path, path);
+        utf8_copy(experience->key, sizeof experience->key, key);
+        if (!experience->learned.clock && lessons_file_load(earlier, path, experience->key))
+            experience->learned = *earlier;
+        experience->written = experience->learned.clock;
+    }
+    pthread_mutex_unlock(&experience->mutex);
+    free(earlier);
 }
 
 void experience_forget_programs(struct experience *experience)
@@ -52,6 +91,14 @@ void experience_forget_programs(struct experience *experience)
     pthread_mutex_lock(&experience->mutex);
     for (size_t i = 0; i < STANDING_MAX; i++)
         experience->standing[i] = 0;
+    experience->held_bytes = 0;
+    pthread_mutex_unlock(&experience->mutex);
+}
+
+void experience_forget_memory(struct experience *experience)
+{
+    pthread_mutex_lock(&experience->mutex);
+    experience->held_bytes = 0;
     pthread_mutex_unlock(&experience->mutex);
 }
 
@@ -111,12 +158,19 @@ static struct learning_case case_of(const struct experience_frame *frame)
     return made;
 }
 
+/* Bytes that the frame is the first to have. */
+static double fresh_bytes(const struct experience *experience, const struct experience_frame *frame)
+{
+    return fmax(frame->bytes - experience->held_bytes, 0);
+}
+
 double experience_expect(struct experience *experience, const struct experience_frame *frame)
 {
     const struct learning_case one = case_of(frame);
     pthread_mutex_lock(&experience->mutex);
     const struct learning_answer answer = learning_expect(&experience->learned, &one);
     double compile_ms = stands(experience, frame) ? 0 : experience->compile_ms;
+    compile_ms += experience->memory_ms * fresh_bytes(experience, frame);
     pthread_mutex_unlock(&experience->mutex);
     if (!(answer.ms > 0))
         return frame->base_ms;
@@ -126,11 +180,30 @@ double experience_expect(struct experience *experience, const struct experience_
     return is_worse ? answer.ms : frame->base_ms;
 }
 
+/* Towards a new value, by one step at most. */
+static double follow(double value, double now, double least, double most)
+{
+    double step = log(fmax(now, least) / value);
+    double moved = value * exp(fmin(fmax(step, -COMPILE_STEP), COMPILE_STEP));
+    return fmin(fmax(moved, least), most);
+}
+
 static void note_compiling(struct experience *experience, double ms)
 {
-    double step = log(fmax(ms, COMPILE_LEAST_MS) / experience->compile_ms);
-    double grown = experience->compile_ms * exp(fmin(fmax(step, -COMPILE_STEP), COMPILE_STEP));
-    experience->compile_ms = fmin(fmax(grown, COMPILE_LEAST_MS), COMPILE_MOST_MS);
+    experience->compile_ms = follow(experience->compile_ms, ms, COMPILE_LEAST_MS, COMPILE_MOST_MS);
+}
+
+/* Where the frame had much memory for the first time, what it took beyond the expectation went into
+ * that; the rest of it teaches. */
+static void note_time(struct experience *experience, const struct learning_case *one, double bytes,
+                      double took_ms)
+{
+    const struct learning_answer answer = learning_expect(&experience->learned, one);
+    if (bytes >= MEMORY_TELLS && answer.lessons)
+        experience->memory_ms =
+            follow(experience->memory_ms, (took_ms - answer.ms) / bytes, MEMORY_LEAST, MEMORY_MOST);
+    learning_teach(&experience->learned, one,
+                   fmax(took_ms - experience->memory_ms * bytes, took_ms / 2));
 }
 
 void experience_note(struct experience *experience, const struct experience_frame *frame,
@@ -142,7 +215,10 @@ void experience_note(struct experience *experience, const struct experience_fram
     if (was_promised && has_compiled)
         note_compiling(experience, took_ms - learning_expect(&experience->learned, &one).ms);
     else if (was_promised)
-        learning_teach(&experience->learned, &one, took_ms);
+        note_time(experience, &one, fresh_bytes(experience, frame), took_ms);
+    experience->held_bytes = fmax(experience->held_bytes, frame->bytes);
+    if (experience->learned.clock >= experience->written + WRITE_LESSONS)
+        write_lessons(experience);
     note_standing(experience, frame);
     pthread_mutex_unlock(&experience->mutex);
 }
@@ -164,6 +240,14 @@ double experience_compile_ms(struct experience *experience)
 {
     pthread_mutex_lock(&experience->mutex);
     double ms = experience->compile_ms;
+    pthread_mutex_unlock(&experience->mutex);
+    return ms;
+}
+
+double experience_memory_ms(struct experience *experience, double bytes)
+{
+    pthread_mutex_lock(&experience->mutex);
+    double ms = experience->memory_ms * bytes;
     pthread_mutex_unlock(&experience->mutex);
     return ms;
 }

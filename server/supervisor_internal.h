@@ -8,6 +8,7 @@
 #include <pthread.h>
 
 #include "server/child.h"
+#include "server/config.h"
 #include "server/flights.h"
 #include "server/quarantine.h"
 #include "server/supervisor.h"
@@ -61,6 +62,11 @@ bool supervisor_check_quarantine(const struct supervisor *supervisor,
 /* ---- the worker ---- */
 
 void *supervisor_run(void *supervisor); /* the thread */
+
+/* `cache/WHAT-DEVICE.json` of the state directory. */
+enum { SUPERVISOR_PATH_BYTES = CONFIG_PATH_BYTES + 128 };
+void supervisor_cache_path(const struct supervisor *supervisor, const char *what,
+                           char path[SUPERVISOR_PATH_BYTES]);
 
 /* reason: why it is killed, or NULL when it ended by itself. */
 void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, bool is_timeout);

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* What the worker says, and what is said to it. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "server/build_id.h"
 #include "server/clock.h"
 #include "server/experience.h"
 #include "server/ipc.h"
@@ -38,6 +41,7 @@ static void learn_from(struct supervisor *supervisor, const struct frame_stats *
         .is_warm = promise->is_warm,
         .base_ms = promise->base_ms,
         .is_measured = promise->is_measured,
+        .bytes = promise->bytes,
     };
     experience_note(supervisor->experience, &frame, chosen->took_ms,
                     stats->counts.programs_built || stats->counts.programs_loaded);
@@ -137,6 +141,8 @@ static void totals_message(struct supervisor *supervisor, const json_t *json)
     totals->programs_kept = number(json, "programs_kept");
     totals->programs_kept_bytes = number(json, "programs_kept_bytes");
     totals->gpu_used_bytes = number(json, "gpu_used_bytes");
+    totals->timed = number(json, "timed");
+    totals->timings_stopped = number(json, "timings_stopped");
     totals->learned = number(json, "learned");
     totals->cache_bytes = number(json, "cache_bytes");
     totals->cache_scenes = number(json, "cache_scenes");
@@ -182,11 +188,23 @@ static void log_devices(struct supervisor *supervisor, const struct device_capab
         log_write(supervisor->desc.log, LOG_WARNING, "%s", device->warning);
 }
 
+/* What budgets taught is of one device and one build. */
+static void keep_experience(struct supervisor *supervisor, const struct device_capabilities *device)
+{
+    char path[SUPERVISOR_PATH_BYTES], key[1024], build[BUILD_ID_BYTES];
+    build_id_get(build);
+    supervisor_cache_path(supervisor, "budgets", path);
+    snprintf(key, sizeof key, "%s, %s, %ld processors, %s", device->renderer, device->version,
+             sysconf(_SC_NPROCESSORS_ONLN), build);
+    experience_keep(supervisor->experience, path, key);
+}
+
 static bool hello_message(struct supervisor *supervisor, const json_t *json, struct error *err)
 {
     struct device_capabilities device;
     if (!device_capabilities_from_json(json_object_get(json, "device"), &device, err))
         return false;
+    keep_experience(supervisor, &device);
     json_int_t depth = json_integer_value(json_object_get(json, "depth"));
     pthread_mutex_lock(&supervisor->mutex);
     supervisor->device = device;
@@ -335,6 +353,7 @@ static bool send_idle(struct supervisor *supervisor)
         return true;
     if (!supervisor->warm_ups.count) {
         supervisor->is_resting = true;
+        experience_forget_memory(supervisor->experience);
         return send_small(supervisor, json_pack("{s:s}", "op", "rest"));
     }
     struct render_task *task = warm_ups_take(&supervisor->warm_ups);

@@ -76,6 +76,7 @@ static void settle_death(struct supervisor *supervisor, const char *how, bool is
         supervisor->totals.cache_scenes = 0;
     supervisor->totals.programs_built = supervisor->totals.programs_reused =
         supervisor->totals.programs_loaded = 0;
+    supervisor->totals.timed = supervisor->totals.timings_stopped = 0;
 }
 
 void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, bool is_timeout)
@@ -102,6 +103,15 @@ static void name_device(const char *device, char name[GL_DEVICE_NAME_BYTES])
     for (char *at = name; *at; at++)
         if (*at == '/' || *at == ':')
             *at = '-';
+}
+
+void supervisor_cache_path(const struct supervisor *supervisor, const char *what,
+                           char path[SUPERVISOR_PATH_BYTES])
+{
+    const struct config *config = supervisor->desc.config;
+    char device[GL_DEVICE_NAME_BYTES];
+    name_device(config->device, device);
+    snprintf(path, SUPERVISOR_PATH_BYTES, "%s/cache/%s-%s.json", config->state_dir, what, device);
 }
 
 static bool send_settings(struct supervisor *supervisor, struct error *err)

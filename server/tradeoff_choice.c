@@ -127,7 +127,8 @@ static struct experience_frame experience_of(const struct render_request *reques
                                      .setting = row->setting,
                                      .is_warm = is_warm,
                                      .base_ms = base_ms,
-                                     .is_measured = source == SOURCE_VIEW};
+                                     .is_measured = source == SOURCE_VIEW,
+                                     .bytes = row->bytes};
 }
 
 /* From the times of rows to those that can be promised of the next frame. */
@@ -376,6 +377,7 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
         if (choose_row(candidates, &wish, &found, &choice)) {
             promise_from(&wish, &choice, found, is_warm, promise);
             promise->base_ms = candidates->base_ms[choice.row - candidates->rows];
+            promise->bytes = choice.row->bytes;
             promise->is_warm = is_warm;
             promise->is_measured = source == SOURCE_VIEW;
             apply(quality, &choice.row->setting);

@@ -72,11 +72,13 @@ static bool is_bare(const struct choice_row *row)
     return row->setting.shadows == VIEW_SHADOWS_NONE;
 }
 
-/* Whether dropping all shadows would keep the budget, and is not worth it. */
+/* Whether dropping all shadows would keep the budget, and is not worth it. Who names an error has
+ * said what it is worth. */
 static bool drops_too_much(const struct choice_row *rows, size_t count,
                            const struct choice_wish *wish, const struct choice_row *bare)
 {
-    if (wish->budget_ms <= 0 || wish->shadows == VIEW_SHADOWS_NONE || !is_bare(bare))
+    if (wish->budget_ms <= 0 || wish->shadows == VIEW_SHADOWS_NONE || !is_bare(bare) ||
+        (wish->max_error > 0 && keeps_error(bare, wish)))
         return false;
     for (size_t i = 0; i < count; i++)
         if (!is_bare(&rows[i]) && choice_row_fits(&rows[i], wish) &&
@@ -167,6 +169,16 @@ static bool can_stay(const struct choice_frame *frame, const struct workload *wo
            forecast_maps_bytes(workload, setting) <= frame->shadow_bytes;
 }
 
+/* Of the rasteriser: what fits the budget of the maps, and its targets (renderer/shading/targets.c:
+ * 52 bytes for a pixel of one sample, 176 for one of four). */
+static double raster_bytes(const struct choice_frame *frame, const struct workload *workload,
+                           const struct forecast_setting *setting)
+{
+    double maps = forecast_maps_bytes(workload, setting);
+    double most = frame->shadow_bytes > 0 ? frame->shadow_bytes : maps;
+    return fmin(maps, most) + frame->pixels * (setting->samples > 1 ? 176 : 52);
+}
+
 static struct choice_row estimate(const struct choice_frame *frame,
                                   const struct choice_setting *setting)
 {
@@ -192,6 +204,7 @@ static struct choice_row estimate(const struct choice_frame *frame,
         .setting = *setting,
         .ms = setting->samples > 4 ? TRACED_CAUTION * ms : ms,
         .error = !has_shadows ? INFINITY : hypot(camera, shadow) * sqrt(SIDE_PX / side),
+        .bytes = is_traced ? 0 : raster_bytes(frame, &workload, &cost),
     };
 }
 
@@ -201,10 +214,12 @@ static struct choice_row estimate_traced_shadows(const struct choice_frame *fram
     struct workload workload = guess_work(frame);
     const struct forecast_setting cost = {
         .samples = samples, .has_shadows = true, .is_warm = frame->is_warm};
+    const struct forecast_setting window = {.samples = samples};
     return (struct choice_row){
         .setting = {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = samples},
         .ms = forecast_traced_shadows_ms(&workload, &cost, speed_of(frame)),
         .error = RASTER_ERROR[samples > 1] * sqrt(SIDE_PX / sqrt(fmax(frame->pixels, 1))),
+        .bytes = raster_bytes(frame, &workload, &window),
     };
 }
 

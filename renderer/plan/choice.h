@@ -27,6 +27,7 @@ struct choice_row {
     struct choice_setting setting;
     double ms;    /* the time that can be promised, not the mean */
     double error; /* INFINITY: not known, so never promised */
+    double bytes; /* of its shadow maps and of the window, of the models; 0: not known */
 };
 
 /* What is asked for, and what was said and must stay. */
@@ -49,7 +50,8 @@ struct choice {
  * keeps all: with both, the most accurate within the budget, else the fastest within the error,
  * else the fastest; with one, the row nearest to it. Of equals the first counts. A row without
  * shadows is none for a budget where another takes at most half as long again as that and is half
- * as far off: then no row keeps the budget. False when no row goes with what was said. */
+ * as far off: then no row keeps the budget. With max_error it is one where it keeps that. False
+ * when no row goes with what was said. */
 bool choice_make(const struct choice_row *rows, size_t count, const struct choice_wish *wish,
                  struct choice *choice);
 

@@ -17,11 +17,11 @@
 
 /* Slower is better, but for one row that is worse in both. */
 static const struct choice_row rows[] = {
-    {MAP(256, 1, 1), 10, 0.10},
-    {MAP(512, 4, 1), 20, 0.05},
-    {MAP(512, 4, 4), 90, 0.06},
-    {MAP(1024, 4, 4), 40, 0.02},
-    {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01},
+    {MAP(256, 1, 1), 10, 0.10, 0},
+    {MAP(512, 4, 1), 20, 0.05, 0},
+    {MAP(512, 4, 4), 90, 0.06, 0},
+    {MAP(1024, 4, 4), 40, 0.02, 0},
+    {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
@@ -53,9 +53,9 @@ static void rays_of_more_samples_follow_the_one_with_most(void **state)
 {
     (void)state;
     struct choice_row more[8] = {
-        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01},
-        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 30, 0.03},
-        {MAP(1024, 4, 4), 40, 0.02},
+        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
+        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 30, 0.03, 0},
+        {MAP(1024, 4, 4), 40, 0.02, 0},
     };
     assert_int_equal(choice_add_traced(more, 3, 8), 6);
     for (int i = 3; i < 6; i++) {
@@ -118,7 +118,7 @@ static void what_was_said_stays(void **state)
 static void an_unknown_error_is_never_promised(void **state)
 {
     (void)state;
-    const struct choice_row unknown[] = {{{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 1, INFINITY}};
+    const struct choice_row unknown[] = {{{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 1, INFINITY, 0}};
     struct choice choice;
     assert_true(choice_make(unknown, 1, &(struct choice_wish){.max_error = 1e6}, &choice));
     assert_false(choice.keeps_error);
@@ -234,9 +234,9 @@ static void shadows_are_not_dropped_where_little_time_is_missing(void **state)
 {
     (void)state;
     struct choice_row some[] = {
-        {{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26},
-        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03},
-        {MAP(1024, 4, 4), 200, 0.02},
+        {{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
+        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
+        {MAP(1024, 4, 4), 200, 0.02, 0},
     };
     struct choice choice;
     const struct choice_wish wish = {.budget_ms = 50};
@@ -255,6 +255,39 @@ static void shadows_are_not_dropped_where_little_time_is_missing(void **state)
     some[1].error = INFINITY;
     assert_true(choice_make(some, 3, &wish, &choice));
     assert_ptr_equal(choice.row, &some[0]);
+}
+
+/* Beside an error that was named, which a setting without shadows keeps or does not. */
+static void an_error_that_was_named_says_what_shadows_are_worth(void **state)
+{
+    (void)state;
+    const struct choice_row some[] = {
+        {{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
+        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
+        {MAP(1024, 4, 4), 200, 0.02, 0},
+    };
+    static const struct {
+        double max_error, budget_ms;
+        int row;
+        bool keeps_error, keeps_budget;
+    } cases[] = {
+        {0.3, 50, 0, true, true},   /* it keeps both */
+        {0.3, 500, 0, true, true},  /* the fastest that does */
+        {0.05, 50, 1, true, false}, /* dropping shadows for 20 ms is not worth an error of 0.26 */
+        {0.05, 40, 0, false, true}, /* for 30 ms it is: the time bounds the error */
+        {0.05, 100, 1, true, true},
+        {0.01, 100, 1, false, true}, /* the most accurate within the time */
+        {0.01, 10, 0, false, false}, /* the fastest */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const struct choice_wish wish = {.max_error = cases[i].max_error,
+                                         .budget_ms = cases[i].budget_ms};
+        struct choice choice;
+        assert_true(choice_make(some, 3, &wish, &choice));
+        assert_ptr_equal(choice.row, &some[cases[i].row]);
+        assert_int_equal(choice.keeps_error, cases[i].keeps_error);
+        assert_int_equal(choice.keeps_budget, cases[i].keeps_budget);
+    }
 }
 
 /* Twelve maps of 4096 do not stay where there is room for four: they are made for each frame. */
@@ -291,6 +324,7 @@ int main(void)
         cmocka_unit_test(an_unknown_error_is_never_promised),
         cmocka_unit_test(equal_rows_go_to_the_first),
         cmocka_unit_test(shadows_are_not_dropped_where_little_time_is_missing),
+        cmocka_unit_test(an_error_that_was_named_says_what_shadows_are_worth),
         cmocka_unit_test(maps_that_do_not_stay_are_made_in_each_frame),
         cmocka_unit_test(models_grow_with_what_they_are_made_of),
         cmocka_unit_test(rays_go_up_to_256_samples_for_small_errors),

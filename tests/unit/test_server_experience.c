@@ -5,6 +5,8 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -134,6 +136,61 @@ static void senseless_frames_teach_nothing(void **state)
     assert_true(experience_expect(experience, &frame) == before);
 }
 
+/* Memory that a frame is the first to have counts until one has had it. */
+static void memory_to_be_made_is_counted_once(void **state)
+{
+    struct experience *experience = *state;
+    struct experience_frame large = modelled;
+    for (int i = 0; i < 6; i++)
+        experience_note(experience, &modelled, 100, false);
+    double held = experience_expect(experience, &large);
+    large.bytes = 400e6;
+    double fresh = experience_expect(experience, &large);
+    assert_true(fabs(fresh - held - experience_memory_ms(experience, 400e6)) < 1e-6);
+    assert_true(fresh > held + 50);
+    experience_note(experience, &large, 300, false);
+    assert_true(experience_memory_ms(experience, 400e6) > 150); /* it took more than was thought */
+    assert_true(experience_expect(experience, &large) < 150);   /* it is there */
+    experience_forget_memory(experience);                       /* the worker rested */
+    assert_true(experience_expect(experience, &large) > 230);
+    for (int i = 0; i < 100; i++) {
+        experience_forget_memory(experience);
+        experience_note(experience, &large, i % 2 ? 1e9 : 1e-9, false);
+        double ms = experience_memory_ms(experience, 1e9);
+        assert_true(ms >= 9.9 && ms <= 10001);
+    }
+}
+
+/* The next start, of the same device. */
+static void what_times_taught_outlives_the_server(void **state)
+{
+    struct experience *experience = *state, *next;
+    struct error err = {0};
+    char path[64];
+    snprintf(path, sizeof path, "/tmp/vitrail-budgets-%d.json", (int)getpid());
+    unlink(path);
+    experience_keep(experience, path, "this");
+    for (int i = 0; i < 40; i++)
+        experience_note(experience, &modelled, 300, false);
+    assert_int_equal(access(path, F_OK), 0); /* not at the end alone: it may be killed */
+    experience_note(experience, &modelled, 290, false);
+    double learned = experience_expect(experience, &modelled);
+    experience_destroy(experience);
+    *state = next = experience_create(&err);
+    assert_non_null(next);
+    experience_note(next, &(struct experience_frame){.scene = "abc", .setting = modelled.setting},
+                    1, false); /* its programs stand */
+    experience_keep(next, path, "this");
+    assert_true(experience_expect(next, &modelled) == learned);
+    struct experience *other = experience_create(&err);
+    assert_non_null(other);
+    experience_keep(other, path, "another device");
+    experience_keep(other, path, "this"); /* the first call counts */
+    assert_true(experience_expect(other, &modelled) > 1000);
+    experience_destroy(other);
+    unlink(path);
+}
+
 static void a_machine_is_never_quicker_than_alone(void **state)
 {
     (void)state;
@@ -151,6 +208,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(an_unknown_setting_is_promised_with_care, create, destroy),
         cmocka_unit_test_setup_teardown(measured_times_grow_by_two_misses_alone, create, destroy),
         cmocka_unit_test_setup_teardown(senseless_frames_teach_nothing, create, destroy),
+        cmocka_unit_test_setup_teardown(memory_to_be_made_is_counted_once, create, destroy),
+        cmocka_unit_test_setup_teardown(what_times_taught_outlives_the_server, create, destroy),
         cmocka_unit_test(a_machine_is_never_quicker_than_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
