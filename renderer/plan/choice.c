@@ -116,7 +116,7 @@ static const double SIDE_PX = 480;
 static const double RASTER_ERROR[2] = {0.021, 0.0125}; /* 1 and 4 samples per pixel */
 enum { TRACED_RUNGS = 5 };
 static const int TRACED_SAMPLES[TRACED_RUNGS] = {1, 4, 16, 64, 256};
-static const double TRACED_ERROR[TRACED_RUNGS] = {0.022, 0.011, 0.009, 0.007, 0.004};
+static const double TRACED_ERROR[TRACED_RUNGS] = {0.022, 0.011, 0.0065, 0.004, 0.0022};
 static const double TEXEL_ERROR = 0.15; /* of a map with one texel and tap */
 
 /* Costs were fitted to frames of 1 and 4 samples. With more, four of five scenes take at most this

@@ -4,13 +4,18 @@
 
     vitrail-bench forecast --json > F.json;  fit_models.py costs F.json...
     vitrail tradeoff SCENE -o T.json;        fit_models.py errors T.json...
+    vitrail-bench auto --scene fit --json > A.json;  fit_models.py auto A.json...
 
 costs: what each unit of work takes in ns of processor time, for renderer/plan/forecast.c: least
 squares without negative costs, in which each case weighs by its own time, so that a case of 5 ms
 counts as much as one of 500. errors: the RMSE of each kind of setting, for renderer/plan/choice.c:
-the value below which four of five measured settings are."""
+the value below which four of five measured settings are. auto: from the costs that stand in
+forecast.c, those that frames of generated scenes ask for: descent over Huber's loss of logarithms,
+in which each cost is drawn to its old value."""
 import json
 import math
+import os
+import re
 import statistics
 import sys
 
@@ -137,6 +142,145 @@ def fit_costs(paths):
          [max(traced[0] - traced[1], 0.5) for _, _, traced in treed])
 
 
+# ---- auto ----
+
+MAPS_TEXELS, TAPS = 1024, 4
+HUBER, DRAWN = 0.25, 0.7  # logarithms: where the loss turns linear; how far a cost may well be off
+COSTS_FILE = os.path.join(os.path.dirname(__file__), "..", "..", "renderer", "plan", "forecast.c")
+
+
+def read_costs():
+    with open(COSTS_FILE, encoding="utf-8") as file:
+        text = file.read()
+    table = text[text.index("forecast_costs = {"):]
+    costs = dict((name, float(value)) for name, value in
+                 re.findall(r"\.(\w+) = ([\d.]+)", table[:table.index("};")]))
+    costs["SPLIT"] = float(re.search(r"SPLIT = ([\d.]+)", text).group(1))
+    return costs
+
+
+def drawn_units(case, speed, has_maps):
+    """{cost: units} of the rasterised picture, by renderer/plan/forecast.c."""
+    work, more = case["workload"], 1.0 if case["samples"] > 1 else 0.0
+    pixels, shade = work["pixels"], NS * speed["shade"]
+    layers, covered = pixels * work["layers"], pixels * work["covered"]
+    surfaces = layers + covered
+    looks = surfaces * work["lit"] if has_maps and work["shadowed_lights"] else 0
+    units = {"pixel": pixels, "msaa_pixel": more * pixels, "msaa_covered": more * covered,
+             "light": surfaces * work["lit"], "look": looks, "tap": TAPS * looks,
+             "walk": surfaces * work["listed"], "layer": layers, "msaa_layer": more * layers,
+             "texture": surfaces * work["textures"],
+             "msaa_texture": more * surfaces * work["textures"],
+             "triangle": work["triangles_in_view"],
+             "msaa_triangle": more * work["triangles_in_view"]}
+    units = {name: shade * count for name, count in units.items()}
+    units["drawn_frame_ms"] = speed["shade"]
+    return units
+
+
+def built_units(case, speed):
+    work, texels, ns = case["workload"], MAPS_TEXELS**2, NS * speed["maps"]
+    deep = work["deep_faces"] * texels
+    return {"face_ms": speed["maps"] * work["map_faces"], "texel": ns * work["map_faces"] * texels,
+            "caster": ns * work["map_triangles"], "deep_texel": ns * deep,
+            "event": ns * deep * work["deep_share"], "deep_caster": ns * work["deep_triangles"]}
+
+
+def ray_units(case, speed, split):
+    work, ns = case["workload"], NS * speed["trace"]
+    is_more = case["samples"] > 1
+    pixels, levels = work["pixels"], math.log2(2 + work["triangles"])
+    rays, layers = pixels * case["samples"], pixels * work["layers"]
+    surfaces = layers + pixels * work["covered"] * (split if is_more else 1)
+    units = {"ray": pixels, "hit_level": pixels * work["covered"] * levels,
+             "more_ray": rays - pixels,
+             "more_hit_level": (rays - pixels) * work["covered"] * levels,
+             "traced_triangle": work["triangles_in_view"],
+             "msaa_traced_triangle": work["triangles_in_view"] if is_more else 0,
+             "layer_ray": rays * work["layers"], "layer_light": layers * work["lit"],
+             "shadow_ray": surfaces * work["lit"], "traced_walk": surfaces * work["listed"],
+             "traced_texture": surfaces * work["textures"]}
+    units = {name: ns * count for name, count in units.items()}
+    units["traced_frame_ms"] = speed["trace"]
+    return units
+
+
+def shadow_point_units(case, speed):
+    work, ns = case["workload"], NS * speed["trace"]
+    pixels, levels = work["pixels"], math.log2(2 + work["triangles"])
+    layers = pixels * work["layers"]
+    surfaces = layers + pixels * work["covered"]
+    if not work["shadowed_lights"]:
+        return {}
+    units = {"point_pixel": pixels, "msaa_point_pixel": pixels if case["samples"] > 1 else 0,
+             "point": surfaces, "point_level": surfaces * work["lit"] * levels,
+             "layer_point_ray": layers * work["lit"], "point_walk": surfaces * work["listed"]}
+    return {name: ns * count for name, count in units.items()}
+
+
+def told_ms(case, speed, costs, technique):
+    if technique == "rays":
+        base, units = 0.0, ray_units(case, speed, costs["SPLIT"])
+    else:
+        base, units = speed["frame_ms"], drawn_units(case, speed, technique == "maps")
+    if technique == "maps" and not case["maps_stay"]:
+        units.update(built_units(case, speed))
+    if technique == "traced_shadows":
+        units.update(shadow_point_units(case, speed))
+    return base + sum(costs[name] * count for name, count in units.items())
+
+
+TECHNIQUES = ("maps", "rays", "traced_shadows")
+
+
+def tell_auto(title, cases, costs):
+    print(title)
+    for samples in (1, 4):
+        for technique in TECHNIQUES:
+            off = sorted(math.log(told_ms(case, speed, costs, technique) /
+                                  statistics.median(case[technique]))
+                         for case, speed in cases if case["samples"] == samples)
+            if off:
+                print(f"    {samples} samples, {technique:15s} told over taken: median "
+                      f"{math.exp(statistics.median(off)):.2f}, from {math.exp(off[0]):.2f} to "
+                      f"{math.exp(off[-1]):.2f}")
+
+
+def fit_auto(paths):
+    cases, costs = [], read_costs()
+    for path in paths:
+        with open(path, encoding="utf-8") as file:
+            for result in json.load(file)["results"]:
+                cases += [(case, result["speed"]) for case in result["cases"]]
+    old = dict(costs)
+    tell_auto(f"{len(cases)} views, as it is:", cases, costs)
+
+    def loss(trial):
+        total = sum((math.log(trial[name] / old[name]) / DRAWN)**2 for name in old) * 0.1
+        for case, speed in cases:
+            for technique in TECHNIQUES:
+                off = abs(math.log(told_ms(case, speed, trial, technique) /
+                                   statistics.median(case[technique])))
+                total += off * off if off < HUBER else HUBER * (2 * off - HUBER)
+        return total
+
+    best, step = loss(costs), 0.4
+    while step > 0.02:
+        before = best
+        for name in costs:
+            for factor in (math.exp(step), math.exp(-step)):
+                trial = {**costs, name: costs[name] * factor}
+                now = loss(trial)
+                if now < best:
+                    costs, best = trial, now
+        if best > before - 1e-3 * before:
+            step /= 2
+    tell_auto("as it fits:", cases, costs)
+    for name, cost in costs.items():
+        if abs(math.log(cost / old[name])) > 0.05:
+            print(f"    {name:22s}{old[name]:8.3g} -> {cost:8.3g}")
+
+
 # ---- errors ----
 
 
@@ -160,6 +304,7 @@ def fit_errors(paths):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3 or sys.argv[1] not in ("costs", "errors"):
+    FITS = {"costs": fit_costs, "auto": fit_auto, "errors": fit_errors}
+    if len(sys.argv) < 3 or sys.argv[1] not in FITS:
         sys.exit(__doc__)
-    (fit_costs if sys.argv[1] == "costs" else fit_errors)(sys.argv[2:])
+    FITS[sys.argv[1]](sys.argv[2:])

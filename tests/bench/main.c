@@ -37,7 +37,8 @@ enum { SUITES = sizeof suites / sizeof *suites };
 
 static const char usage[] =
     "usage: vitrail-bench SUITE|all|list [options]\n"
-    "       vitrail-bench promises [--seeds N] [--busy] [--quick] [--json]\n"
+    "       vitrail-bench promises [--seeds N] [--busy] [--wish budget_ms|max_error] [--quick] "
+    "[--json]\n"
     "       vitrail-bench generate SEED FILE.glb\n"
     "       vitrail-bench live [SCENE.glb] [--size WxH] [--seconds S] [--quick] [--json]\n"
     "\n"
@@ -179,7 +180,7 @@ static int list_suites(void)
 {
     for (int i = 0; i < SUITES; i++)
         printf("%-8s %s\n", suites[i].name, suites[i].purpose);
-    printf("%-8s %s\n", "promises", "budgets of first frames over loopback; not one of `all`");
+    printf("%-8s %s\n", "promises", "budgets and errors of frames over loopback; not one of `all`");
     printf("%-8s %s\n", "live", "views over loopback: latency, frames, memory; not one of `all`");
     return 0;
 }

@@ -182,9 +182,8 @@ static void rays_go_up_to_256_samples_for_small_errors(void **state)
     static const struct {
         double max_error;
         int samples;
-    } cases[] = {{0.015, 64}, {0.01, 256}}; /* the rasteriser is at 0.025, 16 samples are at 0.018
-                                             */
-    for (size_t i = 0; i < 2; i++) {
+    } cases[] = {{0.015, 16}, {0.01, 64}, {0.005, 256}}; /* the rasteriser is at 0.025 */
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const struct choice_wish wish = {.max_error = cases[i].max_error};
         struct choice choice;
         size_t count = choice_estimate(&frame, &wish, estimates);

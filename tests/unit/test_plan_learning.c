@@ -138,8 +138,8 @@ static struct auto_pick pick_beside(double first_ms, double second_ms, double th
     if (second_ms > 0)
         teach(learning, &frames[1], second_ms, 6);
     learning_show(learning, &frames[0]);
-    for (double told = 0; told < third_told; told = learning_expect(learning, &frames[2]).ms)
-        frames[2].terms[FORECAST_TERM_POINTS] += 1;
+    frames[2].terms[FORECAST_TERM_POINTS] = 1;
+    frames[2].terms[FORECAST_TERM_POINTS] = third_told / expect_ms(learning, &frames[2]);
     if (!(second_ms > 0))
         frames[1].terms[FORECAST_TERM_RAYS] = 1e4;
     const struct auto_pick pick = auto_pick(frames, learning);
