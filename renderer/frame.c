@@ -379,6 +379,28 @@ static struct content_key pace_key_of(const struct opened_view *opened)
     return key;
 }
 
+/* One of many frames of a view, at rest. */
+static bool may_keep_picture(const struct renderer *renderer, const struct opened_view *opened,
+                             const struct making *making)
+{
+    const struct view *view = &opened->view;
+    return gl_context_limits(renderer->context)->is_software && !renderer->is_beside &&
+           !renderer->redraws_surfaces && !making->only_builds && view->quality.expects_reuse &&
+           !view->quality.may_be_coarse && view->outputs == 1u << VIEW_OUTPUT_COLOR &&
+           !view->row_count_px;
+}
+
+/* What is chosen for the view follows what was learned, too. Of the budget only compressed maps
+ * are, whose pictures are not kept. */
+static struct content_key picture_key_of(const struct renderer *renderer,
+                                         const struct opened_view *opened)
+{
+    struct content_key key =
+        view_picture_key(view_state_key(opened->scene->key, &opened->view), &opened->view);
+    content_key_add_word(&key, renderer->automatic.learned_print);
+    return key;
+}
+
 /* *elapsed_ms: of the self-test, where this frame is the first that needs it; no frame of its kind
  * takes that again. */
 static bool prove(struct renderer *renderer, const struct opened_view *opened, double *elapsed_ms,
@@ -423,6 +445,8 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         .only_builds = making->only_builds,
         .shadow_frame = shadow_system_number_frame(renderer->shadows),
         .pace = band_history_find(&renderer->band_history, pace_key),
+        .may_keep = may_keep_picture(renderer, &opened, making),
+        .picture = picture_key_of(renderer, &opened),
     };
     bool ok =
         (making->only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
@@ -433,6 +457,10 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
     frame->report.error_is_exact |= is_exact(&opened, &frame->report);
+    if (frame->report.is_kept_picture) { /* what was expected is not what was done */
+        frame->report.chosen.expected_ms = 0;
+        lesson.is_open = false;
+    }
     const struct frame_ending ending = {.frame = frame,
                                         .plan = &opened.plan->plan,
                                         .begin_ms = making->begin_ms + proof_ms,

@@ -115,6 +115,7 @@ struct frame_report {
         bool has_traced_shadows; /* rasterised, without maps */
         double expected_ms;      /* 0: not known */
     } chosen;
+    bool is_kept_picture; /* nothing was drawn but what lies over it: it teaches nothing */
     bool has_cut_lists;   /* some did not find the room that was guessed: the frame is made again */
     bool has_lost_window; /* what came of it could not be read back: the frame has failed */
     bool error_is_exact;  /* of light's way to the surfaces of the color output nothing is left out

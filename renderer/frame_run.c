@@ -660,6 +660,33 @@ static bool draw_over(const struct frame_run *run, struct error *err)
            frame_overlay(run, err);
 }
 
+static bool is_picture_kept(const struct frame_run *run)
+{
+    return run->may_keep && kept_picture_is(&run->renderer->kept_picture, run->picture);
+}
+
+/* The picture as it is before anything is drawn over it, waited for. */
+static bool keep_picture(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    if (!run->may_keep || (renderer->textures && renderer->textures->is_inexact) ||
+        run->frame->report.compression.maps)
+        return true;
+    gpu_timeline_will_wait(renderer->timeline);
+    if (!readback_collect(renderer->readback, &run->frame->report, err))
+        return false;
+    kept_picture_note(&renderer->kept_picture, run->picture,
+                      &run->frame->outputs[VIEW_OUTPUT_COLOR], &run->frame->report);
+    return true;
+}
+
+static bool run_over_kept(const struct frame_run *run, struct error *err)
+{
+    kept_picture_show(&run->renderer->kept_picture, &run->frame->outputs[VIEW_OUTPUT_COLOR],
+                      &run->frame->report);
+    return !needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err);
+}
+
 static bool run_steps(const struct frame_run *run, struct error *err)
 {
     const struct plan *plan = &run->frame_plan->plan;
@@ -672,7 +699,7 @@ static bool run_steps(const struct frame_run *run, struct error *err)
         return gl_context_check(run->renderer->context, "building structures", err);
     if (needs(run, PLAN_NEED_COLOR) && !upload_lights(run, err))
         return false;
-    return (!is_rasterised(run) || run_windows(run, err)) &&
+    return (!is_rasterised(run) || run_windows(run, err)) && keep_picture(run, err) &&
            (!needs(run, PLAN_NEED_OVERLAY) || draw_over(run, err));
 }
 
@@ -680,10 +707,11 @@ bool frame_run(const struct frame_run *run, struct error *err)
 {
     struct frame_textures textures = {.key_count = 0};
     run->renderer->textures = &textures;
-    bool ok = !is_rasterised(run) || frame_textures_begin(&textures, run, err);
+    bool is_kept = is_picture_kept(run);
+    bool ok = is_kept || !is_rasterised(run) || frame_textures_begin(&textures, run, err);
     if (ok)
         frame_budget_begin(run);
-    ok = ok && run_steps(run, err);
+    ok = ok && (is_kept ? run_over_kept(run, err) : run_steps(run, err));
     shadow_system_end_frame(run->renderer->shadows, run->shadow_frame);
     frame_textures_end(&textures, run);
     run->renderer->textures = NULL;

@@ -16,6 +16,8 @@ struct frame_run {
     const struct camera *camera;         /* required; of the plan */
     struct frame *frame;                 /* required; outputs are created, the report is filled */
     struct band_pace pace;               /* of frames like it */
+    bool may_keep;                       /* the picture may be one that is kept, and kept itself */
+    struct content_key picture;          /* with may_keep: what decides it */
     bool only_builds;                    /* what frames keep for those after them, and no picture */
     bool is_again;         /* it goes on after a pause: the report has what it did before */
     uint64_t shadow_frame; /* required: shadow_system_number_frame */

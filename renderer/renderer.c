@@ -34,6 +34,7 @@ static void finish_own(struct renderer *renderer)
     light_lists_destroy(renderer->lists);
     plan_cache_clear(&renderer->plans);
     kept_state_drop(&renderer->kept_state);
+    kept_picture_drop(&renderer->kept_picture);
     draw_arena_destroy(renderer->arena);
 }
 
@@ -259,6 +260,7 @@ static void forget_own(struct renderer *renderer)
         return;
     plan_cache_clear(&renderer->plans);
     kept_state_drop(&renderer->kept_state);
+    kept_picture_drop(&renderer->kept_picture);
     renderer->kept = (struct kept_window){0};
     light_lists_forget(renderer->lists);
     feature_edges_finish(&renderer->feature_edges);
@@ -341,6 +343,7 @@ void renderer_drop_structures(struct renderer *renderer, const char *key)
 void renderer_rest(struct renderer *renderer)
 {
     shadow_system_rest(renderer->shadows);
+    kept_picture_drop(&renderer->kept_picture);
 }
 
 void frame_finish(struct frame *frame)

@@ -4,6 +4,7 @@
 #define VITRAIL_RENDERER_RENDERER_INTERNAL_H
 
 #include "renderer/frame_lessons.h"
+#include "renderer/kept_picture.h"
 #include "renderer/kept_window.h"
 #include "renderer/overlay/feature_edges.h"
 #include "renderer/plan/frame_plan.h"
@@ -80,6 +81,7 @@ struct renderer {
     struct light_batches batches;
     struct targets targets;
     struct kept_window kept; /* of targets and pixels */
+    struct kept_picture kept_picture;
     struct pixel_lists pixels;
     struct list_history list_history;
     struct band_history band_history;

@@ -47,7 +47,7 @@ static void forget_frames(struct live *live)
     view_image_release(live->noted.image);
     live->newest.image = live->noted.image = NULL;
     live->tried_revision = 0;
-    live->tried_exact = false;
+    live->tried_exact = live->is_over = false;
 }
 
 void live_finish(struct live *live)
@@ -248,6 +248,13 @@ static bool is_wanted(const struct live *live)
     return false;
 }
 
+void live_note_patch(struct view *view, bool is_over)
+{
+    struct live *live = &view->live;
+    bool is_shown = live->tried_exact && live->tried_revision == view->revision;
+    live->is_over = is_over && (is_shown || live->is_over);
+}
+
 struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms)
 {
     struct live *live = &view->live;
@@ -260,7 +267,8 @@ struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms)
     if (live->active_count == 0 || live->flight != FLIGHT_NONE || !is_wanted(live))
         return NULL;
     if (live->tried_revision != view->revision)
-        return prepare(view, false);
+        return prepare(view, live->is_over); /* the picture below stands: nothing is gained by less
+                                              */
     if (live->tried_exact)
         return NULL;
     /* Counted from the last frame, too: a client that moves on as soon as it sees one is not at

@@ -47,6 +47,15 @@ static void learn_from(struct supervisor *supervisor, const struct frame_stats *
                     stats->counts.programs_built || stats->counts.programs_loaded);
 }
 
+/* Only what lies over its picture was drawn: what was expected and taken is of something else. */
+static bool is_over_kept(const struct frame_stats *stats)
+{
+    for (int i = 0; i < stats->reused_count; i++)
+        if (strcmp(stats->reused[i], "picture") == 0)
+            return true;
+    return false;
+}
+
 static void take_image(struct supervisor *supervisor, struct render_task *task,
                        struct ipc_message *message)
 {
@@ -64,8 +73,12 @@ static void take_image(struct supervisor *supervisor, struct render_task *task,
         supervisor->has_rendered = true;
         warm_ups_note_drawn(&supervisor->warm_ups, task->scene);
         frame_stats_promise(stats, &task->promise);
-        frame_stats_judge(stats, task->promise.budget_ms);
-        learn_from(supervisor, stats, task);
+        if (is_over_kept(stats)) {
+            stats->chosen.expected_ms = 0;
+        } else {
+            frame_stats_judge(stats, task->promise.budget_ms);
+            learn_from(supervisor, stats, task);
+        }
     }
     supervisor_refuse(supervisor, task, &problem); /* which, without a problem, is its success */
 }

@@ -300,6 +300,13 @@ json_t *views_get(struct views *views, const char *id, bool is_whole, struct err
 
 /* ---- changing ---- */
 
+/* Whether a patch changes nothing but what is drawn over the picture. */
+static bool is_over_picture(const json_t *patch)
+{
+    return json_object_size(patch) == 1 &&
+           (json_object_get(patch, "highlight") || json_object_get(patch, "edges"));
+}
+
 /* Under the mutex. */
 static bool patch_view(struct views *views, struct view *view, const struct view_patch *patch,
                        struct error *err)
@@ -315,6 +322,7 @@ static bool patch_view(struct views *views, struct view *view, const struct view
         return false;
     views->totals.document_bytes += view_document_bytes(view->document) - before;
     views->totals.patches++;
+    live_note_patch(view, is_over_picture(patch->json));
     view->revision++;
     view->changed_ms = now_ms();
     live_tell(view);

@@ -29,6 +29,7 @@ struct live {
     uint64_t flight_revision, flight_ticket;
     bool is_unwanted; /* the flight is cancelled */
     double flight_scale;
+    bool is_over;            /* since the exact frame only what lies over the picture has changed */
     uint64_t tried_revision; /* what the last flight was of, whether it failed or not */
     bool tried_exact;
     struct error problem; /* of the last flight that failed */
@@ -102,6 +103,9 @@ struct launch {
  */
 struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms);
 void live_launch(struct launch *launch); /* outside the mutex; takes it */
-void live_finish(struct live *live);     /* without watchers */
+/* Under the mutex, before the view gets its next revision. is_over: the patch changes nothing but
+ * what is drawn over the picture. */
+void live_note_patch(struct view *view, bool is_over);
+void live_finish(struct live *live); /* without watchers */
 
 #endif

@@ -111,6 +111,19 @@ struct content_key view_cut_key(const struct view *view)
     return key;
 }
 
+struct content_key view_picture_key(struct content_key state_key, const struct view *view)
+{
+    struct content_key key = state_key;
+    struct view own = without_pointers(view);
+    own.highlight = (struct view_highlight){0};
+    own.edges = (struct view_edges){0};
+    content_key_add(&key, &own, sizeof own);
+    content_key_add_text(&key, view->camera.node);
+    struct content_key cut = view_cut_key(view);
+    content_key_add(&key, &cut, sizeof cut);
+    return key;
+}
+
 struct content_key view_plan_key(struct content_key state_key, const struct view *view)
 {
     struct content_key key = state_key;

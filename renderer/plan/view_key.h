@@ -13,6 +13,8 @@ struct content_key view_placement_key(const char *scene_key, const struct view *
 struct content_key view_state_key(const char *scene_key, const struct view *view);
 /* Of all that decides scene_state_cut: the clip planes. */
 struct content_key view_cut_key(const struct view *view);
+/* Of all that decides the picture before anything is drawn over it. */
+struct content_key view_picture_key(struct content_key state_key, const struct view *view);
 /* Of all that decides the plan: the state, the camera, the size, outputs, planes and quality. */
 struct content_key view_plan_key(struct content_key state_key, const struct view *view);
 

@@ -143,6 +143,24 @@ class Events(WatchTest):
             events.event()
 
 
+class Overlays(WatchTest):
+    def test_what_lies_over_the_picture_needs_no_quick_frame(self):
+        view = self.make()
+        socket = self.open(view, "socket")
+        socket.until_type("frame", exact=True)
+        for patch in ({"highlight": {"nodes": ["#0"]}}, {"edges": {}},
+                      {"highlight": {"nodes": ["#0"], "width_px": 4}}, {"highlight": None}):
+            self.patch(view, **patch)
+            frame = socket.until_type("frame")
+            self.assertTrue(frame["exact"], patch)
+        before = self.counts()["moving_frames"]
+        self.patch(view, highlight={"nodes": ["#0"]}, camera=LOOK)
+        self.assertFalse(socket.until_type("frame")["exact"])
+        self.assertEqual(before + 1, self.counts()["moving_frames"])
+        self.patch(view, highlight=None)  # while it moves, as before
+        self.assertFalse(socket.until_type("frame")["exact"])
+
+
 class Progress(WatchTest):
     """Frames of the double that take a second and tell how far they are."""
 
@@ -165,26 +183,25 @@ class Progress(WatchTest):
         _, socket = self.watch(1600, "socket")
         messages = self.messages_before_exact(socket)
         quick = next(i for i, (_, m) in enumerate(messages) if m["type"] == "frame")
-        for part in (messages[:quick], messages[quick + 1:]):
-            told = [m for _, m in part if m["type"] == "progress"]
-            self.assertIn(len(told), range(2, 8), told)  # of 1.1 s, four times a second at most
-            self.assertEqual({"shading"}, {m["stage"] for m in told})
-            shares = [m["share"] for m in told]
+        for began, part in ((messages[0][0], messages[:quick]),
+                            (messages[quick][0], messages[quick + 1:])):
+            told = [(at, m) for at, m in part if m["type"] == "progress"]
+            self.assertGreater(len(told), 2)
+            self.assertGreater(told[0][0] - began, 0.4)  # nothing in the first half of a second
+            self.assertLess(len(told), 4 * (told[-1][0] - began) + 2)  # four times a second at most
+            self.assertEqual({"shading"}, {m["stage"] for _, m in told})
+            shares = [m["share"] for _, m in told]
             self.assertEqual(sorted(set(shares)), shares)
-            self.assertGreater(shares[0], 0.2)  # nothing before half a second
             self.assertLessEqual(shares[-1], 1)
-            times = [at for at, m in part if m["type"] == "progress"]
-            self.assertGreater(min(b - a for a, b in zip(times, times[1:])), 0.1)
 
     def test_the_time_that_is_left_follows_from_the_pace(self):
         _, socket = self.watch(2500, "socket")
         known = [m for _, m in self.messages_before_exact(socket)
                  if m["type"] == "progress" and m["left_s"] is not None]
         self.assertGreater(len(known), 3)
-        for message in known:  # sleeps of the double are longer than they say
-            left_s = 2.5 * (1 - message["share"])
-            self.assertGreater(message["left_s"], 0.5 * left_s - 0.1)
-            self.assertLess(message["left_s"], 3 * left_s + 0.5)
+        for message in known:  # a busy machine takes longer than the double says
+            self.assertGreater(message["left_s"], 0.5 * 2.5 * (1 - message["share"]) - 0.1)
+        self.assertGreater(max(m["left_s"] for m in known), known[-1]["left_s"])
 
     def test_quick_frames_tell_nothing(self):
         _, socket = self.watch(100, "socket")

@@ -21,6 +21,28 @@ class Outlines(PageTest):
         self.assertEqual(first, self.changed_by(lambda: self.browser.keys("Escape")))
         self.assertIsNone(self.view()["highlight"])
 
+    def test_selecting_shades_nothing_again(self):
+        self.load()
+        quick = self.daemon.stats()["views"]["moving_frames"]
+        self.changed_by(lambda: self.select("Pane"))
+        report = self.report()
+        self.assertIn("picture", report["reused"])
+        self.assertEqual(["overlay.highlight"], [line["pass"] for line in report["plan"]])
+        counts = report["counts"]
+        self.assertEqual((0, 0), (counts["lookups"], counts["gbuffers_drawn"]))
+        self.focus_picture()
+        rendered = self.daemon.stats()["views"]["rendered"]
+        self.changed_by(lambda: self.browser.keys("Escape"))
+        self.assertEqual(rendered, self.daemon.stats()["views"]["rendered"])  # it was kept whole
+        self.assertEqual(quick, self.daemon.stats()["views"]["moving_frames"])
+
+    def report(self):
+        """Of the exact picture of the view that the page shows."""
+        [view] = self.daemon.request("GET", "/v1/views").json()["views"]
+        image = self.daemon.request("GET", f"/v1/views/{view['id']}/image?format=png")
+        frame = image.header("Link").split(">")[0].rpartition("/")[2]
+        return self.daemon.request("GET", "/v1/frames/" + frame).json()
+
     def test_the_outline_can_be_left_away(self):
         first = self.load()
         self.changed_by(lambda: self.select("Pane"))
