@@ -198,6 +198,29 @@ static void shading_that_others_may_interrupt_stops_the_device_for_the_picture_a
     stage_end(&stage);
 }
 
+/* The structures of a piece are sized by a read, of one light at least; that of the first brings
+ * the numbers of layers, too. Later on sizes are known, and pieces are only waited for. */
+static void a_first_picture_that_others_may_interrupt_reads_once_a_piece(void **state)
+{
+    struct stage stage;
+    const struct interlude interlude = {.is_due = is_never_due, .serve = serve_nothing};
+    (void)state;
+    stage_begin(&stage);
+    renderer_set_interlude(stage.renderer, &interlude);
+    for (int i = 0; i < 2; i++) {
+        struct frame frame;
+        const struct gl_counts counts = count_frame(&stage, &frame);
+        uint64_t reads = counts.waits[GL_WAIT_BUFFER_READ],
+                 lights = frame.report.counts.shadowed_lights;
+        assert_int_equal(lights, frame.report.counts.shadow_maps_built);
+        assert_true(i ? reads == 0 : reads >= 1 && reads <= lights);
+        assert_int_equal(gl_counts_waits(&counts), reads + counts.waits[GL_WAIT_FENCE]);
+        frame_finish(&frame);
+        renderer_drop_structures(stage.renderer, stage.demo.key);
+    }
+    stage_end(&stage);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -207,6 +230,7 @@ int main(void)
         cmocka_unit_test(moving_lamps_wait_once),
         cmocka_unit_test(a_picture_of_its_own_waits_once),
         cmocka_unit_test(shading_that_others_may_interrupt_stops_the_device_for_the_picture_alone),
+        cmocka_unit_test(a_first_picture_that_others_may_interrupt_reads_once_a_piece),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
