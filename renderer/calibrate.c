@@ -17,7 +17,7 @@ static const double TIMED_MS = 200, TIMED_MS_MAX = 600;
 static const char KEY[] = "calibration";
 /* The field has one plain material, and its programs are composed for no more: pictures of the
  * shared scenes took so many times longer than it says (medians of vitrail-bench forecast). */
-static const double SHADE_OF_SCENES = 2.13, TRACE_OF_SCENES = 1.5;
+static const double SHADE_OF_SCENES = 2.13, TRACE_OF_SCENES = 1.32;
 
 /* ---- the scene ---- */
 

@@ -5,13 +5,15 @@
     vitrail-bench forecast --json > F.json;  fit_models.py costs F.json...
     vitrail tradeoff SCENE -o T.json;        fit_models.py errors T.json...
     vitrail-bench auto --scene fit --json > A.json;  fit_models.py auto A.json...
+    vitrail-bench auto --json > A.json;      fit_models.py keep A.json > auto_timings.json
 
 costs: what each unit of work takes in ns of processor time, for renderer/plan/forecast.c: least
 squares without negative costs, in which each case weighs by its own time, so that a case of 5 ms
 counts as much as one of 500. errors: the RMSE of each kind of setting, for renderer/plan/choice.c:
 the value below which four of five measured settings are. auto: from the costs that stand in
 forecast.c, those that frames of generated scenes ask for: descent over Huber's loss of logarithms,
-in which each cost is drawn to its old value."""
+in which each cost is drawn to its old value. keep: the times that tests/data/auto_timings.json
+holds for unit.plan_learning."""
 import json
 import math
 import os
@@ -281,6 +283,23 @@ def fit_auto(paths):
             print(f"    {name:22s}{old[name]:8.3g} -> {cost:8.3g}")
 
 
+def brief(value):
+    if isinstance(value, float):
+        return float(f"{value:.5g}")
+    if isinstance(value, list):
+        return [brief(one) for one in value]
+    return {name: brief(one) for name, one in value.items()} if isinstance(value, dict) else value
+
+
+def keep_auto(paths):
+    """The times of one run, as tests/data/auto_timings.json has them."""
+    with open(paths[0], encoding="utf-8") as file:
+        result = json.load(file)["results"][0]
+    print(f'{{"speed": {json.dumps(brief(result["speed"]))},\n"cases": [')
+    print(",\n".join(json.dumps(brief(case)) for case in result["cases"]))
+    print("]}")
+
+
 # ---- errors ----
 
 
@@ -304,7 +323,7 @@ def fit_errors(paths):
 
 
 if __name__ == "__main__":
-    FITS = {"costs": fit_costs, "auto": fit_auto, "errors": fit_errors}
+    FITS = {"costs": fit_costs, "auto": fit_auto, "keep": keep_auto, "errors": fit_errors}
     if len(sys.argv) < 3 or sys.argv[1] not in FITS:
         sys.exit(__doc__)
     FITS[sys.argv[1]](sys.argv[2:])

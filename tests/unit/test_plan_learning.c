@@ -275,10 +275,8 @@ static void read_recorded(struct replay *replay)
     assert_true(replay->count >= 40);
 }
 
-/* first: of one sample per pixel. Ray tracing was recorded at 4 samples before it shaded each of
- * them where they differ, which the models count: first choices there wait for a new recording. */
 struct shares {
-    double first, first_of, later, worst, worst_later, told;
+    double first, later, worst, worst_later, told;
 };
 
 static struct shares run_all(const struct replay_trouble *trouble)
@@ -294,16 +292,12 @@ static struct shares run_all(const struct replay_trouble *trouble)
         if (result.first > 1.25 || result.later > 1.1)
             print_message("%s: first %.2f, later %.2f\n", replay.cases[i].name, result.first,
                           result.later);
-        if (replay.cases[i].samples == 1) {
-            shares.first += result.first <= 1.25;
-            shares.first_of++;
-        }
+        shares.first += (result.first <= 1.25) / (double)replay.count;
         shares.later += (result.later <= 1.1) / (double)replay.count;
         shares.told += (result.later_off <= 1.25) / (double)replay.count;
         shares.worst = fmax(shares.worst, result.first);
         shares.worst_later = fmax(shares.worst_later, result.later);
     }
-    shares.first /= shares.first_of;
     print_message("first %.3f, worst %.2f; later %.3f, worst %.2f; told within 1.25 %.3f\n",
                   shares.first, shares.worst, shares.later, shares.worst_later, shares.told);
     return shares;
