@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Holds the programs of a folder of dumped shaders to what drivers' compilers may make of them.
 
-usage: check_programs.py COMPILE_PROGRAMS DUMPS CHIP [--write]
+usage: check_programs.py COMPILE_PROGRAMS DUMPS CHIP [--write|--part]
        check_programs.py --glslang VALIDATOR DUMPS
 
 The first form links all programs for a chip and compares, by the name of the shader and by the most
 of all programs that have it, with program_limits.txt beside this file: size (instructions on Intel,
 bytes of code on AMD) and spills (registers stored and fetched on Intel; vector registers spilled on
-AMD). --write puts what was found, and a twentieth more of size, into the table. The second form has
-the reference front end link them."""
+AMD). A line of the table that no program answers to is a fault, too, unless the folder holds a
+--part of the programs. --write puts what was found, and a twentieth more of size, into the table.
+The second form has the reference front end link them."""
 
 import collections
 import os
@@ -87,6 +88,12 @@ def faults_of(chip, costs, table):
     return faults
 
 
+def absent_of(chip, costs, table):
+    """Shaders that have a limit, while no program that has them was composed or told of."""
+    return [f"{shader_chip} {shader}: has a limit, and no program was told of"
+            for shader_chip, shader in sorted(table) if shader_chip == chip and shader not in costs]
+
+
 def compile_for(chip, program, dumps):
     driver = ("amd-" if re.match(r"vega|navi|gfx|renoir|raven|polaris", chip) else "intel-") + chip
     # the thread that links compiles, so that messages come while it does
@@ -96,19 +103,21 @@ def compile_for(chip, program, dumps):
                           capture_output=True, env=environment)
 
 
-def check_chip(program, dumps, chip, is_writing):
+def check_chip(program, dumps, chip, option):
     done = compile_for(chip, program, dumps)
     if done.returncode == SKIPPED:
         print(done.stdout, end="")
         return SKIPPED
     costs, count = costs_of(done.stdout.splitlines())
     table = read_table(TABLE.read_text())
-    if is_writing:
+    if option == "--write":
         table = {key: limit for key, limit in table.items() if key[0] != chip}
         table.update({(chip, shader): (int(size * ROOM), spills)
                       for shader, (size, spills) in costs.items()})
         write_table(table)
     faults = faults_of(chip, costs, table)
+    if option != "--part":
+        faults += absent_of(chip, costs, table)
     if done.returncode != 0:
         faults.append(f"{chip}: not every program links: {done.stderr[-1000:]}")
     if not costs:
@@ -141,8 +150,8 @@ def check_glslang(validator, dumps):
 def main(arguments):
     if arguments[:1] == ["--glslang"] and len(arguments) == 3:
         return check_glslang(*arguments[1:])
-    if len(arguments) in (3, 4) and arguments[3:] in ([], ["--write"]):
-        return check_chip(*arguments[:3], is_writing=bool(arguments[3:]))
+    if len(arguments) in (3, 4) and arguments[3:] in ([], ["--write"], ["--part"]):
+        return check_chip(*arguments[:3], "".join(arguments[3:]))
     print(__doc__, file=sys.stderr)
     return 2
 

@@ -141,6 +141,13 @@ class Programs(unittest.TestCase):
         self.assertIn("3 spills, limit 2", faults[1])
         self.assertIn("c.comp.glsl: 212, 5 spills: no line", faults[2])
 
+    def test_a_limit_that_no_program_answers_to_is_a_fault(self):
+        table = check_programs.read_table("skl a.vert.glsl 22 0\nskl sort.comp.glsl 39 2\n"
+                                          "tgl other.comp.glsl 39 2\n")
+        faults = check_programs.absent_of("skl", check_programs.costs_of(self.SAID)[0], table)
+        self.assertEqual(1, len(faults), faults)
+        self.assertIn("skl sort.comp.glsl: has a limit", faults[0])
+
 
 class Verdicts(unittest.TestCase):
     def test_only_what_asked_to_be_skipped_counts_as_skipped(self):

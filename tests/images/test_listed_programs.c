@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+/* Every program that frames may need links, also those that depend on what a frame counts. Nothing
+ * is drawn, so this holds on devices that execute nothing; ./check-drivers has its programs from
+ * here. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/support/closed_form_media.h"
+#include "tests/support/image_checks.h"
+
+enum { ALL_OUTPUTS = (1 << VIEW_OUTPUT_COUNT) - 1 };
+
+struct warm_scene {
+    struct renderer *renderer;
+    struct rig_scene rig;
+    const char *file; /* of a shader: looked for in what is listed */
+    bool has_file;
+};
+
+static bool never(void *context)
+{
+    (void)context;
+    return false;
+}
+
+static struct view view_by(enum view_shadows shadows)
+{
+    return (struct view){.width_px = 48,
+                         .height_px = 48,
+                         .camera = {.kind = VIEW_CAMERA_FIT},
+                         .quality = {.shadow_resolution = 64, .shadows = shadows}};
+}
+
+static bool is_file(const char *name, const char *file)
+{
+    return name && !strcmp(name, file);
+}
+
+static void look_for_file(struct warm_scene *scene, const struct listed_program *program)
+{
+    if (scene->file)
+        scene->has_file |=
+            is_file(program->compute, scene->file) || is_file(program->fragment, scene->file);
+}
+
+static void link_all(struct warm_scene *scene, const struct view *view)
+{
+    static const struct renderer_warm_up_desc desc = {.shall_stop = never};
+    struct program_list list = {0};
+    struct error err = {0};
+    bool is_complete = false;
+    if (!renderer_warm_up(scene->renderer, scene->rig.key, view, &desc, &is_complete, &err) ||
+        !renderer_list_programs(scene->renderer, scene->rig.key, view, &list, &err))
+        fail_msg("%s", err.message);
+    assert_true(is_complete);
+    assert_true(list.count > 0);
+    for (size_t i = 0; i < list.count; i++) {
+        const struct listed_program *program = &list.items[i];
+        if (program->place != PROGRAM_IN_MEMORY)
+            fail_msg("%s [%s] is not there", program->label, program->defines);
+        look_for_file(scene, program);
+    }
+    program_list_finish(&list);
+}
+
+static void link_techniques(struct warm_scene *scene, const struct view *view)
+{
+    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
+                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
+                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+        struct view other = *view;
+        other.quality.shadows = techniques[i];
+        link_all(scene, &other);
+    }
+}
+
+static void open_demo(struct warm_scene *scene)
+{
+    *scene = (struct warm_scene){.renderer = render_rig_create()};
+    rig_demo_open(&scene->rig, scene->renderer, "demo", 64);
+}
+
+static void close_scene(struct warm_scene *scene)
+{
+    rig_scene_finish(&scene->rig, scene->renderer);
+    renderer_destroy(scene->renderer);
+}
+
+static void programs_of_every_technique_link(void **state)
+{
+    (void)state;
+    struct warm_scene scene;
+    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    open_demo(&scene);
+    for (int samples = 1; samples <= 4; samples += 3) {
+        view.quality.samples = samples;
+        link_techniques(&scene, &view);
+    }
+    view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
+    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    link_all(&scene, &view);
+    view.quality.faithful = true;
+    link_all(&scene, &view);
+    close_scene(&scene);
+}
+
+static void programs_of_every_output_and_camera_link(void **state)
+{
+    (void)state;
+    struct warm_scene scene;
+    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    open_demo(&scene);
+    view.outputs = ALL_OUTPUTS;
+    link_all(&scene, &view);
+    view = view_by(VIEW_SHADOWS_DEEP);
+    view.camera.ortho_height = 2;
+    link_all(&scene, &view);
+    close_scene(&scene);
+}
+
+/* Which lists are so long is counted by frames; a device that executes nothing counts none. */
+static void programs_that_sort_long_lists_link_before_any_list_is_counted(void **state)
+{
+    static const char *const files[] = {"shadow_sort.comp.glsl", "shadow_merge.comp.glsl",
+                                        "lists_sort.comp.glsl"};
+    (void)state;
+    struct warm_scene scene;
+    open_demo(&scene);
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        const struct view view = view_by(VIEW_SHADOWS_DEEP);
+        scene.file = files[i];
+        scene.has_file = false;
+        link_all(&scene, &view);
+        if (!scene.has_file)
+            fail_msg("%s is not listed", files[i]);
+    }
+    close_scene(&scene);
+}
+
+static void programs_of_approximated_and_filtered_lists_link(void **state)
+{
+    (void)state;
+    struct warm_scene scene;
+    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    open_demo(&scene);
+    view.quality.shadow_compression = 0.01;
+    link_all(&scene, &view);
+    view.quality.shadow_prefilter = 2;
+    link_all(&scene, &view);
+    close_scene(&scene);
+}
+
+/* Open bodies fill themselves up, and what the plane cuts away is looked for in every program. */
+static void programs_of_media_and_of_cuts_link(void **state)
+{
+    static const struct closed_form_body box = {
+        .shape = BODY_BOX, .high = {1, 1, 1}, .remains = {0.5f, 0.25f, 0.0625f}, .distance = 0.25f};
+    static const double plane[1][4] = {{0, -1, 0, 0.5}};
+    (void)state;
+    struct warm_scene scene = {.renderer = render_rig_create()};
+    struct closed_form_scene body = {0};
+    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    media_scene_build(&(struct media_scene_desc){.bodies = &box, .count = 1}, &body);
+    rig_scene_open(&scene.rig, scene.renderer, "medium", body.glb, body.size_bytes);
+    link_techniques(&scene, &view);
+    view.clip_plane_count = 1;
+    view.clip_planes = plane;
+    link_all(&scene, &view);
+    close_scene(&scene);
+    closed_form_scene_finish(&body);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(programs_of_every_technique_link),
+        cmocka_unit_test(programs_of_every_output_and_camera_link),
+        cmocka_unit_test(programs_that_sort_long_lists_link_before_any_list_is_counted),
+        cmocka_unit_test(programs_of_approximated_and_filtered_lists_link),
+        cmocka_unit_test(programs_of_media_and_of_cuts_link),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
