@@ -646,7 +646,7 @@ void scene_state_finish(struct scene_state *state)
     free(state->world);
     free(state->is_visible);
     free(state->materials);
-    section_drop(state);
+    section_finish(state);
     free(state->items);
     free(state->lights);
     *state = (struct scene_state){0};

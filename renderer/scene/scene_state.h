@@ -99,7 +99,7 @@ struct scene_state {
  * degenerate matrix. */
 MUST_CHECK bool scene_state_init(struct scene_state *state, const struct scene *scene,
                                  const struct view *view, struct error *err);
-void scene_state_finish(struct scene_state *state);
+void scene_state_finish(struct scene_state *state); /* the scene may be gone */
 
 /* Takes the clip planes of another view, which is otherwise equal. ERROR_INVALID_REQUEST where
  * there are too many. */

@@ -428,13 +428,18 @@ bool section_add(struct scene_state *state, const struct view *view, struct erro
     return true;
 }
 
-void section_drop(struct scene_state *state)
+void section_finish(struct scene_state *state)
 {
     free(state->caps.caps);
     free(state->caps.positions);
     free(state->caps.normals);
     free(state->caps.indices);
     state->caps = (struct state_caps){0};
+}
+
+void section_drop(struct scene_state *state)
+{
+    section_finish(state);
     state->item_count = state->whole_count;
     state->material_count = state->scene ? state->scene->material_count : 0;
     state->open_section_count = 0;

@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "renderer/scene/compose.h"
@@ -168,6 +169,24 @@ static void what_cannot_be_composed_is_named(void **state)
     imported_scene_finish(&s);
 }
 
+/* A renderer that ends frees its scenes before what it kept of them. Sanitizers tell. */
+static void what_was_evaluated_may_outlive_its_scene(void **state)
+{
+    (void)state;
+    struct imported_scene s = make();
+    struct error err = {0};
+    struct scene *scene = malloc(sizeof *scene);
+    assert_non_null(scene);
+    *scene = s.scene;
+    struct scene_state evaluated;
+    const struct view view = {.width_px = 8, .height_px = 8};
+    assert_true(scene_state_init(&evaluated, scene, &view, &err));
+    memset(scene, 0xff, sizeof *scene);
+    free(scene);
+    imported_scene_finish(&s);
+    scene_state_finish(&evaluated);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -175,6 +194,7 @@ int main(void)
         cmocka_unit_test(long_names_of_parts_have_room),
         cmocka_unit_test(only_what_a_part_covers_changes_its_shadow_hash),
         cmocka_unit_test(what_cannot_be_composed_is_named),
+        cmocka_unit_test(what_was_evaluated_may_outlive_its_scene),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
