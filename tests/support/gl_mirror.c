@@ -15,8 +15,8 @@ enum { NAMES = 1 << 16 }; /* larger names are not followed */
 static struct {
     struct gl_functions next;
     struct gl_mirror state;
-    struct gl_object *buffers[NAMES], *textures[NAMES];
-    struct gl_shape *programs[NAMES];
+    struct gl_object *buffers[NAMES], *textures[NAMES], *newest;
+    struct gl_shape *programs[NAMES], *gone;
     struct gl_vertex_streams *arrays[NAMES];
     struct gl_attachments *framebuffers[NAMES];
 } mirror;
@@ -64,6 +64,8 @@ static void create_objects(struct gl_object **table, bool is_texture, GLsizei n,
         struct gl_object *object = make(sizeof *object);
         object->name = names[i];
         object->is_texture = is_texture;
+        object->older = mirror.newest;
+        mirror.newest = object;
         table[names[i]] = object;
     }
 }
@@ -336,8 +338,14 @@ static void GLAPIENTRY on_AttachShader(GLuint program, GLuint shader)
 
 static void replace_program(GLuint name, struct gl_shape *shape)
 {
-    if (name < NAMES)
-        mirror.programs[name] = shape;
+    if (name >= NAMES)
+        return;
+    struct gl_shape *gone = mirror.programs[name]; /* commands that are held may still use it */
+    if (gone) {
+        gone->older = mirror.gone;
+        mirror.gone = gone;
+    }
+    mirror.programs[name] = shape;
 }
 
 static void GLAPIENTRY on_LinkProgram(GLuint program)

@@ -44,7 +44,8 @@ struct gl_object {
     uint64_t source_begin, source_end; /* which of them */
     struct gl_access *accesses;        /* the tracker's; owned */
     int access_count, access_capacity;
-    uint64_t written_at; /* the counts': number of the last command that wrote to it */
+    uint64_t written_at;     /* the counts': number of the last command that wrote to it */
+    struct gl_object *older; /* made before; all are kept, so that users of deleted ones are told */
 };
 
 struct gl_slot { /* an indexed binding */
@@ -70,6 +71,7 @@ struct gl_shape { /* of a linked program; never freed, as objects */
     char variant[512]; /* its defines, separated by spaces */
     struct gl_resource resources[GL_RESOURCES];
     int resource_count;
+    struct gl_shape *older; /* gone before it */
 };
 
 struct gl_vertex_streams {
