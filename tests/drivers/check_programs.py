@@ -5,11 +5,13 @@
 usage: check_programs.py COMPILE_PROGRAMS DUMPS CHIP [--write|--part]
        check_programs.py --glslang VALIDATOR DUMPS
 
-The first form links all programs for a chip and compares, by the name of the shader and by the most
-of all programs that have it, with program_limits.txt beside this file: size (instructions on Intel,
-bytes of code on AMD) and spills (registers stored and fetched on Intel; vector registers spilled on
-AMD). A line of the table that no program answers to is a fault, too, unless the folder holds a
---part of the programs. --write puts what was found, and a twentieth more of size, into the table.
+The first form links all programs for a chip and compares, by the name of the shader with its
+variant and by the most of all programs that have it, with program_limits.txt beside this file: size
+(instructions on Intel, bytes of code on AMD) and spills (registers stored and fetched on Intel;
+vector registers spilled on AMD). A variant is named by those defines that make programs heavy and
+few scenes need, so that their limits leave the usual programs no room. A line of the table that no
+program answers to is a fault, too, unless the folder holds a --part of the programs. --write puts
+what was found, and a twentieth more of size, into the table.
 The second form has the reference front end link them."""
 
 import collections
@@ -28,6 +30,10 @@ SKIPPED = 77
 # iris: one message per width of SIMD that was compiled; radeonsi: one per shader
 INTEL = re.compile(r"(\w\w) SIMD\d+ shader: (\d+) inst\w*[,.].*? (\d+):(\d+) spills:fills")
 AMD = re.compile(r"Code Size: (\d+) .*Spilled VGPRs: (\d+) .*\((\w\w), ")
+# Of a define that begins a shader's text: the name that it gives to the variant.
+VARIANTS = {"HAS_MEDIA": "media", "SHADOW_HAS_MEDIA": "media", "MEDIA": "media", "MEDIUM": "media",
+            "CUT_PLANES": "cut", "SHADOW_FAITHFUL": "faithful", "SHADOW_HAS_NODES": "nodes",
+            "KEYED": "keyed", "NET": "net"}
 STAGES = {"CS": "comp", "FS": "frag", "PS": "frag", "VS": "vert"}
 
 
@@ -40,7 +46,25 @@ def cost_of(message):
     return amd and (STAGES.get(amd[3]), int(amd[1]), int(amd[2]))
 
 
-def costs_of(lines):
+def variant_of(text):
+    """"+cut+media", or "" of a usual one, by the defines before the text's first other line."""
+    found = set()
+    for line in text.splitlines():
+        words = line.split()
+        if words and not line.startswith("#"):
+            break
+        if len(words) == 3 and words[0] == "#define" and words[1] in VARIANTS:
+            value = words[2] if words[1] == "NET" else ""
+            found.add(VARIANTS[words[1]] + value)
+    return "".join(f"+{name}" for name in sorted(found))
+
+
+def name_in(dumps):
+    """Names a file of the folder by its shader and variant."""
+    return lambda name: name[17:] + variant_of((pathlib.Path(dumps) / name).read_text())
+
+
+def costs_of(lines, name_of=lambda name: name[17:]):
     """{shader: [size, spills]}: the most of its programs, and the number of programs."""
     costs = collections.defaultdict(lambda: [0, 0])
     said = []
@@ -50,7 +74,7 @@ def costs_of(lines):
         if kind == "said":
             said.append(rest.split("\t", 1)[1])
         if kind in ("linked", "failed"):
-            names = [name[17:] for name in rest.split("\t") if name]
+            names = [name_of(name) for name in rest.split("\t") if name]
             count += 1
             for stage, size, spills in filter(None, map(cost_of, said)):
                 for name in names:
@@ -68,7 +92,7 @@ def read_table(text):
 
 def write_table(table):
     head = [line for line in TABLE.read_text().splitlines() if line.startswith("#")]
-    rows = [f"{chip:8}{shader:36}{size:>7}{spills:>7}"
+    rows = [f"{chip:8}{shader:48}{size:>7}{spills:>7}"
             for (chip, shader), (size, spills) in sorted(table.items())]
     TABLE.write_text("\n".join(head + rows) + "\n")
 
@@ -108,7 +132,7 @@ def check_chip(program, dumps, chip, option):
     if done.returncode == SKIPPED:
         print(done.stdout, end="")
         return SKIPPED
-    costs, count = costs_of(done.stdout.splitlines())
+    costs, count = costs_of(done.stdout.splitlines(), name_in(dumps))
     table = read_table(TABLE.read_text())
     if option == "--write":
         table = {key: limit for key, limit in table.items() if key[0] != chip}

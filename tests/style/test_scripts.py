@@ -133,6 +133,15 @@ class Programs(unittest.TestCase):
                          costs)
         self.assertEqual(2, count)
 
+    def test_heavy_variants_have_limits_of_their_own(self):
+        head = "#version 450 core\n#extension some : enable\n#define SAMPLES 4\n"
+        self.assertEqual("", check_programs.variant_of(head + "// text\n#define HAS_MEDIA 1\n"))
+        self.assertEqual("+cut+media", check_programs.variant_of(
+            head + "#define SHADOW_HAS_MEDIA 1\n#define CUT_PLANES 1\n#define HAS_MEDIA 1\n"))
+        self.assertEqual("+net16", check_programs.variant_of(head + "#define NET 16\n"))
+        costs, _ = check_programs.costs_of(self.SAID, lambda name: name[17:] + "+" + name[:1])
+        self.assertEqual({"a.vert.glsl+0", "b.frag.glsl+0", "c.comp.glsl+0"}, set(costs))
+
     def test_what_grows_over_its_limit_or_has_none_is_a_fault(self):
         table = check_programs.read_table("# head\nskl a.vert.glsl 22 0\nskl b.frag.glsl 39 2\n")
         faults = check_programs.faults_of("skl", check_programs.costs_of(self.SAID)[0], table)
