@@ -64,6 +64,10 @@ static void read_limits(struct gl_limits *limits)
     glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits->max_compute_groups);
     limits->has_post_depth_coverage = epoxy_has_gl_extension("GL_ARB_post_depth_coverage");
     limits->is_software = draws_in_software();
+    bool tells_the_least = limits->max_storage_block_bytes == 1 << 27;
+    limits->max_whole_block_bytes = limits->is_software && tells_the_least
+                                        ? ((int64_t)1 << 31) - (1 << 20)
+                                        : limits->max_storage_block_bytes;
     limits->has_vertex_layer = epoxy_has_gl_extension("GL_ARB_shader_viewport_layer_array") ||
                                epoxy_has_gl_extension("GL_AMD_vertex_shader_layer");
 }

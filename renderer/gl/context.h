@@ -27,6 +27,7 @@ struct gl_limits {
     int device_count;
     int max_texture_size, max_texture_layers, max_samples, max_integer_samples;
     int64_t max_storage_block_bytes, max_texture_buffer_texels;
+    int64_t max_whole_block_bytes; /* at least that: of what cannot be divided into blocks */
     int max_compute_groups;
     int program_formats; /* in which the driver gives linked programs; 0: it does not */
     bool has_post_depth_coverage;
@@ -41,6 +42,14 @@ struct gl_limits {
 static inline uint64_t gl_limits_block(const struct gl_limits *limits, uint64_t element_bytes)
 {
     return (uint64_t)limits->max_storage_block_bytes / element_bytes;
+}
+
+/* Likewise, of what cannot be divided. llvmpipe and lavapipe tell the 2^27 bytes that OpenGL 4.5
+ * asks for (table 23.64), and hold accesses to the size of the buffer alone, up to 2 GiB: what has
+ * to be in one block is refused only beyond that. */
+static inline uint64_t gl_limits_whole_block(const struct gl_limits *limits, uint64_t element_bytes)
+{
+    return (uint64_t)limits->max_whole_block_bytes / element_bytes;
 }
 
 /* Hardware before software; a device that cannot be had is passed over for the next, but for one

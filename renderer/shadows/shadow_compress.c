@@ -203,8 +203,10 @@ static bool check_nodes(const struct compress_job *job, struct error *err)
 {
     const struct shadow_map *map = job->build->map;
     uint32_t light = job->build->light;
-    return shadow_store_check_block(job->store, SHADOW_POOL_HEADS, map->heads.count, light, err) &&
-           shadow_store_check_block(job->store, SHADOW_POOL_EVENTS, map->events.count, light, err);
+    return shadow_store_check_whole_block(job->store, SHADOW_POOL_HEADS, map->heads.count, light,
+                                          err) &&
+           shadow_store_check_whole_block(job->store, SHADOW_POOL_EVENTS, map->events.count, light,
+                                          err);
 }
 
 static const struct gl_program *use_program(const struct compress_job *job, struct error *err)

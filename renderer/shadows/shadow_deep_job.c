@@ -153,7 +153,7 @@ static bool refuse_lists(const struct deep_job *job, const struct deep_group *gr
                      "light %u has %u lists of events, this device sorts %llu at once: lower "
                      "quality.shadow_resolution",
                      job->slots[group->first].build->light, lists,
-                     (unsigned long long)gl_limits_block(job->builder->store->limits, 4));
+                     (unsigned long long)gl_limits_whole_block(job->builder->store->limits, 4));
 }
 
 bool deep_job_lay_out(struct deep_job *job, uint64_t *lists, struct error *err)
@@ -170,7 +170,7 @@ bool deep_job_lay_out(struct deep_job *job, uint64_t *lists, struct error *err)
             }
         }
         *row = running;
-        if ((uint64_t)running > gl_limits_block(job->builder->store->limits, 4))
+        if ((uint64_t)running > gl_limits_whole_block(job->builder->store->limits, 4))
             return refuse_lists(job, group, running, err);
         group->lists_first = *lists;
         *lists += (running + LISTS_GRAIN - 1) / LISTS_GRAIN * LISTS_GRAIN;

@@ -49,16 +49,16 @@ static bool is_pending(const struct shadow_build *build)
 /* The elements of a light are in one storage block. */
 static uint64_t at_most(const struct shadow_store *store, uint64_t elements)
 {
-    uint64_t most = shadow_store_block(store, SHADOW_POOL_NODES);
+    uint64_t most = shadow_store_whole_block(store, SHADOW_POOL_NODES);
     return elements < most ? elements : most;
 }
 
 static bool check_block(const struct shadow_store *store, const struct shadow_build *build,
                         uint64_t elements, struct error *err)
 {
-    return shadow_store_check_block(store, SHADOW_POOL_HEADS, shadow_map_texels(build->map),
-                                    build->light, err) &&
-           shadow_store_check_block(store, SHADOW_POOL_NODES, elements, build->light, err);
+    return shadow_store_check_whole_block(store, SHADOW_POOL_HEADS, shadow_map_texels(build->map),
+                                          build->light, err) &&
+           shadow_store_check_whole_block(store, SHADOW_POOL_NODES, elements, build->light, err);
 }
 
 /* What the light had before, and an eighth; else so many a texel as hold whole scenes, which as

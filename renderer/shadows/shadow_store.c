@@ -418,16 +418,33 @@ uint64_t shadow_store_block(const struct shadow_store *store, enum shadow_pool_k
     return gl_limits_block(store->limits, widest_bytes(store, kind)) - SHADOW_SPAN_GRAIN;
 }
 
+uint64_t shadow_store_whole_block(const struct shadow_store *store, enum shadow_pool_kind kind)
+{
+    return gl_limits_whole_block(store->limits, widest_bytes(store, kind)) - SHADOW_SPAN_GRAIN;
+}
+
+static bool refuse_block(const struct shadow_store *store, enum shadow_pool_kind kind,
+                         uint64_t count, int64_t most_bytes, uint32_t light, struct error *err)
+{
+    return error_set(err, ERROR_OVER_BUDGET,
+                     "light %u needs %llu bytes of '%s' in one storage block, this device has "
+                     "%lld: lower quality.shadow_resolution",
+                     light, (unsigned long long)(count * widest_bytes(store, kind)),
+                     stream_kinds[kind][0].label, (long long)most_bytes);
+}
+
 bool shadow_store_check_block(const struct shadow_store *store, enum shadow_pool_kind kind,
                               uint64_t count, uint32_t light, struct error *err)
 {
-    uint64_t bytes = count * widest_bytes(store, kind);
     return count <= shadow_store_block(store, kind) ||
-           error_set(err, ERROR_OVER_BUDGET,
-                     "light %u needs %llu bytes of '%s' in one storage block, this device has "
-                     "%lld: lower quality.shadow_resolution",
-                     light, (unsigned long long)bytes, stream_kinds[kind][0].label,
-                     (long long)store->limits->max_storage_block_bytes);
+           refuse_block(store, kind, count, store->limits->max_storage_block_bytes, light, err);
+}
+
+bool shadow_store_check_whole_block(const struct shadow_store *store, enum shadow_pool_kind kind,
+                                    uint64_t count, uint32_t light, struct error *err)
+{
+    return count <= shadow_store_whole_block(store, kind) ||
+           refuse_block(store, kind, count, store->limits->max_whole_block_bytes, light, err);
 }
 
 bool shadow_store_widen(const struct shadow_store *store, enum shadow_pool_kind kind,

@@ -102,10 +102,15 @@ bool shadow_store_widen(const struct shadow_store *store, enum shadow_pool_kind 
                         const struct shadow_range *range, struct shadow_range *span);
 /* Elements that a storage block of the device takes, wherever in the pool they begin. */
 uint64_t shadow_store_block(const struct shadow_store *store, enum shadow_pool_kind kind);
-/* ERROR_OVER_BUDGET where the light has more of them, and they can only be written at once. */
+/* Likewise, of what can only be written at once (gl_limits_whole_block). */
+uint64_t shadow_store_whole_block(const struct shadow_store *store, enum shadow_pool_kind kind);
+/* ERROR_OVER_BUDGET where the light has more elements than that. */
 MUST_CHECK bool shadow_store_check_block(const struct shadow_store *store,
                                          enum shadow_pool_kind kind, uint64_t count, uint32_t light,
                                          struct error *err);
+MUST_CHECK bool shadow_store_check_whole_block(const struct shadow_store *store,
+                                               enum shadow_pool_kind kind, uint64_t count,
+                                               uint32_t light, struct error *err);
 /* Binds a stream's part in the span as storage: element 0 is then the first of the span. */
 void shadow_store_bind(const struct shadow_store *store, enum shadow_pool_kind kind, int stream,
                        const struct shadow_range *span, uint32_t binding);

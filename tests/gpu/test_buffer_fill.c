@@ -75,6 +75,32 @@ static void ranges_longer_than_a_storage_block_are_filled(void **state)
     expect_filled(&limits, 5, 4096);
 }
 
+/* What a device takes in one block beyond what it tells is there. */
+static void a_block_that_cannot_be_divided_is_filled_to_its_end(void **state)
+{
+    enum { MIB = 1 << 20 };
+    const struct gl_limits *told = gl_context_limits(context);
+    uint64_t tells = (uint64_t)told->max_storage_block_bytes, size = tells + 4 * MIB;
+    struct error err = {0};
+    struct gl_buffer buffer = {0};
+    struct gl_limits limits = *told;
+    (void)state;
+    if (told->max_whole_block_bytes == told->max_storage_block_bytes)
+        skip();
+    limits.max_storage_block_bytes = told->max_whole_block_bytes;
+    if (!gl_buffer_init(&buffer,
+                        &(struct gl_buffer_desc){.label = "test.whole", .size_bytes = size}, &err))
+        fail_msg("%s", err.message);
+    fill(&buffer, &limits, 0, size / 4, 7);
+    const uint64_t places[] = {0, tells - 4, tells, size - 4};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        uint32_t word = 0;
+        gl_buffer_read(&buffer, places[i], 4, &word);
+        assert_int_equal(word, 7);
+    }
+    gl_buffer_finish(&buffer);
+}
+
 static void later_fills_stand_over_earlier_ones(void **state)
 {
     struct error err = {0};
@@ -102,6 +128,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_words_of_the_range_and_no_others_are_filled),
         cmocka_unit_test(ranges_longer_than_a_storage_block_are_filled),
+        cmocka_unit_test(a_block_that_cannot_be_divided_is_filled_to_its_end),
         cmocka_unit_test(later_fills_stand_over_earlier_ones),
     };
     int failed = programs ? cmocka_run_group_tests(tests, NULL, NULL) : 1;
