@@ -24,9 +24,9 @@ class Progress(PageTest):
         self.load()
         self.assertTrue(self.browser.run(HIDDEN))
         self.browser.run(LISTEN)
-        self.patch(quality={"reference": True, "samples": 64})
-        self.browser.wait("return window.told.length > 4", "it tells how far it is")
-        self.browser.wait(HIDDEN, "the picture is there", timeout_s=120)
+        self.patch(quality={"reference": True, "samples": 256})
+        self.browser.wait("return window.told.length > 2", "it tells how far it is")
+        self.browser.wait(HIDDEN, "the picture is there", timeout_s=240)
         told = self.browser.run("return window.told")
         for text, share in told:
             self.assertRegex(text, r"^Tracing rays, \d+ %(, about \d+ s|, nearly done)?$")
