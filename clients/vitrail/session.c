@@ -3,6 +3,7 @@
 #include "clients/vitrail/session.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #define DEFAULT_SERVER "http://127.0.0.1:8090"
 
@@ -14,10 +15,10 @@ enum {
 };
 
 /* Asks /readyz until the private server has a device. */
-static bool wait_until_ready(struct session *session, double deadline_s, struct failure *failure)
+static bool wait_until_ready(struct session *session, struct failure *failure)
 {
     const struct http_request request = {.method = "GET", .path = "/readyz"};
-    double give_up_s = deadline_s > 0 ? deadline_s : clock_s() + READY_S;
+    double give_up_s = session->deadline_s > 0 ? session->deadline_s : clock_s() + READY_S;
 
     for (;;) {
         struct http_reply reply;
@@ -32,6 +33,7 @@ static bool wait_until_ready(struct session *session, double deadline_s, struct 
             failure->exit_code = EXIT_CODE_UNAVAILABLE;
         }
         http_reply_finish(&reply);
+        session->is_starting = !is_ready;
         if (is_ready)
             return true;
         if (failure->exit_code) {
@@ -75,7 +77,9 @@ bool session_begin(struct session *session, const struct common_options *options
         failure);
     if (!session->client)
         return false;
-    return !options->spawn || wait_until_ready(session, deadline_s, failure);
+    session->deadline_s = deadline_s;
+    session->is_starting = options->spawn;
+    return true;
 }
 
 void session_end(struct session *session)
@@ -87,8 +91,8 @@ void session_end(struct session *session)
     *session = (struct session){0};
 }
 
-/* A private server that broke off: says why it died, and that the same call may well succeed, since
- * it was up. */
+/* A private server that broke off: says why it died, and, if it was ready, that the same call may
+ * well succeed. */
 static void explain_death(struct session *session, struct failure *failure)
 {
     struct failure death = {0}, ignored = {0};
@@ -99,12 +103,21 @@ static void explain_death(struct session *session, struct failure *failure)
             return;
     if (death.exit_code)
         *failure = death;
-    failure->exit_code = EXIT_CODE_TEMPORARY;
+    if (!session->is_starting)
+        failure->exit_code = EXIT_CODE_TEMPORARY;
+}
+
+static bool needs_device(const struct http_request *request)
+{
+    static const char scenes[] = "/v1/scenes";
+    return strncmp(request->path, scenes, sizeof scenes - 1) != 0;
 }
 
 bool session_ask(struct session *session, const struct http_request *request, const char *task,
                  struct http_reply *reply, struct failure *failure)
 {
+    if (session->is_starting && needs_device(request) && !wait_until_ready(session, failure))
+        return false;
     if (http_ask(session->client, request, task, reply, failure))
         return true;
     if (session->spawned.keeper > 0 && failure->http_status == 0 &&

@@ -18,18 +18,20 @@ struct session {
     struct progress progress;
     struct spawned_server spawned;
     struct http_client *client;
+    double deadline_s; /* of the whole call; 0: none */
+    bool is_starting;  /* the spawned server may not have a device yet */
 };
 
-/* Chooses the server: --server, --spawn, $VITRAIL_SERVER, the default. A spawned one is up and
- * ready afterwards; any other is not asked anything. */
+/* Chooses the server: --server, --spawn, $VITRAIL_SERVER, the default. A spawned one listens
+ * afterwards; any other is not asked anything. */
 bool session_begin(struct session *session, const struct common_options *options,
                    struct failure *failure);
 
 /* Ends a spawned server and frees. Accepts zeroed and half-begun sessions. */
 void session_end(struct session *session);
 
-/* http_ask on the session's client; when a spawned server died meanwhile, the failure says so and
- * why. */
+/* http_ask on the session's client. A spawned server takes scenes while it starts; all else waits
+ * until it is ready. When it died meanwhile, the failure says so and why. */
 bool session_ask(struct session *session, const struct http_request *request, const char *task,
                  struct http_reply *reply, struct failure *failure);
 

@@ -43,7 +43,9 @@ import cli_support
 stub = cli_support.Stub()
 ready_at = time.monotonic() + plan.get("ready_after_s", 0)
 stub.special["GET", "/readyz"] = lambda h, r: (
-    False if time.monotonic() >= ready_at else h.problem(503, "no_device", "warming up"))
+    False if time.monotonic() >= ready_at and
+    (not plan.get("ready_after_upload") or stub.scenes)
+    else h.problem(503, "no_device", "warming up"))
 if plan.get("die_in_render"):
     stub.special["POST", "/v1/renders"] = lambda h, r: os._exit(9)
 if plan.get("hang"):
@@ -135,6 +137,11 @@ class SpawnTest(CliTest):
         started = time.monotonic()
         self.spawn()
         self.assertGreater(time.monotonic() - started, 1)
+
+    def test_scene_is_sent_while_the_daemon_starts(self):
+        self.plan(ready_after_upload=True)
+        self.spawn("--timeout", "20")
+        self.assertEqual(self.read("out.png"), PNG)
 
     def test_state_dir_is_used_and_kept(self):
         self.spawn("--state-dir", self.path("kept"))
