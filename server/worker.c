@@ -10,22 +10,18 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "protocol/utf8.h"
 #include "server/build_id.h"
 #include "server/clock.h"
-#include "server/config.h"
-#include "server/device_speed.h"
 #include "server/encoder.h"
 #include "server/explain.h"
 #include "server/inbox.h"
 #include "server/ipc.h"
-#include "server/lessons_file.h"
 #include "server/mapped_scenes.h"
 #include "server/measure.h"
 #include "server/pick.h"
-#include "server/speed_file.h"
 #include "server/view_mapping.h"
 #include "server/warm_up.h"
+#include "server/worker_device.h"
 
 enum {
     ENCODE_THREADS_MAX = 4,
@@ -64,13 +60,9 @@ struct worker {
     struct renderer_info info;
     struct mapped_scenes *scenes;
     struct encoder *encoder;
-    struct auto_settings automatic;
-    char auto_note[CAPABILITIES_TEXT_BYTES];
-    char lessons_path[4096];         /* "": they are not kept */
-    uint64_t lessons_print;          /* of those in the file */
+    struct worker_device device;
     struct ipc_message last;         /* the last picture of a view, its text alone; zeroed: none */
     uint64_t timed, timings_stopped; /* techniques that came second, while nobody asked */
-    struct device_blocks blocks;
 };
 
 /* Takes the reference. A front that is gone is noticed by the next receive. */
@@ -122,41 +114,27 @@ static void encoded(void *context, struct encode_task *task, const struct error 
         close(image_fd);
 }
 
-/* Keeps what was published. What cannot be written is learned again at the next start. */
-static uint64_t keep_lessons(struct worker *worker)
-{
-    char key[SPEED_KEY_BYTES];
-    struct error unsaved = {0};
-    uint64_t print;
-    const struct learning *learned = renderer_get_learned(worker->renderer, &print);
-    if (print == worker->lessons_print || !worker->lessons_path[0] || !learned)
-        return print;
-    worker->lessons_print = print;
-    speed_file_make_key(worker->renderer, key);
-    (void)!lessons_file_save(learned, worker->lessons_path, key, &unsaved);
-    return print;
-}
-
 /* What the front shows in /metrics; sent from the GL thread, which alone may ask. */
 static void send_totals(struct worker *worker)
 {
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->scenes);
     renderer_get_info(worker->renderer, &worker->info);
-    send_message(
-        worker,
-        json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op", "totals",
-                  "timed", (json_int_t)worker->timed, "timings_stopped",
-                  (json_int_t)worker->timings_stopped, "learned", (json_int_t)keep_lessons(worker),
-                  "programs_built", (json_int_t)worker->info.programs_built, "programs_reused",
-                  (json_int_t)worker->info.programs_reused, "programs_loaded",
-                  (json_int_t)worker->info.programs_loaded, "programs_kept",
-                  (json_int_t)worker->info.programs_kept, "programs_kept_bytes",
-                  (json_int_t)worker->info.programs_kept_bytes, "gpu_used_bytes",
-                  (json_int_t)worker->info.used_bytes, "cache_bytes", (json_int_t)totals.bytes,
-                  "cache_scenes", (json_int_t)totals.scenes, "cache_hits", (json_int_t)totals.hits,
-                  "cache_misses", (json_int_t)totals.misses, "cache_evictions",
-                  (json_int_t)totals.evictions),
-        NULL, 0);
+    send_message(worker,
+                 json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op",
+                           "totals", "timed", (json_int_t)worker->timed, "timings_stopped",
+                           (json_int_t)worker->timings_stopped, "learned",
+                           (json_int_t)worker_device_keep_lessons(&worker->device),
+                           "programs_built", (json_int_t)worker->info.programs_built,
+                           "programs_reused", (json_int_t)worker->info.programs_reused,
+                           "programs_loaded", (json_int_t)worker->info.programs_loaded,
+                           "programs_kept", (json_int_t)worker->info.programs_kept,
+                           "programs_kept_bytes", (json_int_t)worker->info.programs_kept_bytes,
+                           "gpu_used_bytes", (json_int_t)worker->info.used_bytes, "cache_bytes",
+                           (json_int_t)totals.bytes, "cache_scenes", (json_int_t)totals.scenes,
+                           "cache_hits", (json_int_t)totals.hits, "cache_misses",
+                           (json_int_t)totals.misses, "cache_evictions",
+                           (json_int_t)totals.evictions),
+                 NULL, 0);
 }
 
 /* The frame is finished: takes the task. */
@@ -474,65 +452,6 @@ static int encode_threads(void)
     return cores < 4 ? 1 : cores / 2 > ENCODE_THREADS_MAX ? ENCODE_THREADS_MAX : (int)(cores / 2);
 }
 
-/* What an earlier start has learned of this device. */
-static void read_lessons(struct worker *worker, const json_t *settings)
-{
-    char key[SPEED_KEY_BYTES];
-    const char *path = json_string_value(json_object_get(settings, "lessons_file"));
-    struct learning *learned = malloc(sizeof *learned);
-    utf8_copy(worker->lessons_path, sizeof worker->lessons_path, path ? path : "");
-    speed_file_make_key(worker->renderer, key);
-    if (learned && path && lessons_file_load(learned, path, key))
-        renderer_set_learned(worker->renderer, learned);
-    free(learned);
-    (void)renderer_get_learned(worker->renderer, &worker->lessons_print);
-}
-
-/* A device that cannot be measured is no failure: auto is rasterised there. */
-static void set_auto(struct worker *worker, const json_t *settings)
-{
-    struct error problem = {0};
-    const char *path = json_string_value(json_object_get(settings, "speed_file"));
-    json_int_t policy = json_integer_value(json_object_get(settings, "auto"));
-    worker->automatic.policy = (enum auto_policy)policy;
-    if (policy == AUTO_MEASURED &&
-        !device_speed_find(
-            &worker->automatic.speed,
-            &(struct device_speed_desc){.renderer = worker->renderer, .path = path ? path : ""},
-            worker->auto_note, &problem)) {
-        worker->automatic = (struct auto_settings){.policy = AUTO_RASTER};
-        utf8_copy(worker->auto_note, sizeof worker->auto_note, problem.message);
-    }
-    renderer_set_auto(worker->renderer, &worker->automatic);
-    if (worker->automatic.policy == AUTO_MEASURED)
-        read_lessons(worker, settings);
-}
-
-/* A device that cannot be measured withholds levels. */
-static void set_compression(struct worker *worker, const json_t *settings)
-{
-    struct error problem = {0};
-    const char *path = json_string_value(json_object_get(settings, "texture_file"));
-    json_int_t policy = json_integer_value(json_object_get(settings, "texture_compression"));
-    struct texture_speed speed = {0};
-    struct device_blocks *blocks = &worker->blocks;
-    utf8_copy(blocks->policy, sizeof blocks->policy,
-              config_compression_name((enum config_compression)policy));
-    if (policy == CONFIG_COMPRESSION_AUTO &&
-        !texture_speed_find(
-            &speed,
-            &(struct device_speed_desc){.renderer = worker->renderer, .path = path ? path : ""},
-            blocks->note, &problem))
-        utf8_copy(blocks->note, sizeof blocks->note, problem.message);
-    blocks->from_levels = policy == CONFIG_COMPRESSION_ON ? 1
-                          : texture_speed_gains(&speed)   ? TEXTURE_SPEED_AUTO_LEVELS
-                                                          : 0;
-    if (!renderer_samples_blocks(worker->renderer))
-        blocks->from_levels = 0;
-    device_blocks_from_speed(&speed, blocks);
-    renderer_set_texture_compression(worker->renderer, (uint32_t)blocks->from_levels);
-}
-
 static bool start(struct worker *worker, const json_t *settings, struct error *err)
 {
     const char *dump_dir = json_string_value(json_object_get(settings, "dump_shaders"));
@@ -561,8 +480,7 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
         err);
     if (!worker->renderer)
         return false;
-    set_auto(worker, settings);
-    set_compression(worker, settings);
+    worker_device_init(&worker->device, worker->renderer, settings);
     worker->scenes = mapped_scenes_create(
         worker->renderer, (uint64_t)json_integer_value(json_object_get(settings, "cache_bytes")),
         err);
@@ -584,9 +502,7 @@ static void say_hello(struct worker *worker)
     struct device_capabilities device;
     renderer_get_info(worker->renderer, &worker->info);
     device_capabilities_from_info(&worker->info, &device);
-    device_auto_from_settings(&worker->automatic, &device.automatic);
-    utf8_copy(device.automatic.note, sizeof device.automatic.note, worker->auto_note);
-    device.blocks = worker->blocks;
+    worker_device_describe(&worker->device, &device);
     /* One on the GL thread, one on the device, one on each encode thread, one waiting so that the
      * GL thread never does. */
     int depth = encode_threads() + 2 + !worker->info.is_software;

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT */
+/* The device's speed and lessons: read or measured at the start, kept after frames. */
+#include "server/worker_device.h"
+
+#include <stdlib.h>
+
+#include "protocol/utf8.h"
+#include "server/config.h"
+#include "server/device_speed.h"
+#include "server/lessons_file.h"
+#include "server/speed_file.h"
+#include "server/view_mapping.h"
+
+static const char *path_of(const json_t *settings, const char *member)
+{
+    const char *path = json_string_value(json_object_get(settings, member));
+    return path ? path : "";
+}
+
+/* What an earlier start has learned of this device. */
+static void read_lessons(struct worker_device *device, const json_t *settings)
+{
+    char key[SPEED_KEY_BYTES];
+    struct learning *learned = malloc(sizeof *learned);
+    utf8_copy(device->lessons_path, sizeof device->lessons_path, path_of(settings, "lessons_file"));
+    speed_file_make_key(device->renderer, key);
+    if (learned && *device->lessons_path && lessons_file_load(learned, device->lessons_path, key))
+        renderer_set_learned(device->renderer, learned);
+    free(learned);
+    (void)renderer_get_learned(device->renderer, &device->lessons_print);
+}
+
+/* A device that cannot be measured is no failure: auto is rasterised there. */
+static void set_auto(struct worker_device *device, const json_t *settings)
+{
+    struct error problem = {0};
+    json_int_t policy = json_integer_value(json_object_get(settings, "auto"));
+    device->automatic.policy = (enum auto_policy)policy;
+    if (policy == AUTO_MEASURED &&
+        !device_speed_find(&device->automatic.speed,
+                           &(struct device_speed_desc){.renderer = device->renderer,
+                                                       .path = path_of(settings, "speed_file")},
+                           device->auto_note, &problem)) {
+        device->automatic = (struct auto_settings){.policy = AUTO_RASTER};
+        utf8_copy(device->auto_note, sizeof device->auto_note, problem.message);
+    }
+    renderer_set_auto(device->renderer, &device->automatic);
+    if (device->automatic.policy == AUTO_MEASURED)
+        read_lessons(device, settings);
+}
+
+/* A device that cannot be measured withholds levels. */
+static void set_compression(struct worker_device *device, const json_t *settings)
+{
+    struct error problem = {0};
+    json_int_t policy = json_integer_value(json_object_get(settings, "texture_compression"));
+    struct texture_speed speed = {0};
+    struct device_blocks *blocks = &device->blocks;
+    utf8_copy(blocks->policy, sizeof blocks->policy,
+              config_compression_name((enum config_compression)policy));
+    if (policy == CONFIG_COMPRESSION_AUTO &&
+        !texture_speed_find(&speed,
+                            &(struct device_speed_desc){.renderer = device->renderer,
+                                                        .path = path_of(settings, "texture_file")},
+                            blocks->note, &problem))
+        utf8_copy(blocks->note, sizeof blocks->note, problem.message);
+    blocks->from_levels = policy == CONFIG_COMPRESSION_ON ? 1
+                          : texture_speed_gains(&speed)   ? TEXTURE_SPEED_AUTO_LEVELS
+                                                          : 0;
+    if (!renderer_samples_blocks(device->renderer))
+        blocks->from_levels = 0;
+    device_blocks_from_speed(&speed, blocks);
+    renderer_set_texture_compression(device->renderer, (uint32_t)blocks->from_levels);
+}
+
+void worker_device_init(struct worker_device *device, struct renderer *renderer,
+                        const json_t *settings)
+{
+    device->renderer = renderer;
+    set_auto(device, settings);
+    set_compression(device, settings);
+}
+
+void worker_device_describe(const struct worker_device *device,
+                            struct device_capabilities *capabilities)
+{
+    device_auto_from_settings(&device->automatic, &capabilities->automatic);
+    utf8_copy(capabilities->automatic.note, sizeof capabilities->automatic.note, device->auto_note);
+    capabilities->blocks = device->blocks;
+}
+
+uint64_t worker_device_keep_lessons(struct worker_device *device)
+{
+    char key[SPEED_KEY_BYTES];
+    struct error unsaved = {0};
+    uint64_t print;
+    const struct learning *learned = renderer_get_learned(device->renderer, &print);
+    if (print == device->lessons_print || !device->lessons_path[0] || !learned)
+        return print;
+    device->lessons_print = print;
+    speed_file_make_key(device->renderer, key);
+    (void)!lessons_file_save(learned, device->lessons_path, key, &unsaved);
+    return print;
+}
