@@ -129,13 +129,36 @@ static bool read_blocks(const struct json_node *root, struct device_blocks *bloc
            json_read_number(&encode, 0, INFINITY, &blocks->encode_bytes_per_ms);
 }
 
-static json_t *write_lines(const struct device_capabilities *device)
+static json_t *write_lines(const struct device_capabilities *device, uint32_t wanted)
 {
     json_t *array = json_array();
     bool has_failed = !array;
     for (int i = 0; i < CAPABILITIES_DEVICES && *device->devices[i]; i++)
-        json_append(array, json_string(device->devices[i]), &has_failed);
+        if (wanted >> i & 1)
+            json_append(array, json_string(device->devices[i]), &has_failed);
     return json_take_unless(array, has_failed);
+}
+
+json_t *device_passed_over_to_json(const struct device_capabilities *device)
+{
+    return write_lines(device, device->passed_over);
+}
+
+/* They are among those of "devices". */
+static bool read_passed_over(const struct json_node *root, struct device_capabilities *device)
+{
+    struct json_node lines = json_member(root, "passed_over");
+    size_t count = lines.value ? json_array_size(lines.value) : 0;
+    for (size_t i = 0; i < count && i < CAPABILITIES_DEVICES; i++) {
+        struct json_node line = json_element(&lines, i);
+        char text[CAPABILITIES_LINE_BYTES];
+        if (!json_read_text(&line, text, sizeof text))
+            return false;
+        for (int j = 0; j < CAPABILITIES_DEVICES; j++)
+            if (strcmp(text, device->devices[j]) == 0)
+                device->passed_over |= 1u << j;
+    }
+    return true;
 }
 
 static bool read_lines(const struct json_node *root, struct device_capabilities *device)
@@ -148,7 +171,8 @@ static bool read_lines(const struct json_node *root, struct device_capabilities 
         if (!json_read_text(&line, device->devices[i], sizeof device->devices[i]))
             return false;
     }
-    return !warning.value || json_read_text(&warning, device->warning, sizeof device->warning);
+    return read_passed_over(root, device) &&
+           (!warning.value || json_read_text(&warning, device->warning, sizeof device->warning));
 }
 
 json_t *device_capabilities_to_json(const struct device_capabilities *device)
@@ -159,7 +183,9 @@ json_t *device_capabilities_to_json(const struct device_capabilities *device)
     json_put_text(&writer, "version", device->version);
     json_put_text(&writer, "driver", device->driver);
     json_put(&writer, "device_count", json_integer(device->device_count));
-    json_put(&writer, "devices", write_lines(device));
+    json_put(&writer, "devices", write_lines(device, UINT32_MAX));
+    if (device->passed_over)
+        json_put(&writer, "passed_over", device_passed_over_to_json(device));
     json_put_bool(&writer, "software", device->is_software);
     if (*device->warning)
         json_put_text(&writer, "warning", device->warning);

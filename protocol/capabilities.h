@@ -53,6 +53,7 @@ struct device_capabilities {
     char devices[CAPABILITIES_DEVICES][CAPABILITIES_LINE_BYTES]; /* a line on each that EGL lists,
                                                                      and why it was passed over;
                                                                      "" ends them */
+    uint32_t passed_over;                  /* set of bits: those of these lines that say so */
     char warning[CAPABILITIES_LINE_BYTES]; /* of software beside hardware; "": none */
     int max_texture_size, max_samples;
     uint64_t max_storage_block_bytes;
@@ -80,6 +81,9 @@ struct capabilities {
  * parser reads. A new reference, or malloc'ed text; NULL only when memory runs out. */
 MUST_CHECK json_t *capabilities_to_json(const struct capabilities *capabilities);
 MUST_CHECK char *capabilities_to_json_text(const struct capabilities *capabilities);
+
+/* The lines of devices that were passed over. */
+MUST_CHECK json_t *device_passed_over_to_json(const struct device_capabilities *device);
 
 /* The "device" member alone, both ways (worker to front). */
 MUST_CHECK json_t *device_capabilities_to_json(const struct device_capabilities *device);

@@ -7,6 +7,7 @@
 
 #include "protocol/error.h"
 #include "renderer/frame_report.h"
+#include "renderer/gl/device_choice.h"
 #include "renderer/gl/program_list.h"
 #include "renderer/gl/wide_floats.h"
 #include "renderer/pick.h"
@@ -29,10 +30,14 @@ enum renderer_selftest {
 };
 
 struct renderer_desc {
-    const char *device;            /* optional, borrowed during create: "" and "0" choose, else what
-                                      gl_device_parse (renderer/gl/device_choice.h) takes */
-    uint64_t gpu_budget_bytes;     /* of all that grows with scenes and requests; 0 means what
-                                      gl_memory_budget (renderer/gl/memory_budget.h) says */
+    const char *device; /* optional, borrowed during create: "" and "0" choose, else what
+                           gl_device_parse (renderer/gl/device_choice.h) takes */
+    struct gl_device_list *devices; /* optional, borrowed during create: those with a reason are not
+                                       tried; on failure all that EGL lists, and why none is taken
+                                     */
+    const struct gl_device_watch *watch; /* optional, borrowed during create */
+    uint64_t gpu_budget_bytes;           /* of all that grows with scenes and requests; 0 means what
+                                            gl_memory_budget (renderer/gl/memory_budget.h) says */
     uint64_t texture_budget_bytes; /* of that, the levels of textures resident at once; 0 means half
                                     */
     uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
@@ -69,6 +74,7 @@ struct renderer_info {
     char driver[64]; /* EGL platform in use: "surfaceless", "device" */
     int device_count;
     char devices[RENDERER_DEVICES_TOLD][RENDERER_TEXT_BYTES]; /* one line on each; "" ends them */
+    uint32_t passed_over; /* set of bits: those of them that were tried and are not taken */
     char warning[RENDERER_TEXT_BYTES]; /* of software beside hardware; "": none */
     int max_texture_size;
     int max_samples; /* of targets of floats and of integers alike */

@@ -235,9 +235,9 @@ static bool test_device(struct renderer *renderer, const struct renderer_desc *d
            prove(renderer, desc, err);
 }
 
-/* On the first device that is not among those passed over. *is_its_fault: one was opened, and does
- * not do what it must; it is put on the list, with the reason. */
-static struct renderer *start(const struct renderer_desc *desc, struct gl_device_list *passed_over,
+/* On the first device that has no reason on the list. *is_its_fault: one was opened, and does not
+ * do what it must; it has one now. */
+static struct renderer *start(const struct renderer_desc *desc, struct gl_device_list *devices,
                               bool *is_its_fault, struct error *err)
 {
     struct renderer *renderer = calloc(1, sizeof *renderer);
@@ -254,16 +254,18 @@ static struct renderer *start(const struct renderer_desc *desc, struct gl_device
                                                     .is_strict = desc->is_strict,
                                                     .hides_coverage = desc->hides_coverage,
                                                     .poses_as_hardware = desc->poses_as_hardware,
-                                                    .passed_over = passed_over},
+                                                    .devices = devices,
+                                                    .watch = desc->watch},
                           err);
     if (!renderer->context)
         goto fail;
     renderer->programs = program_cache_create(desc->shader_dump_dir, err);
     if (!renderer->programs)
         goto fail;
+    gl_context_tell(renderer->context, desc->watch, GL_DEVICE_TESTING);
     if (!test_device(renderer, desc, err)) {
         gl_context_blame(renderer->context, "starting", err);
-        *is_its_fault = gl_context_pass_over(renderer->context, err->message, passed_over);
+        *is_its_fault = gl_context_pass_over(renderer->context, err->message, devices);
         goto fail;
     }
     if (create_parts(renderer, desc, choose_budget(renderer, desc), err))
@@ -279,14 +281,18 @@ fail:
  * for has no other. */
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
 {
-    struct gl_device_list passed_over = {0};
+    struct gl_device_list devices = {0};
+    if (desc->devices)
+        devices = *desc->devices;
     for (;;) {
         struct error problem = {0};
         bool is_its_fault;
-        struct renderer *renderer = start(desc, &passed_over, &is_its_fault, &problem);
+        struct renderer *renderer = start(desc, &devices, &is_its_fault, &problem);
         if (renderer)
             return renderer;
         if (!is_its_fault) {
+            if (desc->devices)
+                *desc->devices = devices;
             error_pass(err, &problem);
             return NULL;
         }

@@ -70,10 +70,16 @@ static int serve(const struct config *config)
     int signal_number = 0;
     while (sigwait(&set, &signal_number) != 0)
         continue;
-    log_write(&log, LOG_INFO, "stopping on %s", strsignal(signal_number));
+    bool is_hopeless = service_hopeless(service) != NULL;
+    char *why = is_hopeless ? strdup(service_hopeless(service)) : NULL;
+    if (!is_hopeless)
+        log_write(&log, LOG_INFO, "stopping on %s", strsignal(signal_number));
     service_destroy(service, is_told_again);
     log_write(&log, LOG_INFO, "stopped");
-    return EXIT_SUCCESS;
+    if (is_hopeless) /* the last words, which the command line tells of a private server */
+        fprintf(stderr, "vitraild: %s\n", why ? why : "no device is left");
+    free(why);
+    return is_hopeless ? EXIT_FAILURE : EXIT_SUCCESS;
 }
 
 static int act(const struct config *config)

@@ -313,6 +313,7 @@ void device_capabilities_from_info(const struct renderer_info *info,
     if (info->budget_source)
         utf8_copy(device->gpu_budget_source, sizeof device->gpu_budget_source, info->budget_source);
     utf8_copy(device->warning, sizeof device->warning, info->warning);
+    device->passed_over = info->passed_over;
     for (int i = 0; i < CAPABILITIES_DEVICES && i < RENDERER_DEVICES_TOLD; i++)
         utf8_copy(device->devices[i], sizeof device->devices[i], info->devices[i]);
 }

@@ -33,9 +33,11 @@ static void run_ready(struct service *service, struct http_exchange *exchange, c
     struct device_capabilities device;
     if (!supervisor_is_ready(service->supervisor, &problem))
         http_reply_error(exchange, &problem);
-    else if (supervisor_get_device(service->supervisor, &device) && *device.warning)
+    else if (supervisor_get_device(service->supervisor, &device))
         reply_json(exchange, 200,
-                   json_pack("{s:s,s:s}", "status", "ready", "warning", device.warning));
+                   json_pack("{s:s,s:s*,s:o*}", "status", "ready", "warning",
+                             *device.warning ? device.warning : NULL, "passed_over",
+                             device.passed_over ? device_passed_over_to_json(&device) : NULL));
     else
         reply_json(exchange, 200, json_pack("{s:s}", "status", "ready"));
 }

@@ -2,7 +2,10 @@
 /* Builds the front role bottom up, and takes it down in the order that loses nothing. */
 #include "server/service.h"
 
+#include <signal.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
 #include "protocol/limits.h"
 #include "server/router.h"
@@ -17,6 +20,15 @@ static void worker_ready(void *context)
     struct service *service = context;
     if (!atomic_exchange(&service->has_told_ready, true))
         sd_notify_state("READY=1");
+}
+
+/* Likewise, at most once. Whoever waits for signals is to end the service. */
+static void worker_hopeless(void *context, const char *why)
+{
+    struct service *service = context;
+    log_write(service->log, LOG_ERROR, "%s", why);
+    atomic_store(&service->hopeless, strdup(why));
+    kill(getpid(), SIGTERM);
 }
 
 struct service *service_create(const struct config *config, const struct log *log,
@@ -42,10 +54,13 @@ struct service *service_create(const struct config *config, const struct log *lo
         &(struct decode_pool_desc){.config = config, .log = log, .store = service->store}, err);
     if (!service->decoders)
         goto fail;
-    service->supervisor = supervisor_create(
-        &(struct supervisor_desc){
-            .config = config, .log = log, .context = service, .on_ready = worker_ready},
-        err);
+    service->supervisor =
+        supervisor_create(&(struct supervisor_desc){.config = config,
+                                                    .log = log,
+                                                    .context = service,
+                                                    .on_ready = worker_ready,
+                                                    .on_hopeless = worker_hopeless},
+                          err);
     if (!service->supervisor)
         goto fail;
     service->tradeoffs =
@@ -126,6 +141,7 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     metrics_destroy(service->metrics);
     frames_destroy(service->frames);
     scene_store_destroy(service->store);
+    free(atomic_load(&service->hopeless));
     free(service);
 }
 
@@ -147,4 +163,9 @@ void service_warm_up(struct service *service)
 int service_port(const struct service *service)
 {
     return http_server_port(service->http);
+}
+
+const char *service_hopeless(const struct service *service)
+{
+    return atomic_load(&service->hopeless);
 }

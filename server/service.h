@@ -39,6 +39,7 @@ struct service {
     char build_id[BUILD_ID_BYTES];
     struct timespec started;
     atomic_bool is_draining, has_told_ready;
+    _Atomic(char *) hopeless; /* owned; set once, by the supervisor's thread */
 };
 
 struct service *service_create(const struct config *config, const struct log *log,
@@ -54,5 +55,8 @@ void service_destroy(struct service *service, bool (*must_hurry)(void));
 void service_warm_up(struct service *service);
 
 int service_port(const struct service *service);
+
+/* Why it can never render any more: then it has sent this process SIGTERM. NULL: it can. */
+const char *service_hopeless(const struct service *service);
 
 #endif

@@ -138,6 +138,7 @@ void supervisor_destroy(struct supervisor *supervisor)
     supervisor_stop(supervisor);
     json_decref(supervisor->forgotten);
     experience_destroy(supervisor->experience);
+    free(supervisor->hopeless);
     if (supervisor->wake_fd >= 0)
         close(supervisor->wake_fd);
     pthread_mutex_destroy(&supervisor->mutex);

@@ -4,7 +4,8 @@
  *
  * A render whose worker dies or overruns its deadline is tried once more, then refused with
  * ERROR_RENDER_FAILED. Renders that the worker had not begun lose nothing. A scene that ends two
- * workers in a row is quarantined until it is posted again. */
+ * workers in a row is quarantined until it is posted again; a device that does so before it serves
+ * is passed over for the next one (server/device_trials.h). */
 #ifndef VITRAIL_SERVER_SUPERVISOR_H
 #define VITRAIL_SERVER_SUPERVISOR_H
 
@@ -27,6 +28,9 @@ struct supervisor_desc {
     void *context;
     void (*on_ready)(void *context); /* optional; on the supervisor's thread, each time a worker is
                                         ready */
+    /* Optional; likewise, once: drivers ended workers, no device is left, and none is started any
+       more. why: all in one line; borrowed during the call. */
+    void (*on_hopeless)(void *context, const char *why);
 };
 struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct error *err);
 

@@ -9,6 +9,7 @@
 
 #include "server/child.h"
 #include "server/config.h"
+#include "server/device_trials.h"
 #include "server/flights.h"
 #include "server/quarantine.h"
 #include "server/supervisor.h"
@@ -38,6 +39,9 @@ struct supervisor {
     bool is_resting;          /* since nobody asked for --rest-s */
     bool has_rendered;        /* since this worker is ready */
     struct error start_error; /* set while no worker can be started */
+    struct device_trials trials;
+    bool is_hopeless, is_hopeless_told; /* no worker is started any more */
+    char *hopeless;                     /* owned: why, set with the former; or NULL */
     struct device_capabilities device;
     bool has_device;
     uint64_t next_ticket;
@@ -70,6 +74,18 @@ void supervisor_cache_path(const struct supervisor *supervisor, const char *what
 
 /* reason: why it is killed, or NULL when it ended by itself. */
 void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, bool is_timeout);
+
+/* ---- devices whose drivers end workers ---- */
+
+/* The worker tells what it tries. */
+void supervisor_try_device(struct supervisor *supervisor, const json_t *message);
+/* The worker tells that there is none that it can take. */
+void supervisor_note_no_device(struct supervisor *supervisor, const json_t *message);
+/* Whether the worker ended while it tried one; then it is tried again or passed over. Under the
+ * mutex. */
+bool supervisor_blame_device(struct supervisor *supervisor, const char *how, bool is_hang);
+/* Calls on_hopeless, once, where that is due. */
+void supervisor_tell_hopeless(struct supervisor *supervisor);
 
 /* ---- its messages ---- */
 

@@ -228,6 +228,7 @@ static bool hello_message(struct supervisor *supervisor, const json_t *json, str
     supervisor->state = WORKER_READY;
     supervisor->state_ms = now_ms();
     supervisor->start_error = (struct error){0};
+    device_trials_succeed(&supervisor->trials);
     pthread_mutex_unlock(&supervisor->mutex);
     log_write(supervisor->desc.log, LOG_INFO, "the worker is ready: %s, %s", device.renderer,
               device.version);
@@ -248,6 +249,7 @@ static void failed_message(struct supervisor *supervisor, const json_t *json)
     pthread_mutex_lock(&supervisor->mutex);
     supervisor->start_error = problem;
     pthread_mutex_unlock(&supervisor->mutex);
+    supervisor_note_no_device(supervisor, json);
 }
 
 void supervisor_receive(struct supervisor *supervisor)
@@ -267,6 +269,8 @@ void supervisor_receive(struct supervisor *supervisor)
         is_good = hello_message(supervisor, message.json, &problem);
     else if (strcmp(op, "failed") == 0)
         failed_message(supervisor, message.json);
+    else if (strcmp(op, "trying") == 0)
+        supervisor_try_device(supervisor, message.json);
     pthread_mutex_lock(&supervisor->mutex);
     if (strcmp(op, "progress") != 0) /* which prolongs no deadline */
         supervisor->last_event_ms = now_ms();

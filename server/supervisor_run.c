@@ -60,9 +60,13 @@ static void settle_death(struct supervisor *supervisor, const char *how, bool is
         supervisor->state == WORKER_READY &&
         (supervisor->has_rendered || charged || now_ms() - supervisor->state_ms > STABLE_MS);
     int doubled = supervisor->backoff_ms ? 2 * supervisor->backoff_ms : BACKOFF_MIN_MS;
-    supervisor->backoff_ms = was_stable ? 0 : doubled < BACKOFF_MAX_MS ? doubled : BACKOFF_MAX_MS;
-    supervisor->next_start_ms = now_ms() + supervisor->backoff_ms;
-    if (supervisor->state == WORKER_STARTING) {
+    bool is_of_device = supervisor_blame_device(supervisor, how, is_timeout);
+    supervisor->backoff_ms = was_stable || is_of_device ? 0 /* there are not many devices */
+                             : doubled < BACKOFF_MAX_MS ? doubled
+                                                        : BACKOFF_MAX_MS;
+    supervisor->next_start_ms =
+        supervisor->is_hopeless ? INT64_MAX : now_ms() + supervisor->backoff_ms;
+    if (supervisor->state == WORKER_STARTING && !is_of_device) {
         struct error problem = {0};
         error_set(&problem, ERROR_NO_DEVICE, "the render worker does not start: it ended with %s",
                   how);
@@ -132,7 +136,8 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
              device);
     snprintf(proof_file, sizeof proof_file, "%s/cache/self-test-%s", config->state_dir, device);
     json_t *settings = json_pack(
-        "{s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op", "configure",
+        "{s:s,s:o,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op",
+        "configure", "passed_over", device_reasons_to_json(&supervisor->trials.devices),
         "lessons_file", lessons_file, "device", config->device, "gpu_budget_bytes",
         (json_int_t)config->gpu_budget_bytes, "texture_budget_bytes",
         (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
@@ -182,12 +187,17 @@ static int64_t timeout_ms(const struct supervisor *supervisor)
     return 1000ll * supervisor->desc.config->render_timeout_s;
 }
 
+static int start_limit_ms(const struct supervisor *supervisor)
+{
+    return supervisor->trials.current ? DEVICE_TRIAL_MS : START_MS;
+}
+
 /* Of the flight that a late worker is charged with. Under the mutex. */
 static int limit_s(const struct supervisor *supervisor)
 {
     int guilty = flights_guilty(&supervisor->flights, true);
     if (supervisor->state == WORKER_STARTING || guilty < 0)
-        return START_MS / 1000;
+        return start_limit_ms(supervisor) / 1000;
     const struct flight *flight = &supervisor->flights.list[guilty];
     return (int)(flight_limit_ms(flight, timeout_ms(supervisor)) / 1000);
 }
@@ -196,7 +206,7 @@ static int limit_s(const struct supervisor *supervisor)
 static int64_t next_deadline(const struct supervisor *supervisor)
 {
     return supervisor->state == WORKER_STARTING
-               ? supervisor->state_ms + START_MS
+               ? supervisor->state_ms + start_limit_ms(supervisor)
                : flights_deadline(&supervisor->flights, timeout_ms(supervisor),
                                   supervisor->last_event_ms);
 }
@@ -243,6 +253,7 @@ void *supervisor_run(void *argument)
             break;
         int sleep_ms = look_around(supervisor);
         supervisor_tell_ended(supervisor);
+        supervisor_tell_hopeless(supervisor);
         struct pollfd fds[2] = {{.fd = supervisor->wake_fd, .events = POLLIN},
                                 {.fd = supervisor->worker.socket, .events = POLLIN}};
         if (poll(fds, supervisor->worker.pid > 0 ? 2 : 1, sleep_ms) <= 0)

@@ -12,6 +12,7 @@
 
 #include "server/build_id.h"
 #include "server/clock.h"
+#include "server/device_trials.h"
 #include "server/encoder.h"
 #include "server/explain.h"
 #include "server/inbox.h"
@@ -63,6 +64,8 @@ struct worker {
     struct worker_device device;
     struct ipc_message last;         /* the last picture of a view, its text alone; zeroed: none */
     uint64_t timed, timings_stopped; /* techniques that came second, while nobody asked */
+    struct gl_device_list devices;   /* that may not be taken, and why */
+    struct gl_device tried;          /* the last one */
 };
 
 /* Takes the reference. A front that is gone is noticed by the next receive. */
@@ -452,16 +455,28 @@ static int encode_threads(void)
     return cores < 4 ? 1 : cores / 2 > ENCODE_THREADS_MAX ? ENCODE_THREADS_MAX : (int)(cores / 2);
 }
 
+/* Before each step with a device: the front knows of it when this process ends meanwhile. */
+static void tell_trial(void *context, const struct gl_device *device, enum gl_device_step step)
+{
+    struct worker *worker = context;
+    worker->tried = *device;
+    send_message(worker, device_trials_message(device, step), NULL, 0);
+}
+
 static bool start(struct worker *worker, const json_t *settings, struct error *err)
 {
+    const struct gl_device_watch watch = {worker, tell_trial};
     const char *dump_dir = json_string_value(json_object_get(settings, "dump_shaders"));
     const char *programs = json_string_value(json_object_get(settings, "program_folder"));
     bool tests_all = json_integer_value(json_object_get(settings, "self_test"));
     char build[BUILD_ID_BYTES];
     build_id_get(build);
+    device_reasons_from_json(json_object_get(settings, "passed_over"), &worker->devices);
     worker->renderer = renderer_create(
         &(struct renderer_desc){
             .device = json_string_value(json_object_get(settings, "device")),
+            .devices = &worker->devices,
+            .watch = &watch,
             .shader_dump_dir = dump_dir && *dump_dir ? dump_dir : NULL,
             .self_test = tests_all ? RENDERER_SELFTEST_ALWAYS : RENDERER_SELFTEST_KEPT,
             .proof_file = json_string_value(json_object_get(settings, "proof_file")),
@@ -480,6 +495,7 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
         err);
     if (!worker->renderer)
         return false;
+    tell_trial(worker, &worker->tried, GL_DEVICE_MEASURING);
     worker_device_init(&worker->device, worker->renderer, settings);
     worker->scenes = mapped_scenes_create(
         worker->renderer, (uint64_t)json_integer_value(json_object_get(settings, "cache_bytes")),
@@ -698,7 +714,9 @@ int worker_main(int socket)
         run(&worker);
     } else {
         send_message(&worker,
-                     json_pack("{s:s,s:o}", "op", "failed", "error", ipc_error_to_json(&problem)),
+                     json_pack("{s:s,s:o,s:o}", "op", "failed", "error",
+                               ipc_error_to_json(&problem), "devices",
+                               device_lines_to_json(&worker.devices)),
                      NULL, 0);
     }
     encoder_destroy(worker.encoder); /* what it still has is sent */

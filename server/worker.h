@@ -11,7 +11,7 @@
  *   configure {device, gpu_budget_bytes, texture_budget_bytes, texture_upload_bytes,
  *             texture_upload_ms, texture_compression, cache_bytes, dump_shaders,
  *             program_folder, program_budget_bytes, auto, speed_file, texture_file, self_test,
- *             proof_file}: first, once
+ *             proof_file, passed_over}: first, once
  *   render    {id, scene, urgent, format, reuse, coarse, parts, forget}, descriptors: the request
  *             as JSON (memfd), the scene's blob, those of `parts` in their order
  *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a
@@ -22,9 +22,11 @@
  *   rest      {}: nobody has asked for a while; memory of structures that the last frame did not
  *             use is given back
  * out:
+ *   trying    {step, device}: before the device is opened, tested, measured
+ *             (server/device_trials.h)
  *   hello     {device: {...}, depth}: ready; at most `depth` urgent renders and `depth` others may
  *             be on their way at once
- *   failed    {error}: no device; the worker ends
+ *   failed    {error, devices}: no device, and why none of them; the worker ends
  *   begin     {id}: the GL thread works on it
  *   paused    {id}: urgent ones, on scenes that the worker has, go before the rest of it
  *   resumed   {id}: it goes on

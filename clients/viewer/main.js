@@ -158,8 +158,11 @@ class Viewer {
     this.client.capabilities().then((capabilities) => {
       this.capabilities = capabilities;
       this.render.setCapabilities(capabilities);
-      byId("status-device").hidden = !capabilities.device?.warning;
-      byId("status-device").title = capabilities.device?.warning ?? "";
+      const { warning, passed_over: passedOver = [] } = capabilities.device ?? {};
+      const said = byId("status-device");
+      said.hidden = !warning && !passedOver.length;
+      said.textContent = warning ? "software rendering" : "another device renders";
+      said.title = [warning, ...passedOver].filter(Boolean).join("\n");
     }).catch((problem) => showProblem(problem, "The server does not answer"));
     await this.scenes.refresh();
     if (!(await this.opening.openLink()) && this.scenes.scenes.length) await this.opening.open(this.scenes.scenes[0].id);

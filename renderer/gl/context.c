@@ -121,9 +121,16 @@ static void copy_reasons(struct gl_device_list *list, const struct gl_device_lis
 {
     for (int i = 0; i < list->count; i++)
         for (int j = 0; j < passed_over->count; j++)
-            if (list->items[i].number == passed_over->items[j].number)
+            if (gl_device_is_same(&list->items[i], &passed_over->items[j]))
                 memcpy(list->items[i].reason, passed_over->items[j].reason,
                        sizeof list->items[i].reason);
+}
+
+static void tell(const struct gl_device_watch *watch, const struct gl_device *device,
+                 enum gl_device_step step)
+{
+    if (watch)
+        watch->tell(watch->context, device, step);
 }
 
 static bool choose_device(struct gl_context *context, const struct gl_context_desc *desc,
@@ -133,14 +140,19 @@ static bool choose_device(struct gl_context *context, const struct gl_context_de
     if (!gl_device_parse(desc->device, &context->selector, err) ||
         !gl_display_list(&context->devices, err))
         return false;
-    if (desc->passed_over)
-        copy_reasons(&context->devices, desc->passed_over);
+    if (desc->devices)
+        copy_reasons(&context->devices, desc->devices);
     int count = gl_device_order(&context->devices, &context->selector, order);
     for (int i = 0; i < count; i++) {
         struct gl_device *device = &context->devices.items[order[i]];
-        if (!*device->reason && open_device(context, device))
+        if (*device->reason)
+            continue;
+        tell(desc->watch, device, GL_DEVICE_OPENING);
+        if (open_device(context, device))
             return true;
     }
+    if (desc->devices)
+        *desc->devices = context->devices;
     return refuse_devices(context, desc->device, count, err);
 }
 
@@ -197,15 +209,24 @@ const struct gl_device_list *gl_context_devices(const struct gl_context *context
 }
 
 bool gl_context_pass_over(const struct gl_context *context, const char *reason,
-                          struct gl_device_list *passed_over)
+                          struct gl_device_list *devices)
 {
-    *passed_over = context->devices;
-    for (int i = 0; i < passed_over->count; i++) {
-        struct gl_device *device = &passed_over->items[i];
+    *devices = context->devices;
+    for (int i = 0; i < devices->count; i++) {
+        struct gl_device *device = &devices->items[i];
         if (device->is_taken)
             snprintf(device->reason, sizeof device->reason, "%s", reason);
+        device->is_taken = false;
     }
     return context->selector.ask == GL_DEVICE_ANY;
+}
+
+void gl_context_tell(const struct gl_context *context, const struct gl_device_watch *watch,
+                     enum gl_device_step step)
+{
+    for (int i = 0; i < context->devices.count; i++)
+        if (context->devices.items[i].is_taken)
+            tell(watch, &context->devices.items[i], step);
 }
 
 const char *gl_context_warning(const struct gl_context *context)

@@ -17,9 +17,11 @@ struct gl_context_desc {
     bool hides_coverage; /* tests: as on a device without GL_ARB_post_depth_coverage */
     bool is_strict; /* a GL error or undefined-behaviour message aborts the process (tests); without
                        it the driver is asked for no messages */
-    bool poses_as_hardware;                   /* tests: is_software is false, whatever the device */
-    const struct gl_device_list *passed_over; /* optional, borrowed during create: those of its
-                                                 devices with a reason are not tried again */
+    bool poses_as_hardware; /* tests: is_software is false, whatever the device */
+    /* Optional, borrowed during create: those of its devices with a reason are not tried. Where
+     * none can be had it holds all that are listed afterwards, and why not. */
+    struct gl_device_list *devices;
+    const struct gl_device_watch *watch; /* optional, borrowed during create */
 };
 
 struct gl_limits {
@@ -66,7 +68,10 @@ const char *gl_context_warning(const struct gl_context *context);
 /* Puts the devices and the reason of the one that is open on the list for the next context. False
  * where it was asked for, and nothing else would do. */
 bool gl_context_pass_over(const struct gl_context *context, const char *reason,
-                          struct gl_device_list *passed_over);
+                          struct gl_device_list *devices);
+/* Tells the watch, which may be NULL, what is done with the device that is open. */
+void gl_context_tell(const struct gl_context *context, const struct gl_device_watch *watch,
+                     enum gl_device_step step);
 void gl_context_set_true_timers(struct gl_context *context, bool has_true_timers);
 
 /* False with ERROR_NO_DEVICE when the context was reset or lost, ERROR_INTERNAL on any pending GL

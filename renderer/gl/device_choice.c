@@ -97,6 +97,11 @@ static bool fits(const struct gl_device_list *list, const struct gl_device *devi
     }
 }
 
+bool gl_device_is_same(const struct gl_device *a, const struct gl_device *b)
+{
+    return a->number == b->number && !strcmp(a->node, b->node) && !strcmp(a->pci, b->pci);
+}
+
 int gl_device_order(const struct gl_device_list *list, const struct gl_device_selector *selector,
                     int order[GL_DEVICES_MAX])
 {
@@ -128,7 +133,7 @@ static void append_names(const struct gl_device *device, const char *separator,
     }
 }
 
-static void begin_name(const struct gl_device *device, char text[GL_DEVICE_TEXT_BYTES])
+void gl_device_name(const struct gl_device *device, char text[GL_DEVICE_TEXT_BYTES])
 {
     if (device->number)
         snprintf(text, GL_DEVICE_TEXT_BYTES, "EGL device %d", device->number);
@@ -139,7 +144,7 @@ static void begin_name(const struct gl_device *device, char text[GL_DEVICE_TEXT_
 
 void gl_device_describe(const struct gl_device *device, char text[GL_DEVICE_TEXT_BYTES])
 {
-    begin_name(device, text);
+    gl_device_name(device, text);
     append(text, device->is_taken  ? ": taken"
                  : *device->reason ? ": passed over: "
                                    : ": not tried");
@@ -175,7 +180,7 @@ void gl_device_warning(const struct gl_device_list *list, const struct gl_device
         if (!is_software || selector->ask != GL_DEVICE_ANY || rank(device) != 0 || device->is_taken)
             continue;
         char name[GL_DEVICE_TEXT_BYTES];
-        begin_name(device, name);
+        gl_device_name(device, name);
         snprintf(text, GL_DEVICE_TEXT_BYTES,
                  "software renders, though there is hardware: %.100s: %.90s", name,
                  *device->reason ? device->reason : "not tried");

@@ -27,6 +27,19 @@ struct gl_device_list { /* zeroed = empty */
     int count;
 };
 
+/* Told before it is done, so that who is told knows what a driver was doing when it ends the
+ * process. */
+enum gl_device_step {
+    GL_DEVICE_OPENING,
+    GL_DEVICE_TESTING,
+    GL_DEVICE_MEASURING, /* told by whoever has its speed measured */
+};
+
+struct gl_device_watch {
+    void *context;
+    void (*tell)(void *context, const struct gl_device *device, enum gl_device_step step);
+};
+
 enum gl_device_ask {
     GL_DEVICE_ANY, /* the first that can be opened: hardware first, software last */
     GL_DEVICE_NUMBER,
@@ -46,12 +59,17 @@ struct gl_device_selector { /* zeroed = any */
 MUST_CHECK bool gl_device_parse(const char *text, struct gl_device_selector *selector,
                                 struct error *err);
 
+/* By all that names them: numbers change where devices come and go. */
+bool gl_device_is_same(const struct gl_device *a, const struct gl_device *b);
+
 /* Indices of the devices to be tried, in their order; their number. */
 int gl_device_order(const struct gl_device_list *list, const struct gl_device_selector *selector,
                     int order[GL_DEVICES_MAX]);
 
 /* "EGL device 1, /dev/dri/renderD128, 0000:65:00.0, hardware: taken". */
 void gl_device_describe(const struct gl_device *device, char text[GL_DEVICE_TEXT_BYTES]);
+/* "EGL device 1, /dev/dri/renderD128, 0000:65:00.0". */
+void gl_device_name(const struct gl_device *device, char text[GL_DEVICE_TEXT_BYTES]);
 /* "1 (/dev/dri/renderD128, 0000:65:00.0), 2 (software)": what may be asked for. */
 void gl_device_list_names(const struct gl_device_list *list, char text[GL_DEVICE_TEXT_BYTES]);
 /* What to say where software draws beside hardware that nobody passed over on purpose; else "". */

@@ -501,6 +501,8 @@ static void fill_device(struct device_capabilities *device)
         .version = "4.5",
         .driver = "surfaceless",
         .device_count = 1,
+        .devices = {"EGL device 1: passed over: it crashed", "EGL device 2: taken"},
+        .passed_over = 1 << 0,
         .max_texture_size = 16384,
         .max_samples = 4,
         .max_storage_block_bytes = UINT64_C(1) << 31,
