@@ -15,6 +15,7 @@
 #include "server/device_trials.h"
 #include "server/encoder.h"
 #include "server/explain.h"
+#include "server/idle_timing.h"
 #include "server/inbox.h"
 #include "server/ipc.h"
 #include "server/mapped_scenes.h"
@@ -32,7 +33,6 @@ enum {
     TELL_FIRST_US = 500000, /* of a frame, how far it is: quicker ones are told of when they end ...
                              */
     TELL_EVERY_US = 250000, /* ... and so often after that */
-    TIMING_IDLE_MS = 1000,  /* after which the runner-up is timed: warm-ups go before */
 };
 
 /* A view as the renderer borrows it. */
@@ -62,10 +62,9 @@ struct worker {
     struct mapped_scenes *scenes;
     struct encoder *encoder;
     struct worker_device device;
-    struct ipc_message last;         /* the last picture of a view, its text alone; zeroed: none */
-    uint64_t timed, timings_stopped; /* techniques that came second, while nobody asked */
-    struct gl_device_list devices;   /* that may not be taken, and why */
-    struct gl_device tried;          /* the last one */
+    struct idle_timing timing;
+    struct gl_device_list devices; /* that may not be taken, and why */
+    struct gl_device tried;        /* the last one */
 };
 
 /* Takes the reference. A front that is gone is noticed by the next receive. */
@@ -124,8 +123,8 @@ static void send_totals(struct worker *worker)
     renderer_get_info(worker->renderer, &worker->info);
     send_message(worker,
                  json_pack("{s:s,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "op",
-                           "totals", "timed", (json_int_t)worker->timed, "timings_stopped",
-                           (json_int_t)worker->timings_stopped, "learned",
+                           "totals", "timed", (json_int_t)worker->timing.timed, "timings_stopped",
+                           (json_int_t)worker->timing.stopped, "learned",
                            (json_int_t)worker_device_keep_lessons(&worker->device),
                            "programs_built", (json_int_t)worker->info.programs_built,
                            "programs_reused", (json_int_t)worker->info.programs_reused,
@@ -623,47 +622,15 @@ static bool serve_interlude(void *context)
 
 /* ---- life ---- */
 
-/* The text of a view's picture is kept until another comes; takes the message. */
-static void keep_last(struct worker *worker, struct ipc_message *message)
-{
-    const char *op = json_string_value(json_object_get(message->json, "op"));
-    bool is_render = op && strcmp(op, "render") == 0;
-    if (is_render && message->fd_count > 0 &&
-        json_is_true(json_object_get(message->json, "reuse"))) {
-        struct ipc_message text = {.json = json_incref(message->json),
-                                   .fds = {ipc_message_take_fd(message, 0)},
-                                   .fd_count = 1};
-        ipc_message_finish(&worker->last);
-        worker->last = text;
-    }
-    ipc_message_finish(message);
-}
-
-/* What the view's picture would have taken by another technique; ends as soon as anybody asks. */
+/* Nobody asks. */
 static void time_runner_up(struct worker *worker)
 {
-    struct ipc_mapping text = {0};
-    struct render_request request = {0};
-    struct view_storage storage = {0};
-    struct view view;
-    struct error ignored = {0}; /* whoever asked for the picture was told */
-    const struct runner_up_desc desc = {.shall_stop = has_letters, .context = worker};
-    enum runner_up_outcome outcome = RUNNER_UP_NONE;
-    if (is_at_hand(worker, worker->last.json) &&
-        ipc_mapping_init(&text, worker->last.fds[0], &ignored) &&
-        render_request_parse(text.bytes, text.size_bytes, &request, &ignored) &&
-        view_from_request(&request, &storage, &view, &ignored)) {
-        view.quality.expects_reuse = true;
-        view.quality.may_be_coarse = json_is_true(json_object_get(worker->last.json, "coarse"));
-        outcome = renderer_time_runner_up(worker->renderer, request.scene, &view, &desc);
-    }
-    view_storage_finish(&storage);
-    render_request_finish(&request);
-    ipc_mapping_finish(&text);
-    ipc_message_finish(&worker->last);
-    worker->timed += outcome == RUNNER_UP_TIMED;
-    worker->timings_stopped += outcome == RUNNER_UP_STOPPED;
-    if (outcome != RUNNER_UP_NONE)
+    if (idle_timing_run(&worker->timing,
+                        &(struct idle_timing_desc){
+                            .renderer = worker->renderer,
+                            .has_scenes = is_at_hand(worker, idle_timing_message(&worker->timing)),
+                            .shall_stop = has_letters,
+                            .context = worker}))
         send_totals(worker);
 }
 
@@ -673,7 +640,8 @@ static bool next_message(struct worker *worker, struct ipc_message *message)
     while (worker->flying && !inbox_has_letters(worker->inbox))
         if (renderer_wait(worker->renderer, LOOK_MS))
             land(worker);
-    if (worker->last.json && !worker->is_lost && !inbox_wait(worker->inbox, TIMING_IDLE_MS))
+    if (idle_timing_message(&worker->timing) && !worker->is_lost &&
+        !inbox_wait(worker->inbox, IDLE_TIMING_AFTER_MS))
         time_runner_up(worker);
     return !worker->is_lost && inbox_take(worker->inbox, message);
 }
@@ -684,7 +652,8 @@ static void run(struct worker *worker)
     bool goes_on = true;
     while (goes_on && next_message(worker, &message)) {
         goes_on = serve(worker, &message);
-        keep_last(worker, &message);
+        idle_timing_note(&worker->timing, &message);
+        ipc_message_finish(&message);
         forget_scenes(worker);
     }
     land(worker);
@@ -721,7 +690,7 @@ int worker_main(int socket)
     }
     encoder_destroy(worker.encoder); /* what it still has is sent */
     inbox_destroy(worker.inbox);
-    ipc_message_finish(&worker.last);
+    idle_timing_finish(&worker.timing);
     mapped_scenes_destroy(worker.scenes);
     renderer_destroy(worker.renderer);
     json_decref(worker.forgotten);
