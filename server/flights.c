@@ -3,6 +3,8 @@
 #include "server/flights.h"
 
 #include <assert.h>
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static bool is_urgent(const struct render_task *task)
@@ -53,6 +55,18 @@ int flights_find(const struct flights *flights, uint64_t ticket)
     return -1;
 }
 
+int flights_find_request(const struct flights *flights, const char *request_id)
+{
+    int newest = -1;
+    for (int i = 0; i < flights->count; i++) {
+        const struct render_task *task = flights->list[i].task;
+        if (task->request_id && strcmp(task->request_id, request_id) == 0 &&
+            (newest < 0 || task->ticket > flights->list[newest].task->ticket))
+            newest = i;
+    }
+    return newest;
+}
+
 void flight_progress_note(struct flight_progress *progress, const char *stage, double share,
                           int64_t now_ms)
 {
@@ -64,6 +78,14 @@ void flight_progress_note(struct flight_progress *progress, const char *stage, d
     double took_ms = (double)(now_ms - progress->since_ms), made = share - progress->first_share;
     progress->share = share;
     progress->left_s = took_ms >= PACE_MS && made > 0 ? 1e-3 * took_ms * (1 - share) / made : -1;
+}
+
+json_t *flight_progress_to_json(const struct flight_progress *progress)
+{
+    json_t *left =
+        progress->left_s >= 0 ? json_real(round(10 * progress->left_s) / 10) : json_null();
+    return json_pack("{s:s,s:f,s:o}", "stage", progress->stage, "share",
+                     round(1000 * progress->share) / 1000, "left_s", left);
 }
 
 bool flights_note(struct flight *flight, const char *op, int64_t now_ms)

@@ -38,6 +38,8 @@ struct flight {
 /* What the worker says of how far it is. */
 void flight_progress_note(struct flight_progress *progress, const char *stage, double share,
                           int64_t now_ms);
+/* {"stage", "share", "left_s"}: a new reference; NULL: no memory. */
+json_t *flight_progress_to_json(const struct flight_progress *progress);
 
 /* Zeroed = none. Urgent ones have room of their own, so that others cannot keep them waiting. */
 struct flights {
@@ -49,7 +51,8 @@ struct flights {
 bool flights_have_room(const struct flights *flights, enum render_priority priority);
 void flights_add(struct flights *flights, struct render_task *task, int64_t now_ms);
 void flights_remove(struct flights *flights, int index);
-int flights_find(const struct flights *flights, uint64_t ticket); /* -1: none */
+int flights_find(const struct flights *flights, uint64_t ticket);                /* -1: none */
+int flights_find_request(const struct flights *flights, const char *request_id); /* the newest */
 bool flights_is_any(const struct flights *flights, enum flight_state state);
 
 /* What the worker says of a flight; false for a word that is none of these: begin, paused, resumed,

@@ -421,14 +421,6 @@ void watcher_look(struct watcher *watcher, bool wants_frame, struct watcher_news
     pthread_mutex_unlock(&view->views->mutex);
 }
 
-json_t *live_progress_to_json(const struct flight_progress *progress)
-{
-    json_t *left =
-        progress->left_s >= 0 ? json_real(round(10 * progress->left_s) / 10) : json_null();
-    return json_pack("{s:s,s:f,s:o}", "stage", progress->stage, "share",
-                     round(1000 * progress->share) / 1000, "left_s", left);
-}
-
 bool watcher_repeat(struct watcher *watcher, struct live_frame *frame)
 {
     struct views *views = watcher->view->views;

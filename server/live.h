@@ -52,9 +52,6 @@ struct watcher_news {
  * frame that is newest when it looks. */
 void watcher_look(struct watcher *watcher, bool wants_frame, struct watcher_news *news);
 
-/* {stage, share, left_s}, the last one null where it is not known; NULL: no memory. */
-json_t *live_progress_to_json(const struct flight_progress *progress);
-
 /* The newest frame once more, for a beat; false when there is none. The image is the caller's. */
 bool watcher_repeat(struct watcher *watcher, struct live_frame *frame);
 

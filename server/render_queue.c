@@ -3,6 +3,7 @@
 #include "server/render_queue.h"
 
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 struct render_task *render_task_create(void)
@@ -83,6 +84,27 @@ struct render_task *render_queue_remove(struct render_queue *queue, uint64_t tic
                 return task;
             }
     return NULL;
+}
+
+const struct render_task *render_queue_find(const struct render_queue *queue, uint64_t ticket)
+{
+    for (int i = 0; i < RENDER_PRIORITY_COUNT; i++)
+        for (const struct render_task *task = queue->first[i]; task; task = task->next)
+            if (task->ticket == ticket)
+                return task;
+    return NULL;
+}
+
+const struct render_task *render_queue_find_request(const struct render_queue *queue,
+                                                    const char *request_id)
+{
+    const struct render_task *newest = NULL;
+    for (int i = 0; i < RENDER_PRIORITY_COUNT; i++)
+        for (const struct render_task *task = queue->first[i]; task; task = task->next)
+            if (task->request_id && strcmp(task->request_id, request_id) == 0 &&
+                (!newest || task->ticket > newest->ticket))
+                newest = task;
+    return newest;
 }
 
 int64_t render_queue_oldest_us(const struct render_queue *queue, int64_t otherwise)

@@ -30,8 +30,9 @@ struct render_task {
     struct render_task *next;
     uint64_t ticket; /* required, unique: supervisor_next_ticket */
     char scene[DIGEST_TEXT_BYTES];
-    int request_fd, blob_fd;         /* required, owned */
-    struct part_scenes parts;        /* with part_fds, owned; beside task->scene */
+    int request_fd, blob_fd;  /* required, owned */
+    const char *request_id;   /* of who waits for it, borrowed until it is done; NULL: none */
+    struct part_scenes parts; /* with part_fds, owned; beside task->scene */
     int part_fds[LIMIT_PART_SCENES]; /* parts.count of them are open */
     enum image_format format;
     enum render_priority priority;
@@ -76,6 +77,10 @@ struct render_task *render_queue_pop_urgent(struct render_queue *queue);
 struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket); /* NULL when
                                                                                          not waiting
                                                                                        */
+const struct render_task *render_queue_find(const struct render_queue *queue, uint64_t ticket);
+/* The newest with this request id; NULL when none is waiting. */
+const struct render_task *render_queue_find_request(const struct render_queue *queue,
+                                                    const char *request_id);
 int64_t render_queue_oldest_us(const struct render_queue *queue, int64_t otherwise); /* queued_us of
                                                                                         the oldest
                                                                                       */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* /v1/renders and /v1/frames: one-shot images and what they cost. */
+/* /v1/renders and /v1/frames: one-shot images, how far they are and what they cost. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -225,9 +226,43 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
         return;
     }
     task->ticket = supervisor_next_ticket(service->supervisor);
+    task->request_id = http_request_id(exchange);
     task->context = post;
     task->done = rendered;
     reply_by_worker(service, exchange, task);
+}
+
+/* ---- how far it is ---- */
+
+static json_t *status_to_json(const struct render_status *status, const char *request_id)
+{
+    static const char *const states[] = {[FLIGHT_SENT] = "waiting",
+                                         [FLIGHT_BEGUN] = "rendering",
+                                         [FLIGHT_PAUSED] = "paused",
+                                         [FLIGHT_ON_DEVICE] = "rendering",
+                                         [FLIGHT_ENCODING] = "encoding"};
+    bool has_progress = status->progress.stage[0] && status->state != FLIGHT_ENCODING;
+    json_t *progress = has_progress ? flight_progress_to_json(&status->progress) : NULL;
+    return json_pack("{s:s,s:s,s:s,s:f,s:o*}", "request_id", request_id, "scene", status->scene,
+                     "state", states[status->state], "elapsed_s",
+                     round(10 * status->elapsed_s) / 10, "progress", progress);
+}
+
+static void run_status(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    struct error problem = {0};
+    struct render_status status;
+    uint64_t of_view = view_images_find_render(service->view_images, id);
+    if (of_view ? supervisor_get_render(service->supervisor, of_view, &status)
+                : supervisor_find_render(service->supervisor, id, &status)) {
+        reply_json(exchange, 200, status_to_json(&status, id));
+        return;
+    }
+    error_set(&problem, ERROR_NOT_FOUND,
+              "no render with the request id '%.64s' is in work: it has ended, or none was asked "
+              "for with that X-Request-Id",
+              id);
+    http_reply_error(exchange, &problem);
 }
 
 static void run_frame(struct service *service, struct http_exchange *exchange, const char *id)
@@ -245,6 +280,7 @@ static void run_frame(struct service *service, struct http_exchange *exchange, c
 
 const struct route routes_renders[] = {
     {"/v1/renders", {{HTTP_POST, open_post, run_post}}},
+    {"/v1/renders/{id}", {{HTTP_GET, NULL, run_status}}},
     {"/v1/frames/{id}", {{HTTP_GET, NULL, run_frame}}},
     {0},
 };

@@ -160,6 +160,7 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
         .tag = get->picture.tag,
         .format = format,
         .priority = image_priority(http_request_header(exchange, "Priority")),
+        .request_id = http_request_id(exchange),
         .view = get->id,
         .revision = get->picture.revision,
         .promise = &get->picture.promise,

@@ -136,7 +136,7 @@ static void turn(void *context)
     session->has_said_hello = true;
     session->revision = news.revision;
     if (news.has_progress) {
-        json_t *message = live_progress_to_json(&news.progress);
+        json_t *message = flight_progress_to_json(&news.progress);
         json_object_set_new(message, "type", json_string("progress"));
         say(session, message);
     }

@@ -161,7 +161,7 @@ static void put_stats(struct stream_get *get, const struct live_frame *frame)
 
 static void put_progress(struct stream_get *get, const struct flight_progress *progress)
 {
-    json_t *json = live_progress_to_json(progress);
+    json_t *json = flight_progress_to_json(progress);
     char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(15)) : NULL;
     if (text)
         append(get, "event: progress\ndata: %s\n\n", text);

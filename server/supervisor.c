@@ -216,6 +216,47 @@ bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
     return is_known;
 }
 
+/* Of the one that was submitted later; either may be absent. Under the mutex. */
+static bool read_status(const struct render_task *queued, const struct flight *flight,
+                        struct render_status *status)
+{
+    *status = (struct render_status){.state = FLIGHT_SENT};
+    if (flight && queued && flight->task->ticket < queued->ticket)
+        flight = NULL;
+    const struct render_task *task = flight ? flight->task : queued;
+    if (!task)
+        return false;
+    if (flight) {
+        status->state = flight->state;
+        status->progress = flight->progress;
+    }
+    memcpy(status->scene, task->scene, sizeof status->scene);
+    status->elapsed_s = 1e-6 * (double)(now_us() - task->queued_us);
+    return true;
+}
+
+bool supervisor_get_render(struct supervisor *supervisor, uint64_t ticket,
+                           struct render_status *status)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    int index = flights_find(&supervisor->flights, ticket);
+    bool is_known = read_status(render_queue_find(&supervisor->queue, ticket),
+                                index >= 0 ? &supervisor->flights.list[index] : NULL, status);
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_known;
+}
+
+bool supervisor_find_render(struct supervisor *supervisor, const char *request_id,
+                            struct render_status *status)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    int index = flights_find_request(&supervisor->flights, request_id);
+    bool is_known = read_status(render_queue_find_request(&supervisor->queue, request_id),
+                                index >= 0 ? &supervisor->flights.list[index] : NULL, status);
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_known;
+}
+
 void supervisor_drain(struct supervisor *supervisor)
 {
     pthread_mutex_lock(&supervisor->mutex);

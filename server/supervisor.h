@@ -15,6 +15,7 @@
 #include "protocol/capabilities.h"
 #include "protocol/error.h"
 #include "server/config.h"
+#include "server/flights.h"
 #include "server/log.h"
 #include "server/render_queue.h"
 #include "server/warm_up.h"
@@ -55,9 +56,22 @@ void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task)
 void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket);
 
 /* How far a render is that the worker has had for a while; false: nothing is known of it. */
-struct flight_progress;
 bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
                              struct flight_progress *progress);
+
+/* A render or a plan that a client waits for. */
+struct render_status {
+    char scene[DIGEST_TEXT_BYTES];
+    enum flight_state state; /* FLIGHT_SENT also where it waits in the queue */
+    double elapsed_s;        /* since it was submitted */
+    struct flight_progress progress;
+};
+/* False: none with that ticket is in work. */
+bool supervisor_get_render(struct supervisor *supervisor, uint64_t ticket,
+                           struct render_status *status);
+/* By the task's request id, of several the newest. */
+bool supervisor_find_render(struct supervisor *supervisor, const char *request_id,
+                            struct render_status *status);
 
 /* Stop (or begin again) to take renders: submit answers ERROR_OVERLOADED while draining. */
 void supervisor_drain(struct supervisor *supervisor);

@@ -18,6 +18,7 @@
 struct waiter {
     struct waiter *next;
     uint64_t ticket;
+    const char *request_id; /* borrowed while it waits; NULL: none */
     enum view_image_source source;
     void *context;
     void (*done)(void *context, struct view_image *image, enum view_image_source source,
@@ -306,7 +307,10 @@ void view_images_ask(struct view_images *images, const struct view_image_request
         request->done(request->context, NULL, VIEW_IMAGE_RENDERED, &problem);
         return;
     }
-    *waiter = (struct waiter){.ticket = ticket, .context = request->context, .done = request->done};
+    *waiter = (struct waiter){.ticket = ticket,
+                              .request_id = request->request_id,
+                              .context = request->context,
+                              .done = request->done};
     pthread_mutex_lock(&images->mutex);
     struct view_image *image = find_kept(images, request->tag);
     bool has_joined = !image && join(images, request, waiter);
@@ -343,6 +347,21 @@ bool view_images_get_progress(struct view_images *images, uint64_t ticket,
                 render = making->render;
     pthread_mutex_unlock(&images->mutex);
     return render && supervisor_get_progress(images->desc.supervisor, render, progress);
+}
+
+uint64_t view_images_find_render(struct view_images *images, const char *request_id)
+{
+    uint64_t newest = 0, render = 0;
+    pthread_mutex_lock(&images->mutex);
+    for (const struct making *making = images->making; making; making = making->next)
+        for (const struct waiter *waiter = making->waiters; waiter; waiter = waiter->next)
+            if (waiter->request_id && strcmp(waiter->request_id, request_id) == 0 &&
+                waiter->ticket > newest) {
+                newest = waiter->ticket;
+                render = making->render;
+            }
+    pthread_mutex_unlock(&images->mutex);
+    return render;
 }
 
 static struct waiter *take_waiter(struct making *making, uint64_t ticket)

@@ -38,7 +38,8 @@ struct view_image_request {
     const char *tag;                 /* required; image_tag_make of text */
     enum image_format format;
     enum render_priority priority;
-    const char *view; /* for the stats */
+    const char *request_id; /* borrowed until done; NULL: none */
+    const char *view;       /* for the stats */
     uint64_t revision;
     bool is_passing;                     /* not to be kept */
     const struct frame_promise *promise; /* optional; told in the stats */
@@ -75,6 +76,9 @@ void view_images_cancel(struct view_images *images, uint64_t ticket);
 /* How far the image of such a ticket is; false: nothing is known of it, as of quick ones. */
 bool view_images_get_progress(struct view_images *images, uint64_t ticket,
                               struct flight_progress *progress);
+
+/* The supervisor's ticket of what is being made for the newest with this request id; 0: nothing. */
+uint64_t view_images_find_render(struct view_images *images, const char *request_id);
 
 struct view_images_totals {
     uint64_t rendered, shared, kept;

@@ -121,7 +121,7 @@ static json_t *summary_or_error(const struct view *view, struct error *err)
 {
     json_t *summary = summarise(view);
     if (summary && view->live.progress.stage[0])
-        json_object_set_new(summary, "progress", live_progress_to_json(&view->live.progress));
+        json_object_set_new(summary, "progress", flight_progress_to_json(&view->live.progress));
     if (!summary)
         error_set(err, ERROR_NO_MEMORY, "view");
     return summary;

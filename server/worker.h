@@ -30,6 +30,7 @@
  *   begin     {id}: the GL thread works on it
  *   paused    {id}: urgent ones, on scenes that the worker has, go before the rest of it
  *   resumed   {id}: it goes on
+ *   progress  {id, stage, share}: how far one is that takes long, at most four times a second
  *   submitted {id}: the device works on it, and the GL thread may go on with another
  *   rendered  {id}: the encode pool works on it
  *   done      {id, stats}, descriptor: the image (sealed memfd)

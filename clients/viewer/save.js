@@ -3,6 +3,7 @@
 import { button, byId, el, replace } from "./dom.js";
 import { numberField, selectField } from "./fields.js";
 import { notice, showProblem } from "./messages.js";
+import { wordsOf } from "./progress.js";
 
 const TYPES = { png: "image/png", jpeg: "image/jpeg", webp: "image/webp", exr: "image/x-exr" };
 const SIDE_MAX = 16384;
@@ -24,7 +25,9 @@ export function openSave(client, wanted, name) {
     go.disabled = true;
     go.querySelector("span").textContent = "Rendering …";
     try {
-      const { blob } = await client.render({ ...request, ...output }, { accept: TYPES[chosen.format] });
+      const onProgress = (progress) => (go.querySelector("span").textContent = wordsOf(progress));
+      const { blob } = await client.render({ ...request, ...output },
+        { accept: TYPES[chosen.format], onProgress });
       download(blob, `${name}${chosen.aov === "color" ? "" : `-${chosen.aov}`}.${chosen.format}`);
       notice("The picture is saved");
       dialog.close();

@@ -4,6 +4,8 @@
  * newer; no dependencies. Its manual, with examples, is docs/javascript.md.
  */
 
+const LOOK_MS = 500; // between two looks at how far a render is
+
 /** A reply that says no: the members of its problem (RFC 9457). */
 export class VitrailError extends Error {
   /** @param {object} problem members as in docs/api.md; what is missing is filled in */
@@ -232,12 +234,39 @@ export class Vitrail {
   /**
    * Renders one image.
    * @param {object} request as in docs/requests.md
-   * @param {{accept?: string, etag?: string, signal?: AbortSignal}} [options] etag: as the last
-   *   image had it; when nothing changed, the answer's blob is null
+   * @param {{accept?: string, etag?: string, signal?: AbortSignal,
+   *   onProgress?: (progress: {stage: string, share: number, left_s: number|null}) => void}} [options]
+   *   etag: as the last image had it; when nothing changed, the answer's blob is null.
+   *   onProgress: called twice a second while an image takes long
    */
-  async render(request, { accept = "image/png", etag, signal } = {}) {
+  async render(request, { accept = "image/png", etag, signal, onProgress } = {}) {
     const headers = { Accept: accept, ...(etag ? { "If-None-Match": etag } : {}) };
-    return imageOf(await this.send("POST", "/v1/renders", request, { headers, signal }));
+    const watch = onProgress ? this.#watchRender(headers, onProgress) : null;
+    try {
+      return await imageOf(await this.send("POST", "/v1/renders", request, { headers, signal }));
+    } finally {
+      watch?.abort();
+    }
+  }
+
+  /** What is done with a render, or an image of a view, that was asked for with that X-Request-Id. */
+  renderStatus(id, { signal } = {}) {
+    return this.json(`/v1/renders/${encodeURIComponent(id)}`, { signal });
+  }
+
+  /** Gives the request an id, and looks at it until the controller that this answers is aborted. */
+  #watchRender(headers, onProgress) {
+    const part = () => Math.random().toString(36).slice(2);
+    const id = `js-${part()}${part()}`;
+    const watch = new AbortController();
+    const look = async () => {
+      const status = await this.renderStatus(id, watch).catch(() => null); // not there yet, or ended
+      if (!watch.signal.aborted && status?.progress) onProgress(status.progress);
+    };
+    const timer = setInterval(look, LOOK_MS);
+    watch.signal.addEventListener("abort", () => clearInterval(timer), { once: true });
+    headers["X-Request-Id"] = id;
+    return watch;
   }
 
   // ---- trade-offs: time against error, measured ----

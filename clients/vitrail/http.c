@@ -9,7 +9,12 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#define SIDE_FIRST_S 0.5 /* quicker answers are not looked at */
+#define SIDE_LAST_S 2.   /* between two looks, after ... */
+#define SIDE_SHARE 0.05  /* ... this share of what has passed already is longer */
+
 enum {
+    SIDE_BYTES_MAX = 4096,       /* a longer one is cut, and then is no document */
     REPLY_BYTES_MAX = 256 << 20, /* an answer that is kept in memory: JSON, never an image */
     POLL_MS = 100,               /* as often as the progress bar is redrawn */
     CONNECT_TIMEOUT_MS = 10000,  /* a machine that is down must not look like a slow one */
@@ -26,6 +31,16 @@ struct http_client {
     CURLM *multi;
 };
 
+/* The document beside a request. Zeroed = none is asked for. */
+struct side_look {
+    CURL *easy; /* NULL: not yet */
+    char *url;
+    bool is_under_way;
+    double begun_s, due_s;
+    char body[SIDE_BYTES_MAX];
+    size_t body_bytes;
+};
+
 /* One request under way. */
 struct transfer {
     struct http_client *client;
@@ -37,6 +52,8 @@ struct transfer {
     FILE *body;
     char *url;
     char curl_message[CURL_ERROR_SIZE];
+    bool is_coming; /* the body of the answer */
+    struct side_look look;
 };
 
 /* The address as it may be shown: without user and password. NULL: no memory. */
@@ -170,6 +187,7 @@ static size_t on_receive(char *bytes, size_t unit, size_t count, void *context)
     long status = 0;
     bool is_ok;
 
+    transfer->is_coming = true;
     curl_easy_getinfo(transfer->client->easy, CURLINFO_RESPONSE_CODE, &status);
     if (transfer->request->sink && status >= 200 && status < 300)
         is_ok = output_file_write(transfer->request->sink, bytes, size, transfer->failure);
@@ -290,6 +308,18 @@ static bool attach_body(struct transfer *transfer)
     return true;
 }
 
+static void set_common(const struct http_client *client, CURL *easy, const char *url)
+{
+    curl_easy_setopt(easy, CURLOPT_URL, url);
+    curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(easy, CURLOPT_USERAGENT, "vitrail/" VITRAIL_VERSION);
+    curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, (long)CONNECT_TIMEOUT_MS);
+    curl_easy_setopt(easy, CURLOPT_TCP_KEEPALIVE, 1L);
+    if (client->is_local)
+        curl_easy_setopt(easy, CURLOPT_PROXY, "");
+}
+
 static bool transfer_prepare(struct transfer *transfer)
 {
     struct http_client *client = transfer->client;
@@ -299,26 +329,96 @@ static bool transfer_prepare(struct transfer *transfer)
     curl_easy_reset(easy);
     if (asprintf(&transfer->url, "%s%s", client->base_url, request->path) < 0)
         return fail_no_memory(transfer->failure);
-    curl_easy_setopt(easy, CURLOPT_URL, transfer->url);
-    curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
-    curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
-    curl_easy_setopt(easy, CURLOPT_USERAGENT, "vitrail/" VITRAIL_VERSION);
-    curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, (long)CONNECT_TIMEOUT_MS);
-    curl_easy_setopt(easy, CURLOPT_TCP_KEEPALIVE, 1L);
+    set_common(client, easy, transfer->url);
     curl_easy_setopt(easy, CURLOPT_ERRORBUFFER, transfer->curl_message);
     curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, on_receive);
     curl_easy_setopt(easy, CURLOPT_WRITEDATA, transfer);
     curl_easy_setopt(easy, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(easy, CURLOPT_XFERINFOFUNCTION, on_progress);
     curl_easy_setopt(easy, CURLOPT_XFERINFODATA, transfer);
-    if (client->is_local)
-        curl_easy_setopt(easy, CURLOPT_PROXY, "");
     if (!add_header(transfer, "Accept", request->accept ? request->accept : "application/json"))
+        return false;
+    if (request->request_id && !add_header(transfer, "X-Request-Id", request->request_id))
         return false;
     if (!attach_body(transfer))
         return false;
     curl_easy_setopt(easy, CURLOPT_HTTPHEADER, transfer->headers);
     return true;
+}
+
+/* ---- the document beside it ---- */
+
+static size_t on_side(char *bytes, size_t unit, size_t count, void *context)
+{
+    struct side_look *look = context;
+    size_t size = unit * count, room = sizeof look->body - 1 - look->body_bytes;
+
+    if (size > room)
+        return 0;
+    memcpy(look->body + look->body_bytes, bytes, size);
+    look->body_bytes += size;
+    look->body[look->body_bytes] = '\0';
+    return size;
+}
+
+/* Without memory there is none. */
+static void side_begin(struct transfer *transfer)
+{
+    struct http_client *client = transfer->client;
+    struct side_look *look = &transfer->look;
+
+    if (!look->easy && (look->easy = curl_easy_init()) &&
+        asprintf(&look->url, "%s%s", client->base_url, transfer->request->side->path) < 0)
+        look->url = NULL;
+    if (!look->url)
+        return;
+    look->body_bytes = 0;
+    set_common(client, look->easy, look->url);
+    curl_easy_setopt(look->easy, CURLOPT_WRITEFUNCTION, on_side);
+    curl_easy_setopt(look->easy, CURLOPT_WRITEDATA, look);
+    look->is_under_way = curl_multi_add_handle(client->multi, look->easy) == CURLM_OK;
+}
+
+static void side_end(struct transfer *transfer, CURLcode code)
+{
+    const struct http_side *side = transfer->request->side;
+    struct side_look *look = &transfer->look;
+    double now_s = clock_s(), pause_s = SIDE_SHARE * (now_s - look->begun_s);
+    long status = 0;
+
+    curl_easy_getinfo(look->easy, CURLINFO_RESPONSE_CODE, &status);
+    curl_multi_remove_handle(transfer->client->multi, look->easy);
+    look->is_under_way = false;
+    look->due_s = now_s + (pause_s < SIDE_FIRST_S  ? SIDE_FIRST_S
+                           : pause_s > SIDE_LAST_S ? SIDE_LAST_S
+                                                   : pause_s);
+    if (code == CURLE_OK && status == 200 && look->body_bytes && !transfer->is_coming)
+        side->take(side->context, look->body);
+}
+
+static void side_step(struct transfer *transfer)
+{
+    struct side_look *look = &transfer->look;
+
+    if (!transfer->request->side || look->is_under_way || transfer->is_coming)
+        return;
+    if (!look->begun_s) {
+        look->begun_s = clock_s();
+        look->due_s = look->begun_s + SIDE_FIRST_S;
+    }
+    if (clock_s() >= look->due_s)
+        side_begin(transfer);
+}
+
+static void side_finish(struct transfer *transfer)
+{
+    struct side_look *look = &transfer->look;
+
+    if (look->is_under_way)
+        curl_multi_remove_handle(transfer->client->multi, look->easy);
+    curl_easy_cleanup(look->easy);
+    free(look->url);
+    *look = (struct side_look){0};
 }
 
 /* Runs the transfer to its end; *code is libcurl's verdict. False: interrupted, late, or our own
@@ -328,16 +428,22 @@ static bool transfer_run(struct transfer *transfer, CURLcode *code)
     struct http_client *client = transfer->client;
     struct curl_waitfd signals = {.fd = client->interrupt->fd, .events = CURL_WAIT_POLLIN};
     int running = 1, left;
+    bool has_ended = false;
 
-    while (running) {
+    while (!has_ended) {
         const CURLMsg *message;
         if (curl_multi_perform(client->multi, &running))
             return fail_no_memory(transfer->failure);
         while ((message = curl_multi_info_read(client->multi, &left)))
-            if (message->msg == CURLMSG_DONE)
+            if (message->msg == CURLMSG_DONE && message->easy_handle == client->easy) {
                 *code = message->data.result;
-        if (!running)
+                has_ended = true;
+            } else if (message->msg == CURLMSG_DONE) {
+                side_end(transfer, message->data.result);
+            }
+        if (has_ended)
             return true;
+        side_step(transfer);
         if (!interrupt_check(client->interrupt, transfer->failure))
             return false;
         if (client->deadline_s > 0 && clock_s() >= client->deadline_s)
@@ -416,6 +522,7 @@ bool http_send(struct http_client *client, const struct http_request *request,
             fail_no_memory(failure);
         else
             is_ok = transfer_run(&transfer, &code) && transfer_judge(&transfer, code);
+        side_finish(&transfer);
         curl_multi_remove_handle(client->multi, client->easy);
     }
     curl_easy_setopt(client->easy, CURLOPT_HTTPHEADER, NULL);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Requests to one server. The only home of libcurl; one request at a time. */
+/* Requests to one server. The only home of libcurl; one request at a time, and beside it looks at
+ * how far its answer is. */
 #ifndef VITRAIL_CLIENTS_VITRAIL_HTTP_H
 #define VITRAIL_CLIENTS_VITRAIL_HTTP_H
 
@@ -32,6 +33,15 @@ struct http_part {
     char *path; /* on this machine */
 };
 
+/* A document that is asked for twice a second at first, and later every other second, from when the
+ * answer to a request lets itself be waited for until it begins to come. That it cannot be had is
+ * no failure. */
+struct http_side {
+    const char *path;                              /* required */
+    void (*take)(void *context, const char *body); /* required: each that came with 200 */
+    void *context;
+};
+
 struct http_request {
     const char *method;            /* required: "GET", "HEAD", "POST", "PATCH", "DELETE"
                                     */
@@ -42,7 +52,9 @@ struct http_request {
     const char *body_path;         /* ... a file, streamed; or ... */
     const struct http_part *parts; /* ... files as multipart/form-data, streamed */
     size_t part_count;
-    struct output_file *sink; /* a 2xx body goes there instead of into the reply */
+    struct output_file *sink;     /* a 2xx body goes there instead of into the reply */
+    const char *request_id;       /* X-Request-Id; NULL leaves it to the server */
+    const struct http_side *side; /* NULL: nothing is asked for beside it */
     enum progress_stage sending, waiting, receiving; /* 0: that part is not shown */
 };
 

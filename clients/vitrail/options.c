@@ -23,7 +23,7 @@ static const struct option COMMON_OPTIONS[] = {
     {OPTION_FLAG, "quiet", 'q', NULL, "no progress and no summary",
      offsetof(struct common_options, quiet)},
     {OPTION_TEXT, "progress", 0, "KIND",
-     "on stderr: auto (a bar on a terminal), none, json, afanasy",
+     "on stderr: auto (a bar on a terminal), none, plain, json, afanasy",
      offsetof(struct common_options, progress)},
     {0},
 };
@@ -153,7 +153,7 @@ static bool parse_short(const struct command *command, char **argv, int *index, 
 
 static bool check_common(struct common_options *common, struct failure *failure)
 {
-    static const char *const NAMES[] = {"auto", "none", "json", "afanasy"};
+    static const char *const NAMES[] = {"auto", "none", "plain", "json", "afanasy"};
     const char *wanted = common->progress ? common->progress : "auto";
 
     if (common->spawn && common->server)
@@ -169,8 +169,8 @@ static bool check_common(struct common_options *common, struct failure *failure)
                 common->progress_kind = PROGRESS_NONE;
             return true;
         }
-    return fail(failure, EXIT_CODE_USAGE, "--progress: '%s' is none of auto, none, json, afanasy",
-                wanted);
+    return fail(failure, EXIT_CODE_USAGE,
+                "--progress: '%s' is none of auto, none, plain, json, afanasy", wanted);
 }
 
 static bool check_operands(const struct command *command, const struct text_list *operands,

@@ -39,7 +39,13 @@ struct option {
     size_t offset;
 };
 
-enum progress_kind { PROGRESS_AUTO, PROGRESS_NONE, PROGRESS_JSON, PROGRESS_AFANASY };
+enum progress_kind {
+    PROGRESS_AUTO,
+    PROGRESS_NONE,
+    PROGRESS_PLAIN,
+    PROGRESS_JSON,
+    PROGRESS_AFANASY,
+};
 
 /* First member of every command's options. */
 struct common_options {

@@ -8,6 +8,7 @@
 
 #include "clients/vitrail/commands.h"
 #include "clients/vitrail/json_text.h"
+#include "clients/vitrail/render_watch.h"
 #include "clients/vitrail/request_json.h"
 #include "clients/vitrail/scene_source.h"
 #include "clients/vitrail/warnings.h"
@@ -104,17 +105,14 @@ static bool ask_for_image(struct render *render, struct failure *failure)
 
     if (!body)
         return fail_no_memory(failure);
-    progress_show(&render->session.progress, PROGRESS_STAGE_RENDER, 0, 0);
-    is_ok = session_ask(&render->session,
-                        &(struct http_request){.method = "POST",
-                                               .path = "/v1/renders",
-                                               .accept = render->accept,
-                                               .content_type = "application/json",
-                                               .body = body,
-                                               .sink = &render->image,
-                                               .waiting = PROGRESS_STAGE_RENDER,
-                                               .receiving = PROGRESS_STAGE_RECEIVE},
-                        "the render", &render->reply, failure);
+    is_ok = render_watch_ask(&render->session,
+                             &(struct http_request){.method = "POST",
+                                                    .path = "/v1/renders",
+                                                    .accept = render->accept,
+                                                    .content_type = "application/json",
+                                                    .body = body,
+                                                    .sink = &render->image},
+                             "the render", &render->reply, failure);
     free(body);
     return is_ok;
 }

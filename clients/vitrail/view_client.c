@@ -7,6 +7,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include "clients/vitrail/render_watch.h"
+
 bool view_id_is_valid(const char *text, struct failure *failure)
 {
     if (strlen(text) == 16 && strspn(text, "0123456789abcdef") == 16)
@@ -97,14 +99,11 @@ bool view_client_save(struct session *session, const char *id, const char *query
     bool is_ok = format && output_file_open(&image, path, failure);
 
     snprintf(from, sizeof from, "/v1/views/%s/image?format=%s%s", id, format ? format : "", query);
-    is_ok = is_ok && session_ask(session,
-                                 &(struct http_request){.method = "GET",
-                                                        .path = from,
-                                                        .accept = "*/*",
-                                                        .sink = &image,
-                                                        .waiting = PROGRESS_STAGE_RENDER,
-                                                        .receiving = PROGRESS_STAGE_RECEIVE},
-                                 "the image", &reply, failure);
+    is_ok = is_ok &&
+            render_watch_ask(session,
+                             &(struct http_request){
+                                 .method = "GET", .path = from, .accept = "*/*", .sink = &image},
+                             "the image", &reply, failure);
     if (is_ok && strncmp(reply.content_type, "image/", 6) != 0)
         is_ok =
             fail(failure, EXIT_CODE_UNAVAILABLE,

@@ -124,6 +124,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
             else:
                 self.answer(200, stub.image, [("Content-Type", request.headers["Accept"]),
                                               ("Link", '</v1/frames/f1>; rel="describedby"')])
+        elif path.startswith("/v1/renders/") and stub.statuses:
+            body = stub.statuses.pop(0)
+            self.answer(200, body, [("Content-Type", "application/json")]
+                        if isinstance(body, bytes) else ())
         elif path == "/v1/frames/f1":
             self.answer(200, FRAME)
         elif path in ("/v1/stats", "/v1/capabilities"):
@@ -141,6 +145,7 @@ class Stub:
     def __init__(self):
         self.requests, self.scenes, self.special = [], set(), {}
         self.scene_warnings, self.names = [], {}
+        self.statuses = []  # answers to GET /v1/renders/{id}, each once
         self.image, self.lock = PNG, threading.Lock()
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.server.daemon_threads = True

@@ -326,6 +326,91 @@ class OutcomeTest(CliTest):
             self.assertRegex(line, r"\A(PROGRESS: \d+%|ACTIVITY: [a-z ]+)\Z")
         self.assertTrue(err.endswith("PROGRESS: 100%\n"))
 
+    def render_with_statuses(self, *statuses):
+        """Renders take until the server has told all of these, one after the other."""
+        self.stub.statuses = list(statuses)
+
+        def wait(handler, request):
+            deadline = time.monotonic() + 20
+            while self.stub.statuses and time.monotonic() < deadline:
+                time.sleep(0.02)
+            time.sleep(0.2)  # the last one is shown
+            return False
+        self.stub.special[RENDER] = wait
+
+    @staticmethod
+    def status(state, stage=None, share=0., left_s=None):
+        status = {"request_id": "x", "scene": "ab" * 32, "state": state, "elapsed_s": 1.5}
+        if stage:
+            status["progress"] = {"stage": stage, "share": share, "left_s": left_s}
+        return status
+
+    def looks(self):
+        return [r.path for r in self.stub.requests if r.path.startswith("/v1/renders/")]
+
+    def test_json_progress_tells_the_pass_of_a_long_render(self):
+        self.render_with_statuses(
+            self.status("waiting"), self.status("rendering"),
+            self.status("rendering", "shadows", 0.5, 12.25),
+            self.status("rendering", "shading", 0.25), self.status("encoding"))
+        _, err = self.render("--progress", "json", "-q")
+        lines = [json.loads(line) for line in err.splitlines()]
+        told = [line for line in lines if "state" in line]
+        self.assertEqual(["waiting", "rendering", "rendering", "rendering", "encoding"],
+                         [line["state"] for line in told])
+        self.assertEqual({"rendering"}, {line["stage"] for line in told})
+        self.assertEqual([("shadows", 0.5, 12.25), ("shading", 0.25, None)],
+                         [(line["pass"], line["share"], line["left_s"])
+                          for line in told if "pass" in line])
+        self.assertEqual([40, 40, 50, 67, 90], [line["progress"] for line in told])
+        times = [line["elapsed_s"] for line in lines]
+        self.assertEqual(sorted(times), times)
+        self.assertGreater(times[-1], 2)  # five looks
+        sent = self.stub.sent("POST", "/v1/renders")[0].headers["X-Request-Id"]
+        self.assertEqual({"/v1/renders/" + sent}, set(self.looks()))
+        self.assertRegex(sent, r"\Avitrail-[0-9a-f]{16}\Z")
+
+    def test_plain_progress_is_lines_for_people(self):
+        self.render_with_statuses(*[self.status("waiting")] * 3,
+                                  *[self.status("rendering", "rays", 0.344, 12.3)] * 3)
+        _, err = self.render("--progress", "plain", "-q")
+        self.assertRegex(err, r"(?m)^vitrail: rendering \(0 s\)$")
+        self.assertRegex(err, r"(?m)^vitrail: rendering: waiting for other renders \(\d+ s\)$")
+        self.assertRegex(err, r"(?m)^vitrail: rendering 34%: rays, 12 s left \(\d+ s\)$")
+        self.assertTrue(err.endswith(" s)\n"))
+        self.assertNotIn("\x1b", err)
+        self.assertEqual(1, err.count("rays"))  # nothing new was told
+
+    def test_afanasy_progress_grows_while_a_render_lasts(self):
+        self.render_with_statuses(*[self.status("rendering", "rays", share)
+                                    for share in (0.1, 0.3, 0.2, 0.9)])
+        _, err = self.render("--progress", "afanasy", "-q")
+        percents = [int(p) for p in re.findall(r"PROGRESS: (\d+)%", err)]
+        self.assertEqual(sorted(percents), percents)
+        self.assertLessEqual({45, 55, 85, 100}, set(percents))
+
+    def test_nobody_is_asked_how_far_it_is_where_nobody_looks(self):
+        for arguments in ((), ("--quiet",), ("--progress", "none")):
+            self.render_with_statuses()
+            wait = self.stub.special[RENDER]
+            self.stub.special[RENDER] = lambda h, r: time.sleep(1) or wait(h, r)
+            self.render(*arguments)
+            self.assertEqual([], self.looks())
+
+    def test_a_server_that_tells_nothing_or_nonsense_renders_all_the_same(self):
+        self.render_with_statuses(
+            b"<html>", b"[]", b"null", b"x" * 9000, {"state": 7, "progress": 3},
+            {"state": "\x1b[2J", "progress": {"stage": "\x1b]0;b\x07", "share": 1e9,
+                                             "left_s": "soon"}},
+            {"state": "rendering", "progress": {"stage": "a" * 999, "share": -4, "left_s": -1}})
+        _, err = self.render("--progress", "plain", "-q")
+        self.assertNotIn("\x1b", err)
+        self.assertEqual(self.read("out.png"), PNG)
+        self.stub.special[RENDER] = lambda h, r: time.sleep(1.2) or False  # 404 on all looks
+        _, err = self.render("--progress", "json", "-q")
+        self.assertNotIn("state", err)
+        self.assertGreater(len(self.looks()), 7)
+
     def on_terminal(self, *arguments):
         master, terminal = pty.openpty()
         process = subprocess.Popen([VITRAIL, *arguments], cwd=self.folder, env=self.environment,
@@ -341,6 +426,16 @@ class OutcomeTest(CliTest):
         os.close(master)
         process.communicate(timeout=30)
         return process.returncode, seen.decode()
+
+    def test_terminal_shows_the_pass_of_a_long_render_in_its_bar(self):
+        self.render_with_statuses(self.status("waiting"), self.status("paused", "rays", 0.5),
+                                  self.status("rendering", "rays", 0.5, 3.6))
+        code, seen = self.on_terminal("render", self.scene(), "-o", "out.png")
+        self.assertEqual(code, 0)
+        self.assertRegex(seen, r"\r\x1b\[Krendering     \d\.\d s  waiting for other renders")
+        bar = r"rendering     \[############------------\]  50%  "
+        self.assertRegex(seen, bar + "paused for urgent renders")
+        self.assertRegex(seen, bar + r"rays, 4 s left  \d s")
 
     def test_terminal_gets_a_bar_that_is_wiped_at_the_end(self):
         code, seen = self.on_terminal("render", self.scene(), "-o", "out.png")

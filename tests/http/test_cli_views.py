@@ -71,6 +71,25 @@ class CliViews(support.ServiceTest):
         lights = json.loads(self.run_cli("view", "show", view, "--json"))["view"]["lights"]
         self.assertEqual([1, 7], [light["intensity"] for light in lights])
 
+    def test_long_images_of_views_and_files_tell_how_far_they_are(self):
+        server = ("--server", f"http://127.0.0.1:{self.daemon.port}", "--progress", "json", "-q")
+        with open(self.scene, "wb") as file:
+            file.write(triangle("fake:slow=2000"))
+        for command in (("view", "image", self.create()), ("render", self.scene),
+                        ("orbit", self.scene, "--count", "1")):
+            picture = self.path("%d.png" if command[0] == "orbit" else "a.png")
+            done = subprocess.run([VITRAIL, *command, "-o", picture, *server],
+                                  capture_output=True, text=True, timeout=60, check=True)
+            lines = [json.loads(line) for line in done.stderr.splitlines()]
+            told = [line for line in lines if "pass" in line]
+            self.assertGreater(len(told), 1, done.stderr)
+            self.assertEqual({("rendering", "rendering", "shading")},
+                             {(line["stage"], line["state"], line["pass"]) for line in told})
+            shares = [line["share"] for line in told]
+            self.assertEqual(sorted(shares), shares)
+            percents = [line["progress"] for line in told]
+            self.assertGreater(percents[-1], percents[0])
+
     def test_an_image_is_that_of_the_server(self):
         view = self.create()
         for name, query in (("a.png", ""), ("a.webp", "?format=webp")):

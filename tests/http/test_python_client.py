@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The Python client against the daemon: what it sends, what it answers, what it raises."""
 import ast
+import concurrent.futures
 import contextlib
 import importlib.util
 import io
@@ -12,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 
 import support
 from support import triangle
@@ -101,6 +103,27 @@ class Renders(ClientTest):
         self.assertIsNone(self.client.render(scene, width=24, height=12, etag=image.etag))
         jpeg = self.client.render(scene, width=24, height=12, format="jpeg", quality_percent=70)
         self.assertEqual("image/jpeg", jpeg.media_type)
+
+    def test_a_long_render_can_be_asked_how_far_it_is(self):
+        scene = self.client.post_scene(triangle("fake:slow=1500"))["id"]
+        told = []
+
+        def render():
+            with vitrail.Client(self.client.url) as other:
+                return other.render(scene, width=24, height=12, request_id="slow")
+
+        with concurrent.futures.ThreadPoolExecutor(1) as pool:
+            image = pool.submit(render)
+            while not image.done():
+                try:
+                    told.append(self.client.render_status("slow"))
+                except vitrail.VitrailError as problem:
+                    self.assertEqual(404, problem.status)
+                time.sleep(0.1)
+            self.assertEqual("image/png", image.result().media_type)
+        shares = [status["progress"]["share"] for status in told if "progress" in status]
+        self.assertGreater(len(shares), 2)
+        self.assertEqual(sorted(shares), shares)
 
     def test_what_the_server_says_of_itself_is_answered(self):
         self.assertTrue(self.client.is_ready())

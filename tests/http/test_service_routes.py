@@ -47,6 +47,7 @@ class Routes(support.ServiceTest):
             "/v1/scenes/demo": "OPTIONS, POST",
             "/v1/scenes/" + "0" * 64: "OPTIONS, GET, HEAD, PATCH, DELETE",
             "/v1/renders": "OPTIONS, POST",
+            "/v1/renders/one": "OPTIONS, GET, HEAD",
             "/v1/tradeoffs": "OPTIONS, GET, HEAD, POST",
             "/v1/tradeoffs/" + "0" * 16: "OPTIONS, GET, HEAD, DELETE",
         }

@@ -208,6 +208,26 @@ class Keeping(PageTest):
             with open(path, "rb") as file:
                 self.assertEqual(b"\x76\x2f\x31\x01", file.read(4))
 
+    def test_saving_a_large_picture_says_how_far_it_is(self):
+        self.load()
+        with tempfile.TemporaryDirectory() as folder:
+            self.browser.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=folder)
+            self.press("Save the picture")
+            self.browser.run("""
+              for (const input of document.querySelectorAll('#help input')) {
+                input.value = 4000; input.dispatchEvent(new Event('change'));
+              }
+              window.told = [];
+              const words = document.querySelector('#help .primary span');
+              new MutationObserver(() => window.told.push(words.textContent)).observe(words,
+                { childList: true, characterData: true, subtree: true });""")
+            self.press("Save", "#help")
+            path = os.path.join(folder, "room.png")
+            support.wait_until(lambda: os.path.exists(path), "the picture is saved", 240)
+            told = self.browser.run("return window.told")
+        self.assertEqual("Rendering …", told[0])
+        self.assertRegex(" ".join(told), r"(Shadows|Tracing rays|Shading), \d+ %")
+
     def test_trade_offs_are_measured_from_the_page(self):
         self.load()
         self.panel("render")

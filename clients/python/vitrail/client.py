@@ -124,16 +124,25 @@ class Client:
     # ---- images ----
 
     def render(self, scene: str, *, format: str = "png", etag: Optional[str] = None,
-               **members: Any) -> Optional[Image]:
+               request_id: Optional[str] = None, **members: Any) -> Optional[Image]:
         """One image of a scene; members as in docs/requests.md.
 
-        With the etag of an earlier image: None when it would be the same, without rendering."""
+        With the etag of an earlier image: None when it would be the same, without rendering.
+        request_id: 1 to 64 of A-Z a-z 0-9 . _ -, by which render_status tells how far it is."""
         headers = {"Accept": MEDIA_TYPES.get(format, "*/*")}
         if etag:
             headers["If-None-Match"] = etag
+        if request_id:
+            headers["X-Request-Id"] = request_id
         body = {"scene": scene, "format": format, **members}
         reply = self.send("POST", "/v1/renders", body, headers)
         return None if reply.status == 304 else image_from(reply.headers, reply.body)
+
+    def render_status(self, request_id: str) -> Dict[str, Any]:
+        """How far a render in work is: state, elapsed_s and, of a long one, progress.
+
+        To be asked from another thread, with a client of its own; 404 once the render has ended."""
+        return self.get(f"/v1/renders/{urllib.parse.quote(request_id, safe='')}")
 
     # ---- trade-offs: time against error, measured ----
 

@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: MIT */
+/* A request for an image, with the progress that the server tells of it. */
+#ifndef VITRAIL_CLIENTS_VITRAIL_RENDER_WATCH_H
+#define VITRAIL_CLIENTS_VITRAIL_RENDER_WATCH_H
+
+#include "clients/vitrail/session.h"
+
+/* session_ask for an image: shown as rendering, then as receiving. While it is rendered, and
+ * somebody is shown the progress, the server is asked how far it is. */
+bool render_watch_ask(struct session *session, const struct http_request *request, const char *task,
+                      struct http_reply *reply, struct failure *failure);
+
+#endif
