@@ -384,10 +384,9 @@ static bool may_keep_picture(const struct renderer *renderer, const struct opene
                              const struct making *making)
 {
     const struct view *view = &opened->view;
-    return gl_context_limits(renderer->context)->is_software && !renderer->is_beside &&
-           !renderer->redraws_surfaces && !making->only_builds && view->quality.expects_reuse &&
-           !view->quality.may_be_coarse && view->outputs == 1u << VIEW_OUTPUT_COLOR &&
-           !view->row_count_px;
+    return !renderer->is_beside && !renderer->redraws_surfaces && !making->only_builds &&
+           view->quality.expects_reuse && !view->quality.may_be_coarse &&
+           view->outputs == 1u << VIEW_OUTPUT_COLOR && !view->row_count_px;
 }
 
 /* What is chosen for the view follows what was learned, too. Of the budget only compressed maps
@@ -433,6 +432,11 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
     for (int i = 0; i < opened.plan->plan.pass_count; i++)
         report_order_pass(&frame->report, opened.plan->plan.passes[i].pass);
     const struct content_key pace_key = pace_key_of(&opened);
+    bool may_keep = may_keep_picture(renderer, &opened, making);
+    const struct content_key picture = picture_key_of(renderer, &opened);
+    if (may_keep && kept_picture_is(&renderer->kept_picture, picture) &&
+        !renderer->kept_picture.is_on_device)
+        opened.view.screen.channels = 0; /* as it is kept */
     const struct frame_run run = {
         .renderer = renderer,
         .scene = opened.scene,
@@ -445,8 +449,8 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         .only_builds = making->only_builds,
         .shadow_frame = shadow_system_number_frame(renderer->shadows),
         .pace = band_history_find(&renderer->band_history, pace_key),
-        .may_keep = may_keep_picture(renderer, &opened, making),
-        .picture = picture_key_of(renderer, &opened),
+        .may_keep = may_keep,
+        .picture = picture,
     };
     bool ok =
         (making->only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
@@ -467,6 +471,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
                                         .scene_key = scene_key,
                                         .view = view,
                                         .pace_key = pace_key,
+                                        .picture = run.picture,
                                         .lesson = lesson,
                                         .has_failed = !ok};
     ok = frame_flight_end(renderer, &ending, making->is_done, err);

@@ -47,7 +47,8 @@ static bool arrive(struct renderer *renderer, const struct frame_ending *ending,
               (has_come || error_pass(err, &problem));
     if (ok && ending->plan && renderer->is_strict)
         check_passes(ending->plan, report);
-    if (ok)
+    kept_picture_arrive(&renderer->kept_picture, ending->picture, ok && !report->has_cut_lists);
+    if (ok && !report->is_kept_picture)
         note_pace(renderer, ending);
     report->total_ms = wall_ms() - ending->begin_ms - report->paused_ms;
     if (ok && renderer->lessons)
@@ -81,6 +82,7 @@ static void take_off(struct renderer *renderer, const struct frame_ending *endin
                                     .begin_ms = ending->begin_ms,
                                     .view = ending->view,
                                     .pace_key = ending->pace_key,
+                                    .picture = ending->picture,
                                     .lesson = ending->lesson};
     snprintf(flight->scene_key, sizeof flight->scene_key, "%s", ending->scene_key);
     if (renderer->is_strict && (flight->plan = malloc(sizeof *flight->plan)))
@@ -140,6 +142,7 @@ bool renderer_collect(struct renderer *renderer, struct error *err)
                                         .plan = flight.plan,
                                         .begin_ms = flight.begin_ms,
                                         .pace_key = flight.pace_key,
+                                        .picture = flight.picture,
                                         .lesson = flight.lesson};
     assert(flight.frame);
     renderer->flight = (struct frame_flight){.frame = NULL};

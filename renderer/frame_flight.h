@@ -18,6 +18,7 @@ struct frame_ending {
     const char *scene_key;   /* required, with the view: what it would be made again from, ... */
     const struct view *view; /* ... valid until it is collected */
     struct content_key pace_key; /* required: of frames that take as long */
+    struct content_key picture;  /* required: of frame_run */
     struct frame_lesson lesson;
     bool has_failed; /* it is emptied */
 };

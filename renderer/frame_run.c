@@ -172,6 +172,7 @@ static void begin_window(struct window_run *window)
         pixel_lists_clear(&renderer->pixels);
         renderer->kept.layers = (struct content_key){{0}};
     }
+    renderer->kept.image = (struct content_key){{0}};
     if (renderer->redraws_surfaces)
         renderer->kept = (struct kept_window){0};
 }
@@ -592,6 +593,8 @@ static bool run_windows(const struct frame_run *run, struct error *err)
                     stack.rendered, (unsigned long long)run->renderer->budget_bytes);
     else if (stack.rendered > 1)
         report_warn(&run->frame->report, "the image was rendered in %d windows", stack.rendered);
+    if (stack.rendered == 1 && run->may_keep)
+        run->renderer->kept.image = run->picture;
     return true;
 }
 
@@ -662,29 +665,57 @@ static bool draw_over(const struct frame_run *run, struct error *err)
 
 static bool is_picture_kept(const struct frame_run *run)
 {
-    return run->may_keep && kept_picture_is(&run->renderer->kept_picture, run->picture);
+    const struct renderer *renderer = run->renderer;
+    return run->may_keep && kept_picture_is(&renderer->kept_picture, run->picture) &&
+           (!renderer->kept_picture.is_on_device ||
+            content_key_equals(renderer->kept.image, run->picture));
 }
 
-/* The picture as it is before anything is drawn over it, waited for. */
+/* The picture as it is before anything is drawn over it. Where a device has all of it in its own
+ * memory it stays there; else it is waited for and copied. */
 static bool keep_picture(const struct frame_run *run, struct error *err)
 {
     struct renderer *renderer = run->renderer;
+    struct kept_picture *kept = &renderer->kept_picture;
     if (!run->may_keep || (renderer->textures && renderer->textures->is_inexact) ||
         run->frame->report.compression.maps)
+        return true;
+    bool is_on_device = is_rasterised(run) && !gl_context_limits(renderer->context)->is_software;
+    if (is_on_device && content_key_equals(renderer->kept.image, run->picture)) {
+        kept_picture_note_on_device(kept, run->picture, &run->frame->report);
+        return true;
+    }
+    if (is_on_device && !needs(run, PLAN_NEED_OVERLAY)) /* of several windows, for the screen */
         return true;
     gpu_timeline_will_wait(renderer->timeline);
     if (!readback_collect(renderer->readback, &run->frame->report, err))
         return false;
-    kept_picture_note(&renderer->kept_picture, run->picture,
-                      &run->frame->outputs[VIEW_OUTPUT_COLOR], &run->frame->report);
+    kept_picture_note(kept, run->picture, &run->frame->outputs[VIEW_OUTPUT_COLOR],
+                      &run->frame->report);
     return true;
+}
+
+/* The picture in the targets, which is on its way again. */
+static bool send_kept(const struct frame_run *run, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    const struct camera_window whole = whole_of(run->view);
+    const struct window_run window = window_of(run, &whole);
+    return readback_send(renderer->readback,
+                         &(struct readback_desc){.frame = &window.frame,
+                                                 .color = &run->frame->outputs[VIEW_OUTPUT_COLOR]},
+                         err);
 }
 
 static bool run_over_kept(const struct frame_run *run, struct error *err)
 {
-    kept_picture_show(&run->renderer->kept_picture, &run->frame->outputs[VIEW_OUTPUT_COLOR],
-                      &run->frame->report);
-    return !needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err);
+    const struct kept_picture *kept = &run->renderer->kept_picture;
+    kept_picture_report(kept, &run->frame->report);
+    if (!kept->is_on_device) {
+        kept_picture_copy(kept, &run->frame->outputs[VIEW_OUTPUT_COLOR]);
+        return !needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err);
+    }
+    return send_kept(run, err) && (!needs(run, PLAN_NEED_OVERLAY) || draw_over(run, err));
 }
 
 static bool run_steps(const struct frame_run *run, struct error *err)
@@ -703,14 +734,29 @@ static bool run_steps(const struct frame_run *run, struct error *err)
            (!needs(run, PLAN_NEED_OVERLAY) || draw_over(run, err));
 }
 
+/* What the frame may hold; making room for it may cost the picture that the device keeps. */
+static bool begin(const struct frame_run *run, struct frame_textures *textures, bool *is_kept,
+                  struct error *err)
+{
+    *is_kept = is_picture_kept(run);
+    if (*is_kept) {
+        frame_budget_begin(run);
+        *is_kept = is_picture_kept(run);
+    }
+    if (*is_kept)
+        return true;
+    if (is_rasterised(run) && !frame_textures_begin(textures, run, err))
+        return false;
+    frame_budget_begin(run);
+    return true;
+}
+
 bool frame_run(const struct frame_run *run, struct error *err)
 {
     struct frame_textures textures = {.key_count = 0};
+    bool is_kept = false;
     run->renderer->textures = &textures;
-    bool is_kept = is_picture_kept(run);
-    bool ok = is_kept || !is_rasterised(run) || frame_textures_begin(&textures, run, err);
-    if (ok)
-        frame_budget_begin(run);
+    bool ok = begin(run, &textures, &is_kept, err);
     ok = ok && (is_kept ? run_over_kept(run, err) : run_steps(run, err));
     shadow_system_end_frame(run->renderer->shadows, run->shadow_frame);
     frame_textures_end(&textures, run);

@@ -17,14 +17,8 @@ static bool make_room(struct kept_picture *kept, const struct image *color)
            image_init(&kept->color, color->width_px, color->height_px, 4, IMAGE_F32, &ignored);
 }
 
-void kept_picture_note(struct kept_picture *kept, struct content_key key, const struct image *color,
-                       const struct frame_report *report)
+static void keep_report(struct kept_picture *kept, const struct frame_report *report)
 {
-    kept->key = (struct content_key){{0}};
-    if (color->component != IMAGE_F32 || color->channels != 4 || !make_room(kept, color))
-        return;
-    memcpy(kept->color.pixels, color->pixels, image_size_bytes(color));
-    kept->key = key;
     kept->report = (struct frame_report){.compression = report->compression,
                                          .textures = report->textures,
                                          .warning_count = report->warning_count,
@@ -35,15 +29,49 @@ void kept_picture_note(struct kept_picture *kept, struct content_key key, const 
     memcpy(kept->report.warnings, report->warnings, sizeof report->warnings);
 }
 
-bool kept_picture_is(const struct kept_picture *kept, struct content_key key)
+void kept_picture_note(struct kept_picture *kept, struct content_key key, const struct image *color,
+                       const struct frame_report *report)
 {
-    return kept->color.pixels && content_key_equals(kept->key, key);
+    kept->key = (struct content_key){{0}};
+    kept->is_on_device = false;
+    if (color->component != IMAGE_F32 || color->channels != 4 || !make_room(kept, color))
+        return;
+    memcpy(kept->color.pixels, color->pixels, image_size_bytes(color));
+    kept->key = key;
+    keep_report(kept, report);
 }
 
-void kept_picture_show(const struct kept_picture *kept, struct image *color,
-                       struct frame_report *report)
+void kept_picture_note_on_device(struct kept_picture *kept, struct content_key key,
+                                 const struct frame_report *report)
+{
+    kept_picture_drop(kept);
+    kept->key = key;
+    kept->is_on_device = true;
+    keep_report(kept, report);
+}
+
+void kept_picture_arrive(struct kept_picture *kept, struct content_key key, bool is_right)
+{
+    if (!kept->is_on_device || !content_key_equals(kept->key, key))
+        return;
+    kept->has_come = is_right;
+    if (!is_right)
+        kept_picture_drop(kept);
+}
+
+bool kept_picture_is(const struct kept_picture *kept, struct content_key key)
+{
+    bool is_there = kept->is_on_device ? kept->has_come : kept->color.pixels != NULL;
+    return is_there && content_key_equals(kept->key, key);
+}
+
+void kept_picture_copy(const struct kept_picture *kept, struct image *color)
 {
     memcpy(color->pixels, kept->color.pixels, image_size_bytes(color));
+}
+
+void kept_picture_report(const struct kept_picture *kept, struct frame_report *report)
+{
     report->compression = kept->report.compression;
     report->textures = kept->report.textures;
     report->error_is_exact = kept->report.error_is_exact;

@@ -40,7 +40,7 @@ struct frame_flight { /* zeroed: none (renderer/frame_flight.h) */
     double begin_ms;
     char scene_key[SCENE_KEY_BYTES]; /* and the view, borrowed: for making it again */
     const struct view *view;
-    struct content_key pace_key;
+    struct content_key pace_key, picture;
     struct frame_lesson lesson;
     bool is_cut; /* it has come, and must be made again */
 };

@@ -117,6 +117,7 @@ struct content_key view_picture_key(struct content_key state_key, const struct v
     struct view own = without_pointers(view);
     own.highlight = (struct view_highlight){0};
     own.edges = (struct view_edges){0};
+    own.screen.channels = 0; /* how it comes back, not what it is */
     content_key_add(&key, &own, sizeof own);
     content_key_add_text(&key, view->camera.node);
     struct content_key cut = view_cut_key(view);

@@ -28,7 +28,7 @@ struct way {
     struct frame_report *report; /* NULL: free */
     struct image *color;
     struct camera_window window;
-    bool has_guess;
+    bool has_lookups, has_guess;
     struct readback_guess guess;
     struct shadow_system *shadows;
     struct shadow_sent sent; /* sizes of shadow lists */
@@ -181,7 +181,7 @@ static bool collect(struct way *way, bool is_in_scope, struct error *err)
     if (!ok)
         return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
                          (unsigned long long)bytes);
-    for (int i = 0; i < READBACK_LOOKUP_WORDS; i++)
+    for (int i = 0; way->has_lookups && i < READBACK_LOOKUP_WORDS; i++)
         report->counts.lookups += lookups[i];
     if (!is_in_scope)
         report_add_pass(report, "readback", because, "", wall_ms() - begin_ms, REPORT_READBACK);
@@ -255,8 +255,10 @@ static bool pack(struct readback *readback, struct way *way, const struct readba
         pack_screen(way, &readback->screen, bytes);
     else
         pack_linear(way, frame, bytes);
-    glCopyNamedBufferSubData(desc->lookups->name, way->buffer.name,
-                             (GLintptr)desc->lookups_offset_bytes, (GLintptr)bytes, LOOKUP_BYTES);
+    if (desc->lookups)
+        glCopyNamedBufferSubData(desc->lookups->name, way->buffer.name,
+                                 (GLintptr)desc->lookups_offset_bytes, (GLintptr)bytes,
+                                 LOOKUP_BYTES);
     if (desc->guess)
         glCopyNamedBufferSubData(desc->guess->sizes->name, way->buffer.name, 0,
                                  (GLintptr)bytes + LOOKUP_BYTES, SIZES_BYTES);
@@ -273,6 +275,7 @@ static struct way *send(struct readback *readback, const struct readback_desc *d
     struct way *way = take_way(readback, frame, err);
     if (!way)
         return NULL;
+    way->has_lookups = desc->lookups;
     way->has_guess = desc->guess;
     way->shadows = desc->shadow_frame ? desc->shadows : NULL;
     if (way->shadows)

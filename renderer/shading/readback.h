@@ -34,12 +34,12 @@ struct readback_guess {
     struct content_key key;        /* of the window there */
 };
 
-struct readback_desc { /* all required but the last three */
+struct readback_desc { /* all required but the last five */
     const struct window_frame *frame;
     struct image *color; /* of the whole frame: valid until it is collected or dropped; of U8: as a
                             screen shows it */
-    const struct gl_buffer *lookups;    /* READBACK_LOOKUP_WORDS from ... */
-    uint64_t lookups_offset_bytes;      /* ... here on, added to the frame's report */
+    const struct gl_buffer *lookups;    /* NULL: nothing was looked up; READBACK_LOOKUP_WORDS ... */
+    uint64_t lookups_offset_bytes;      /* ... from here on, added to the frame's report */
     const struct readback_guess *guess; /* NULL: none is guessed */
     struct shadow_system *shadows;      /* outlives the frame: sizes of lists that it guessed ... */
     uint64_t shadow_frame;              /* ... for the frame of this number; 0: none */

@@ -58,7 +58,8 @@ bool screen_draw(struct screen *screen, const struct window_frame *frame, int ch
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32F);
     gl_buffer_bind_storage(&screen->words, BIND_SCREEN);
     gl_buffer_bind_storage(&screen->buckets, BIND_TONE_BUCKETS);
-    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    /* words: a frame of the picture that is kept has nothing between this dispatch and the last */
+    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
     window_dispatch_items(thread_count(window));
     return true;
 }
