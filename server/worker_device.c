@@ -49,21 +49,33 @@ static void set_auto(struct worker_device *device, const json_t *settings)
         read_lessons(device, settings);
 }
 
+/* Processors take a block apart for each sample, and compile a program for each format to find that
+ * out: they are not measured. */
+static void find_texture_speed(struct worker_device *device, const json_t *settings,
+                               struct texture_speed *speed)
+{
+    struct error problem = {0};
+    struct renderer_info info;
+    char *note = device->blocks.note;
+    renderer_get_info(device->renderer, &info);
+    const struct device_speed_desc desc = {.renderer = device->renderer,
+                                           .path = path_of(settings, "texture_file")};
+    if (info.is_software)
+        utf8_copy(note, sizeof device->blocks.note, "not measured: software gains nothing by them");
+    else if (!texture_speed_find(speed, &desc, note, &problem))
+        utf8_copy(note, sizeof device->blocks.note, problem.message);
+}
+
 /* A device that cannot be measured withholds levels. */
 static void set_compression(struct worker_device *device, const json_t *settings)
 {
-    struct error problem = {0};
     json_int_t policy = json_integer_value(json_object_get(settings, "texture_compression"));
     struct texture_speed speed = {0};
     struct device_blocks *blocks = &device->blocks;
     utf8_copy(blocks->policy, sizeof blocks->policy,
               config_compression_name((enum config_compression)policy));
-    if (policy == CONFIG_COMPRESSION_AUTO &&
-        !texture_speed_find(&speed,
-                            &(struct device_speed_desc){.renderer = device->renderer,
-                                                        .path = path_of(settings, "texture_file")},
-                            blocks->note, &problem))
-        utf8_copy(blocks->note, sizeof blocks->note, problem.message);
+    if (policy == CONFIG_COMPRESSION_AUTO)
+        find_texture_speed(device, settings, &speed);
     blocks->from_levels = policy == CONFIG_COMPRESSION_ON ? 1
                           : texture_speed_gains(&speed)   ? TEXTURE_SPEED_AUTO_LEVELS
                                                           : 0;
