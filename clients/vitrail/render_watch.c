@@ -47,6 +47,8 @@ bool render_watch_ask(struct session *session, const struct http_request *reques
         watched.request_id = id;
         watched.side = &side;
     }
+    if (!session_wait_until_ready(session, failure))
+        return false;
     progress_note_render(progress, NULL);
     progress_show(progress, PROGRESS_STAGE_RENDER, 0, 0);
     is_ok = session_ask(session, &watched, task, reply, failure);

@@ -107,6 +107,11 @@ static void explain_death(struct session *session, struct failure *failure)
         failure->exit_code = EXIT_CODE_TEMPORARY;
 }
 
+bool session_wait_until_ready(struct session *session, struct failure *failure)
+{
+    return !session->is_starting || wait_until_ready(session, failure);
+}
+
 static bool needs_device(const struct http_request *request)
 {
     static const char scenes[] = "/v1/scenes";
@@ -116,7 +121,7 @@ static bool needs_device(const struct http_request *request)
 bool session_ask(struct session *session, const struct http_request *request, const char *task,
                  struct http_reply *reply, struct failure *failure)
 {
-    if (session->is_starting && needs_device(request) && !wait_until_ready(session, failure))
+    if (needs_device(request) && !session_wait_until_ready(session, failure))
         return false;
     if (http_ask(session->client, request, task, reply, failure))
         return true;

@@ -30,6 +30,9 @@ bool session_begin(struct session *session, const struct common_options *options
 /* Ends a spawned server and frees. Accepts zeroed and half-begun sessions. */
 void session_end(struct session *session);
 
+/* Until a spawned server has a device; at once for any other. */
+bool session_wait_until_ready(struct session *session, struct failure *failure);
+
 /* http_ask on the session's client. A spawned server takes scenes while it starts; all else waits
  * until it is ready. When it died meanwhile, the failure says so and why. */
 bool session_ask(struct session *session, const struct http_request *request, const char *task,

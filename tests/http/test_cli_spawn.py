@@ -138,6 +138,13 @@ class SpawnTest(CliTest):
         self.spawn()
         self.assertGreater(time.monotonic() - started, 1)
 
+    def test_progress_says_rendering_once_the_daemon_is_ready(self):
+        self.plan(ready_after_s=1)
+        _, err = self.spawn("--progress", "json", "-q")
+        stages = [json.loads(line)["stage"] for line in err.splitlines()]
+        self.assertIn("starting", stages)
+        self.assertNotIn("starting", stages[stages.index("rendering"):])
+
     def test_scene_is_sent_while_the_daemon_starts(self):
         self.plan(ready_after_upload=True)
         self.spawn("--timeout", "20")
