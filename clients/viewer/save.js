@@ -69,7 +69,7 @@ export async function shareLink(url) {
 
 const POLL_MS = 700;
 
-/** Has the server measure time against error for the view that shows; it goes on when closed. */
+/** Has the server measure time against error for the view that shows; closed, that goes on. */
 export async function openTradeoff(client, wanted) {
   const dialog = byId("help");
   const { stream: _, quality: { max_error: __, budget_ms: ___, reference: ____, ...quality },
@@ -77,14 +77,26 @@ export async function openTradeoff(client, wanted) {
   const bar = el("progress", { max: 1, value: 0, "aria-label": "Measured" });
   const said = el("p", { class: "fine", role: "status" }, "Asking the server …");
   const results = el("p");
+  let found = null;
+  const cancel = async () => {
+    stop.disabled = true;
+    try {
+      await client.cancelTradeoff(found.id);
+    } catch (problem) {
+      showProblem(problem, "The measurement goes on");
+    }
+  };
+  const stop = button({ text: "Stop measuring", onclick: cancel });
+  stop.disabled = true; // until it has begun
   replace(dialog, el("h2", { id: "help-title" }, "Time against error"),
     el("p", {}, "Every technique is timed and compared with a ray-traced reference. Afterwards "
       + "“Max error” and “Budget” choose by what was measured. This takes minutes."),
     bar, said, results, el("div", { class: "row row-end" },
-      button({ text: "Close", class: "primary", onclick: () => dialog.close() })));
+      stop, button({ text: "Close", class: "primary", onclick: () => dialog.close() })));
   dialog.showModal();
   try {
-    let found = await client.createTradeoff({ ...request, quality });
+    found = await client.createTradeoff({ ...request, quality });
+    stop.disabled = false;
     replace(results, el("a", { href: `/v1/tradeoffs/${found.id}?format=html`, target: "_blank",
       rel: "noopener" }, "Results so far, on a page of their own"));
     while (dialog.open && bar.isConnected && ["queued", "running"].includes(found.state)) {
@@ -93,6 +105,7 @@ export async function openTradeoff(client, wanted) {
       bar.value = found.progress;
       said.textContent = `${found.state}, ${found.stage}: ${Math.round(100 * found.progress)} %`;
     }
+    stop.disabled = true;
   } catch (problem) {
     if (bar.isConnected) dialog.close();
     showProblem(problem, "Nothing was measured");

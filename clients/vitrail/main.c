@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "clients/vitrail/commands.h"
+#include "protocol/nearest.h"
 
 static const struct command *const COMMANDS[] = {
     &COMMAND_RENDER, &COMMAND_VIEW,       &COMMAND_ORBIT,   &COMMAND_EXPLAIN, &COMMAND_TRADEOFF,
@@ -34,6 +35,19 @@ static const struct command *find_command(const char *name)
         if (!strcmp(COMMANDS[i]->name, name))
             return COMMANDS[i];
     return NULL;
+}
+
+static bool fail_unknown(const char *name, struct failure *failure)
+{
+    struct nearest nearest = {.text = name};
+
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        nearest_offer(&nearest, COMMANDS[i]->name);
+    if (nearest.name)
+        return fail(failure, EXIT_CODE_USAGE,
+                    "no such command: '%s'; did you mean '%s'? See 'vitrail --help'", name,
+                    nearest.name);
+    return fail(failure, EXIT_CODE_USAGE, "no such command: '%s'; see 'vitrail --help'", name);
 }
 
 static bool run_command(const struct command *command, int argc, char **argv, void *options,
@@ -67,10 +81,10 @@ int main(int argc, char **argv)
             print_help();
     } else if (argc > 1 && !strcmp(argv[1], "--version")) {
         puts("vitrail " VITRAIL_VERSION);
+    } else if (argc < 2) {
+        fail(&failure, EXIT_CODE_USAGE, "no command; see 'vitrail --help'");
     } else if (!command) {
-        fail(&failure, EXIT_CODE_USAGE, "%s%s%s; see 'vitrail --help'",
-             argc > 1 ? "no such command: '" : "no command", argc > 1 ? argv[1] : "",
-             argc > 1 ? "'" : "");
+        fail_unknown(argv[1], &failure);
     } else {
         options = calloc(1, command->options_bytes);
         if (!options)

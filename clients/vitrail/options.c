@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/nearest.h"
+
 static const struct option COMMON_OPTIONS[] = {
     {OPTION_TEXT, "server", 0, "URL",
      "the server to use; else $VITRAIL_SERVER, else http://127.0.0.1:8090",
@@ -108,6 +110,26 @@ static bool apply(const struct option *option, const char *text, void *options,
     return true;
 }
 
+static bool fail_unknown(const struct command *command, const char *name, size_t length,
+                         struct failure *failure)
+{
+    const struct option *tables[TABLE_COUNT];
+    char given[64]; /* of a longer one nothing is near */
+    struct nearest nearest = {.text = given};
+
+    snprintf(given, sizeof given, "%.*s", (int)length, name);
+    tables_of(command, tables);
+    for (int t = 0; t < TABLE_COUNT; t++)
+        for (const struct option *o = tables[t]; o && o->kind != OPTION_END; o++)
+            nearest_offer(&nearest, o->name);
+    if (nearest.name)
+        return fail(failure, EXIT_CODE_USAGE,
+                    "no such option: --%.*s; did you mean --%s? See 'vitrail %s --help'",
+                    (int)length, name, nearest.name, command->name);
+    return fail(failure, EXIT_CODE_USAGE, "no such option: --%.*s; see 'vitrail %s --help'",
+                (int)length, name, command->name);
+}
+
 /* "--name", "--name=value" or "--name value"; advances *index past a value that was taken. */
 static bool parse_long(const struct command *command, char **argv, int *index, void *options,
                        struct failure *failure)
@@ -118,8 +140,7 @@ static bool parse_long(const struct command *command, char **argv, int *index, v
     const char *value = NULL;
 
     if (!option)
-        return fail(failure, EXIT_CODE_USAGE, "no such option: --%.*s; see 'vitrail %s --help'",
-                    (int)length, name, command->name);
+        return fail_unknown(command, name, length, failure);
     if (name[length])
         value = name + length + 1;
     if (option->kind == OPTION_FLAG && value)

@@ -79,6 +79,10 @@ static bool prepare(struct render *render, struct failure *failure)
 {
     const struct render_options *options = render->options;
 
+    if (!options->output && options->request.outputs.count)
+        return fail(failure, EXIT_CODE_USAGE,
+                    "--output says what is drawn, such as color or depth; where the image goes is "
+                    "-o FILE.png");
     if (!options->output)
         return fail(failure, EXIT_CODE_USAGE, "render needs an output: -o FILE.png");
     if (options->stats && !strcmp(options->stats, "-") && !strcmp(options->output, "-"))

@@ -9,6 +9,7 @@
 
 #include "clients/vitrail/options.h"
 #include "protocol/limits.h"
+#include "protocol/nearest.h"
 
 static bool fail_spec(struct failure *failure, const char *what, const char *text,
                       const char *expected)
@@ -110,6 +111,28 @@ static json_t *value_spec(const char *text, int count, const char *what, struct 
     return value;
 }
 
+/* With the keys that may be set, and the one that was probably meant. */
+static bool fail_key(const struct spec_key *keys, unsigned kind, const char *pair, const char *what,
+                     struct failure *failure)
+{
+    char name[64], hint[96] = "", known[256] = "";
+    struct nearest nearest = {.text = name};
+
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(pair, "="), pair);
+    for (const struct spec_key *k = keys; k->key; k++) {
+        size_t used = strlen(known);
+        if (!(k->kinds & kind))
+            continue;
+        nearest_offer(&nearest, k->key);
+        snprintf(known + used, sizeof known - used, "%s%s=", used ? ", " : "", k->key);
+    }
+    if (nearest.name)
+        snprintf(hint, sizeof hint, "; did you mean %s=?", nearest.name);
+    return fail(failure, EXIT_CODE_USAGE,
+                "%s: '%.200s' is nothing that can be set here%s Known: %s", what, pair,
+                *hint ? hint : ".", known);
+}
+
 /* Sets object[member] from "key=value" by the table. */
 static bool apply_pair(json_t *object, const struct spec_key *keys, unsigned kind, const char *pair,
                        const char *what, struct failure *failure)
@@ -128,8 +151,7 @@ static bool apply_pair(json_t *object, const struct spec_key *keys, unsigned kin
         return value &&
                (json_object_set_new(object, k->member, value) == 0 || fail_no_memory(failure));
     }
-    return fail(failure, EXIT_CODE_USAGE, "%s: '%.200s' is nothing that can be set here", what,
-                pair);
+    return fail_key(keys, kind, pair, what, failure);
 }
 
 /* All pairs of `text`, with one of `separators` between; changes `text`. */
@@ -177,6 +199,17 @@ static bool camera_is_complete(const json_t *camera, struct failure *failure)
                 "target=x,y,z");
 }
 
+/* Of fit:SIDE. */
+static bool is_side(const char *word)
+{
+    static const char *const sides[] = {"front", "back", "left", "right", "top", "bottom", "iso"};
+
+    for (size_t i = 0; i < sizeof sides / sizeof *sides; i++)
+        if (!strcmp(word, sides[i]))
+            return true;
+    return false;
+}
+
 json_t *camera_spec_parse(const char *text, struct failure *failure)
 {
     json_t *camera = json_object();
@@ -205,6 +238,10 @@ json_t *camera_spec_parse(const char *text, struct failure *failure)
             json_object_set_new(camera, "fit", json_string(pair + 4));
         else if (!strcmp(pair, "ortho"))
             json_object_set_new(camera, "projection", json_string("orthographic"));
+        else if (is_side(pair))
+            is_ok = fail(failure, EXIT_CODE_USAGE,
+                         "--camera: '%s' is nothing that can be set here; did you mean fit:%s?",
+                         pair, pair);
         else
             is_ok = apply_pair(camera, CAMERA_KEYS, CAMERA_ANY, pair, "--camera", failure);
     }
@@ -372,7 +409,7 @@ bool part_spec_parse(const char *text, json_t *parts, struct failure *failure)
     const char *scene = copy ? strsep(&rest, ";") : NULL;
     bool is_ok = (part && copy) || fail_no_memory(failure);
 
-    if (is_ok && (!n || !text[n] || !*scene))
+    if (is_ok && (!n || !text[n] || !scene || !*scene))
         is_ok = fail_spec(failure, "--part", text, "NAME=FILE|SCENE");
     if (is_ok && (!name || json_object_set_new(part, "scene", json_string(scene)) != 0))
         is_ok = fail_spec(failure, "--part", text, "UTF-8");

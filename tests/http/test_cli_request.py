@@ -185,6 +185,28 @@ class RequestTest(CliTest):
         self.run_cli("render", code=2)
         self.run_cli("render", self.scene(), code=2)
 
+    def test_a_slip_is_answered_with_what_was_probably_meant(self):
+        scene = self.scene()
+        for arguments, meant in (
+                (["rendr"], "did you mean 'render'? See 'vitrail --help'"),
+                (["render", scene, "--colour"], "no such option: --colour; see 'vitrail render"),
+                (["render", scene, "--camrea", "x"], "did you mean --camera? See 'vitrail render"),
+                (["render", scene, "--camrea=x"], "no such option: --camrea; did you mean"),
+                (["scenes", "--josn"], "did you mean --json? See 'vitrail scenes --help'"),
+                (["render", scene, "--output", "x.png"], "where the image goes is -o FILE.png"),
+                (["render", scene, "-o", "x.png", "--camera", "top"], "did you mean fit:top?"),
+                (["render", scene, "-o", "x.png", "--camera", "eyes=0,0,5"],
+                 "'eyes=0,0,5' is nothing that can be set here; did you mean eye=? "
+                 "Known: eye=, target=, up=, matrix=, fov=, ortho="),
+                (["render", scene, "-o", "x.png", "--light", "point:position=0,0,5"],
+                 "'position=0,0,5' is nothing that can be set here. "
+                 "Known: pos=, color=, intensity=, range=, shadow=")):
+            with self.subTest(arguments=arguments):
+                _, err = self.run_cli(*arguments, code=2)
+                self.assertIn(meant, err)
+        _, err = self.run_cli("nothing-like-it", code=2)
+        self.assertEqual("vitrail: no such command: 'nothing-like-it'; see 'vitrail --help'\n", err)
+
     def test_help_names_every_command_and_every_option_it_takes(self):
         overview, _ = self.run_cli("--help")
         for command in ("render", "push", "scenes", "delete", "stats", "capabilities", "health",
