@@ -234,9 +234,21 @@ class Keeping(PageTest):
         self.press("Measure trade-offs")
         link = self.browser.wait("return document.querySelector('#help a')?.href", "a link")
         self.assertRegex(link, r"/v1/tradeoffs/[0-9a-f]+\?format=html$")
+        made = "/v1/tradeoffs/" + link.rsplit("/", 1)[1].split("?")[0]
         self.press("Close", "#help")
-        made = link.rsplit("/", 1)[1].split("?")[0]
-        self.assertLess(self.daemon.request("DELETE", f"/v1/tradeoffs/{made}").status, 300)
+        self.assertIn(self.daemon.request("GET", made).json()["state"], ("queued", "running"))
+        self.assertLess(self.daemon.request("DELETE", made).status, 300)
+
+    def test_measuring_trade_offs_can_be_stopped_from_the_page(self):
+        self.load()
+        self.panel("render")
+        self.press("Measure trade-offs")
+        link = self.browser.wait("return document.querySelector('#help a')?.href", "a link")
+        self.press("Stop measuring", "#help")
+        self.browser.wait("return /^cancelled, /.test(document.querySelector('#help p[role]')"
+                          "?.textContent)", "it says that it is cancelled")
+        made = "/v1/tradeoffs/" + link.rsplit("/", 1)[1].split("?")[0]
+        self.assertEqual("cancelled", self.daemon.request("GET", made).json()["state"])
 
     def test_the_theme_is_chosen_by_its_button_and_kept(self):
         self.browser.scheme("dark")
