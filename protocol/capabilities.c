@@ -48,6 +48,8 @@ static json_t *write_auto(const struct device_auto *automatic)
     struct json_writer writer = json_writer_begin();
     json_put_text(&writer, "policy", automatic->policy[0] ? automatic->policy : "raster");
     json_put_text_or_null(&writer, "note", automatic->note);
+    if (automatic->is_pending)
+        json_put_bool(&writer, "pending", true);
     json_put(&writer, "speed", write_auto_group(automatic, "speed"));
     json_put(&writer, "rates", write_auto_group(automatic, "rates"));
     return json_writer_take(&writer);
@@ -64,6 +66,7 @@ static bool read_auto(const struct json_node *root, struct device_auto *automati
     bool is_good = json_read_text(&policy, automatic->policy, sizeof automatic->policy) &&
                    json_read_text(&note, automatic->note, sizeof automatic->note);
     struct json_node speed = json_member(&node, "speed");
+    automatic->is_pending = json_is_true(json_object_get(node.value, "pending"));
     automatic->is_measured = speed.value != NULL;
     for (int i = 0; i < AUTO_MEMBERS && is_good && automatic->is_measured; i++) {
         struct json_node group = json_member(&node, auto_members[i].group);

@@ -23,6 +23,7 @@ struct device_auto {
     char policy[16];                    /* "measured", "raster", "raytraced" */
     char note[CAPABILITIES_TEXT_BYTES]; /* when the speed was measured, or why it is not known */
     bool is_measured;                   /* the numbers are there */
+    bool is_pending;                    /* they will be */
     double frame_ms;                    /* of a rasterised frame with nothing to do */
     /* Times over those of the machine that the costs were fitted on (docs/tradeoffs.md). */
     double shade, maps, trace, build;

@@ -51,17 +51,26 @@ static void note_now(char note[CAPABILITIES_TEXT_BYTES], double elapsed_ms,
              is_lost ? ", and not kept: " : "", is_lost ? unsaved->message : "");
 }
 
+bool device_speed_recall(struct device_speed *speed, const struct device_speed_desc *desc,
+                         char note[CAPABILITIES_TEXT_BYTES])
+{
+    char key[SPEED_KEY_BYTES];
+    speed_file_make_key(desc->renderer, key);
+    bool is_kept = device_speed_load(speed, desc->path, key);
+    if (is_kept)
+        note_earlier(note);
+    return is_kept;
+}
+
 bool device_speed_find(struct device_speed *speed, const struct device_speed_desc *desc,
                        char note[CAPABILITIES_TEXT_BYTES], struct error *err)
 {
     char key[SPEED_KEY_BYTES];
     struct calibration calibration;
     struct error unsaved = {0};
-    speed_file_make_key(desc->renderer, key);
-    if (device_speed_load(speed, desc->path, key)) {
-        note_earlier(note);
+    if (device_speed_recall(speed, desc, note))
         return true;
-    }
+    speed_file_make_key(desc->renderer, key);
     if (!renderer_calibrate(desc->renderer, &calibration, err))
         return false;
     *speed = calibration.speed;

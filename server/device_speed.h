@@ -17,6 +17,11 @@ struct device_speed_desc {
 MUST_CHECK bool device_speed_find(struct device_speed *speed, const struct device_speed_desc *desc,
                                   char note[CAPABILITIES_TEXT_BYTES], struct error *err);
 
+/* Reads it alone: false where it has to be measured. */
+MUST_CHECK bool device_speed_recall(struct device_speed *speed,
+                                    const struct device_speed_desc *desc,
+                                    char note[CAPABILITIES_TEXT_BYTES]);
+
 /* Likewise of textures; zeroed where the device samples none that are compressed. */
 MUST_CHECK bool texture_speed_find(struct texture_speed *speed,
                                    const struct device_speed_desc *desc,

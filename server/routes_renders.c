@@ -26,6 +26,7 @@ struct render_post {
     char *canonical; /* the request as it decides pixels */
     enum image_format format;
     int plan_format; /* enum plan_format: the plan is asked for; -1: the image */
+    uint64_t ticket;
 };
 
 static void render_post_destroy(void *data)
@@ -203,11 +204,11 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
     return task->request_fd >= 0;
 }
 
-static void run_post(struct service *service, struct http_exchange *exchange, const char *id)
+/* NULL where the reply is there: a refusal, or that nothing has changed. */
+static struct render_task *make_task(struct render_post *post)
 {
-    (void)id;
     struct error problem = {0};
-    struct render_post *post = route_attached(exchange);
+    struct http_exchange *exchange = post->exchange;
     char tag[IMAGE_TAG_BYTES];
     struct render_task *task = render_task_create();
     if (!task)
@@ -215,7 +216,7 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
     if (!task || !prepare(post, task, &problem)) {
         render_task_destroy(task);
         http_reply_error(exchange, &problem);
-        return;
+        return NULL;
     }
     if (post->plan_format < 0 && make_tag(post, tag) &&
         negotiate_tag_matches(http_request_header(exchange, "If-None-Match"), tag)) {
@@ -223,13 +224,75 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
         http_reply_header(exchange, "Vary", "Accept");
         http_reply_header(exchange, "Cache-Control", "private, no-cache");
         reply_if_unchanged(exchange, tag);
-        return;
+        return NULL;
     }
-    task->ticket = supervisor_next_ticket(service->supervisor);
+    task->ticket = post->ticket;
     task->request_id = http_request_id(exchange);
     task->context = post;
     task->done = rendered;
-    reply_by_worker(service, exchange, task);
+    return task;
+}
+
+/* ---- the device's speed, where the request goes by it ---- */
+
+static bool waits_for_speed(const struct render_post *post)
+{
+    struct device_capabilities device;
+    struct render_request request;
+    struct error ignored = {0}; /* prepare tells */
+    if (!supervisor_get_device(post->service->supervisor, &device) ||
+        !device.automatic.is_pending ||
+        !render_request_parse(post->body.text ? post->body.text : "", post->body.size_bytes,
+                              &request, &ignored))
+        return false;
+    bool waits =
+        request.quality.shadows == REQUEST_SHADOWS_AUTO || request_quality_asks(&request.quality);
+    render_request_finish(&request);
+    return waits;
+}
+
+/* On a thread of the supervisor: what is chosen by the speed can be chosen. */
+static void speed_known(void *context, struct render_outcome *outcome)
+{
+    struct render_post *post = context;
+    struct error problem = outcome->problem;
+    struct render_task *task = NULL;
+    if (problem.code == ERROR_NONE)
+        task = make_task(post);
+    else
+        http_reply_error(post->exchange, &problem);
+    if (task && supervisor_submit(post->service->supervisor, task, &problem))
+        return;
+    if (task)
+        http_reply_error(post->exchange, &problem);
+    render_task_destroy(task);
+    http_resume(post->exchange);
+}
+
+static struct render_task *make_speed_task(struct render_post *post)
+{
+    struct error problem = {0};
+    struct render_task *task = render_task_create();
+    if (task && (task->question = json_pack("{s:b}", "speed", true))) {
+        task->ticket = post->ticket;
+        task->context = post;
+        task->done = speed_known;
+        return task;
+    }
+    render_task_destroy(task);
+    error_set(&problem, ERROR_NO_MEMORY, "question");
+    http_reply_error(post->exchange, &problem);
+    return NULL;
+}
+
+static void run_post(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)id;
+    struct render_post *post = route_attached(exchange);
+    post->ticket = supervisor_next_ticket(service->supervisor);
+    struct render_task *task = waits_for_speed(post) ? make_speed_task(post) : make_task(post);
+    if (task)
+        reply_by_worker(service, exchange, task);
 }
 
 /* ---- how far it is ---- */

@@ -177,6 +177,20 @@ static void log_speed(struct supervisor *supervisor, const struct device_auto *a
                   automatic->note[0] ? ", " : "", automatic->note);
 }
 
+/* Its speed is known, which was pending. */
+static bool measured_message(struct supervisor *supervisor, const json_t *json, struct error *err)
+{
+    struct device_capabilities device;
+    if (!device_capabilities_from_json(json_object_get(json, "device"), &device, err))
+        return false;
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor->device = device;
+    device_trials_succeed(&supervisor->trials);
+    pthread_mutex_unlock(&supervisor->mutex);
+    log_speed(supervisor, &device.automatic);
+    return true;
+}
+
 static void log_blocks(struct supervisor *supervisor, const struct device_blocks *blocks)
 {
     if (blocks->is_measured)
@@ -228,7 +242,10 @@ static bool hello_message(struct supervisor *supervisor, const json_t *json, str
     supervisor->state = WORKER_READY;
     supervisor->state_ms = now_ms();
     supervisor->start_error = (struct error){0};
-    device_trials_succeed(&supervisor->trials);
+    if (device.automatic.is_pending) /* the last step is still to come */
+        device_trials_abandon(&supervisor->trials);
+    else
+        device_trials_succeed(&supervisor->trials);
     pthread_mutex_unlock(&supervisor->mutex);
     log_write(supervisor->desc.log, LOG_INFO, "the worker is ready: %s, %s", device.renderer,
               device.version);
@@ -267,6 +284,8 @@ void supervisor_receive(struct supervisor *supervisor)
     bool is_good = true, is_lost = strcmp(op, "lost") == 0;
     if (strcmp(op, "hello") == 0)
         is_good = hello_message(supervisor, message.json, &problem);
+    else if (strcmp(op, "measured") == 0)
+        is_good = measured_message(supervisor, message.json, &problem);
     else if (strcmp(op, "failed") == 0)
         failed_message(supervisor, message.json);
     else if (strcmp(op, "trying") == 0)
@@ -307,6 +326,8 @@ static json_t *take_forgotten(struct supervisor *supervisor)
 static int list_fds(const struct render_task *task, int fds[IPC_FDS_MAX])
 {
     int count = 0;
+    if (task->request_fd < 0) /* whether the speed is known is asked without */
+        return 0;
     fds[count++] = task->request_fd;
     fds[count++] = task->blob_fd;
     for (int i = 0; i < task->parts.count; i++)

@@ -48,7 +48,8 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
 static void settle_death(struct supervisor *supervisor, const char *how, bool is_timeout)
 {
     struct flights *flights = &supervisor->flights;
-    int guilty = flights_guilty(flights, is_timeout);
+    bool is_of_device = supervisor_blame_device(supervisor, how, is_timeout);
+    int guilty = is_of_device ? -1 : flights_guilty(flights, is_timeout);
     struct render_task *charged = guilty >= 0 ? flights->list[guilty].task : NULL;
     if (charged)
         flights_remove(flights, guilty);
@@ -60,7 +61,6 @@ static void settle_death(struct supervisor *supervisor, const char *how, bool is
         supervisor->state == WORKER_READY &&
         (supervisor->has_rendered || charged || now_ms() - supervisor->state_ms > STABLE_MS);
     int doubled = supervisor->backoff_ms ? 2 * supervisor->backoff_ms : BACKOFF_MIN_MS;
-    bool is_of_device = supervisor_blame_device(supervisor, how, is_timeout);
     supervisor->backoff_ms = was_stable || is_of_device ? 0 /* there are not many devices */
                              : doubled < BACKOFF_MAX_MS ? doubled
                                                         : BACKOFF_MAX_MS;
@@ -196,7 +196,7 @@ static int start_limit_ms(const struct supervisor *supervisor)
 static int limit_s(const struct supervisor *supervisor)
 {
     int guilty = flights_guilty(&supervisor->flights, true);
-    if (supervisor->state == WORKER_STARTING || guilty < 0)
+    if (supervisor->state == WORKER_STARTING || supervisor->trials.current || guilty < 0)
         return start_limit_ms(supervisor) / 1000;
     const struct flight *flight = &supervisor->flights.list[guilty];
     return (int)(flight_limit_ms(flight, timeout_ms(supervisor)) / 1000);
@@ -205,7 +205,8 @@ static int limit_s(const struct supervisor *supervisor)
 /* When the worker must have done something. Under the mutex. */
 static int64_t next_deadline(const struct supervisor *supervisor)
 {
-    return supervisor->state == WORKER_STARTING
+    bool is_trying = supervisor->trials.current != 0; /* of one that serves: its speed */
+    return supervisor->state == WORKER_STARTING || is_trying
                ? supervisor->state_ms + start_limit_ms(supervisor)
                : flights_deadline(&supervisor->flights, timeout_ms(supervisor),
                                   supervisor->last_event_ms);

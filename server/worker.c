@@ -33,6 +33,8 @@ enum {
     TELL_FIRST_US = 500000, /* of a frame, how far it is: quicker ones are told of when they end ...
                              */
     TELL_EVERY_US = 250000, /* ... and so often after that */
+    MEASURE_IDLE_MS = 1000, /* after which the device's speed is measured: a client that opens a
+                               scene at once goes before */
 };
 
 /* A view as the renderer borrows it. */
@@ -430,7 +432,9 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
     if (worker->is_lost)
         return false;
     send_progress(worker, "begin", id);
-    if (read_request(worker, message, &request, &problem))
+    if (json_object_get(json_object_get(message->json, "question"), "speed"))
+        result = json_object(); /* it is known now */
+    else if (read_request(worker, message, &request, &problem))
         result = answer(worker, message, &request, &fd, &problem);
     render_request_finish(&request);
     send_totals(worker);
@@ -512,19 +516,58 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
     return worker->inbox;
 }
 
-static void say_hello(struct worker *worker)
+static json_t *device_json(struct worker *worker)
 {
     struct device_capabilities device;
     renderer_get_info(worker->renderer, &worker->info);
     device_capabilities_from_info(&worker->info, &device);
     worker_device_describe(&worker->device, &device);
+    return device_capabilities_to_json(&device);
+}
+
+/* Its speed, which is pending. */
+static void measure_device(struct worker *worker)
+{
+    land(worker);
+    tell_trial(worker, &worker->tried, GL_DEVICE_MEASURING);
+    worker_device_measure(&worker->device);
+    send_message(worker, json_pack("{s:s,s:o}", "op", "measured", "device", device_json(worker)),
+                 NULL, 0);
+}
+
+static bool asks_for_auto(const struct ipc_message *message)
+{
+    struct ipc_mapping text = {0};
+    struct render_request request = {0};
+    struct error ignored = {0}; /* whoever reads it next tells */
+    bool is_auto =
+        ipc_mapping_init(&text, message->fd_count > 0 ? message->fds[0] : -1, &ignored) &&
+        render_request_parse(text.bytes, text.size_bytes, &request, &ignored) &&
+        request.quality.shadows == REQUEST_SHADOWS_AUTO;
+    render_request_finish(&request);
+    ipc_mapping_finish(&text);
+    return is_auto;
+}
+
+/* Before a picture that goes by the device's speed, and before all questions. */
+static void measure_for(struct worker *worker, const struct ipc_message *message)
+{
+    const char *op = json_string_value(json_object_get(message->json, "op"));
+    if (!worker->device.is_pending || worker->is_paused || !op)
+        return;
+    if (strcmp(op, "ask") == 0 || (strcmp(op, "render") == 0 && asks_for_auto(message)))
+        measure_device(worker);
+}
+
+static void say_hello(struct worker *worker)
+{
     /* One on the GL thread, one on the device, one on each encode thread, one waiting so that the
      * GL thread never does. */
     int depth = encode_threads() + 2 + !worker->info.is_software;
-    send_message(worker,
-                 json_pack("{s:s,s:o,s:i}", "op", "hello", "device",
-                           device_capabilities_to_json(&device), "depth", depth),
-                 NULL, 0);
+    send_message(
+        worker,
+        json_pack("{s:s,s:o,s:i}", "op", "hello", "device", device_json(worker), "depth", depth),
+        NULL, 0);
     send_totals(worker);
 }
 
@@ -542,6 +585,7 @@ static bool serve(struct worker *worker, struct ipc_message *message)
 {
     const char *op = json_string_value(json_object_get(message->json, "op"));
     json_array_extend(worker->forgotten, json_object_get(message->json, "forget"));
+    measure_for(worker, message);
     if (op && strcmp(op, "ask") == 0)
         return serve_question(worker, message);
     if (op && strcmp(op, "rest") == 0)
@@ -571,7 +615,8 @@ static bool is_interlude_due(void *context)
     const struct worker *worker = context;
     if (inbox_is_cancelled(worker->inbox)) /* which is told there, too */
         return true;
-    return inbox_urgent_count(worker->inbox) > 0 &&
+    return !worker->device.is_pending && /* nothing is measured within a frame */
+           inbox_urgent_count(worker->inbox) > 0 &&
            inbox_urgent_arrivals(worker->inbox) != worker->urgent_arrivals &&
            now_us() >= worker->slice_until_us;
 }
@@ -640,6 +685,9 @@ static bool next_message(struct worker *worker, struct ipc_message *message)
     while (worker->flying && !inbox_has_letters(worker->inbox))
         if (renderer_wait(worker->renderer, LOOK_MS))
             land(worker);
+    if (worker->device.is_pending && !worker->is_lost &&
+        !inbox_wait(worker->inbox, MEASURE_IDLE_MS))
+        measure_device(worker);
     if (idle_timing_message(&worker->timing) && !worker->is_lost &&
         !inbox_wait(worker->inbox, IDLE_TIMING_AFTER_MS))
         time_runner_up(worker);
@@ -692,6 +740,7 @@ int worker_main(int socket)
     inbox_destroy(worker.inbox);
     idle_timing_finish(&worker.timing);
     mapped_scenes_destroy(worker.scenes);
+    worker_device_finish(&worker.device);
     renderer_destroy(worker.renderer);
     json_decref(worker.forgotten);
     pthread_mutex_destroy(&worker.send_mutex);

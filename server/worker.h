@@ -16,7 +16,7 @@
  *             as JSON (memfd), the scene's blob, those of `parts` in their order
  *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a
  *             reference: one step of a trade-off (server/measure.h), a plan (server/explain.h), a
- *             pick, a warm-up (server/warm_up.h)
+ *             pick, a warm-up (server/warm_up.h); or, without descriptors, that the speed be known
  *   cancel    {id}: a render that is not wanted any more; it ends with an error, or is done
  *   forget    {forget}: ids of scenes that were deleted, here and in render and ask
  *   rest      {}: nobody has asked for a while; memory of structures that the last frame did not
@@ -24,6 +24,7 @@
  * out:
  *   trying    {step, device}: before the device is opened, tested, measured
  *             (server/device_trials.h)
+ *   measured  {device: {...}}: again, once its speed is known that was pending
  *   hello     {device: {...}, depth}: ready; at most `depth` urgent renders and `depth` others may
  *             be on their way at once
  *   failed    {error, devices}: no device, and why none of them; the worker ends

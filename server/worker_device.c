@@ -18,11 +18,12 @@ static const char *path_of(const json_t *settings, const char *member)
 }
 
 /* What an earlier start has learned of this device. */
-static void read_lessons(struct worker_device *device, const json_t *settings)
+static void read_lessons(struct worker_device *device)
 {
     char key[SPEED_KEY_BYTES];
     struct learning *learned = malloc(sizeof *learned);
-    utf8_copy(device->lessons_path, sizeof device->lessons_path, path_of(settings, "lessons_file"));
+    utf8_copy(device->lessons_path, sizeof device->lessons_path,
+              path_of(device->settings, "lessons_file"));
     speed_file_make_key(device->renderer, key);
     if (learned && *device->lessons_path && lessons_file_load(learned, device->lessons_path, key))
         renderer_set_learned(device->renderer, learned);
@@ -30,36 +31,63 @@ static void read_lessons(struct worker_device *device, const json_t *settings)
     (void)renderer_get_learned(device->renderer, &device->lessons_print);
 }
 
-/* A device that cannot be measured is no failure: auto is rasterised there. */
-static void set_auto(struct worker_device *device, const json_t *settings)
+static struct device_speed_desc speed_desc(const struct worker_device *device)
+{
+    return (struct device_speed_desc){.renderer = device->renderer,
+                                      .path = path_of(device->settings, "speed_file")};
+}
+
+static void set_auto(struct worker_device *device)
+{
+    device->is_pending = false;
+    renderer_set_auto(device->renderer, &device->automatic);
+    if (device->automatic.policy == AUTO_MEASURED)
+        read_lessons(device);
+}
+
+void worker_device_measure(struct worker_device *device)
 {
     struct error problem = {0};
-    json_int_t policy = json_integer_value(json_object_get(settings, "auto"));
-    device->automatic.policy = (enum auto_policy)policy;
-    if (policy == AUTO_MEASURED &&
-        !device_speed_find(&device->automatic.speed,
-                           &(struct device_speed_desc){.renderer = device->renderer,
-                                                       .path = path_of(settings, "speed_file")},
-                           device->auto_note, &problem)) {
+    const struct device_speed_desc desc = speed_desc(device);
+    device->auto_note[0] = 0;
+    if (!device_speed_find(&device->automatic.speed, &desc, device->auto_note, &problem)) {
+        /* no failure: auto is rasterised there */
         device->automatic = (struct auto_settings){.policy = AUTO_RASTER};
         utf8_copy(device->auto_note, sizeof device->auto_note, problem.message);
     }
-    renderer_set_auto(device->renderer, &device->automatic);
-    if (device->automatic.policy == AUTO_MEASURED)
-        read_lessons(device, settings);
+    set_auto(device);
+}
+
+static void find_speed(struct worker_device *device)
+{
+    struct renderer_info info;
+    const struct device_speed_desc desc = speed_desc(device);
+    json_int_t policy = json_integer_value(json_object_get(device->settings, "auto"));
+    renderer_get_info(device->renderer, &info);
+    device->automatic.policy = (enum auto_policy)policy;
+    if (policy != AUTO_MEASURED ||
+        device_speed_recall(&device->automatic.speed, &desc, device->auto_note)) {
+        set_auto(device);
+    } else if (info.is_software) {
+        device->is_pending = true;
+        utf8_copy(device->auto_note, sizeof device->auto_note,
+                  "measured before the first picture that goes by it, or for want of something to "
+                  "do");
+    } else {
+        worker_device_measure(device);
+    }
 }
 
 /* Processors take a block apart for each sample, and compile a program for each format to find that
  * out: they are not measured. */
-static void find_texture_speed(struct worker_device *device, const json_t *settings,
-                               struct texture_speed *speed)
+static void find_texture_speed(struct worker_device *device, struct texture_speed *speed)
 {
     struct error problem = {0};
     struct renderer_info info;
     char *note = device->blocks.note;
     renderer_get_info(device->renderer, &info);
     const struct device_speed_desc desc = {.renderer = device->renderer,
-                                           .path = path_of(settings, "texture_file")};
+                                           .path = path_of(device->settings, "texture_file")};
     if (info.is_software)
         utf8_copy(note, sizeof device->blocks.note, "not measured: software gains nothing by them");
     else if (!texture_speed_find(speed, &desc, note, &problem))
@@ -67,15 +95,16 @@ static void find_texture_speed(struct worker_device *device, const json_t *setti
 }
 
 /* A device that cannot be measured withholds levels. */
-static void set_compression(struct worker_device *device, const json_t *settings)
+static void set_compression(struct worker_device *device)
 {
-    json_int_t policy = json_integer_value(json_object_get(settings, "texture_compression"));
+    json_int_t policy =
+        json_integer_value(json_object_get(device->settings, "texture_compression"));
     struct texture_speed speed = {0};
     struct device_blocks *blocks = &device->blocks;
     utf8_copy(blocks->policy, sizeof blocks->policy,
               config_compression_name((enum config_compression)policy));
     if (policy == CONFIG_COMPRESSION_AUTO)
-        find_texture_speed(device, settings, &speed);
+        find_texture_speed(device, &speed);
     blocks->from_levels = policy == CONFIG_COMPRESSION_ON ? 1
                           : texture_speed_gains(&speed)   ? TEXTURE_SPEED_AUTO_LEVELS
                                                           : 0;
@@ -89,14 +118,22 @@ void worker_device_init(struct worker_device *device, struct renderer *renderer,
                         const json_t *settings)
 {
     device->renderer = renderer;
-    set_auto(device, settings);
-    set_compression(device, settings);
+    device->settings = json_deep_copy(settings);
+    find_speed(device);
+    set_compression(device);
+}
+
+void worker_device_finish(struct worker_device *device)
+{
+    json_decref(device->settings);
+    device->settings = NULL;
 }
 
 void worker_device_describe(const struct worker_device *device,
                             struct device_capabilities *capabilities)
 {
     device_auto_from_settings(&device->automatic, &capabilities->automatic);
+    capabilities->automatic.is_pending = device->is_pending;
     utf8_copy(capabilities->automatic.note, sizeof capabilities->automatic.note, device->auto_note);
     capabilities->blocks = device->blocks;
 }

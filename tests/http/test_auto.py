@@ -18,7 +18,14 @@ SIZE = {"width": 96, "height": 64}
 
 
 def open_daemon(*flags, state_dir=None):
-    return support.Daemon(*flags, program=REAL, state_dir=state_dir).wait_device()
+    """One whose speed is known, which is measured after it is ready."""
+    daemon = support.Daemon(*flags, program=REAL, state_dir=state_dir).wait_device()
+    support.wait_until(lambda: not is_pending(daemon), "the speed is known", 60)
+    return daemon
+
+
+def is_pending(daemon):
+    return automatic(daemon).get("pending", False)
 
 
 def automatic(daemon):
@@ -208,6 +215,37 @@ class MeasuredView(unittest.TestCase):
             self.assertEqual(before.body, after.body)
             self.assertEqual(before.header("ETag"), after.header("ETag"))
             assert daemon.stop() == 0
+
+
+class Pending(unittest.TestCase):
+    def test_what_goes_by_the_speed_waits_for_it_and_the_rest_does_not(self):
+        asking = ({}, {"shadows": "raytraced", "budget_ms": 60000})
+        for quality in asking:
+            daemon = support.Daemon(program=REAL).wait_device()
+            with daemon:
+                if not daemon.request("GET", "/v1/capabilities").json()["device"]["software"]:
+                    self.skipTest("a device other than processors is measured before it is ready")
+                scene = daemon.push(lit_floor())
+                render(daemon, scene, {"shadows": "deep"})
+                told = automatic(daemon)
+                if told.get("pending"):  # unless something else had the processors for long
+                    self.assertEqual(("measured", None, None),
+                                     (told["policy"], told["speed"], told["rates"]))
+                    self.assertIn("before the first picture", told["note"])
+                reply, report = render(daemon, scene, quality)
+                self.assertFalse(is_pending(daemon))
+                self.assertRegex(automatic(daemon)["note"], "^measured at this start")
+                self.assertEqual("calibrated", report["chosen"]["source"])
+                again, _ = render(daemon, scene, quality,
+                                  {"If-None-Match": reply.header("ETag")})
+                self.assertIn(again.status, (200, 304))
+                self.assertEqual(0, daemon.stop())
+
+    def test_it_is_measured_when_nothing_is_asked_for(self):
+        with support.Daemon(program=REAL).wait_device() as daemon:
+            support.wait_until(lambda: not is_pending(daemon), "the speed is known", 60)
+            self.assertTrue(all(value > 0 for value in automatic(daemon)["speed"].values()))
+            self.assertEqual(0, daemon.stop())
 
 
 class Kept(unittest.TestCase):

@@ -12,8 +12,8 @@ support.needs(HOSTILE)
 QUICK = ("--auto", "raster", "--texture-compression=off")
 
 
-def start(entries, *flags):
-    return support.Daemon(*QUICK, *flags, program=HOSTILE,
+def start(entries, *flags, quick=QUICK):
+    return support.Daemon(*quick, *flags, program=HOSTILE,
                           environment={"HOSTILE_DEVICES": entries})
 
 
@@ -57,6 +57,23 @@ class Trials(support.unittest.TestCase):
     def test_a_driver_that_aborts_when_it_is_opened_is_passed_over(self):
         self.assert_passed_over("0:open:abort",
                                 "its driver crashed twice when it was opened: signal 6")
+
+    def test_a_driver_that_crashes_when_its_speed_is_measured_is_passed_over(self):
+        with start("0:measure:segv", quick=()) as daemon:
+            daemon.wait_device()  # software is measured while it serves
+            scene = daemon.push(support.triangle())
+            self.assertEqual(200, daemon.render(scene).status)
+            support.wait_until(
+                lambda: not daemon.is_alive() or (
+                    daemon.raw("GET", "/readyz").status == 200 and
+                    "speed" in str(daemon.request("GET", "/readyz").json().get("passed_over"))),
+                "it is passed over", 180)
+            if not daemon.is_alive():
+                self.skipTest("there is one device alone")
+            self.assertIn("its driver crashed twice when its speed was measured: signal 11",
+                          daemon.request("GET", "/readyz").json()["passed_over"][0])
+            self.assertEqual(200, daemon.render(scene).status)
+            self.assertEqual(0, daemon.stop())
 
     def end_of(self, entries, *flags):
         """Status and last words of a daemon that must end by itself."""

@@ -551,7 +551,7 @@ static void device_reads_back_as_it_was(void **state)
     assert_memory_equal(&read, &device, sizeof read);
     json_decref(json);
 
-    static const struct device_auto raster = {.policy = "raster"};
+    static const struct device_auto raster = {.policy = "raster", .is_pending = true};
     static const struct device_blocks off = {.policy = "off"};
     memcpy(&device.automatic, &raster, sizeof raster);
     memcpy(&device.blocks, &off, sizeof off);

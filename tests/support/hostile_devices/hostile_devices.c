@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Drivers that end their process, or never come back: HOSTILE_DEVICES holds entries
  * NUMBER:STEP:HOW, separated by commas. NUMBER is that of EGL, 0 the surfaceless platform; or
- * "any". STEP is open or self-test. HOW is segv, abort, exit, hang, or once=PATH, which is a segv
- * where the file is not there yet, and makes it. The linker sends calls of the functions here
+ * "any". STEP is open, self-test or measure. HOW is segv, abort, exit, hang, or once=PATH, which is
+ * a segv where the file is not there yet, and makes it. The linker sends calls of the functions
+ * here
  * (--wrap). */
 #include <fcntl.h>
 #include <signal.h>
@@ -11,6 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "renderer/calibrate.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/display.h"
 #include "renderer/gl/selftest.h"
@@ -23,6 +25,11 @@ bool __real_gl_selftest(struct gl_context *context, struct program_cache *progra
                         struct error *err);
 bool __wrap_gl_selftest(struct gl_context *context, struct program_cache *programs,
                         struct error *err);
+
+bool __real_renderer_calibrate(struct renderer *renderer, struct calibration *calibration,
+                               struct error *err);
+bool __wrap_renderer_calibrate(struct renderer *renderer, struct calibration *calibration,
+                               struct error *err);
 
 static void crash(void)
 {
@@ -72,6 +79,21 @@ bool __wrap_gl_display_open(struct gl_display *display, struct gl_device *device
 {
     meet(device->number, "open");
     return __real_gl_display_open(display, device, is_strict);
+}
+
+/* Which device it is, the renderer tells by its line alone. */
+bool __wrap_renderer_calibrate(struct renderer *renderer, struct calibration *calibration,
+                               struct error *err)
+{
+    struct renderer_info info;
+    renderer_get_info(renderer, &info);
+    for (int i = 0; i < RENDERER_DEVICES_TOLD; i++) {
+        int number = 0; /* the surfaceless platform has none */
+        (void)sscanf(info.devices[i], "EGL device %d", &number);
+        if (strstr(info.devices[i], ": taken"))
+            meet(number, "measure");
+    }
+    return __real_renderer_calibrate(renderer, calibration, err);
 }
 
 bool __wrap_gl_selftest(struct gl_context *context, struct program_cache *programs,
