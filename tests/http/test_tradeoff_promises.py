@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Promises kept: measures shared scenes, asks for errors and times, and measures what was chosen.
+"""Promises kept: measures shared scenes, asks for errors and times, and looks at what was chosen.
+
+The error of a choice is measured again. Its time is not: a stopwatch beside other work on the machine
+judges that work, so `vitrail-bench promises` has the times, and this test holds each choice against
+the times that were measured before it.
 
 With VITRAIL_PROMISES=full in the environment, or --all after the folder of programs, takes every
 shared scene: one file of each model, a .glb where there is one, else a .gltf with its files."""
@@ -72,10 +76,6 @@ def upload(path):
     return support.multipart(files)
 
 
-def median(values):
-    return sorted(values)[len(values) // 2]
-
-
 class Scene:
     def __init__(self, daemon, scene):
         self.daemon = daemon
@@ -117,31 +117,32 @@ class Scene:
         self.daemon.request("DELETE", path + "?forget=true")
         for wish, asked, frame in frames:
             chosen = frame["chosen"]
-            fixed = {key: chosen[key] for key in SETTING}
             is_more = chosen["shadows"] == "raytraced" and chosen["samples"] > 4
             expected = "estimated" if wish == "budget_ms" and is_more else "measured"
             assert frame["error"]["source"] == expected, frame
-            got = self.measure_again(fixed, wish)
-            if got > asked and wish == "budget_ms":
-                # once more: other work on the machine is no broken promise
-                got = min(got, self.measure_again(fixed, wish))
-            yield wish, asked, got
+            if wish == "max_error":
+                yield wish, asked, self.error_again({key: chosen[key] for key in SETTING})
+            else:
+                yield wish, asked, self.time_before(chosen, settings)
 
-    def measure_again(self, fixed, wish):
-        """The error, or the median of the times, of one setting."""
-        if fixed["samples"] == 256:  # of a reference, but not below one
-            frames = [self.choose(**{k: v for k, v in fixed.items() if v}) for _ in range(3)]
-            return median([sum(p["ms"] for p in frame["plan"]) for frame in frames])
+    def error_again(self, fixed):
+        """The error of one setting, measured in a trade-off of its own."""
         path, measured = self.measure(
-            {key: value for key, value in fixed.items() if value}, repeats=3, time_budget_s=600,
+            {key: value for key, value in fixed.items() if value}, repeats=1, time_budget_s=600,
             reference_samples=256 if fixed["samples"] > 4 else 16,
         )
         self.daemon.request("DELETE", path + "?forget=true")
         measured = [one for one in measured if all(one[k] == fixed[k] for k in SETTING)]
         assert len(measured) == 1, (fixed, measured)
-        if wish == "max_error":
-            return measured[0]["error"]["rmse"]
-        return median(measured[0]["cold_ms"]["runs"])
+        return measured[0]["error"]["rmse"]
+
+    @staticmethod
+    def time_before(chosen, settings):
+        """What the choice expected, or its longest measured time where that is more."""
+        times = [chosen["expected_ms"]]
+        times += [s["cold_ms"]["max"] for s in settings if all(s[k] == chosen[k] for k in SETTING)]
+        assert len(times) == 2 or chosen["samples"] > 4, (chosen, settings)
+        return max(times)
 
 
 class Promises(unittest.TestCase):
