@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Promises kept: measures shared scenes, asks for errors and times, and looks at what was chosen.
 
-The error of a choice is measured again. Its time is not: a stopwatch beside other work on the machine
-judges that work, so `vitrail-bench promises` has the times, and this test holds each choice against
-the times that were measured before it.
+The error of a choice is measured again. Its time is not: a stopwatch beside other work on the
+machine judges that work, so `vitrail-bench promises` has the times, and this test holds each choice
+against the times that were measured before it.
 
 With VITRAIL_PROMISES=full in the environment, or --all after the folder of programs, takes every
 shared scene: one file of each model, a .glb where there is one, else a .gltf with its files."""
