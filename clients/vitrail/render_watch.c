@@ -26,6 +26,7 @@ static void take(void *context, const char *body)
     text_copy_printable(render.state, sizeof render.state, state ? state : "");
     text_copy_printable(render.pass, sizeof render.pass, pass ? pass : "");
     progress_note_render(progress, &render);
+    progress_show(progress, PROGRESS_STAGE_RENDER, 0, 0);
     json_decref(status);
 }
 

@@ -16,11 +16,14 @@ class RenderProgress(support.ServiceTest):
         self.pool = concurrent.futures.ThreadPoolExecutor(4)
         self.addCleanup(self.pool.shutdown)
 
-    def begin(self, ms, request_id, **members):
-        """A render that takes so long; returns its scene and the reply to come."""
-        scene = self.daemon.push(triangle(f"fake:slow={ms}"))
+    def scene(self, ms):
+        """One whose renders take so long."""
+        return self.daemon.push(triangle(f"fake:slow={ms}"))
+
+    def begin(self, scene, request_id, **members):
+        """The reply to come."""
         headers = {"X-Request-Id": request_id}
-        return scene, self.pool.submit(self.daemon.render, scene, headers, **members)
+        return self.pool.submit(self.daemon.render, scene, headers, **members)
 
     def status(self, request_id):
         return self.daemon.request("GET", f"/v1/renders/{request_id}")
@@ -37,8 +40,9 @@ class RenderProgress(support.ServiceTest):
         return found[0]
 
     def test_a_long_render_tells_how_far_it_is(self):
+        scene = self.scene(2500)
         began = time.monotonic()
-        scene, reply = self.begin(2500, "far.1")
+        reply = self.begin(scene, "far.1")
         seen = []
         while not reply.done():
             status = self.status("far.1")
@@ -63,8 +67,7 @@ class RenderProgress(support.ServiceTest):
 
     def test_what_has_ended_or_never_came_is_404(self):
         self.assertEqual("not_found", self.status("nobody").code)
-        _, reply = self.begin(50, "ended")
-        self.assertEqual(200, reply.result().status)
+        self.assertEqual(200, self.begin(self.scene(50), "ended").result().status)
         reply = self.status("ended")
         self.assertEqual((404, "not_found"), (reply.status, reply.code))
         self.assertIn("'ended'", reply.json()["detail"])
@@ -76,18 +79,19 @@ class RenderProgress(support.ServiceTest):
         self.assertEqual(404, self.status("bad").status)
 
     def test_one_behind_others_waits(self):
-        _, first = self.begin(1200, "first", width=16)
+        scene, before = self.scene(50), self.scene(3000)
+        first = self.begin(before, "first")
         self.wait_for("first", lambda status: status["state"] == "rendering", "it is begun")
-        scene, second = self.begin(50, "second")
+        second = self.begin(scene, "second")
         status = self.wait_for("second", lambda _: True, "it is there")
         self.assertEqual(("waiting", scene), (status["state"], status["scene"]))
         self.assertNotIn("progress", status)
         self.assertEqual([200, 200], [first.result().status, second.result().status])
 
     def test_one_that_makes_way_is_paused_and_goes_on(self):
-        urgent = self.daemon.push(triangle("fake:slow=300"))
+        urgent = self.scene(300)
         self.assertEqual(200, self.daemon.render(urgent).status)  # the worker has its scene now
-        _, slow = self.begin(2000, "slow")
+        slow = self.begin(self.scene(2000), "slow")
         self.wait_for("slow", lambda status: "progress" in status, "it is under way")
         other = self.pool.submit(self.daemon.render, urgent, {"Priority": "u=0"}, width=48)
         status = self.wait_for("slow", lambda status: status["state"] == "paused", "it is paused")
@@ -96,7 +100,7 @@ class RenderProgress(support.ServiceTest):
         self.assertEqual([200, 200], [slow.result().status, other.result().status])
 
     def test_an_image_of_a_view_tells_it_to_each_who_waits(self):
-        scene = self.daemon.push(triangle("fake:slow=1800"))
+        scene = self.scene(1800)
         view = self.daemon.request("POST", "/v1/views",
                                    {"scene": scene, "width": 32, "height": 16}).json()["id"]
         path = f"/v1/views/{view}/image"
@@ -109,15 +113,16 @@ class RenderProgress(support.ServiceTest):
         self.assertEqual(404, self.status("a").status)
 
     def test_of_several_with_one_id_the_newest_is_meant(self):
-        _, first = self.begin(1000, "twice")
+        scene, before = self.scene(900), self.scene(3000)
+        first = self.begin(before, "twice")
         self.wait_for("twice", lambda status: status["state"] == "rendering", "it is begun")
-        scene, second = self.begin(900, "twice")
+        second = self.begin(scene, "twice")
         self.wait_for("twice", lambda status: status["scene"] == scene, "the other one is told")
         self.assertEqual([200, 200], [first.result().status, second.result().status])
         self.assertEqual(404, self.status("twice").status)
 
     def test_one_whose_client_left_is_404_soon(self):
-        scene = self.daemon.push(triangle("fake:slow=4000"))
+        scene = self.scene(4000)
         peer = http.client.HTTPConnection("127.0.0.1", self.daemon.port, timeout=30)
         peer.request("POST", "/v1/renders", json.dumps({"scene": scene, "width": 32, "height": 16}),
                      {"Content-Type": "application/json", "X-Request-Id": "left"})
