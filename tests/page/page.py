@@ -79,10 +79,12 @@ class PageTest(unittest.TestCase):
     size = (900, 640)
     phone = False
     auto = "raster"  # pictures are compared by their bits, and a technique learned may be another
+    program, environment = REAL, None
 
     @classmethod
     def setUpClass(cls):
-        cls.daemon = support.Daemon("--render-timeout-s", "60", "--auto", cls.auto, program=REAL)
+        cls.daemon = support.Daemon("--render-timeout-s", "60", "--auto", cls.auto,
+                                    program=cls.program, environment=cls.environment)
         cls.addClassCleanup(cls.daemon.__exit__)
         reply = cls.daemon.raw("GET", "/readyz")
         if reply.status != 200 and reply.code == "no_device":

@@ -35,6 +35,20 @@ class Trouble(PageTest):
             or "WebSocket" in line or "ERR_INCOMPLETE_CHUNKED" in line
 
 
+class PassedOver(PageTest):
+    program = os.path.join(support.BIN, "vitraild-hostile")
+    environment = {"HOSTILE_DEVICES": "0:open:exit"}  # of the two that Mesa lists
+
+    def test_the_status_line_tells_of_a_device_that_is_not_taken(self):
+        self.load()
+        status = "document.getElementById('status-device')"
+        self.browser.wait(f"return !{status}.hidden", "the line is there")
+        self.assertEqual("another device renders", self.browser.run(f"return {status}.textContent"))
+        self.assertRegex(self.browser.run(f"return {status}.title"),
+                         "surfaceless platform: passed over: its driver crashed twice when it was "
+                         "opened: exit status 3")
+
+
 class Stopping(Trouble):
     def test_a_server_that_stops_and_comes_back_is_said_and_nothing_is_lost(self):
         self.load()
