@@ -549,7 +549,8 @@ static bool asks_for_auto(const struct ipc_message *message)
     return is_auto;
 }
 
-/* Before a picture that goes by the device's speed, and before all questions. */
+/* Before a picture that goes by the device's speed, and before all questions; but not within a
+ * frame: what goes before the rest of it is rasterised until then. */
 static void measure_for(struct worker *worker, const struct ipc_message *message)
 {
     const char *op = json_string_value(json_object_get(message->json, "op"));
@@ -615,8 +616,7 @@ static bool is_interlude_due(void *context)
     const struct worker *worker = context;
     if (inbox_is_cancelled(worker->inbox)) /* which is told there, too */
         return true;
-    return !worker->device.is_pending && /* nothing is measured within a frame */
-           inbox_urgent_count(worker->inbox) > 0 &&
+    return inbox_urgent_count(worker->inbox) > 0 &&
            inbox_urgent_arrivals(worker->inbox) != worker->urgent_arrivals &&
            now_us() >= worker->slice_until_us;
 }
