@@ -373,10 +373,10 @@ class Choosing(TradeoffTest):
         scene = self.daemon.push(scene_of("fake:slow=0", "more"))
         self.measure(scene)  # rays: 0.02 and 0.01 at 1 and 4 samples, 100 ms each
         for wish, samples, rmse, ms in (
-            ({"max_error": 0.005}, 64, 0.01 * 4 / 11, 6400),
-            ({"max_error": 0.003}, 256, 0.01 * 2.2 / 11, 25600),
-            ({"max_error": 0.009, "budget_ms": 2000}, 16, 0.01 * 6.5 / 11, 1600),
-            ({"budget_ms": 7000}, 64, 0.01 * 4 / 11, 6400),
+            ({"max_error": 0.003}, 64, 0.01 * 4 / 15.5, 6400),
+            ({"max_error": 0.002}, 256, 0.01 * 2.2 / 15.5, 25600),
+            ({"max_error": 0.009, "budget_ms": 2000}, 16, 0.01 * 7.5 / 15.5, 1600),
+            ({"budget_ms": 7000}, 64, 0.01 * 4 / 15.5, 6400),
         ):
             frame, _ = self.render(scene, **wish)
             self.assertEqual([], frame["warnings"])
