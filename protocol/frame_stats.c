@@ -52,6 +52,7 @@ static const struct count_member count_members[] = {
     COUNT(unseen_lights),
     COUNT(light_batches),
     COUNT(light_slices),
+    COUNT(split_pixels),
     COUNT(draws),
     COUNT(triangles),
     COUNT(draw_calls),

@@ -101,9 +101,9 @@ struct frame_stats {
     int plan_count;
     double timings_ms[FRAME_TIMING_COUNT];
     struct {
-        uint64_t lights, shadowed_lights, unseen_lights, light_batches, light_slices, draws,
-            triangles, events, longest_list, lookups, shadow_rays, draw_calls, culled, shadow_draws,
-            shadow_culled;
+        uint64_t lights, shadowed_lights, unseen_lights, light_batches, light_slices, split_pixels,
+            draws, triangles, events, longest_list, lookups, shadow_rays, draw_calls, culled,
+            shadow_draws, shadow_culled;
         double mean_list;
         uint64_t transparent_fragments, longest_pixel_list, light_list_entries;
         uint64_t shadow_maps_built, shadow_maps_reused;

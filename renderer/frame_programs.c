@@ -3,6 +3,7 @@
 #include "renderer/frame_programs.h"
 
 #include "renderer/shading/aov.h"
+#include "renderer/shading/apart.h"
 #include "renderer/shading/screen.h"
 #include "renderer/shading/shade.h"
 #include "renderer/shadows/shadow_programs.h"
@@ -121,6 +122,8 @@ static void list_surfaces(const struct listing *listing, const struct geometry_i
                                   listing->frame.limits->is_software, listing->list);
     if (needs(desc, PLAN_NEED_TRACED_SHADOWS))
         traced_shadows_list_programs(&listing->frame, has_layers, listing->list);
+    if (needs(desc, PLAN_NEED_COLOR))
+        apart_list_programs(&listing->frame, listing->list);
     if (desc->view->screen.channels)
         screen_list_programs(listing->list);
 }

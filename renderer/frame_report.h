@@ -72,6 +72,8 @@ struct frame_report {
         uint64_t light_slices;     /* dispatches of shading over the pieces of light lists, of each
                                       window and batch: more than these where lists are too long
                                       for one shader invocation (renderer/shading/loop_steps.h) */
+        uint64_t split_pixels;     /* rasterised, in which samples of one surface were shaded each
+                                      by itself, because light differs */
         uint64_t unseen_lights;    /* they reach nothing in view, and have no structure */
         uint64_t events;           /* transmittance events in all deep maps that the frame uses */
         uint64_t longest_list;     /* events of one texel */

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/shading/apart.h"
+
 /* What must be the same for batches of one frame to fit in the next. */
 static struct content_key key_of(const char *scene_key, const struct view *view,
                                  const struct scene_state *state)
@@ -301,6 +303,23 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
     return true;
 }
 
+/* Samples that are shaded apart need all structures again: which they are all lights tell. */
+static bool run_all(struct batch *batch, const struct frame_run *run, const struct shade_desc *desc,
+                    struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    const struct frame_piece whole = renderer->piece;
+    struct shade_desc apart = *desc;
+    if (!apart_is_possible(desc->frame))
+        return run_batches(batch, run, desc, err);
+    renderer_begin_piece(renderer, frame_piece_part(whole, 0, 0.6));
+    if (!run_batches(batch, run, desc, err))
+        return false;
+    renderer_begin_piece(renderer, frame_piece_part(whole, 0.6, 0.4));
+    apart.is_apart = true;
+    return !apart_count(desc->frame) || run_batches(batch, run, &apart, err);
+}
+
 static bool needs_batches(const struct frame_run *run)
 {
     const struct light_batches *batches = &run->renderer->batches;
@@ -371,7 +390,7 @@ bool light_batches_shade(const struct frame_run *run, const struct shade_desc *d
         error_set(err, ERROR_NO_MEMORY, "batches of %zu lights", count);
     else
         light_lists_order(run->renderer->lists, count, order);
-    ok = ok && run_batches(&batch, run, desc, err);
+    ok = ok && run_all(&batch, run, desc, err);
     free(order);
     free(is_left_out);
     return ok;

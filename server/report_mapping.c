@@ -37,6 +37,7 @@ static void copy_counts(const struct frame_report *report, struct frame_stats *s
     stats->counts.unseen_lights = report->counts.unseen_lights;
     stats->counts.light_batches = report->counts.light_batches;
     stats->counts.light_slices = report->counts.light_slices;
+    stats->counts.split_pixels = report->counts.split_pixels;
     stats->counts.draws = report->counts.draws;
     stats->counts.triangles = report->counts.triangles;
     stats->counts.draw_calls = report->counts.draw_calls;

@@ -2,9 +2,9 @@
 // Which samples of a pixel show one surface: those of one signature and nearly one depth. Every
 // program that includes it finds the same groups in the same order.
 // Needs: SAMPLES (nothing where it is 1), u_depth_map, u_signature, u_sample_positions.
-// Provides: group_next. A group's middle is the pixel's middle when it has all samples; any single
-// sample would shift shadows and textures by up to half a pixel. Depth is linear over a plane on
-// the screen, so its mean lies on the surface.
+// Provides: group_next. Samples apart are groups of their own. A group's middle is the pixel's
+// middle when it has all samples; any single sample would shift shadows and textures by up to half
+// a pixel. Depth is linear over a plane on the screen, so its mean lies on the surface.
 #if SAMPLES > 1
 struct sample_group {
     int first;    // a sample of it
@@ -13,21 +13,22 @@ struct sample_group {
     vec3 middle;  // position in the pixel, stored depth
 };
 
-// Of the samples in `remaining`, which must not be empty.
-sample_group group_next(ivec2 pixel, uint remaining)
+// Of the samples in `remaining`, which must not be empty; apart: bit set, likewise.
+sample_group group_next(ivec2 pixel, uint remaining, uint apart)
 {
     sample_group g;
     g.first = findLSB(remaining);
     g.members = 0u;
     g.depth = texelFetch(u_depth_map, pixel, g.first).x;
     uint signature = texelFetch(u_signature, pixel, g.first).x;
+    uint others = (apart & 1u << g.first) != 0u ? 0u : remaining & ~apart;
     vec3 sum = vec3(0.0); // of positions in the pixel, and of depths
     for (int j = 0; j < SAMPLES; j++) {
         float other = texelFetch(u_depth_map, pixel, j).x;
         precise float most = 0.02 * max(other, g.depth);
         bool is_same =
             texelFetch(u_signature, pixel, j).x == signature && abs(other - g.depth) <= most;
-        if ((remaining & 1u << j) != 0u && (j == g.first || is_same)) {
+        if (j == g.first || ((others & 1u << j) != 0u && is_same)) {
             g.members |= 1u << j;
             sum += vec3(u_sample_positions[j], other);
         }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Shades the opaque surface of each pixel and composites the pixel's transparent list over it.
-// Needs: SAMPLES (1 or 4), SAMPLES_IN_TURN (below), HAS_TRANSPARENT, HAS_BACKDROP (the picture is
-// mapped to the screen), IS_ORTHOGRAPHIC, HAS_TRACED_SHADOWS, those of lighting.glsl and
-// media.glsl.
+// Shades the opaque surface of each pixel and composites the pixel's transparent list over it. With
+// 4 samples in two passes: of all pixels, and of those that light_contrast.comp.glsl found, whose
+// samples are then shaded apart.
+// Needs: SAMPLES (1 or 4), SAMPLES_APART (the second pass), SAMPLES_IN_TURN (below),
+// HAS_TRANSPARENT, HAS_BACKDROP (the picture is mapped to the screen), IS_ORTHOGRAPHIC,
+// HAS_TRACED_SHADOWS, those of lighting.glsl and media.glsl.
 #include "wide.glsl"
 #include "lighting.glsl"
 #include "view_ray.glsl"
@@ -17,6 +19,15 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f, binding = 0) uniform image2D u_image;
 #ifdef HAS_LIGHT_PARTS
 layout(rgba32f, binding = 1) uniform image2DArray u_parts; // light so far, a layer per sample
+#endif
+#include "shared/contrast.h"
+#ifdef SAMPLES_APART
+#include "apart.glsl"
+#elif SAMPLES > 1 && defined HAS_LIGHTS
+#define TELLS_LIGHT
+#include "light_word.glsl"
+layout(r32ui, binding = 2) writeonly uniform uimage2DArray u_light; // a layer per sample
+uvec4 light_words = uvec4(0u);
 #endif
 uniform uvec2 u_size_px;
 uniform uint u_first_row; // of the dispatch
@@ -54,10 +65,54 @@ vec3 light_before(ivec2 pixel, int i)
 #endif
 }
 
-vec4 shade_sample(ivec2 pixel, int i, float depth, vec2 offset)
+#ifdef TELLS_LIGHT
+// The light of samples, for their contrast with those of other pixels.
+void note_light(uint members, vec3 radiance, vec3 base)
+{
+    uint word = light_word(radiance / (base + CONTRAST_BASE_LEAST));
+    bvec4 is_member = notEqual(uvec4(members) & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
+    light_words = mix(light_words, uvec4(word), is_member);
+}
+
+void write_light(ivec2 pixel)
+{
+    bool is_mixed = light_words.yzw != light_words.xxx;
+    imageStore(u_light, ivec3(pixel, 0), uvec4(light_words.x | (is_mixed ? LIGHT_MIXED : 0u)));
+    for (int i = 1; i < SAMPLES && is_mixed; i++)
+        imageStore(u_light, ivec3(pixel, i), uvec4(light_words[i]));
+}
+#endif
+
+#ifdef SAMPLES_APART
+// What the normal of sample i's surface changes by to the pixel on that side; 0 where another
+// surface is there.
+vec3 normal_step(ivec2 pixel, int i, ivec2 side, vec3 normal)
+{
+    ivec2 other = clamp(pixel + side, ivec2(0), ivec2(u_size_px) - 1);
+    bool is_same = signatures_are_near(texelFetch(u_signature, other, i).x,
+                                       texelFetch(u_signature, pixel, i).x);
+    return is_same ? unpack_unit(texelFetch(u_surface_0, other, i).x) - normal : vec3(0.0);
+}
+
+// Normals are those of the pixel's middle: at the place of a sample, by those of the neighbours.
+vec3 normal_at(ivec2 pixel, int i, vec3 normal, vec2 offset)
+{
+    vec2 from_middle = offset - 0.5;
+    ivec2 side = ivec2(sign(from_middle));
+    vec3 n = normal + abs(from_middle.x) * normal_step(pixel, i, ivec2(side.x, 0), normal) +
+             abs(from_middle.y) * normal_step(pixel, i, ivec2(0, side.y), normal);
+    return normalize(n);
+}
+#endif
+
+// The surface of sample i, for all members (bit set).
+vec4 shade_sample(ivec2 pixel, int i, uint members, float depth, vec2 offset)
 {
     uvec4 s0 = texelFetch(u_surface_0, pixel, i), s1 = texelFetch(u_surface_1, pixel, i);
     surface s = surface_unpack(s0, s1);
+#ifdef SAMPLES_APART
+    s.normal = normal_at(pixel, i, s.normal, offset);
+#endif
     float view_z = view_depth(depth);
     vec3 position = view_position(vec2(pixel) + offset, view_z);
     vec3 v = view_direction(position);
@@ -65,7 +120,11 @@ vec4 shade_sample(ivec2 pixel, int i, float depth, vec2 offset)
     traced_begin(traced_point++);
 #endif
     vec3 before = light_before(pixel, i);
-    return vec4(lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z, before), 1.0);
+    vec3 radiance = lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z, before);
+#ifdef TELLS_LIGHT
+    note_light(members, radiance, s.base);
+#endif
+    return vec4(radiance, 1.0);
 }
 
 // What each sample shows behind the layers. SAMPLES_IN_TURN: in memory of the group, since lighting
@@ -79,23 +138,24 @@ vec4 opaque_colors[SAMPLES];
 #endif
 
 #if SAMPLES == 1
-void shade_opaque(ivec2 pixel)
+void shade_opaque(ivec2 pixel, uint apart)
 {
     float depth = texelFetch(u_depth_map, pixel, 0).x;
     vec4 shaded = u_background;
     if (depth > 0.0)
-        shaded = shade_sample(pixel, 0, depth, u_sample_positions[0]);
+        shaded = shade_sample(pixel, 0, 1u, depth, u_sample_positions[0]);
     OPAQUE_COLOR(0) = shaded;
 }
-// Each distinct surface among the samples is shaded once, in the middle of them.
+// Each distinct surface among the samples is shaded once, in the middle of them; those apart at
+// their own places.
 #elif defined SAMPLES_IN_TURN
 // First the groups, each where the colour of its first sample will be: what finds them is then not
 // in registers while a surface is lit.
-void shade_opaque(ivec2 pixel)
+void shade_opaque(ivec2 pixel, uint apart)
 {
     uint firsts = 0u;
     for (uint remaining = (1u << SAMPLES) - 1u; remaining != 0u;) {
-        sample_group g = group_next(pixel, remaining);
+        sample_group g = group_next(pixel, remaining, apart);
         OPAQUE_COLOR(g.first) = vec4(g.middle, float(g.members));
         firsts |= 1u << g.first;
         remaining &= ~g.members;
@@ -103,30 +163,54 @@ void shade_opaque(ivec2 pixel)
     for (; firsts != 0u; firsts &= firsts - 1u) {
         int first = findLSB(firsts);
         vec3 middle = OPAQUE_COLOR(first).xyz; // its depth is 0 where that of all members is
+        uint members = uint(OPAQUE_COLOR(first).w);
         vec4 shaded = u_background;
         if (middle.z > 0.0)
-            shaded = shade_sample(pixel, first, middle.z, middle.xy);
-        uint members = uint(OPAQUE_COLOR(first).w);
+            shaded = shade_sample(pixel, first, members, middle.z, middle.xy);
         for (; members != 0u; members &= members - 1u)
             OPAQUE_COLOR(findLSB(members)) = shaded;
     }
 }
 #else
-void shade_opaque(ivec2 pixel)
+void shade_opaque(ivec2 pixel, uint apart)
 {
     for (int j = 0; j < SAMPLES; j++)
         OPAQUE_COLOR(j) = vec4(0.0);
     uint remaining = (1u << SAMPLES) - 1u;
     while (remaining != 0u) {
-        sample_group g = group_next(pixel, remaining);
+        sample_group g = group_next(pixel, remaining, apart);
         vec4 shaded = u_background;
         if (g.depth > 0.0)
-            shaded = shade_sample(pixel, g.first, g.middle.z, g.middle.xy);
+            shaded = shade_sample(pixel, g.first, g.members, g.middle.z, g.middle.xy);
         for (int j = 0; j < SAMPLES; j++)
             if ((g.members & 1u << j) != 0u)
                 OPAQUE_COLOR(j) = shaded;
         remaining &= ~g.members;
     }
+}
+#endif
+
+#ifdef SAMPLES_APART
+bool are_in_other_light(vec3 a, vec3 b)
+{
+    vec3 brightest = max(a, b);
+    float least = max(brightest.r, max(brightest.g, brightest.b)) * CONTRAST_CHANNEL_LEAST;
+    return any(greaterThan(abs(a - b), CONTRAST_LEAST * (a + b + least)));
+}
+
+// Whether samples of one surface are.
+bool samples_differ(ivec2 pixel, uint apart)
+{
+    bool differ = false;
+    for (int i = 0; i < SAMPLES * SAMPLES; i++) {
+        int a = i / SAMPLES, b = i % SAMPLES;
+        bool are_apart = a < b && (apart & 1u << a) != 0u && (apart & 1u << b) != 0u;
+        bool is_one = signatures_are_near(texelFetch(u_signature, pixel, a).x,
+                                          texelFetch(u_signature, pixel, b).x);
+        bool is_other = are_in_other_light(OPAQUE_COLOR(a).rgb, OPAQUE_COLOR(b).rgb);
+        differ = differ || (are_apart && is_one && is_other);
+    }
+    return differ;
 }
 #endif
 
@@ -239,7 +323,15 @@ vec4 composite(ivec2 pixel)
 
 void main()
 {
+#ifdef SAMPLES_APART
+    uvec2 at;
+    uint apart = apart_take(at);
+    if (apart == 0u)
+        return;
+#else
     uvec2 at = gl_GlobalInvocationID.xy + uvec2(0u, u_first_row);
+    const uint apart = 0u;
+#endif
     ivec2 pixel = ivec2(at);
     if (any(greaterThanEqual(at, u_size_px)))
         return;
@@ -247,13 +339,20 @@ void main()
     uint head = texelFetch(u_traced_heads, int(pixel.y * int(u_size_px.x) + pixel.x)).x;
     traced_point = u_traced_first + (head >> 3);
 #endif
-    shade_opaque(pixel);
+    shade_opaque(pixel, apart);
 #ifdef HAS_LIGHT_PARTS
     if (!IS_LAST_PART) { // layers and background are composited once
         for (int i = 0; i < SAMPLES; i++)
             imageStore(u_parts, ivec3(pixel, i), OPAQUE_COLOR(i));
         return;
     }
+#endif
+#ifdef TELLS_LIGHT
+    write_light(pixel);
+#endif
+#ifdef SAMPLES_APART
+    if ((apart & APART_UNKNOWN) != 0u && !samples_differ(pixel, apart))
+        return; // the pixel is as the first pass left it
 #endif
     vec4 result = composite(pixel);
     // A value that is not a number has no place in an image; none is known to arise.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The points of the surfaces among the samples of each pixel, as shade_pixels.comp.glsl shades
-// them, where traced shadows are asked for.
+// them, where traced shadows are asked for: of all pixels, or of those whose samples are shaded
+// apart.
 // Needs: those of shadow_points.glsl.
 #include "shadow_points.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -24,6 +25,10 @@ void write_point(uint index, uint pixel, vec3 position, float lift_m, uvec4 s0, 
 }
 
 #if SAMPLES > 1
+#ifdef SAMPLES_APART
+#include "shared/contrast.h"
+#include "apart.glsl"
+#endif
 // How far the samples are off the plane through the middle: the way to the outside of a curved
 // surface, whose chord the middle lies on.
 float group_lift(ivec2 pixel, sample_group g, vec3 position, vec3 normal)
@@ -40,12 +45,21 @@ float group_lift(ivec2 pixel, sample_group g, vec3 position, vec3 normal)
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, u_size_px)))
+#ifdef SAMPLES_APART
+    uvec2 at_px;
+    uint apart = apart_take(at_px);
+    if (apart == 0u)
         return;
+#else
+    uvec2 at_px = gl_GlobalInvocationID.xy;
+    const uint apart = 0u;
+    if (any(greaterThanEqual(at_px, u_size_px)))
+        return;
+#endif
+    ivec2 pixel = ivec2(at_px);
     uint count = 0u;
     for (uint remaining = (1u << SAMPLES) - 1u; remaining != 0u;) {
-        sample_group g = group_next(pixel, remaining);
+        sample_group g = group_next(pixel, remaining, apart);
         count += g.depth > 0.0 ? 1u : 0u;
         remaining &= ~g.members;
     }
@@ -53,7 +67,7 @@ void main()
     uint at = count > 0u ? atomicAdd(point_count, count) : 0u;
     heads[index] = at << 3 | count;
     for (uint remaining = (1u << SAMPLES) - 1u; remaining != 0u;) {
-        sample_group g = group_next(pixel, remaining);
+        sample_group g = group_next(pixel, remaining, apart);
         remaining &= ~g.members;
         if (g.depth > 0.0) {
             uvec4 s0 = texelFetch(u_surface_0, pixel, g.first);

@@ -37,6 +37,15 @@ uint surface_signature(surface s)
     return coarse.x | coarse.y << 3 | coarse.z << 6 | (s.node & 0x1fffu) << 9 | s.material << 22;
 }
 
+// Whether these may be of one surface that curves: node and material are the same, the coarse
+// directions neighbours.
+bool signatures_are_near(uint a, uint b)
+{
+    uvec3 shift = uvec3(0u, 3u, 6u);
+    ivec3 step_ = ivec3(uvec3(a) >> shift & 7u) - ivec3(uvec3(b) >> shift & 7u);
+    return a >> 9 == b >> 9 && all(lessThanEqual(abs(step_), ivec3(1)));
+}
+
 surface surface_unpack(uvec4 a, uvec4 b)
 {
     surface s;

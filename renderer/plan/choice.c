@@ -170,13 +170,13 @@ static bool can_stay(const struct choice_frame *frame, const struct workload *wo
 }
 
 /* Of the rasteriser: what fits the budget of the maps, and its targets (renderer/shading/targets.c:
- * 52 bytes for a pixel of one sample, 176 for one of four). */
+ * 52 bytes for a pixel of one sample, 200 for one of four). */
 static double raster_bytes(const struct choice_frame *frame, const struct workload *workload,
                            const struct forecast_setting *setting)
 {
     double maps = forecast_maps_bytes(workload, setting);
     double most = frame->shadow_bytes > 0 ? frame->shadow_bytes : maps;
-    return fmin(maps, most) + frame->pixels * (setting->samples > 1 ? 176 : 52);
+    return fmin(maps, most) + frame->pixels * (setting->samples > 1 ? 200 : 52);
 }
 
 static struct choice_row estimate(const struct choice_frame *frame,

@@ -44,9 +44,9 @@ static bool needs(const struct plan *plan, enum plan_need need)
 /* What follows a count is left out where the count is 0: only drawing can tell. */
 static bool follows_count(const char *pass)
 {
-    static const char *const names[] = {"shadow.deep.scatter", "shadow.deep.sort",
+    static const char *const names[] = {"shadow.deep.scatter",  "shadow.deep.sort",
                                         "transparency.scatter", "transparency.sort",
-                                        "shade.transparent"};
+                                        "shade.transparent",    "shade.apart"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (!strcmp(names[i], pass))
             return true;
@@ -288,6 +288,15 @@ static void plan_layers(struct plan *plan)
         add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_LAYERS, passes[i], "lists", 0);
 }
 
+/* As renderer/shading/apart.h has it. */
+static void plan_apart(struct plan *plan)
+{
+    if (!needs(plan, PLAN_NEED_LIGHTS))
+        return;
+    add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_SHADE, "shade.contrast", "msaa4", 0);
+    add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_SHADE, "shade.apart", "msaa4", 0);
+}
+
 static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
 {
     const struct view_quality *quality = &desc->view->quality;
@@ -311,6 +320,7 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
         add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_SHADE, "shade.transparent", "lists", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
              plan->samples > 1 ? "msaa4" : "", 0);
+    plan_apart(plan);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_READ, "readback", "", 0);
     add_pass(plan, PLAN_NEED_AUXILIARY, PLAN_STEP_AUXILIARY, "aov", "", 0);
     if (desc->view->edges.is_drawn)

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Adaptive supersampling by contrast with the neighbours (Whitted 1980, "An Improved Illumination
- * Model for Shaded Display"; contrast after Mitchell 1987, "Generating Antialiased Images at Low
- * Sampling Densities", section 3). Edges of shadows and highlights run from one pixel to the next,
- * so a pixel whose neighbours are in the same light is not looked into. */
+/* Adaptive supersampling by contrast with the neighbours (shaders/shared/contrast.h). Edges of
+ * shadows and highlights run from one pixel to the next, so a pixel whose neighbours are in the
+ * same light is not looked into. */
 #include "renderer/raytrace/rt_batch_refine.h"
 
 #include <float.h>
@@ -10,17 +9,12 @@
 
 #include "renderer/raytrace/rt_batch_light.h"
 #include "renderer/scene/matrix.h"
+#include "shaders/shared/contrast.h"
 
 enum {
     GRID_PX = 16, /* a tile's side: rt_production.c */
     NEIGHBOURS = 4,
 };
-
-/* Of light, (a - b) / (a + b). Measured on an engine, fins with shadows and the demo at 4 samples:
- * 0.05 takes 10 to 20 % more rays than 0.2 for 1 to 4 % less error, 0.35 up to a quarter fewer for
- * 1 to 10 % more. */
-static const double CONTRAST = 0.2;
-static const double DARKEST = 1e-3; /* base colour: a black texture has no light to tell */
 
 struct grid { /* the batch's pixels, all of one tile, by their places in it */
     uint32_t pixel[GRID_PX][GRID_PX]; /* number, and one; 0: none */
@@ -48,8 +42,8 @@ static double contrast(const struct rt_shading *a, const struct rt_shading *b)
 {
     double most = 0;
     for (int k = 0; k < 3; k++) {
-        double x = a->radiance[k] / ((double)a->base[k] + DARKEST);
-        double y = b->radiance[k] / ((double)b->base[k] + DARKEST);
+        double x = a->radiance[k] / ((double)a->base[k] + CONTRAST_BASE_LEAST);
+        double y = b->radiance[k] / ((double)b->base[k] + CONTRAST_BASE_LEAST);
         most = rt_max(most, fabs(x - y) / (x + y + DBL_MIN));
     }
     return most;
@@ -80,7 +74,7 @@ static bool must_refine(const struct rt_batch *batch, const struct grid *grid, u
     for (int i = 0; i < NEIGHBOURS; i++) {
         int x = own->x % GRID_PX + ways[i][0], y = own->y % GRID_PX + ways[i][1];
         uint32_t pixel = x >= 0 && y >= 0 && x < GRID_PX && y < GRID_PX ? grid->pixel[y][x] : 0;
-        if (pixel && contrast_with(batch, grid, fragment, pixel - 1) > CONTRAST)
+        if (pixel && contrast_with(batch, grid, fragment, pixel - 1) > CONTRAST_LEAST)
             return true;
     }
     return false;

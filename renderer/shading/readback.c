@@ -13,7 +13,7 @@
 enum {
     WAYS = 2,
     CHANNELS = 4,
-    LOOKUP_BYTES = READBACK_LOOKUP_WORDS * 4,
+    COUNT_BYTES = READBACK_COUNT_WORDS * 4,
     SIZES_BYTES = 8,
     WAIT_NS = 1000000000,
 };
@@ -21,14 +21,14 @@ enum {
 static const char because[] = "the color output was asked for";
 
 /* A window's picture: rows of f32, the lowest first, or of bytes, the top one first; then the words
- * of lookups, the sizes of lists that were guessed, and those of shadow lists. */
+ * of counts, the sizes of lists that were guessed, and those of shadow lists. */
 struct way {
     struct gl_buffer buffer;
     struct gl_fence fence;
     struct frame_report *report; /* NULL: free */
     struct image *color;
     struct camera_window window;
-    bool has_lookups, has_guess;
+    bool has_counts, has_guess;
     struct readback_guess guess;
     struct shadow_system *shadows;
     struct shadow_sent sent; /* sizes of shadow lists */
@@ -91,7 +91,7 @@ void readback_trim(struct readback *readback)
 
 uint64_t readback_window_bytes(uint64_t pixels)
 {
-    uint64_t bytes = pixels * CHANNELS * sizeof(float) + LOOKUP_BYTES;
+    uint64_t bytes = pixels * CHANNELS * sizeof(float) + COUNT_BYTES;
     return WAYS * (bytes + bytes / 2); /* buffers grow by half */
 }
 
@@ -133,7 +133,7 @@ static void copy_rows(const struct way *way, const unsigned char *pixels)
 /* Of a picture, behind its pixels: what is before the sizes of shadow lists, and all. */
 static uint64_t guess_bytes(const struct way *way)
 {
-    return LOOKUP_BYTES + (way->has_guess ? SIZES_BYTES : 0);
+    return COUNT_BYTES + (way->has_guess ? SIZES_BYTES : 0);
 }
 
 static uint64_t tail_bytes(const struct way *way)
@@ -160,7 +160,7 @@ static void take_shadow_sizes(const struct way *way, const unsigned char *words)
 /* Within a scope, which then counts the time of copying; or after all scopes of the frame. */
 static bool collect(struct way *way, bool is_in_scope, struct error *err)
 {
-    uint32_t lookups[READBACK_LOOKUP_WORDS];
+    uint32_t counts[READBACK_COUNT_WORDS];
     uint64_t bytes = pixel_bytes(&way->window, way->color);
     struct frame_report *report = way->report;
     while (!gl_fence_wait(&way->fence, WAIT_NS))
@@ -169,9 +169,9 @@ static bool collect(struct way *way, bool is_in_scope, struct error *err)
     const unsigned char *mapped = gl_buffer_map(&way->buffer, bytes + tail_bytes(way));
     if (mapped) {
         copy_rows(way, mapped);
-        memcpy(lookups, mapped + bytes, sizeof lookups);
+        memcpy(counts, mapped + bytes, sizeof counts);
         if (way->has_guess)
-            take_sizes(way, mapped + bytes + LOOKUP_BYTES);
+            take_sizes(way, mapped + bytes + COUNT_BYTES);
         if (way->shadows) /* words are aligned: pixels take whole ones */
             take_shadow_sizes(way, mapped + bytes + guess_bytes(way));
     }
@@ -181,8 +181,10 @@ static bool collect(struct way *way, bool is_in_scope, struct error *err)
     if (!ok)
         return error_set(err, ERROR_NO_MEMORY, "reading back %llu bytes",
                          (unsigned long long)bytes);
-    for (int i = 0; way->has_lookups && i < READBACK_LOOKUP_WORDS; i++)
-        report->counts.lookups += lookups[i];
+    if (way->has_counts)
+        report->counts.split_pixels += counts[0];
+    for (int i = 1; way->has_counts && i < READBACK_COUNT_WORDS; i++)
+        report->counts.lookups += counts[i];
     if (!is_in_scope)
         report_add_pass(report, "readback", because, "", wall_ms() - begin_ms, REPORT_READBACK);
     return true;
@@ -255,13 +257,12 @@ static bool pack(struct readback *readback, struct way *way, const struct readba
         pack_screen(way, &readback->screen, bytes);
     else
         pack_linear(way, frame, bytes);
-    if (desc->lookups)
-        glCopyNamedBufferSubData(desc->lookups->name, way->buffer.name,
-                                 (GLintptr)desc->lookups_offset_bytes, (GLintptr)bytes,
-                                 LOOKUP_BYTES);
+    if (desc->counts)
+        glCopyNamedBufferSubData(desc->counts->name, way->buffer.name,
+                                 (GLintptr)desc->counts_offset_bytes, (GLintptr)bytes, COUNT_BYTES);
     if (desc->guess)
         glCopyNamedBufferSubData(desc->guess->sizes->name, way->buffer.name, 0,
-                                 (GLintptr)bytes + LOOKUP_BYTES, SIZES_BYTES);
+                                 (GLintptr)bytes + COUNT_BYTES, SIZES_BYTES);
     if (way->shadows)
         shadow_system_copy_sizes(way->shadows, &way->sent, &way->buffer, bytes + guess_bytes(way));
     return true;
@@ -275,7 +276,7 @@ static struct way *send(struct readback *readback, const struct readback_desc *d
     struct way *way = take_way(readback, frame, err);
     if (!way)
         return NULL;
-    way->has_lookups = desc->lookups;
+    way->has_counts = desc->counts;
     way->has_guess = desc->guess;
     way->shadows = desc->shadow_frame ? desc->shadows : NULL;
     if (way->shadows)
@@ -297,7 +298,7 @@ static struct way *send(struct readback *readback, const struct readback_desc *d
     way->number = readback->sent++;
     /* without the sizes that a guess adds: frames before this one decide about those */
     report_raise_bytes(frame->report, "readback",
-                       pixel_bytes(&frame->window, desc->color) + LOOKUP_BYTES);
+                       pixel_bytes(&frame->window, desc->color) + COUNT_BYTES);
     return way;
 }
 

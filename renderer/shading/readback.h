@@ -12,7 +12,8 @@
 #include "renderer/shadows/shadows.h"
 #include "renderer/transparency/pixel_lists.h"
 
-enum { READBACK_LOOKUP_WORDS = 64 }; /* sums of which counts.lookups is one */
+/* Sums of which counts.lookups is one; the word before them is counts.split_pixels. */
+enum { READBACK_LOOKUP_WORDS = 64, READBACK_COUNT_WORDS = 1 + READBACK_LOOKUP_WORDS };
 
 struct readback;
 
@@ -38,8 +39,8 @@ struct readback_desc { /* all required but the last five */
     const struct window_frame *frame;
     struct image *color; /* of the whole frame: valid until it is collected or dropped; of U8: as a
                             screen shows it */
-    const struct gl_buffer *lookups;    /* NULL: nothing was looked up; READBACK_LOOKUP_WORDS ... */
-    uint64_t lookups_offset_bytes;      /* ... from here on, added to the frame's report */
+    const struct gl_buffer *counts;     /* NULL: nothing was counted; READBACK_COUNT_WORDS ... */
+    uint64_t counts_offset_bytes;       /* ... from here on, added to the frame's report */
     const struct readback_guess *guess; /* NULL: none is guessed */
     struct shadow_system *shadows;      /* outlives the frame: sizes of lists that it guessed ... */
     uint64_t shadow_frame;              /* ... for the frame of this number; 0: none */

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "renderer/scene/matrix.h"
+#include "renderer/shading/apart.h"
 #include "renderer/shading/band_clock.h"
 #include "shaders/shared/layout.h"
 
@@ -17,6 +18,7 @@
 enum {
     STATISTICS_WORDS = 128,
     STATISTICS_LOOKUPS = STATISTICS_WORDS - READBACK_LOOKUP_WORDS,
+    STATISTICS_COUNTS = STATISTICS_WORDS - READBACK_COUNT_WORDS,
     DEFINES_BYTES = 512,
 };
 
@@ -110,7 +112,8 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
     if (has_lights)
         shader_needs_light_defines(needs, light_defines);
     if (for_pixels)
-        snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s%s", frame->targets->samples,
+        snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s%s%s", frame->targets->samples,
+                 facts->is_apart ? " SAMPLES_APART" : "",
                  facts->has_entries ? " HAS_TRANSPARENT" : "",
                  frame->view->screen.has_backdrop ? " HAS_BACKDROP" : "");
     if (facts->has_entries)
@@ -133,6 +136,7 @@ struct shade_facts shade_facts_of(const struct shade_desc *desc)
         .shadows = desc->traced ? SHADE_TRACED_SHADOWS : shadow_system_defines(desc->shadows),
         .lists = light_lists_defines(desc->lists),
         .is_traced = desc->traced,
+        .is_apart = desc->is_apart,
         .has_entries = pixels->entry_count > 0,
         .has_media = pixels->has_media,
         .may_surround = pixels->may_surround,
@@ -142,19 +146,32 @@ struct shade_facts shade_facts_of(const struct shade_desc *desc)
 static const char entries_file[] = "shade_fragments.comp.glsl",
                   pixels_file[] = "shade_pixels.comp.glsl";
 
+static void list_program(const struct window_frame *frame, const struct shade_facts *facts,
+                         const struct light_slice *slice, bool for_pixels, bool is_conditional,
+                         struct program_list *list)
+{
+    char defines[DEFINES_BYTES];
+    const char *file = for_pixels ? pixels_file : entries_file;
+    const char *pass = facts->is_apart ? "shade.apart"
+                       : for_pixels    ? "shade.opaque"
+                                       : "shade.transparent";
+    describe(frame, facts, slice, for_pixels, defines);
+    program_list_add(list, pass,
+                     &(struct program_desc){.label = file, .compute = file, .defines = defines},
+                     is_conditional);
+}
+
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
                          enum shade_parts parts, bool is_conditional, struct program_list *list)
 {
     struct light_slice slice = {
         .is_whole = parts != SHADE_IN_SLICES, .is_first = true, .is_last = parts == SHADE_AT_ONCE};
-    for (int for_pixels = !facts->has_entries; for_pixels < 2; for_pixels++) {
-        char defines[DEFINES_BYTES];
-        const char *file = for_pixels ? pixels_file : entries_file;
-        describe(frame, facts, &slice, for_pixels, defines);
-        program_list_add(list, for_pixels ? "shade.opaque" : "shade.transparent",
-                         &(struct program_desc){.label = file, .compute = file, .defines = defines},
-                         is_conditional);
-    }
+    for (int for_pixels = !facts->has_entries; for_pixels < 2; for_pixels++)
+        list_program(frame, facts, &slice, for_pixels, is_conditional, list);
+    struct shade_facts apart = *facts;
+    apart.is_apart = true;
+    if (apart_is_possible(frame))
+        list_program(frame, &apart, &slice, true, true, list);
 }
 
 static uint32_t count_taps(const struct window_frame *frame, bool is_traced)
@@ -210,6 +227,8 @@ struct shade_pass {
     bool for_pixels;
     uint64_t units, granule; /* rows, in eights; or entries, in groups */
     uint64_t unit_items;     /* pixels of a row */
+    bool is_apart;           /* for pixels: those of the list; units 0: the device knows how many */
+    uint32_t first;          /* of the list */
 };
 
 static void set_list_pixels(const struct camera_window *window, const struct gl_program *program)
@@ -256,6 +275,10 @@ static const struct gl_program *begin_pixels(const struct shade_pass *pass, stru
     if (frame->targets->parts.name)
         glBindImageTexture(1, frame->targets->parts.name, 0, GL_TRUE, 0, GL_READ_WRITE, GL_RGBA32F);
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
+    if (pass->is_apart)
+        apart_bind(frame->targets);
+    else if (apart_is_possible(frame))
+        glBindImageTexture(2, frame->targets->light.name, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32UI);
     return program;
 }
 
@@ -267,14 +290,31 @@ static const struct gl_program *begin_pass(const struct shade_pass *pass, struct
         return NULL;
     gpu_scope_begin(pass->desc->frame->timeline, &pass->scope);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                    GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
+                    GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT |
+                    (pass->is_apart ? GL_COMMAND_BARRIER_BIT : 0));
     return program;
+}
+
+/* Pixels of the list: a thread each. */
+static void dispatch_apart(const struct shade_pass *pass, const struct gl_program *program,
+                           const struct bands *bands)
+{
+    gl_program_set_u(program, "u_first_entry", pass->first + (uint32_t)bands->first);
+    if (pass->units) {
+        window_dispatch_items(bands->count);
+        return;
+    }
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, pass->desc->frame->targets->apart.name);
+    glDispatchComputeIndirect(APART_GROUPS_BYTES_AT);
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, 0);
 }
 
 static void dispatch(const struct shade_pass *pass, const struct gl_program *program,
                      const struct bands *bands)
 {
-    if (pass->for_pixels) {
+    if (pass->is_apart) {
+        dispatch_apart(pass, program, bands);
+    } else if (pass->for_pixels) {
         gl_program_set_u(program, "u_first_row", (uint32_t)bands->first);
         window_dispatch_rows(pass->desc->frame, (int)bands->count);
     } else {
@@ -304,7 +344,8 @@ static bool run_pass(const struct shade_pass *pass, struct error *err)
 {
     const struct shade_pause *pause = pass->desc->pause;
     struct gpu_timeline *timeline = pass->desc->frame->timeline;
-    struct bands bands = bands_begin(pass->units, first_piece(pass), pass->granule);
+    struct bands bands =
+        bands_begin(pass->units ? pass->units : 1, first_piece(pass), pass->granule);
     struct band_clock clock = {.timeline = timeline,
                                .is_software = pass->desc->frame->limits->is_software};
     const struct gl_program *program = begin_pass(pass, err);
@@ -367,6 +408,38 @@ static bool shade_pixels(struct shade *shade, const struct shade_desc *desc,
         .units = (uint64_t)frame->window.height,
         .granule = 8,
         .unit_items = (uint64_t)frame->window.width};
+    return run_pass(&pass, err);
+}
+
+/* The samples of `count` pixels in which light differs, from the first-th on; 0: of all. Where
+ * others may go first they come in pieces, for which our own processors tell their number; they are
+ * one piece on other devices, which would be waited for. */
+static bool shade_apart(struct shade *shade, const struct shade_desc *desc,
+                        const struct light_slice *slice, uint32_t first, uint32_t count,
+                        struct error *err)
+{
+    const struct window_frame *frame = desc->frame;
+    struct shade_desc place = *desc;
+    if (!count && desc->pause && frame->limits->is_software) {
+        count = apart_count(frame);
+        if (!count)
+            return true;
+    }
+    place.pause = count ? desc->pause : NULL;
+    const struct shade_pass pass = {
+        .shade = shade,
+        .desc = &place,
+        .slice = slice,
+        .scope = {.pass = "shade.apart",
+                  .because = "samples are lit apart where light differs",
+                  .technique = "msaa4",
+                  .stage = REPORT_SHADE},
+        .for_pixels = true,
+        .is_apart = true,
+        .first = first,
+        .units = count,
+        .granule = 64,
+        .unit_items = (uint64_t)frame->targets->samples};
     return run_pass(&pass, err);
 }
 
@@ -507,6 +580,11 @@ static bool choose_slices(const struct shade *shade, const struct shade_desc *de
 static bool shade_slice(struct shade *shade, const struct shade_desc *desc,
                         struct light_slice *slice, struct error *err)
 {
+    if (desc->is_apart) {
+        bool is_lit = shade_apart(shade, desc, slice, 0, 0, err);
+        slice->part++;
+        return is_lit;
+    }
     if (desc->traced) {
         tell_part(desc, slice, 0);
         if (!traced_shadows_trace(desc->traced, light_lists_clusters(desc->lists), slice->first,
@@ -524,8 +602,87 @@ static bool shade_slice(struct shade *shade, const struct shade_desc *desc,
     return is_shaded;
 }
 
+static bool shade_slices(struct shade *shade, const struct shade_desc *desc,
+                         struct light_slice *slice, uint32_t slice_count, struct error *err)
+{
+    slice->first = 0;
+    for (uint32_t i = 0; i < slice_count; i++, slice->first += slice->count) {
+        slice->is_first = i == 0 && !desc->is_continued;
+        slice->is_last = i + 1 == slice_count && !desc->continues;
+        if (!shade_slice(shade, desc, slice, err))
+            return false;
+    }
+    return true;
+}
+
+/* Points of `*count` pixels, or of fewer: as many as have room for a light at once. */
+static bool collect_piece(const struct shade_desc *desc, uint32_t first, uint32_t *count,
+                          struct error *err)
+{
+    const struct clusters *clusters = light_lists_clusters(desc->lists);
+    for (;;) {
+        if (!traced_shadows_collect_apart(desc->traced, desc->frame, first, *count, err))
+            return false;
+        if (*count <= 64 || !clusters->longest || traced_shadows_room(desc->traced, clusters))
+            return true;
+        *count = (*count / 2 + 63) / 64 * 64;
+    }
+}
+
+/* The samples apart of some pixels of the list, with traced shadows of their own. */
+static bool shade_traced_piece(struct shade *shade, const struct shade_desc *desc, uint32_t first,
+                               uint32_t count, struct error *err)
+{
+    const struct clusters *clusters = light_lists_clusters(desc->lists);
+    struct light_slice slice;
+    uint32_t slices;
+    bool ok = choose_slices(shade, desc, &slice, &slices, err) &&
+              (slices == 1 || targets_prepare_parts(desc->frame->targets, err));
+    for (uint32_t i = 0; ok && i < slices; i++, slice.first += slice.count) {
+        slice.is_first = i == 0;
+        slice.is_last = i + 1 == slices;
+        slice.parts = 1;
+        ok = traced_shadows_trace(desc->traced, clusters, slice.first, slice.count, err) &&
+             shade_apart(shade, desc, &slice, first, count, err);
+    }
+    return ok;
+}
+
+/* No more pixels at a time than what the points of the window had room for. */
+static bool shade_apart_traced(struct shade *shade, const struct shade_desc *desc,
+                               struct error *err)
+{
+    uint32_t count = apart_count(desc->frame), piece;
+    uint32_t room = traced_shadows_apart_room(desc->traced, desc->frame->targets->samples);
+    for (uint32_t first = 0; first < count; first += piece) {
+        piece = count - first < room ? count - first : room;
+        if (!collect_piece(desc, first, &piece, err) ||
+            !shade_traced_piece(shade, desc, first, piece, err))
+            return false;
+    }
+    return true;
+}
+
+/* Where all lights are in the picture: which samples are shaded apart, and these where all lights
+ * are at hand. */
+static bool shade_differing(struct shade *shade, const struct shade_desc *desc,
+                            struct light_slice *slice, uint32_t slice_count, struct error *err)
+{
+    struct shade_desc apart = *desc;
+    apart.is_apart = true;
+    shade->has_apart = true;
+    if (!apart_find(desc->frame, err))
+        return false;
+    if (desc->traced) { /* however many pieces these are */
+        apart.advance = NULL;
+        return shade_apart_traced(shade, &apart, err);
+    }
+    return desc->is_continued || shade_slices(shade, &apart, slice, slice_count, err);
+}
+
 bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err)
 {
+    bool may_differ = apart_is_possible(desc->frame) && !desc->is_apart;
     struct light_slice slice;
     uint32_t slice_count;
     if (!choose_slices(shade, desc, &slice, &slice_count, err))
@@ -534,26 +691,33 @@ bool shade_window(struct shade *shade, const struct shade_desc *desc, struct err
         gl_texture_finish(&desc->frame->targets->parts);
     else if (!targets_prepare_parts(desc->frame->targets, err))
         return false;
+    if (may_differ && !targets_prepare_apart(desc->frame->targets, err))
+        return false;
     gl_buffer_clear_u32(&shade->statistics, 0, STATISTICS_WORDS * 4, 0);
-    desc->frame->report->counts.light_slices += slice_count;
-    slice.parts = (int)slice_count * (1 + (desc->traced != NULL) + (desc->pixels->entry_count > 0));
-    for (uint32_t i = 0; i < slice_count; i++, slice.first += slice.count) {
-        slice.is_first = i == 0 && !desc->is_continued;
-        slice.is_last = i + 1 == slice_count && !desc->continues;
-        if (!shade_slice(shade, desc, &slice, err))
-            return false;
-    }
+    desc->frame->report->counts.light_slices += desc->is_apart ? 0 : slice_count;
+    slice.parts = (int)slice_count *
+                  (1 + (desc->traced != NULL) + (desc->pixels->entry_count > 0) +
+                   (may_differ && !desc->traced && !desc->is_continued && !desc->continues));
+    if (desc->is_apart)
+        slice.parts = (int)slice_count;
+    shade->has_apart = desc->is_apart;
+    if (!shade_slices(shade, desc, &slice, slice_count, err) ||
+        (may_differ && !desc->continues && !shade_differing(shade, desc, &slice, slice_count, err)))
+        return false;
     if (desc->is_continued || desc->continues)
         take_lookups(shade, desc);
     return true;
 }
 
-bool shade_send_color(const struct shade *shade, struct readback *readback,
+bool shade_send_color(struct shade *shade, struct readback *readback,
                       const struct readback_desc *desc, struct error *err)
 {
     struct readback_desc whole = *desc;
-    whole.lookups = &shade->statistics;
-    whole.lookups_offset_bytes = STATISTICS_LOOKUPS * 4;
+    if (shade->has_apart)
+        gl_buffer_copy(&desc->frame->targets->apart, APART_COUNT_BYTES_AT, &shade->statistics,
+                       STATISTICS_COUNTS * 4, 4);
+    whole.counts = &shade->statistics;
+    whole.counts_offset_bytes = STATISTICS_COUNTS * 4;
     return readback_send(readback, &whole, err);
 }
 

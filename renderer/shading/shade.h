@@ -18,6 +18,7 @@ struct shade {
     struct gl_buffer lights;     /* light_record[] */
     struct gl_buffer statistics; /* 128 u32, see shaders/lighting.glsl */
     struct light_areas areas;    /* where points are taken on them */
+    bool has_apart;              /* the window's pixels shaded apart were listed */
     uint64_t loop_steps;         /* of one invocation, at most */
     uint64_t first_band;         /* pixels or entries of a pass's first piece, where others may go
                                     first */
@@ -46,6 +47,8 @@ struct shade_desc {
     const void *advance_context;
     bool is_continued; /* other lights have been shaded before these: adds to what is there */
     bool continues;    /* others follow: the image is made with the last of them */
+    bool is_apart; /* all lights were there before: once more, of the samples in other light than
+                      their neighbours (renderer/shading/apart.h) */
 };
 
 /* What decides the shading programs, beside the frame. */
@@ -54,6 +57,7 @@ struct shade_facts {
     const char *shadows; /* #define items of shadow queries, or SHADE_TRACED_SHADOWS */
     const char *lists;   /* those of light lists */
     bool is_traced;
+    bool is_apart;                             /* samples */
     bool has_entries, has_media, may_surround; /* of struct pixel_lists */
 };
 struct shade_facts shade_facts_of(const struct shade_desc *desc);
@@ -92,12 +96,14 @@ struct shade_lights_desc {
  * its lights. */
 MUST_CHECK bool shade_upload_lights(struct shade *shade, const struct shade_lights_desc *desc,
                                     struct error *err);
-/* Shades list entries, then pixels, into frame->targets->image. The bits are the same whether the
- * lights come at once or in parts, as long as the parts follow the order of the light lists. */
+/* Shades list entries, then pixels, into frame->targets->image, and then samples apart where all
+ * lights came at once: who brings them in parts asks apart_count and brings them again. The bits
+ * are the same whether the lights come at once or in parts, as long as the parts follow the order
+ * of the light lists. */
 MUST_CHECK bool shade_window(struct shade *shade, const struct shade_desc *desc, struct error *err);
 /* Sends the window's image on its way to desc->color, and the lookups, which the desc need not
  * have, to the report. */
-MUST_CHECK bool shade_send_color(const struct shade *shade, struct readback *readback,
+MUST_CHECK bool shade_send_color(struct shade *shade, struct readback *readback,
                                  const struct readback_desc *desc, struct error *err);
 void shade_finish(struct shade *shade);
 

@@ -66,10 +66,40 @@ bool targets_prepare_parts(struct targets *t, struct error *err)
                                             err);
 }
 
+uint64_t targets_apart_list_bytes(const struct targets *t)
+{
+    uint64_t bytes = (uint64_t)t->width * (uint64_t)t->height * 4, unit = GL_BUFFER_ALIGNMENT;
+    return (bytes + unit - 1) / unit * unit;
+}
+
+/* What two lists take for pixels: they begin at 256 bytes. */
+static uint64_t apart_bytes(const struct targets *t)
+{
+    return t->apart.name ? 8 * (uint64_t)t->width * (uint64_t)t->height : 0;
+}
+
+bool targets_prepare_apart(struct targets *t, struct error *err)
+{
+    return (t->light.name || gl_texture_init(&t->light,
+                                             &(struct gl_texture_desc){.label = "frame.light",
+                                                                       .format = GL_R32UI,
+                                                                       .width = t->width,
+                                                                       .height = t->height,
+                                                                       .layers = t->samples},
+                                             err)) &&
+           (t->apart.name ||
+            gl_buffer_init(&t->apart,
+                           &(struct gl_buffer_desc){.label = "frame.apart",
+                                                    .size_bytes = APART_LISTS_BYTES_AT +
+                                                                  2 * targets_apart_list_bytes(t)},
+                           err));
+}
+
 uint64_t targets_pixel_bytes(int samples)
 {
     uint64_t depth = 4, surfaces = 32, signature = samples > 1 ? 4 : 0, image = 16;
-    return (surfaces + signature + depth) * (uint64_t)samples + image;
+    uint64_t apart = samples > 1 ? 16 + 8 : 0; /* light, and places in two lists */
+    return (surfaces + signature + depth) * (uint64_t)samples + image + apart;
 }
 
 uint64_t targets_parts_pixel_bytes(int samples)
@@ -87,11 +117,14 @@ void targets_finish(struct targets *t)
     gl_texture_finish(&t->depth);
     gl_texture_finish(&t->image);
     gl_texture_finish(&t->parts);
+    gl_texture_finish(&t->light);
+    gl_buffer_finish(&t->apart);
     *t = (struct targets){0};
 }
 
 uint64_t targets_size_bytes(const struct targets *t)
 {
     return t->surface_0.size_bytes + t->surface_1.size_bytes + t->signature.size_bytes +
-           t->depth.size_bytes + t->image.size_bytes + t->parts.size_bytes;
+           t->depth.size_bytes + t->image.size_bytes + t->parts.size_bytes + t->light.size_bytes +
+           apart_bytes(t);
 }

@@ -13,6 +13,8 @@ struct targets {
     struct gl_texture image;     /* RGBA32F, linear, associated alpha */
     struct gl_texture parts; /* RGBA32F, a layer per sample: opaque light so far, where the lights
                                 take several dispatches */
+    struct gl_texture light; /* R32UI, a layer per sample: light of opaque surfaces */
+    struct gl_buffer apart;  /* pixels whose samples are shaded apart (renderer/shading/apart.h) */
     struct gl_framebuffer gbuffer;    /* surfaces, signature and depth */
     struct gl_framebuffer depth_only; /* depth alone: list passes must have no colour attachment
                                          (llvmpipe) */
@@ -23,6 +25,11 @@ MUST_CHECK bool targets_prepare(struct targets *targets, int width, int height, 
                                 struct error *err);
 /* Makes targets->parts where it is absent. */
 MUST_CHECK bool targets_prepare_parts(struct targets *targets, struct error *err);
+/* Of targets.apart: heads, and then two lists of as many bytes as pixels take. */
+enum { APART_LISTS_BYTES_AT = GL_BUFFER_ALIGNMENT };
+uint64_t targets_apart_list_bytes(const struct targets *targets);
+/* Makes targets->light and targets->apart where they are absent. */
+MUST_CHECK bool targets_prepare_apart(struct targets *targets, struct error *err);
 /* What targets with so many samples take for a pixel, and their parts beside them. */
 uint64_t targets_pixel_bytes(int samples);
 uint64_t targets_parts_pixel_bytes(int samples);

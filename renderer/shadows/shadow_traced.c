@@ -2,10 +2,12 @@
 /* Points to the CPU, filters to the GPU. */
 #include "renderer/shadows/shadow_traced.h"
 
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "renderer/shading/apart.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -101,9 +103,10 @@ static const char entries_file[] = "shadow_points_entries.comp.glsl",
                   pixels_file[] = "shadow_points_pixels.comp.glsl";
 
 static struct program_desc program_of(const struct window_frame *frame, const char *file,
-                                      char defines[64])
+                                      bool is_apart, char defines[64])
 {
-    snprintf(defines, 64, "SAMPLES=%d%s", frame->targets->samples,
+    snprintf(defines, 64, "SAMPLES=%d%s%s", frame->targets->samples,
+             is_apart ? " SAMPLES_APART" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "");
     return (struct program_desc){.label = file, .compute = file, .defines = defines};
 }
@@ -112,18 +115,21 @@ void traced_shadows_list_programs(const struct window_frame *frame, bool has_lay
                                   struct program_list *list)
 {
     char defines[64];
-    struct program_desc desc = program_of(frame, entries_file, defines);
+    struct program_desc desc = program_of(frame, entries_file, false, defines);
     if (has_layers)
         program_list_add(list, "shadow.points", &desc, true);
-    desc = program_of(frame, pixels_file, defines);
+    desc = program_of(frame, pixels_file, false, defines);
     program_list_add(list, "shadow.points", &desc, false);
+    desc = program_of(frame, pixels_file, true, defines);
+    if (apart_is_possible(frame))
+        program_list_add(list, "shadow.points", &desc, true);
 }
 
 static const struct gl_program *use_program(const struct window_frame *frame, const char *file,
-                                            struct error *err)
+                                            bool is_apart, struct error *err)
 {
     char defines[64];
-    const struct program_desc desc = program_of(frame, file, defines);
+    const struct program_desc desc = program_of(frame, file, is_apart, defines);
     const struct gl_program *program = program_cache_get(frame->programs, &desc, err);
     if (!program)
         return NULL;
@@ -139,7 +145,7 @@ static bool collect_entries(struct traced_shadows *traced, const struct window_f
 {
     if (!pixels->entry_count)
         return true;
-    const struct gl_program *program = use_program(frame, entries_file, err);
+    const struct gl_program *program = use_program(frame, entries_file, false, err);
     if (!program)
         return false;
     pixel_lists_bind(pixels, program);
@@ -151,11 +157,30 @@ static bool collect_entries(struct traced_shadows *traced, const struct window_f
     return true;
 }
 
-/* The surfaces of all pixels: their number, and as many points as there is room for. */
-static bool collect_surfaces(struct traced_shadows *traced, const struct window_frame *frame,
-                             uint32_t first, uint32_t room, uint32_t *count, struct error *err)
+/* Pixels of the list of those whose samples are shaded apart. */
+struct apart_range {
+    uint32_t first, count; /* first: a multiple of 64 */
+};
+
+static void dispatch_pixels(const struct window_frame *frame, const struct apart_range *apart,
+                            const struct gl_program *program)
 {
-    const struct gl_program *program = use_program(frame, pixels_file, err);
+    if (!apart) {
+        window_dispatch_pixels(frame);
+        return;
+    }
+    apart_bind(frame->targets);
+    gl_program_set_u(program, "u_first_entry", apart->first);
+    window_dispatch_items(apart->count);
+}
+
+/* The surfaces of all pixels, or of those: their number, and as many points as there is room for.
+ */
+static bool collect_surfaces(struct traced_shadows *traced, const struct window_frame *frame,
+                             const struct apart_range *apart, uint32_t first, uint32_t room,
+                             uint32_t *count, struct error *err)
+{
+    const struct gl_program *program = use_program(frame, pixels_file, apart != NULL, err);
     if (!program)
         return false;
     gl_buffer_clear_u32(&traced->counter, 0, 4, 0);
@@ -169,7 +194,7 @@ static bool collect_surfaces(struct traced_shadows *traced, const struct window_
     gl_program_set_u(program, "u_room", room);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT);
-    window_dispatch_pixels(frame);
+    dispatch_pixels(frame, apart, program);
     gpu_timeline_will_wait(frame->timeline);
     gl_buffer_read(&traced->counter, 0, 4, count);
     return true;
@@ -223,7 +248,7 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
         if (!reserve(traced, &traced->points, NULL, "shadow.traced.points", 0,
                      ((uint64_t)room + entries) * sizeof(struct shadow_point), err) ||
             !collect_entries(traced, frame, pixels, err) ||
-            !collect_surfaces(traced, frame, entries, room, surfaces, err))
+            !collect_surfaces(traced, frame, NULL, entries, room, surfaces, err))
             return TRACED_FAILED;
     }
     return TRACED_COLLECTED;
@@ -241,11 +266,12 @@ static bool read_array(struct traced_shadows *traced, enum array_kind array,
     return true;
 }
 
+/* pixels: NULL where entries have no points. */
 static bool read_points(struct traced_shadows *traced, const struct window_frame *frame,
                         const struct pixel_lists *pixels, uint32_t surfaces, struct error *err)
 {
     const struct camera_window *w = &frame->window;
-    uint64_t count = pixels->entry_count + surfaces;
+    uint64_t entries = pixels ? pixels->entry_count : 0, count = entries + surfaces;
     uint64_t pixel_bytes = 4 * (uint64_t)w->width * (uint64_t)w->height;
     free_arrays(traced);
     traced->arrays[TABLE] = calloc(count + 1, 2 * sizeof(uint32_t));
@@ -253,12 +279,12 @@ static bool read_points(struct traced_shadows *traced, const struct window_frame
         return error_set(err, ERROR_NO_MEMORY, "%llu points in shadow", (unsigned long long)count);
     if (!read_array(traced, POINTS, &traced->points, count * sizeof(struct shadow_point), err) ||
         !read_array(traced, HEADS, &traced->heads, pixel_bytes, err) ||
-        (pixels->entry_count && !read_array(traced, LIST_ENDS, &pixels->ends, pixel_bytes, err)))
+        (entries && !read_array(traced, LIST_ENDS, &pixels->ends, pixel_bytes, err)))
         return false;
     traced->window = (struct raytrace_shadow_points){
         .points = traced->arrays[POINTS],
         .count = count,
-        .entry_count = pixels->entry_count,
+        .entry_count = entries,
         .entry_ends = traced->arrays[LIST_ENDS],
         .heads = traced->arrays[HEADS],
         .width = w->width,
@@ -286,6 +312,34 @@ enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
     if (outcome == TRACED_COLLECTED && !read_points(traced, frame, pixels, surfaces, err))
         return TRACED_FAILED;
     return outcome;
+}
+
+uint32_t traced_shadows_apart_room(const struct traced_shadows *traced, int samples)
+{
+    uint64_t pixels = traced->window.count / (uint64_t)samples / 64 * 64;
+    return pixels ? (uint32_t)pixels : 64;
+}
+
+bool traced_shadows_collect_apart(struct traced_shadows *traced, const struct window_frame *frame,
+                                  uint32_t first, uint32_t count, struct error *err)
+{
+    uint64_t pixel_count = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
+    const struct apart_range apart = {.first = first, .count = count};
+    uint32_t room = count * (uint32_t)frame->targets->samples, surfaces = 0;
+    if (!reserve(traced, &traced->points, NULL, "shadow.traced.points", 0,
+                 room * sizeof(struct shadow_point), err))
+        return false;
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
+                                         .pass = "shadow.points",
+                                         .because = "samples are lit apart where light differs",
+                                         .technique = "raytraced-shadows",
+                                         .stage = REPORT_SHADOW,
+                                     });
+    gl_buffer_clear_u32(&traced->heads, 0, pixel_count * 4, 0); /* others have no points */
+    bool ok = collect_surfaces(traced, frame, &apart, 0, room, &surfaces, err);
+    gpu_scope_end(frame->timeline);
+    assert(surfaces <= room);
+    return ok && read_points(traced, frame, NULL, surfaces, err);
 }
 
 uint32_t traced_shadows_room(struct traced_shadows *traced, const struct clusters *clusters)

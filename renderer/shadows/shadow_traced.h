@@ -54,6 +54,14 @@ enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
                                            const struct window_frame *frame,
                                            const struct pixel_lists *pixels, struct error *err);
 
+/* Afterwards, in their place, the points of the samples that are shaded apart: of `count` pixels of
+ * the list (renderer/shading/apart.h) from the first-th on, a multiple of 64. apart_room: pixels
+ * that take no more points than those of the window, before its first call. */
+uint32_t traced_shadows_apart_room(const struct traced_shadows *traced, int samples);
+MUST_CHECK bool traced_shadows_collect_apart(struct traced_shadows *traced,
+                                             const struct window_frame *frame, uint32_t first,
+                                             uint32_t count, struct error *err);
+
 /* Lights of each list that one slice has room for; 0: the window must be split, as above. */
 uint32_t traced_shadows_room(struct traced_shadows *traced, const struct clusters *clusters);
 

@@ -47,6 +47,9 @@
 #define BIND_STATISTICS 14    /* counters read back by the report */
 #define BIND_PIXEL_LEFT 10    /* u32 per pixel: entries counted, and not yet written */
 #define BIND_SCREEN 10        /* u32: the window as a screen shows it */
+#define BIND_APART 10         /* u32: pixels whose samples are shaded apart */
+#define BIND_CANDIDATES 11    /* likewise: pixels that may be such, */
+#define BIND_APART_FOUND 11   /* and those that are, while they are read through BIND_APART */
 #define BIND_TONE_BUCKETS 11  /* struct tone_bucket[] */
 #define BIND_LIST_NODES 15    /* linked techniques: elements under construction */
 #define BIND_FILLED 15        /* u32: what is filled before it is built */
@@ -64,6 +67,7 @@
 #define UNIT_SHADOW_ID 15     /* usamplerBuffer */
 #define UNIT_LIGHT_HEADS 16   /* usamplerBuffer RG32UI: offset and count, or head */
 #define UNIT_LIGHT_ITEMS 17   /* usamplerBuffer: light indices (or list nodes) */
+#define UNIT_LIGHT 11 /* usampler2DArray R32UI: light of opaque surfaces, after they are shaded */
 /* traced shadows take the place of all maps */
 #define UNIT_TRACED_HEADS 12   /* usamplerBuffer R32UI: as BIND_TRACED_HEADS */
 #define UNIT_TRACED_POINTS 13  /* usamplerBuffer RG32UI: first filter, cluster */

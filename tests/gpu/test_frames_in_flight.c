@@ -325,7 +325,7 @@ static uint64_t resident_after_two(bool has_arrival)
     collect(&stage);
     for (int i = 1; i < 4; i += 2) {
         int pixels = stage.frames[i].outputs[VIEW_OUTPUT_COLOR].width_px * 64;
-        assert_int_equal(pixels * 16 + 256, report_bytes_of(&stage.frames[i].report, "readback"));
+        assert_int_equal(pixels * 16 + 260, report_bytes_of(&stage.frames[i].report, "readback"));
     }
     uint64_t bytes = stage.frames[3].report.resident_bytes;
     stage_end(&stage);

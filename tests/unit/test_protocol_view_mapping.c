@@ -229,6 +229,7 @@ static const struct {
     COUNT(shadow_culled),
     COUNT(light_batches),
     COUNT(light_slices),
+    COUNT(split_pixels),
     COUNT(draws),
     COUNT(triangles),
     COUNT(events),
