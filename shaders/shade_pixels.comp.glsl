@@ -27,7 +27,13 @@ layout(rgba32f, binding = 1) uniform image2DArray u_parts; // light so far, a la
 #define TELLS_LIGHT
 #include "light_word.glsl"
 layout(r32ui, binding = 2) writeonly uniform uimage2DArray u_light; // a layer per sample
+#ifdef SAMPLES_IN_TURN
+shared uint light_words[SAMPLES][64];
+#define LIGHT_WORD(i) light_words[i][gl_LocalInvocationIndex]
+#else
 uvec4 light_words = uvec4(0u);
+#define LIGHT_WORD(i) light_words[i]
+#endif
 #endif
 uniform uvec2 u_size_px;
 uniform uint u_first_row; // of the dispatch
@@ -70,16 +76,32 @@ vec3 light_before(ivec2 pixel, int i)
 void note_light(uint members, vec3 radiance, vec3 base)
 {
     uint word = light_word(radiance / (base + CONTRAST_BASE_LEAST));
+#ifdef SAMPLES_IN_TURN
+    for (; members != 0u; members &= members - 1u)
+        LIGHT_WORD(findLSB(members)) = word;
+#else
     bvec4 is_member = notEqual(uvec4(members) & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
     light_words = mix(light_words, uvec4(word), is_member);
+#endif
 }
+
+#ifdef SAMPLES_IN_TURN
+void note_dark(uint members)
+{
+    for (; members != 0u; members &= members - 1u)
+        LIGHT_WORD(findLSB(members)) = 0u;
+}
+#endif
 
 void write_light(ivec2 pixel)
 {
-    bool is_mixed = light_words.yzw != light_words.xxx;
-    imageStore(u_light, ivec3(pixel, 0), uvec4(light_words.x | (is_mixed ? LIGHT_MIXED : 0u)));
+    uint first = LIGHT_WORD(0);
+    bool is_mixed = false;
+    for (int i = 1; i < SAMPLES; i++)
+        is_mixed = is_mixed || LIGHT_WORD(i) != first;
+    imageStore(u_light, ivec3(pixel, 0), uvec4(first | (is_mixed ? LIGHT_MIXED : 0u)));
     for (int i = 1; i < SAMPLES && is_mixed; i++)
-        imageStore(u_light, ivec3(pixel, i), uvec4(light_words[i]));
+        imageStore(u_light, ivec3(pixel, i), uvec4(LIGHT_WORD(i)));
 }
 #endif
 
@@ -122,7 +144,9 @@ vec4 shade_sample(ivec2 pixel, int i, uint members, float depth, vec2 offset)
     vec3 before = light_before(pixel, i);
     vec3 radiance = lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z, before);
 #ifdef TELLS_LIGHT
-    note_light(members, radiance, s.base);
+    // not kept in registers while the surface is lit
+    s0 = texelFetch(u_surface_0, pixel, i);
+    note_light(members, radiance, surface_unpack(s0, uvec4(0u)).base);
 #endif
     return vec4(radiance, 1.0);
 }
@@ -165,6 +189,9 @@ void shade_opaque(ivec2 pixel, uint apart)
         vec3 middle = OPAQUE_COLOR(first).xyz; // its depth is 0 where that of all members is
         uint members = uint(OPAQUE_COLOR(first).w);
         vec4 shaded = u_background;
+#ifdef TELLS_LIGHT
+        note_dark(members);
+#endif
         if (middle.z > 0.0)
             shaded = shade_sample(pixel, first, members, middle.z, middle.xy);
         for (; members != 0u; members &= members - 1u)
