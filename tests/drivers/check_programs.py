@@ -33,7 +33,7 @@ AMD = re.compile(r"Code Size: (\d+) .*Spilled VGPRs: (\d+) .*\((\w\w), ")
 # Of a define that begins a shader's text: the name that it gives to the variant.
 VARIANTS = {"HAS_MEDIA": "media", "SHADOW_HAS_MEDIA": "media", "MEDIA": "media", "MEDIUM": "media",
             "CUT_PLANES": "cut", "SHADOW_FAITHFUL": "faithful", "SHADOW_HAS_NODES": "nodes",
-            "KEYED": "keyed", "NET": "net"}
+            "KEYED": "keyed", "NET": "net", "SAMPLES_APART": "apart"}
 STAGES = {"CS": "comp", "FS": "frag", "PS": "frag", "VS": "vert"}
 
 

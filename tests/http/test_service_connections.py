@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Below the routes: framing, foreign hosts and pages, slow and vanishing clients."""
 import concurrent.futures
+import ctypes
 import re
 import socket
 import time
@@ -17,6 +18,13 @@ def statuses(answer):
     return [int(status) for status in re.findall(rb"HTTP/1\.1 (\d{3}) ", answer)]
 
 
+def library_is_strict():
+    """libmicrohttpd 1.0 refuses by a page of its own what 0.9 lets through to the server."""
+    version = ctypes.CDLL("libmicrohttpd.so.12").MHD_get_version
+    version.restype = ctypes.c_char_p
+    return not version().startswith(b"0.")
+
+
 class Framing(support.ServiceTest):
     def ask(self, text, timeout=3):
         return talk(self.daemon.port, text, timeout)
@@ -27,6 +35,11 @@ class Framing(support.ServiceTest):
         self.assertEqual([status], statuses(answer), (text, answer))
         self.assertNotIn(b"smuggled", answer)
         return answer
+
+    def refuse_unless_the_library_does(self, text):
+        answer = self.refuse(text)
+        if not library_is_strict():
+            self.assertIn(b"application/problem+json", answer)
 
     def test_two_content_lengths_are_refused(self):
         for first, second in ((5, 0), (0, 5), (5, 5), (0, 0)):
@@ -47,8 +60,7 @@ class Framing(support.ServiceTest):
             b"X A: b\r\n",
             b"X(A): b\r\n",
         ):
-            answer = self.refuse(head + field + b"\r\nhello")
-            self.assertIn(b"application/problem+json", answer)
+            self.refuse_unless_the_library_does(head + field + b"\r\nhello")
 
     def test_lines_that_readers_end_elsewhere_are_refused(self):
         get = b"GET /healthz HTTP/1.1\r\n"
@@ -146,7 +158,7 @@ class Framing(support.ServiceTest):
 
     def test_host_must_be_there_once(self):
         self.refuse(b"GET /healthz HTTP/1.1\r\n" + HEAD + HEAD + b"\r\n")
-        self.assertIn(b"application/problem+json", self.refuse(b"GET /healthz HTTP/1.1\r\n\r\n"))
+        self.refuse_unless_the_library_does(b"GET /healthz HTTP/1.1\r\n\r\n")
         self.assertEqual([200], statuses(self.ask(b"GET /healthz HTTP/1.0\r\n\r\n")))
 
     def test_three_pipelined_requests_have_three_replies_in_order(self):
