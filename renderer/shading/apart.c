@@ -25,6 +25,7 @@ void apart_list_programs(const struct window_frame *frame, struct program_list *
 {
     if (!apart_is_possible(frame))
         return;
+    window_list_clear(frame, pass_name, list);
     program_list_add(list, pass_name, &contrast_program, false);
     program_list_add(list, pass_name, &apart_program, false);
 }
@@ -70,11 +71,12 @@ static void set_borders(const struct camera_window *w, const struct gl_program *
 static bool find_candidates(const struct window_frame *frame, struct error *err)
 {
     struct targets *targets = frame->targets;
+    if (!window_clear(frame, &targets->apart, targets->apart.size_bytes, err))
+        return false;
     const struct gl_program *program = use(frame, &contrast_program, err);
     if (!program)
         return false;
     set_borders(&frame->window, program);
-    gl_buffer_clear_u32(&targets->apart, 0, targets->apart.size_bytes, 0);
     bind_list(targets, 0, BIND_CANDIDATES);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     window_dispatch_pixels(frame);

@@ -5,6 +5,7 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 
+#include "renderer/gl/buffer_fill.h"
 #include "renderer/scene/matrix.h"
 #include "shaders/shared/bindings.h"
 
@@ -72,6 +73,27 @@ void window_bind_targets(const struct window_frame *frame, const struct gl_progr
         glBindSampler(unit, 0);
     gl_program_set_u2(program, "u_size_px", (uint32_t)frame->window.width,
                       (uint32_t)frame->window.height);
+}
+
+bool window_clear(const struct window_frame *frame, struct gl_buffer *buffer, uint64_t bytes,
+                  struct error *err)
+{
+    if (frame->limits->is_software) {
+        gl_buffer_clear_u32(buffer, 0, bytes, 0);
+        return true;
+    }
+    return buffer_fill_u32(&(struct buffer_fill_desc){.programs = frame->programs,
+                                                      .limits = frame->limits,
+                                                      .buffer = buffer,
+                                                      .size_bytes = bytes},
+                           err);
+}
+
+void window_list_clear(const struct window_frame *frame, const char *pass,
+                       struct program_list *list)
+{
+    if (!frame->limits->is_software)
+        buffer_fill_list_programs(pass, list);
 }
 
 void window_dispatch_items(uint64_t count)

@@ -7,6 +7,7 @@
 #include "renderer/frame_report.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/program.h"
+#include "renderer/gl/program_list.h"
 #include "renderer/gl/scope.h"
 #include "renderer/plan/camera.h"
 #include "renderer/plan/shader_needs.h"
@@ -45,6 +46,13 @@ void window_set_samples(const struct window_frame *frame, const struct gl_progra
 
 /* Surfaces and depth of the window's targets on their units, and u_size_px. */
 void window_bind_targets(const struct window_frame *frame, const struct gl_program *program);
+
+/* Zeroes the first bytes of a buffer of this frame: by GL in software, by a dispatch elsewhere
+ * (renderer/gl/buffer_fill.h), whose program window_list_clear lists. */
+MUST_CHECK bool window_clear(const struct window_frame *frame, struct gl_buffer *buffer,
+                             uint64_t bytes, struct error *err);
+void window_list_clear(const struct window_frame *frame, const char *pass,
+                       struct program_list *list);
 
 /* Runs one compute thread per item in groups of 64, over two dimensions where one is too short. */
 void window_dispatch_items(uint64_t count);

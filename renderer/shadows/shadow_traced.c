@@ -335,8 +335,9 @@ bool traced_shadows_collect_apart(struct traced_shadows *traced, const struct wi
                                          .technique = "raytraced-shadows",
                                          .stage = REPORT_SHADOW,
                                      });
-    gl_buffer_clear_u32(&traced->heads, 0, pixel_count * 4, 0); /* others have no points */
-    bool ok = collect_surfaces(traced, frame, &apart, 0, room, &surfaces, err);
+    /* others have no points */
+    bool ok = window_clear(frame, &traced->heads, pixel_count * 4, err) &&
+              collect_surfaces(traced, frame, &apart, 0, room, &surfaces, err);
     gpu_scope_end(frame->timeline);
     assert(surfaces <= room);
     return ok && read_points(traced, frame, NULL, surfaces, err);

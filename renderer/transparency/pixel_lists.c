@@ -5,7 +5,6 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 
-#include "renderer/gl/buffer_fill.h"
 #include "shaders/shared/bindings.h"
 
 enum { LONGEST_GUESSED = LIST_RUN << 10 }; /* longer lists are read */
@@ -65,8 +64,7 @@ static const char *scan_file_of(const struct gl_limits *limits)
 void pixel_lists_list_programs(const struct window_frame *frame, const struct geometry_items *items,
                                struct program_list *list)
 {
-    if (!frame->limits->is_software)
-        buffer_fill_list_programs(counting.pass, list);
+    window_list_clear(frame, counting.pass, list);
     geometry_list_transparent(frame, items, &counting, list);
     for (int i = 0; i < 3; i++) {
         const struct program_desc desc = compute_of(scan_file_of(frame->limits), scan_passes[i]);
@@ -125,20 +123,6 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
     return true;
 }
 
-static bool clear_counts(struct pixel_lists *lists, const struct window_frame *frame,
-                         uint64_t bytes, struct error *err)
-{
-    if (frame->limits->is_software) {
-        gl_buffer_clear_u32(&lists->left, 0, bytes, 0);
-        return true;
-    }
-    return buffer_fill_u32(&(struct buffer_fill_desc){.programs = frame->programs,
-                                                      .limits = frame->limits,
-                                                      .buffer = &lists->left,
-                                                      .size_bytes = bytes},
-                           err);
-}
-
 /* reads: their numbers, too, which waits. */
 static bool count_fragments(struct pixel_lists *lists, const struct window_frame *frame,
                             const struct geometry_items *items, bool reads, struct error *err)
@@ -155,7 +139,7 @@ static bool count_fragments(struct pixel_lists *lists, const struct window_frame
                                          .technique = "lists",
                                          .stage = REPORT_SHADE,
                                      });
-    bool ok = clear_counts(lists, frame, bytes, err);
+    bool ok = window_clear(frame, &lists->left, bytes, err);
     bind(&lists->left, lists->pixel_count * 4, BIND_PIXEL_LEFT);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* a window that was split has just been scanned
                                                      */
