@@ -170,7 +170,7 @@ static void tell_devices(const struct gl_context *context, struct renderer_info 
 {
     static_assert((int)GL_DEVICE_TEXT_BYTES <= (int)RENDERER_TEXT_BYTES, "lines fit");
     const struct gl_device_list *list = gl_context_devices(context);
-    for (int i = 0; i < list->count && i < RENDERER_DEVICES_TOLD; i++) {
+    for (uint32_t i = 0; i < (uint32_t)list->count && i < RENDERER_DEVICES_TOLD; i++) {
         const struct gl_device *device = &list->items[i];
         gl_device_describe(device, info->devices[i]);
         info->passed_over |= (uint32_t)(!device->is_taken && *device->reason) << i;
