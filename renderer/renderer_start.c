@@ -105,7 +105,6 @@ static uint64_t choose_budget(struct renderer *renderer, const struct renderer_d
     return gl_memory_budget(&memory, &renderer->budget_source);
 }
 
-/* How layers are added up, and how a pixel's samples walk them. */
 /* Processors are quick at f64, and pictures keep their bits from one start to the next, on a busy
  * machine, too: nothing is timed on them. */
 static enum wide_floats asked_arithmetic(const struct renderer_desc *desc, bool is_software)
@@ -114,6 +113,7 @@ static enum wide_floats asked_arithmetic(const struct renderer_desc *desc, bool 
     return is_known ? WIDE_FLOATS_F64 : desc->wide_floats;
 }
 
+/* How layers are added up, and how a pixel's samples walk them. */
 static bool choose_arithmetic(struct renderer *renderer, const struct renderer_desc *desc,
                               struct error *err)
 {

@@ -60,8 +60,8 @@ static const struct gl_program *use(const struct window_frame *frame,
 /* Its first row is on top, that of the shaders at the bottom. */
 static void set_borders(const struct camera_window *w, const struct gl_program *program)
 {
-    const bool goes_on[4] = {w->x > 0, w->x + w->width < w->image_width,
-                             w->y + w->height<w->image_height, w->y> 0};
+    const bool goes_on[4] = {w->x > 0, w->image_width > w->x + w->width,
+                             w->image_height > w->y + w->height, w->y > 0};
     uint32_t bits = 0;
     for (int k = 0; k < 4; k++)
         bits |= (uint32_t)goes_on[k] << k;
