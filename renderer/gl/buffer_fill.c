@@ -28,9 +28,14 @@ static uint64_t part_bytes(const struct gl_limits *limits)
 
 bool buffer_fill_u32(const struct buffer_fill_desc *desc, struct error *err)
 {
-    uint64_t end = desc->offset_bytes + desc->size_bytes, most = part_bytes(desc->limits);
+    uint64_t end = desc->offset_bytes + desc->size_bytes;
     assert(desc->offset_bytes % 4 == 0 && desc->size_bytes % 4 == 0);
     assert(end <= desc->buffer->size_bytes);
+    if (desc->by_gl) {
+        gl_buffer_clear_u32(desc->buffer, desc->offset_bytes, desc->size_bytes, desc->value);
+        return true;
+    }
+    uint64_t most = part_bytes(desc->limits);
     const struct gl_program *program = program_cache_get(desc->programs, &fill_program, err);
     if (!program)
         return false;

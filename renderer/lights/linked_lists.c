@@ -197,15 +197,13 @@ static uint32_t capacity_of(const struct linked_lists *lists)
 static bool empty_heads(struct linked_lists *lists, const struct linked_desc *desc,
                         struct program_cache *programs, uint64_t bytes, struct error *err)
 {
-    if (!desc->limits || desc->limits->is_software) {
-        gl_buffer_clear_u32(&lists->heads, 0, bytes, UINT32_MAX);
-        return true;
-    }
+    bool is_software = !desc->limits || desc->limits->is_software;
     return buffer_fill_u32(&(struct buffer_fill_desc){.programs = programs,
                                                       .limits = desc->limits,
                                                       .buffer = &lists->heads,
                                                       .size_bytes = bytes,
-                                                      .value = UINT32_MAX},
+                                                      .value = UINT32_MAX,
+                                                      .by_gl = is_software},
                            err);
 }
 

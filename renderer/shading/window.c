@@ -78,14 +78,11 @@ void window_bind_targets(const struct window_frame *frame, const struct gl_progr
 bool window_clear(const struct window_frame *frame, struct gl_buffer *buffer, uint64_t bytes,
                   struct error *err)
 {
-    if (frame->limits->is_software) {
-        gl_buffer_clear_u32(buffer, 0, bytes, 0);
-        return true;
-    }
     return buffer_fill_u32(&(struct buffer_fill_desc){.programs = frame->programs,
                                                       .limits = frame->limits,
                                                       .buffer = buffer,
-                                                      .size_bytes = bytes},
+                                                      .size_bytes = bytes,
+                                                      .by_gl = frame->limits->is_software},
                            err);
 }
 

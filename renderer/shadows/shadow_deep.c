@@ -172,15 +172,12 @@ static bool clear_counts(const struct deep_job *job, const struct shadow_range *
 {
     const struct shadow_builder *builder = job->builder;
     struct gl_buffer *counts = &builder->store->pools[SHADOW_POOL_DEPTHS].streams[0];
-    if (builder->scans_on_host) {
-        gl_buffer_clear_u32(counts, range->first * 4, range->count * 4, 0);
-        return true;
-    }
     return buffer_fill_u32(&(struct buffer_fill_desc){.programs = builder->programs,
                                                       .limits = builder->store->limits,
                                                       .buffer = counts,
                                                       .offset_bytes = range->first * 4,
-                                                      .size_bytes = range->count * 4},
+                                                      .size_bytes = range->count * 4,
+                                                      .by_gl = builder->scans_on_host},
                            err);
 }
 

@@ -161,17 +161,16 @@ static bool empty_heads(const struct linked_job *job, const struct shadow_range 
 {
     const uint32_t list_end = 0xffffffffu;
     const struct shadow_builder *builder = job->builder;
-    struct gl_buffer *pool = &builder->store->pools[SHADOW_POOL_HEADS].streams[0];
-    const struct buffer_fill_desc fill = {.programs = builder->programs,
-                                          .limits = builder->store->limits,
-                                          .buffer = pool,
-                                          .offset_bytes = heads->first * 4,
-                                          .size_bytes = heads->count * 4,
-                                          .value = list_end};
-    if (!builder->scans_on_host)
-        return buffer_fill_u32(&fill, err);
-    gl_buffer_clear_u32(pool, fill.offset_bytes, fill.size_bytes, list_end);
-    return true;
+    struct shadow_store *store = builder->store;
+    return buffer_fill_u32(
+        &(struct buffer_fill_desc){.programs = builder->programs,
+                                   .limits = store->limits,
+                                   .buffer = &store->pools[SHADOW_POOL_HEADS].streams[0],
+                                   .offset_bytes = heads->first * 4,
+                                   .size_bytes = heads->count * 4,
+                                   .value = list_end,
+                                   .by_gl = builder->scans_on_host},
+        err);
 }
 
 /* Those that follow one another at once. */

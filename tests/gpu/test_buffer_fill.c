@@ -18,7 +18,7 @@ enum { WORDS = 70000, BEFORE = 7, VALUE = 0x12345678 };
 static struct gl_context *context;
 static struct program_cache *programs;
 
-static bool fill(const struct gl_buffer *buffer, const struct gl_limits *limits, uint64_t first,
+static bool fill(struct gl_buffer *buffer, const struct gl_limits *limits, uint64_t first,
                  uint64_t count, uint32_t value)
 {
     struct error err = {0};
