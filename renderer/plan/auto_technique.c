@@ -55,7 +55,7 @@ static const double STAYS_KNOWN = 0.95, STAYS_FORECAST = 0.75;
  * and shall gain, of what the chosen one takes; and by how many of its standard deviations its
  * forecast may be too long. */
 enum { TIMING_LESSONS = 2, TIMING_ENOUGH = 3 };
-static const double TIMING_MOST = 2, TIMING_GAIN = 0.9, TIMING_DOUBT = 1.25;
+static const double TIMING_MOST = 2, TIMING_GAIN = 0.9, TIMING_DOUBT = 1.75;
 
 /* What was drawn before needs no margin against what is not known of forecasts. */
 static void take_known(struct auto_pick *pick)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Suite `auto`: how much longer than the fastest technique `shadows: auto` takes, at first and
  * after ten frames, on generated scenes under a moving camera. With --json the counts and times of
- * all, which tests/data/auto_timings.json keeps for the unit tests. */
+ * all, which tests/data/auto_timings*.json keep for the unit tests. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -264,10 +264,16 @@ static void lessons_of_any_kind_leave_it_sound(void **unused)
 
 /* ---- auto ---- */
 
-static void read_recorded(struct replay *replay)
+static const char *const recorded[] = {
+    VITRAIL_SOURCE_DIR "/tests/data/auto_timings.json", /* one core */
+    VITRAIL_SOURCE_DIR "/tests/data/auto_timings_two_cores.json",
+};
+enum { RECORDED = sizeof recorded / sizeof *recorded };
+
+static void read_recorded(struct replay *replay, const char *path)
 {
     struct error err = {0};
-    json_t *json = json_load_file(VITRAIL_SOURCE_DIR "/tests/data/auto_timings.json", 0, NULL);
+    json_t *json = json_load_file(path, 0, NULL);
     assert_non_null(json);
     if (!replay_from_json(replay, json, &err))
         fail_msg("%s", err.message);
@@ -279,11 +285,11 @@ struct shares {
     double first, later, worst, worst_later, told;
 };
 
-static struct shares run_all(const struct replay_trouble *trouble)
+static struct shares run_one(const char *path, const struct replay_trouble *trouble)
 {
     static struct replay replay;
     struct shares shares = {0};
-    read_recorded(&replay);
+    read_recorded(&replay, path);
     for (int i = 0; i < replay.count; i++) {
         struct learning *learned = fresh();
         struct replay_result result = replay_run(&replay, &replay.cases[i], learned, trouble);
@@ -301,6 +307,21 @@ static struct shares run_all(const struct replay_trouble *trouble)
     print_message("first %.3f, worst %.2f; later %.3f, worst %.2f; told within 1.25 %.3f\n",
                   shares.first, shares.worst, shares.later, shares.worst_later, shares.told);
     return shares;
+}
+
+/* The worst of all recordings. */
+static struct shares run_all(const struct replay_trouble *trouble)
+{
+    struct shares all = run_one(recorded[0], trouble);
+    for (int i = 1; i < RECORDED; i++) {
+        const struct shares shares = run_one(recorded[i], trouble);
+        all.first = fmin(all.first, shares.first);
+        all.later = fmin(all.later, shares.later);
+        all.told = fmin(all.told, shares.told);
+        all.worst = fmax(all.worst, shares.worst);
+        all.worst_later = fmax(all.worst_later, shares.worst_later);
+    }
+    return all;
 }
 
 static void auto_keeps_its_bars_on_recorded_times(void **unused)
@@ -325,22 +346,25 @@ static void a_machine_half_as_fast_does_not_turn_auto(void **unused)
     assert_true(shares.later >= 0.95 && shares.told >= 0.95);
 }
 
-/* One learner over all views in turn, as a server has it: the first frame of each profits. */
+/* One learner over all views in turn, as a server has it: what one scene teaches may cost another a
+ * first choice, but not the bar. The shares of all recordings together. */
 static void lessons_of_other_scenes_do_no_harm(void **unused)
 {
     (void)unused;
     static struct replay replay;
-    struct learning *learned = fresh();
-    read_recorded(&replay);
     double first = 0, later = 0;
-    for (int i = 0; i < replay.count; i++) {
-        struct replay_result result = replay_run(&replay, &replay.cases[i], learned, NULL);
-        first += (result.first <= 1.25) / (double)replay.count;
-        later += (result.later <= 1.1) / (double)replay.count;
+    for (int k = 0; k < RECORDED; k++) {
+        struct learning *learned = fresh();
+        read_recorded(&replay, recorded[k]);
+        for (int i = 0; i < replay.count; i++) {
+            struct replay_result result = replay_run(&replay, &replay.cases[i], learned, NULL);
+            first += (result.first <= 1.25) / (double)replay.count / RECORDED;
+            later += (result.later <= 1.1) / (double)replay.count / RECORDED;
+        }
+        free(learned);
     }
     print_message("one learner: first %.3f, later %.3f\n", first, later);
     assert_true(first >= 0.9 && later >= 0.95);
-    free(learned);
 }
 
 int main(void)
