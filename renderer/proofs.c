@@ -52,8 +52,7 @@ struct proofs *proofs_create(const struct proofs_desc *desc, struct error *err)
     bool is_always = desc->policy == RENDERER_SELFTEST_ALWAYS;
     if (!is_always && proofs->path)
         (void)!proof_file_load(proofs->path, desc->key, (int64_t)time(NULL), &proofs->proof);
-    const uint32_t wanted = is_always ? SELFTEST_ALL : SELFTEST_START;
-    if (test(proofs, wanted & ~proofs->proof.structures, &is_wrong, err))
+    if (test(proofs, desc->at_start & ~proofs->proof.structures, &is_wrong, err))
         return proofs;
 fail:
     proofs_destroy(proofs);

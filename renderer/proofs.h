@@ -13,6 +13,7 @@ struct proofs;
 
 struct proofs_desc {
     enum renderer_selftest policy;
+    uint32_t at_start;      /* structures that are tested before anything is served */
     const char *path;       /* of the file; NULL: none is kept; copied */
     struct content_key key; /* of all that the results depend on: program, driver, device, settings
                              */
@@ -22,7 +23,7 @@ struct proofs_desc {
     void *context;
 };
 
-/* Tests what the policy asks for at a start. NULL with err where something is wrong. */
+/* Tests what is asked for at a start. NULL with err where something is wrong. */
 struct proofs *proofs_create(const struct proofs_desc *desc, struct error *err);
 void proofs_destroy(struct proofs *proofs); /* accepts NULL */
 

@@ -22,10 +22,10 @@ struct renderer;
 
 /* When the device draws the scene of the self-test (renderer/scene_selftest.h). */
 enum renderer_selftest {
-    RENDERER_SELFTEST_START, /* at the start, with deep shadow maps alone */
-    RENDERER_SELFTEST_KEPT,  /* likewise, and by every other structure before the first picture that
-                                uses it; not again for a week where the file says that it was right
-                              */
+    RENDERER_SELFTEST_START,  /* at the start, with deep shadow maps alone */
+    RENDERER_SELFTEST_KEPT,   /* likewise, but not in software; and by every other structure before
+                                 the first picture that uses it; not again for a week where the file
+                                 says that it was right */
     RENDERER_SELFTEST_ALWAYS, /* by all structures, at the start */
 };
 

@@ -210,10 +210,21 @@ static struct content_key proof_key(const struct renderer *renderer,
     return key;
 }
 
+/* Behind software no other device is left to be taken: there a start gains nothing by a test that
+ * the first picture can wait for. */
+static uint32_t proven_at_start(const struct renderer *renderer, const struct renderer_desc *desc)
+{
+    if (desc->self_test == RENDERER_SELFTEST_ALWAYS)
+        return SELFTEST_ALL;
+    bool is_last = gl_context_limits(renderer->context)->is_software && !desc->poses_as_hardware;
+    return desc->self_test == RENDERER_SELFTEST_KEPT && is_last ? 0 : SELFTEST_START;
+}
+
 static bool prove(struct renderer *renderer, const struct renderer_desc *desc, struct error *err)
 {
     renderer->proofs =
         proofs_create(&(struct proofs_desc){.policy = desc->self_test,
+                                            .at_start = proven_at_start(renderer, desc),
                                             .path = desc->build ? desc->proof_file : NULL,
                                             .key = proof_key(renderer, desc),
                                             .test = test_structures,

@@ -194,15 +194,40 @@ static void what_is_wrong_is_refused_and_the_rest_is_served(void **state)
     renderer_destroy(renderer);
 }
 
+static void software_is_tested_before_its_first_picture(void **state)
+{
+    const struct renderer_desc desc = {
+        .device = "software", .is_strict = true, .self_test = RENDERER_SELFTEST_KEPT};
+    struct rig_scene demo;
+    struct error err = {0};
+    (void)state;
+    break_views("shadow.records");
+    struct renderer *renderer = renderer_create(&desc, &err);
+    if (!renderer)
+        fail_msg("%s", err.message);
+    rig_demo_open(&demo, renderer, "demo", 64);
+    assert_int_equal(defect.stale, 0);
+    assert_false(draws(renderer, &demo, VIEW_LIGHT_LISTS_CLUSTERED, &err));
+    assert_int_equal(err.code, ERROR_UNSUPPORTED);
+    assert_non_null(strstr(err.message, "deep under 150 lights"));
+    mend_views();
+    rig_scene_finish(&demo, renderer);
+    renderer_destroy(renderer);
+}
+
 static uint64_t programs_of_start(enum renderer_selftest policy, const char *path,
                                   const char *build)
 {
     struct error err = {0};
     struct renderer_info info;
-    struct renderer *renderer = renderer_create(
-        &(struct renderer_desc){
-            .is_strict = true, .self_test = policy, .proof_file = path, .build = build},
-        &err);
+    struct renderer *renderer =
+        renderer_create(&(struct renderer_desc){.is_strict = true,
+                                                .poses_as_hardware = true, /* else a start tests
+                                                                              nothing */
+                                                .self_test = policy,
+                                                .proof_file = path,
+                                                .build = build},
+                        &err);
     if (!renderer)
         fail_msg("%s", err.message);
     renderer_get_info(renderer, &info);
@@ -250,6 +275,7 @@ int main(void)
         cmocka_unit_test(every_other_structure_is_looked_at_too),
         cmocka_unit_test(a_device_that_fails_is_passed_over_for_the_next),
         cmocka_unit_test(what_is_wrong_is_refused_and_the_rest_is_served),
+        cmocka_unit_test(software_is_tested_before_its_first_picture),
         cmocka_unit_test(what_was_right_is_not_tested_again),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
