@@ -24,14 +24,16 @@ static const uint64_t default_program_bytes = 256ull << 20;
 /* ---- parts ---- */
 
 static struct texture_pool *create_textures(const struct renderer_desc *desc,
-                                            uint64_t gpu_budget_bytes, struct error *err)
+                                            uint64_t gpu_budget_bytes, bool is_software,
+                                            struct error *err)
 {
     return texture_pool_create(
         &(struct texture_pool_desc){.budget_bytes = desc->texture_budget_bytes
                                                         ? desc->texture_budget_bytes
                                                         : gpu_budget_bytes / 2,
                                     .upload_bytes = desc->texture_upload_bytes,
-                                    .upload_ms = desc->texture_upload_ms},
+                                    .upload_ms = desc->texture_upload_ms,
+                                    .waits = is_software},
         err);
 }
 
@@ -68,7 +70,8 @@ static bool create_parts(struct renderer *renderer, const struct renderer_desc *
     renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
     renderer->shade.loop_steps =
         desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
-    renderer->own_scenes.textures = create_textures(desc, budget_bytes, err);
+    renderer->own_scenes.textures =
+        create_textures(desc, budget_bytes, gl_context_limits(renderer->context)->is_software, err);
     renderer->timeline = gpu_timeline_create(renderer->context, err);
     renderer->readback = readback_create(desc->defers_frames, err);
     if (!renderer->own_scenes.textures || !renderer->timeline || !renderer->readback ||

@@ -25,6 +25,7 @@ struct texture_pool *texture_pool_create(const struct texture_pool_desc *desc, s
     pool->budget_bytes = desc->budget_bytes;
     pool->upload_bytes = desc->upload_bytes ? desc->upload_bytes : default_upload_bytes;
     pool->upload_ms = desc->upload_ms > 0 ? desc->upload_ms : DEFAULT_UPLOAD_MS;
+    pool->waits = desc->waits;
     pool->packs_from = desc->compresses_from;
     pool->can_pack = texture_device_packs();
     if (texture_measure_pace(&pool->pace, pool->upload_ms, err))
@@ -202,10 +203,10 @@ static bool bring(struct texture_pool *pool, const struct texture_wish *wish,
     bool is_good = wish->may_be_coarse ? texture_bring_some(pool, &spending, err)
                                        : texture_bring_all(pool, &spending, err);
     report->written_bytes = spending.written_bytes;
-    if (spending.written_bytes)
+    if (spending.written_bytes && pool->waits)
         glFinish(); /* what the device is still busy with counts, too */
     report->upload_ms = wall_ms() - spending.begin_ms;
-    if (wish->may_be_coarse &&
+    if (wish->may_be_coarse && pool->waits &&
         texture_pace_is_told(&pool->pace, spending.written_bytes, spending.limit_bytes))
         texture_note_pace(&pool->pace, pool->upload_ms, spending.written_bytes, report->upload_ms);
     return is_good;

@@ -19,6 +19,8 @@ struct texture_pool_desc {
     uint64_t upload_bytes;    /* written for one frame that may be coarse; 0 means 16 MiB */
     double upload_ms;         /* spent on that, at most, but for one call; 0 means 4 */
     uint32_t compresses_from; /* texture_pool_set_compression */
+    bool waits;               /* frames wait for what they wrote, so that the pace of uploads
+                                 follows the device's: where the device is our processors */
 };
 
 /* Measures how fast the device takes levels, 2 ms or so. */

@@ -73,6 +73,7 @@ struct texture_pool {
     uint64_t budget_bytes, upload_bytes, resident_bytes, floor_bytes, clock;
     uint64_t most_bytes; /* resident at once in the last call, for tests */
     double upload_ms;
+    bool waits;
     struct texture_pace pace;
     struct texture_reader *reader; /* NULL: nothing was coarse yet */
     struct texture_packer *packer; /* NULL: nothing was compressed yet */

@@ -7,12 +7,14 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 #include <epoxy/gl.h>
 
 #include "renderer/gl/context.h"
 #include "renderer/scene/texture_store_internal.h"
+#include "tests/support/gl_hooks.h"
 
 enum { IMAGES = 16, SIDE = 512, BUDGET = 4 << 20, SKIPPED = 77, KEYS = 2 * IMAGES };
 
@@ -67,10 +69,12 @@ static void open_rig(struct rig *rig, uint32_t width, uint32_t height, bool comp
                                 .material_count = IMAGES,
                                 .pixels = rig->pixels,
                                 .pixel_bytes = bytes};
-    rig->pool = texture_pool_create(
-        &(struct texture_pool_desc){
-            .budget_bytes = BUDGET, .upload_ms = 1000, .compresses_from = compresses ? 1 : 0},
-        &err);
+    rig->pool =
+        texture_pool_create(&(struct texture_pool_desc){.budget_bytes = BUDGET,
+                                                        .upload_ms = 1000,
+                                                        .compresses_from = compresses ? 1 : 0,
+                                                        .waits = true},
+                            &err);
     assert_non_null(rig->pool);
     rig->store = texture_store_create(rig->pool, &rig->scene, &err);
     assert_non_null(rig->store);
@@ -100,6 +104,13 @@ static struct report_textures prepare(struct rig *rig, int first, int end, uint8
         fail_msg("%s", err.message);
     assert_true(report.resident_bytes <= BUDGET);
     return report;
+}
+
+/* One image whole, as far as it has been read: the thread that reads it gets its turn. */
+static struct report_textures prepare_in_motion(struct rig *rig, int image)
+{
+    usleep(100);
+    return prepare(rig, image, image + 1, 0, true);
 }
 
 static struct stored_texture *texture_of(const struct rig *rig, int image)
@@ -146,7 +157,7 @@ static void frames_in_motion_read_no_level_that_blocks_stand_for(void **state)
     struct stored_texture *t = texture_of(&rig, 0);
     assert_true(t->full.is_packed);
     for (int i = 0; i < 10000 && t->full.is_packed; i++) {
-        prepare(&rig, 0, 1, 0, true);
+        prepare_in_motion(&rig, 0);
         if (rig.pool->incoming.of == t || !t->full.is_packed)
             break;
     }
@@ -259,12 +270,48 @@ static void a_low_pace_is_learnt_anew_from_wide_rows(void **state)
     rig.pool->pace = (struct texture_pace){.bytes_per_ms = LOW, .chunk_bytes = 64 << 10};
     double most = LOW;
     for (int i = 0; i < 4000 && most <= LOW; i++) {
-        prepare(&rig, 0, 1, 0, true);
+        prepare_in_motion(&rig, 0);
         if (rig.pool->pace.bytes_per_ms > most)
             most = rig.pool->pace.bytes_per_ms;
     }
     assert_true(most > LOW);
     close_rig(&rig);
+}
+
+static struct {
+    PFNGLFINISHPROC finish;
+    int count;
+} waits;
+
+static void GLAPIENTRY finish_and_count(void)
+{
+    waits.count++;
+    waits.finish();
+}
+
+/* And so do not learn how long the device was busy. */
+static void frames_wait_for_their_uploads_where_they_are_told_to(void **state)
+{
+    (void)state;
+    for (int told = 0; told < 2; told++) {
+        struct rig rig;
+        open_rig(&rig, SIDE, SIDE, false);
+        rig.pool->waits = told;
+        const struct texture_pace before = rig.pool->pace;
+        uint64_t written = 0;
+        waits.count = 0;
+        GL_SPY_BEGIN(Finish, waits.finish, finish_and_count);
+        for (int i = 0; i < 10000 && written < texture_levels_bytes(SIDE, SIDE, 0) / 2; i++)
+            written += prepare_in_motion(&rig, 0).written_bytes;
+        written += prepare(&rig, 1, 2, 0, false).written_bytes;
+        GL_SPY_END(Finish, waits.finish);
+        assert_true(written > texture_levels_bytes(SIDE, SIDE, 0));
+        if (told)
+            assert_true(waits.count > 1 && rig.pool->pace.bytes_per_ms != before.bytes_per_ms);
+        else
+            assert_true(waits.count == 0 && rig.pool->pace.bytes_per_ms == before.bytes_per_ms);
+        close_rig(&rig);
+    }
 }
 
 /* In motion until something is on its way. */
@@ -273,7 +320,7 @@ static void begin_incoming(struct rig *rig, int image)
     rig->pool->upload_bytes = 1 << 20;
     rig->pool->pace.chunk_bytes = 64 << 10;
     for (int i = 0; i < 10000 && rig->pool->incoming.of != texture_of(rig, image); i++)
-        prepare(rig, image, image + 1, 0, true);
+        prepare_in_motion(rig, image);
     assert_ptr_equal(rig->pool->incoming.of, texture_of(rig, image));
 }
 
@@ -346,6 +393,7 @@ int main(void)
         cmocka_unit_test(images_with_alpha_take_blocks_with_alpha),
         cmocka_unit_test(colours_are_compressed_from_so_many_levels_on),
         cmocka_unit_test(a_plan_counts_what_is_granted),
+        cmocka_unit_test(frames_wait_for_their_uploads_where_they_are_told_to),
         cmocka_unit_test(a_low_pace_is_learnt_anew_from_wide_rows),
         cmocka_unit_test(a_frame_that_took_too_long_halves_the_next_calls),
         cmocka_unit_test(a_frame_at_rest_leaves_the_uploads_of_one_in_motion),
