@@ -53,6 +53,12 @@ static void *make(size_t size)
     return made;
 }
 
+/* In the place of one that is deleted, whose name is given again. */
+static void *make_again(void *old, size_t size)
+{
+    return old ? memset(old, 0, size) : make(size);
+}
+
 /* ---- objects ---- */
 
 static void create_objects(struct gl_object **table, bool is_texture, GLsizei n,
@@ -271,7 +277,7 @@ static void GLAPIENTRY on_CreateVertexArrays(GLsizei n, GLuint *names)
     mirror.next.CreateVertexArrays(n, names);
     for (GLsizei i = 0; i < n; i++)
         if (names[i] < NAMES)
-            mirror.arrays[names[i]] = make(sizeof **mirror.arrays);
+            mirror.arrays[names[i]] = make_again(mirror.arrays[names[i]], sizeof **mirror.arrays);
 }
 
 static void GLAPIENTRY on_VertexArrayVertexBuffer(GLuint array, GLuint index, GLuint buffer,
@@ -294,7 +300,8 @@ static void GLAPIENTRY on_CreateFramebuffers(GLsizei n, GLuint *names)
     mirror.next.CreateFramebuffers(n, names);
     for (GLsizei i = 0; i < n; i++)
         if (names[i] < NAMES)
-            mirror.framebuffers[names[i]] = make(sizeof **mirror.framebuffers);
+            mirror.framebuffers[names[i]] =
+                make_again(mirror.framebuffers[names[i]], sizeof **mirror.framebuffers);
 }
 
 static void attach(GLuint framebuffer, GLenum attachment, GLuint texture)
