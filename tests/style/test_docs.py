@@ -68,6 +68,24 @@ class Links(unittest.TestCase):
         self.assertEqual([], link_faults(path, "see [this](#some-heading)\n# Some heading\n"))
 
 
+def linked_from(path):
+    """The manuals that a manual links to, as paths from the root."""
+    targets = LINK.findall(FENCE.sub("", sources.read(path)))
+    files = {(sources.root() / path.parent / target.partition("#")[0]).resolve()
+             for target in targets if not re.match(r"[a-z][a-z0-9+.-]*:|#", target)}
+    return {manual for manual in manuals() if (sources.root() / manual).resolve() in files}
+
+
+class Ways(unittest.TestCase):
+    def test_a_reader_of_the_readme_finds_every_manual_within_two_clicks(self):
+        start = next(path for path in manuals() if str(path) == "README.md")
+        first = linked_from(start)
+        found = first.union(*(linked_from(path) for path in first))
+        docs = {path for path in manuals() if path.parts[0] == "docs"}
+        self.assertGreater(len(docs), 10)
+        self.assertEqual([], sorted(str(path) for path in docs - found))
+
+
 class Flags(unittest.TestCase):
     def test_every_flag_of_vitrail_is_in_the_manual(self):
         overview = help_of("vitrail")
