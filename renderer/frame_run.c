@@ -88,6 +88,7 @@ static bool draw_surfaces(struct window_run *window, struct error *err)
     if (!geometry_draw_opaque(&window->frame, &window->run->frame_plan->items, err))
         return false;
     kept->surfaces = window->keys.surfaces;
+    kept->has_lifts = window->run->frame_plan->shaders.lifts;
     report->counts.gbuffers_drawn++;
     return true;
 }
@@ -162,6 +163,9 @@ static void begin_window(struct window_run *window)
         .window = &window->frame.window,
         .samples = run->frame_plan->plan.target_samples,
     });
+    /* drawn for a frame without maps, the surfaces do not say where those are looked up */
+    if (run->frame_plan->shaders.lifts && !renderer->kept.has_lifts)
+        renderer->kept = (struct kept_window){0};
     bool is_kept = needs(run, PLAN_NEED_LAYERS) && !renderer->redraws_surfaces &&
                    (!renderer->pixels.is_guessed || frame_run_may_guess(run)) &&
                    content_key_equals(renderer->kept.layers, window->keys.layers);

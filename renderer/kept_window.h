@@ -9,6 +9,7 @@
 
 struct kept_window {             /* zeroed = nothing is kept */
     struct content_key surfaces; /* of the G-buffer */
+    bool has_lifts;              /* it says where shadow maps are looked up; none asks for less */
     struct content_key layers;   /* of the per-pixel lists */
     struct content_key counted;  /* of those that are counted, and not built */
     struct content_key image;    /* of the whole linear picture, where one window holds it */
@@ -25,7 +26,7 @@ struct kept_window_desc {
 
 /* surfaces: of all that a G-buffer holds. A material's transmission and what follows from it are
  * not in there as long as the surface stays opaque; layers: of these, too. Lights, environment and
- * background are in neither. counted, image: zero. */
+ * background are in neither. The others are zero. */
 struct kept_window kept_window_keys(const struct kept_window_desc *desc);
 
 #endif

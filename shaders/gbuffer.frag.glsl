@@ -1,11 +1,25 @@
 // SPDX-License-Identifier: MIT
-// Opaque and masked surfaces into the G-buffer. Needs: those of evaluate.glsl, IS_MASKED.
+// Opaque and masked surfaces into the G-buffer. Needs: those of evaluate.glsl, IS_MASKED, HAS_LIFT.
 #include "evaluate.glsl"
 
 layout(location = 0) out uvec4 o_surface_0;
 layout(location = 1) out uvec4 o_surface_1;
 #ifdef HAS_COVERAGE
 layout(location = 2) out uint o_signature;
+#endif
+
+#ifdef HAS_LIFT
+layout(location = 6) in vec2 v_lift;
+
+// How far the vertices' tangent planes lie above the point, on the viewer's side: Hanika 2021,
+// "Hacking the Shadow Terminator", Ray Tracing Gems II, chapter 4, but planes below count, too.
+// That mean of heights is linear in what is interpolated (Boubekeur and Alexa 2008, "Phong
+// Tessellation").
+float lift_over_distance(bool is_front)
+{
+    float above = v_lift.x - dot(v_normal, v_position);
+    return v_lift.y > 0.0 ? (is_front ? above : -above) / (v_lift.y * length(v_position)) : 0.0;
+}
 #endif
 
 void main()
@@ -18,6 +32,9 @@ void main()
     s.alpha = 1.0;
     o_surface_0 = surface_pack_0(s);
     o_surface_1 = surface_pack_1(s);
+#ifdef HAS_LIFT
+    o_surface_1.y = surface_pack_lift(o_surface_1.y, lift_over_distance(s.is_front));
+#endif
 #ifdef HAS_COVERAGE
     o_signature = surface_signature(s);
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Vertices of the camera's passes. Needs: HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR, CLIP_PLANES
-// (count).
+// Vertices of the camera's passes. Needs: HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR, HAS_LIFT,
+// CLIP_PLANES (count).
 #include "draw.glsl"
 
 layout(location = 1) in vec3 a_normal;
@@ -19,6 +19,9 @@ layout(location = 4) out vec4 v_texcoords;
 #ifdef HAS_COLOR
 layout(location = 5) in vec4 a_color;
 layout(location = 5) out vec4 v_color;
+#endif
+#ifdef HAS_LIFT
+layout(location = 6) out vec2 v_lift; // height of the tangent plane over the eye, its scale
 #endif
 #ifdef CLIP_PLANES
 uniform vec4 u_clip_planes[CLIP_PLANES]; // for v_position
@@ -44,6 +47,10 @@ void main()
 #endif
 #ifdef HAS_COLOR
     v_color = a_color;
+#endif
+#ifdef HAS_LIFT
+    bool is_smooth = a_normal_1.w > 0.0;
+    v_lift = is_smooth ? vec2(dot(v_normal, v_position), length(v_normal)) : vec2(0.0);
 #endif
 #ifdef CLIP_PLANES
     for (int i = 0; i < CLIP_PLANES; i++)

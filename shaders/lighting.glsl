@@ -88,6 +88,9 @@ uint light_lookups = 0u;
 #endif
 #ifdef HAS_SHADOWS
 vec2 light_crease = vec2(1.0, 0.0); // of the point at hand, as is the object
+#ifdef HAS_LIFT
+float light_lift = 0.0; // [m] from the triangle to where its shadow is looked up
+#endif
 uint light_object = NO_OBJECT;
 #endif
 
@@ -115,8 +118,13 @@ vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
         vec3 reflected = brdf_evaluate(b, l);
 #ifdef HAS_SHADOWS
         if (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+#ifdef HAS_LIFT
+            vec3 start = position + light_lift * geo_normal;
+#else
+            vec3 start = position;
+#endif
             arriving *=
-                shadow_transmittance(r.shadow, position, geo_normal, light_crease, light_object);
+                shadow_transmittance(r.shadow, start, geo_normal, light_crease, light_object);
             light_lookups++;
         }
 #endif

@@ -138,6 +138,9 @@ vec4 shade_sample(ivec2 pixel, int i, uint members, float depth, vec2 offset)
     float view_z = view_depth(depth);
     vec3 position = view_position(vec2(pixel) + offset, view_z);
     vec3 v = view_direction(position);
+#ifdef HAS_LIFT
+    light_lift = surface_lift(s1) * length(position);
+#endif
 #ifdef HAS_TRACED_SHADOWS
     traced_begin(traced_point++);
 #endif

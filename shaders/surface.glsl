@@ -46,6 +46,23 @@ bool signatures_are_near(uint a, uint b)
     return a >> 9 == b >> 9 && all(lessThanEqual(abs(step_), ivec3(1)));
 }
 
+// Opaque surfaces have in the place of alpha how far a point may lie below the curved surface that
+// its triangle stands for, over its distance from the eye: a float's upper half. 1 of alpha: none.
+const float SURFACE_LIFT_LEAST = 1e-5; // smaller ones are the rounding of flat triangles
+const float SURFACE_LIFT_MOST = 1e3;   // so that points stay finite
+
+uint surface_pack_lift(uint word, float lift)
+{
+    uint bits = floatBitsToUint(min(lift, SURFACE_LIFT_MOST));
+    return lift > SURFACE_LIFT_LEAST ? bitfieldInsert(word, bits >> 16, 16, 16) : word;
+}
+
+float surface_lift(uvec4 b)
+{
+    uint bits = b.y & 0xffff0000u;
+    return bits == 0xffff0000u ? 0.0 : uintBitsToFloat(bits);
+}
+
 surface surface_unpack(uvec4 a, uvec4 b)
 {
     surface s;

@@ -188,6 +188,12 @@ static uint32_t area_samples(const struct frame_plan_desc *desc)
     return 0;
 }
 
+static bool has_maps(const struct view_quality *quality)
+{
+    enum view_shadows shadows = quality->shadows;
+    return shadows != VIEW_SHADOWS_NONE && shadows != VIEW_SHADOWS_RAYTRACED_SHADOWS;
+}
+
 static bool require_lights(struct frame_plan *made, const struct frame_plan_desc *desc,
                            struct error *err)
 {
@@ -219,6 +225,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
          i < made->shadows.light_count && shadow_compress_is_asked(&desc->view->quality); i++)
         plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
     made->shaders.area_samples = area_samples(desc);
+    made->shaders.lifts = made->shaders.has_smooth && is_lit && has_maps(&desc->view->quality);
     plan->unseen_lights = made->reach.unseen_count;
     plan->least_batches =
         shadow_needs_least_batches(&made->shadows, resolution, desc->shadow_budget_bytes);

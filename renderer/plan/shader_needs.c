@@ -40,6 +40,8 @@ struct shader_needs shader_needs_of(const struct scene_state *state)
         bool is_layer = item->is_medium || item->class_ == STATE_TRANSPARENT;
         uint32_t kinds = kinds_of(&state->materials[item->material]);
         *(is_layer ? &needs.layer_kinds : &needs.surface_kinds) |= kinds;
+        needs.has_smooth |= !is_layer && state_geometry_of(state, item).primitive->flags &
+                                             SCENE_PRIMITIVE_IS_SMOOTH;
     }
     for (size_t i = 0; i < state->light_count; i++) {
         needs.light_kinds |= kind_of_light(&state->lights[i]);

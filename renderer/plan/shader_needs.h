@@ -14,8 +14,10 @@ struct shader_needs {
     uint32_t layer_kinds;   /* likewise of transparent ones and of media */
     uint32_t light_kinds;   /* bit 1 << LIGHT_* */
     bool has_ranges;        /* some light ends at its range */
-    uint32_t area_samples;  /* points taken of each area light; 0: its centre stands for it.
-                               shader_needs_of leaves it to the plan */
+    bool has_smooth; /* opaque or masked drawables whose triangles stand for curved surfaces */
+    bool lifts;      /* and shadow maps are looked up above them; left to the plan */
+    uint32_t area_samples; /* points taken of each area light; 0: its centre stands for it.
+                              shader_needs_of leaves it to the plan */
 };
 
 struct shader_needs shader_needs_of(const struct scene_state *state);

@@ -271,7 +271,8 @@ static void place_record(const struct draw_arena *arena, const struct draw_place
 {
     const struct draw_space *space = &desc->space;
     const struct state_item *item = &desc->state->items[index];
-    const double *m = state_geometry_of(desc->state, item).world;
+    const struct state_geometry geometry = state_geometry_of(desc->state, item);
+    const double *m = geometry.world;
     double offset[3];
     vec3_sub(m + 12, space->origin, offset);
     *r = (struct draw_record){.material = arena->item_materials[index],
@@ -285,6 +286,7 @@ static void place_record(const struct draw_arena *arena, const struct draw_place
         rows[i]->v[3] = (float)(vec3_dot(space->axes[i], offset) / space->unit_m);
     }
     fill_normals(m, space->axes, item->is_mirrored ? -1 : 1, r);
+    r->normal_1.v[3] = geometry.primitive->flags & SCENE_PRIMITIVE_IS_SMOOTH ? 1 : 0;
 }
 
 static bool reserve_records(struct draw_arena *arena, size_t count, struct error *err)

@@ -467,6 +467,23 @@ static bool find_closed(struct importer *importer, struct shape *shape, struct e
     return true;
 }
 
+/* Whether its triangles stand for a curved surface. */
+static void find_smooth(const struct importer *importer, struct scene_primitive *p)
+{
+    const float *normals = importer->writer.sections[SCENE_NORMALS].records;
+    const uint32_t *indices = importer->writer.sections[SCENE_INDICES].records;
+    bool is_smooth = false;
+    normals += 3 * (size_t)p->first_vertex;
+    indices += p->first_index;
+    for (uint32_t i = 0; i < p->index_count && !is_smooth; i++) {
+        const float *a = normals + 3 * (size_t)indices[i - i % 3];
+        const float *b = normals + 3 * (size_t)indices[i];
+        is_smooth = a[0] != b[0] || a[1] != b[1] || a[2] != b[2];
+    }
+    if (is_smooth)
+        p->flags |= SCENE_PRIMITIVE_IS_SMOOTH;
+}
+
 static bool append_shape(struct importer *importer, struct shape *shape, struct error *err)
 {
     if (!open_attributes(importer, shape, err) || !choose_material(importer, shape, err) ||
@@ -483,6 +500,8 @@ static bool append_shape(struct importer *importer, struct shape *shape, struct 
         !append_normals(importer, shape, err) || !append_optionals(importer, shape, err) ||
         (is_surface && !find_closed(importer, shape, err)))
         return false;
+    if (is_surface)
+        find_smooth(importer, &shape->out);
     struct scene_primitive *record =
         blob_writer_append(&importer->writer, SCENE_PRIMITIVES, 1, err);
     if (!record)

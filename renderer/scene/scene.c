@@ -225,10 +225,9 @@ static bool is_primitive(const struct scene *scene, const struct scene_primitive
 {
     static const uint32_t corners[] = {
         [SCENE_POINTS] = 1, [SCENE_LINES] = 2, [SCENE_TRIANGLES] = 3};
-    enum { HAS_ALL = 63 };
+    enum { HAS_ALL = 127, OF_TRIANGLES = SCENE_PRIMITIVE_IS_CLOSED | SCENE_PRIMITIVE_IS_SMOOTH };
     if (p->part != 0 || p->topology > SCENE_TRIANGLES || p->material >= scene->material_count ||
-        p->flags > HAS_ALL ||
-        (p->topology != SCENE_TRIANGLES && (p->flags & SCENE_PRIMITIVE_IS_CLOSED)) ||
+        p->flags > HAS_ALL || (p->topology != SCENE_TRIANGLES && (p->flags & OF_TRIANGLES)) ||
         (p->topology == SCENE_TRIANGLES && !(p->flags & SCENE_PRIMITIVE_HAS_NORMALS)))
         return false;
     if (((p->flags & SCENE_PRIMITIVE_HAS_TANGENTS) && !scene->tangents) ||

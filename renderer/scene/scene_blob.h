@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 5 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 6 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -127,6 +127,7 @@ enum scene_primitive_flags {
     SCENE_PRIMITIVE_HAS_NORMALS = 16, /* always set for triangles: flat normals are made where the
                                          file has none */
     SCENE_PRIMITIVE_IS_CLOSED = 32, /* its triangles bound a volume: renderer/scene/edge_table.h */
+    SCENE_PRIMITIVE_IS_SMOOTH = 64, /* of triangles: the vertices of one have different normals */
 };
 
 struct scene_primitive {

@@ -131,6 +131,7 @@ struct variant_context {
     const uint32_t *items; /* of a submission */
     bool evaluates;
     bool is_layer;
+    bool lifts;                                  /* smooth surfaces say how far */
     bool is_hidden;                              /* of media: the part behind the opaque depth */
     float across[2], depth[4];                   /* camera_clip */
     const struct gl_program *programs[VARIANTS]; /* those in use, their uniforms set */
@@ -188,15 +189,15 @@ static void describe_variant(const struct variant_context *context, uint32_t var
     char kinds[SHADER_NEEDS_TEXT_BYTES] = "";
     if (context->is_layer)
         shader_needs_material_defines(context->frame->needs->layer_kinds, kinds);
-    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s", mask,
+    snprintf(text + used, VARIANT_BYTES - (size_t)used, "TEXTURES=%u%s%s%s%s%s%s%s%s%s%s%s%s", mask,
              mask ? " HAS_TEXCOORDS" : "", variant & VARIANT_TANGENT ? " HAS_TANGENT" : "",
              variant & VARIANT_COLOR ? " HAS_COLOR" : "",
              variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",
              variant & VARIANT_MASKED ? " IS_MASKED" : "",
              context->frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
-             has_coverage ? " HAS_COVERAGE" : "", is_by_depth ? " COVERAGE_BY_DEPTH" : "",
-             variant & VARIANT_MEDIUM ? " IS_MEDIUM" : "", context->is_hidden ? " IS_HIDDEN" : "",
-             kinds);
+             has_coverage ? " HAS_COVERAGE" : "", context->lifts ? " HAS_LIFT" : "",
+             is_by_depth ? " COVERAGE_BY_DEPTH" : "", variant & VARIANT_MEDIUM ? " IS_MEDIUM" : "",
+             context->is_hidden ? " IS_HIDDEN" : "", kinds);
 }
 
 static void set_variant_uniforms(const struct variant_context *context,
@@ -257,6 +258,8 @@ static struct variant_context context_of(const struct window_frame *frame, const
                                     .fragment = pass->fragment,
                                     .evaluates = pass->evaluates,
                                     .is_layer = pass->is_layer,
+                                    .lifts =
+                                        pass->evaluates && !pass->is_layer && frame->needs->lifts,
                                     .is_hidden = pass->is_hidden};
 }
 

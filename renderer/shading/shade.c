@@ -104,7 +104,8 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
 {
     bool has_lights = frame->state->light_count > 0;
     bool has_shadows = has_lights && facts->shadows && *facts->shadows;
-    char pixel_defines[64] = "", media_defines[64] = "";
+    bool has_maps = has_shadows && !facts->is_traced;
+    char pixel_defines[80] = "", media_defines[64] = "";
     char material_defines[SHADER_NEEDS_TEXT_BYTES], light_defines[SHADER_NEEDS_TEXT_BYTES] = "";
     const struct shader_needs *needs = frame->needs;
     shader_needs_material_defines(for_pixels ? needs->surface_kinds : needs->layer_kinds,
@@ -112,14 +113,15 @@ static void describe(const struct window_frame *frame, const struct shade_facts 
     if (has_lights)
         shader_needs_light_defines(needs, light_defines);
     if (for_pixels)
-        snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s%s%s", frame->targets->samples,
+        snprintf(pixel_defines, sizeof pixel_defines, " SAMPLES=%d%s%s%s%s",
+                 frame->targets->samples, has_maps && needs->lifts ? " HAS_LIFT" : "",
                  facts->is_apart ? " SAMPLES_APART" : "",
                  facts->has_entries ? " HAS_TRANSPARENT" : "",
                  frame->view->screen.has_backdrop ? " HAS_BACKDROP" : "");
     if (facts->has_entries)
         describe_media(frame, facts, media_defines);
     snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
-             has_shadows && !facts->is_traced ? " HAS_SHADOWS" : "",
+             has_maps ? " HAS_SHADOWS" : "",
              frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
              frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "", pixel_defines, media_defines,
              material_defines, light_defines,

@@ -8,7 +8,8 @@
 struct draw_record {          /* one primitive of one node, in one space */
     vec4 row_0, row_1, row_2; /* position there = rows * (model position, 1), in the scene's unit */
     vec4 normal_0, normal_1, normal_2; /* cofactor rows for normals; .w of normal_0: sign of the
-                                          determinant */
+                                          determinant; of normal_1: 1 where vertices
+                                          of a triangle differ in their normals */
     uint material;                     /* index into material_record[] */
     uint node;                         /* index of the scene's node */
     uint primitive;                    /* index of the scene's primitive */

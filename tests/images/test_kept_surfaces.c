@@ -123,6 +123,27 @@ static void an_edit_of_light_alone_keeps_what_is_seen(void **state)
     run(edit_lights);
 }
 
+/* Maps are looked up above smooth surfaces, rays find that place by themselves. */
+static void turn_to_maps(struct series *series)
+{
+    struct view view = small_view();
+    const struct expected stood = {false, false, true};
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    check(series, &view, none);
+    view.quality.shadows = VIEW_SHADOWS_DEEP;
+    check(series, &view, stood);
+    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    check(series, &view, all);
+    view.quality.shadows = VIEW_SHADOWS_MAP;
+    check(series, &view, all);
+}
+
+static void surfaces_drawn_for_rays_are_drawn_anew_for_maps(void **state)
+{
+    (void)state;
+    run(turn_to_maps);
+}
+
 static void look_at_lists(const struct series *series, const struct view *view, bool is_kept)
 {
     struct frame frame;
@@ -295,6 +316,7 @@ int main(void)
         cmocka_unit_test(kept_light_lists_give_the_same_bits),
         cmocka_unit_test(a_view_at_rest_draws_nothing_again),
         cmocka_unit_test(an_edit_of_light_alone_keeps_what_is_seen),
+        cmocka_unit_test(surfaces_drawn_for_rays_are_drawn_anew_for_maps),
         cmocka_unit_test(an_edit_of_a_material_draws_what_shows_it),
         cmocka_unit_test(what_moves_is_drawn),
     };

@@ -13,8 +13,11 @@
 
 #include "shaders/shared/records.h"
 
-/* A state of up to four drawables, each with a material of its own, and four lights. */
+/* A state of up to four drawables, each with a mesh and a material of its own, and four lights. */
 struct small_state {
+    struct scene scene;
+    struct scene_primitive primitives[4];
+    double world[1][16];
     struct scene_state state;
     struct state_item items[4];
     struct state_material materials[4];
@@ -25,13 +28,16 @@ static struct small_state *small_state_create(size_t items, size_t lights)
 {
     struct small_state *small = calloc(1, sizeof *small);
     assert_non_null(small);
-    small->state = (struct scene_state){.items = small->items,
+    small->scene.primitives = small->primitives;
+    small->state = (struct scene_state){.scene = &small->scene,
+                                        .world = small->world,
+                                        .items = small->items,
                                         .item_count = items,
                                         .materials = small->materials,
                                         .lights = small->lights,
                                         .light_count = lights};
     for (uint32_t i = 0; i < 4; i++)
-        small->items[i].material = i;
+        small->items[i].material = small->items[i].primitive = i;
     return small;
 }
 
@@ -43,6 +49,7 @@ static void a_plain_scene_needs_nothing(void **state)
     struct shader_needs needs = shader_needs_of(&small->state);
     assert_int_equal(needs.surface_kinds, 0);
     assert_int_equal(needs.layer_kinds, 0);
+    assert_false(needs.has_smooth);
     shader_needs_material_defines(needs.surface_kinds, text);
     assert_string_equal(text, " MATERIAL_KINDS=0u");
     shader_needs_light_defines(&needs, text);
@@ -66,6 +73,20 @@ static void kinds_are_told_apart_by_pass(void **state)
     assert_int_equal(needs.surface_kinds, MATERIAL_UNLIT | MATERIAL_KIND_METAL);
     assert_int_equal(needs.layer_kinds, MATERIAL_TRANSMISSION | MATERIAL_PASS_EDGE |
                                             MATERIAL_BLEND | MATERIAL_NO_SELF_SHADOW);
+    free(small);
+}
+
+static void smooth_meshes_count_where_they_are_opaque(void **state)
+{
+    (void)state;
+    struct small_state *small = small_state_create(3, 0);
+    small->primitives[1].flags = small->primitives[2].flags = SCENE_PRIMITIVE_IS_SMOOTH;
+    small->items[1].class_ = STATE_TRANSPARENT;
+    small->items[2].is_medium = true;
+    assert_false(shader_needs_of(&small->state).has_smooth);
+    small->primitives[0].flags = SCENE_PRIMITIVE_IS_SMOOTH;
+    small->items[0].class_ = STATE_MASKED;
+    assert_true(shader_needs_of(&small->state).has_smooth);
     free(small);
 }
 
@@ -103,6 +124,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_plain_scene_needs_nothing),
         cmocka_unit_test(kinds_are_told_apart_by_pass),
+        cmocka_unit_test(smooth_meshes_count_where_they_are_opaque),
         cmocka_unit_test(every_kind_of_light_counts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -171,6 +171,8 @@ static void lies_about_the_scene_are_refused(void **state)
     REFUSED(uint32_t, scene->primitives[0].topology, 3);
     REFUSED(uint32_t, scene->primitives[0].index_count, 5);
     REFUSED(uint32_t, scene->primitives[0].flags, SCENE_PRIMITIVE_HAS_COLORS);
+    REFUSED(uint32_t, scene->primitives[0].flags, SCENE_PRIMITIVE_HAS_NORMALS | 128);
+    REFUSED(uint32_t, scene->primitives[1].flags, SCENE_PRIMITIVE_IS_SMOOTH); /* lines */
     REFUSED(uint32_t, scene->primitives[1].vertex_count, 3);
     REFUSED(uint32_t, scene->primitives[1].first_vertex, UINT32_MAX);
     REFUSED(uint32_t, scene->indices[0], scene->primitives[0].vertex_count);

@@ -107,6 +107,14 @@ static void normalised_strided_attributes_are_decoded(void **state)
     imported_scene_finish(&s);
 }
 
+static void triangles_of_several_normals_are_smooth(void **state)
+{
+    (void)state;
+    struct imported_scene s = make_primitive("'attributes':{'POSITION':0,'NORMAL':3},'indices':1");
+    assert_true(s.scene.primitives[0].flags & SCENE_PRIMITIVE_IS_SMOOTH);
+    imported_scene_finish(&s);
+}
+
 static void sparse_accessors_replace_elements(void **state)
 {
     (void)state;
@@ -429,6 +437,7 @@ int main(void)
         cmocka_unit_test(a_node_without_a_name_is_called_as_its_mesh),
         cmocka_unit_test(flat_normals_are_made_where_the_file_has_none),
         cmocka_unit_test(normalised_strided_attributes_are_decoded),
+        cmocka_unit_test(triangles_of_several_normals_are_smooth),
         cmocka_unit_test(sparse_accessors_replace_elements),
         cmocka_unit_test(vertices_that_no_index_uses_are_left_out),
         cmocka_unit_test(every_mode_unrolls_with_the_winding_of_the_specification),
