@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sorts the events of one texel per thread in registers: NET is 2, 4, 8, 16 or 32. With RUNS longer
 // lists become sorted runs of 32 in scratch memory, for shadow_merge.comp.glsl.
+// KEYED: depth and index alone are sorted (shadow_sort_keyed.glsl).
 #ifdef RUNS
 #define SCRATCH
 #endif
@@ -17,61 +18,13 @@ layout(binding = UNIT_SHADOW_MEDIA) uniform usamplerBuffer u_media;
 
 #define FAR_AWAY 3.0e38 // pads the list; no event is as deep
 
-// What sorting moves. KEYED: depth and index alone, and the events are fetched in that order; 32 of
-// them take more registers than a device has.
 #ifdef KEYED
-struct sorted {
-    float z;
-    uint index;
-};
-#define DEPTH(i) e[i].z
+#include "shadow_sort_keyed.glsl"
 #else
-#define sorted event
 #define DEPTH(i) e[i].z_t.x
-#endif
-
-sorted e[NET];
-
-#ifdef KEYED
-event fetch(uint place)
-{
-    int texel = int(u_event_window + place);
-    event found;
-    found.z_t = texelFetch(u_events, texel);
-#ifdef IDS
-    found.id = texelFetch(u_id, texel).r;
-#endif
-#ifdef MEDIA
-    found.medium = texelFetch(u_media, texel).r;
-#endif
-    return found;
-}
-
-void load(int i, uint place, bool is_used)
-{
-    e[i].z = is_used ? texelFetch(u_events, int(u_event_window + place)).x : FAR_AWAY;
-    e[i].index = uint(i);
-}
-
-void exchange(int i, int j, bool is_wrong)
-{
-    sorted a = e[i], b = e[j];
-    e[i].z = is_wrong ? b.z : a.z;
-    e[j].z = is_wrong ? a.z : b.z;
-    e[i].index = is_wrong ? b.index : a.index;
-    e[j].index = is_wrong ? a.index : b.index;
-}
-
-#define EVENT(i) fetch(first + e[i].index)
-// Of two neighbours of equal depth, which lie where they were until all are sorted.
-bool is_tie_wrong(uint first, sorted a, sorted b)
-{
-    return a.z == b.z && event_is_after(fetch(first + a.index), fetch(first + b.index));
-}
-#define TIE_IS_WRONG(i) uint((i) + 1) < n && is_tie_wrong(first, e[i], e[(i) + 1])
-#else
 #define EVENT(i) e[i]
-#define TIE_IS_WRONG(i) event_is_after(e[i], e[(i) + 1])
+event e[NET];
+
 void load(int i, uint place, bool is_used)
 {
     place += u_event_window;
@@ -98,15 +51,14 @@ void exchange(int i, int j, bool is_wrong)
     e[j].medium = is_wrong ? a.medium : b.medium;
 #endif
 }
-
 #endif
 
 #define CE(i, j) exchange(i, j, DEPTH(i) > DEPTH(j));
 #define LOAD(i) load(i, first + uint(i), uint(i) < n);
 #define TIE(i) tie = tie || (uint((i) + 1) < n && DEPTH(i) == DEPTH((i) + 1));
-#define TIE_CE(i) swap = TIE_IS_WRONG(i); \
+#define TIE_CE(i) swap = event_is_after(e[i], e[(i) + 1]); \
     swapped = swapped || swap; exchange(i, (i) + 1, swap);
-#define APPEND(i) if (uint(i) < n) list_append(end, first, n, uint(i), e[i]);
+#define APPEND(i) if (uint(i) < n) list_append(end, first, n, uint(i), EVENT(i));
 #define STORE(i) if (uint(i) < n) scratch_write(at + uint(i), EVENT(i));
 
 #if NET == 2
@@ -139,18 +91,29 @@ void sort_registers(uint first, uint n)
     NETWORK
     bool tie = false;
     PAIRS(TIE)
+#ifdef KEYED
+    ALL(NOTE_ORDER)
+    order_ties(first, n, tie);
+#else
     for (bool swapped = tie; swapped;) {
         bool swap;
         swapped = false;
         PAIRS(TIE_CE)
     }
+#endif
 }
+
+#ifdef KEYED
+#define EACH_EVENT(DO) for (uint i = 0u; i < n; i++) { DO(i) }
+#else
+#define EACH_EVENT(DO) ALL(DO)
+#endif
 
 #ifdef RUNS
 void store_run(uint first, uint at, uint n)
 {
     sort_registers(first, n);
-    ALL(STORE)
+    EACH_EVENT(STORE)
 }
 
 void sort_list(uint first, uint n)
@@ -163,6 +126,6 @@ void sort_list(uint first, uint n)
 {
     sort_registers(first, n);
     list_end end = list_end_begin();
-    ALL(APPEND)
+    EACH_EVENT(APPEND)
 }
 #endif

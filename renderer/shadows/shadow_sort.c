@@ -17,7 +17,8 @@
 static const uint32_t NO_LIST = UINT32_MAX; /* of shadow_list.glsl: beyond all texels */
 
 enum {
-    LONG_CLASS = 5, /* from here on lists are longer than a run */
+    LONG_CLASS = 5,   /* from here on lists are longer than a run */
+    STAGED_CLASS = 3, /* of 9 to 16 events: more than a graphics device has registers for */
     /* Events of scratch memory: 64 MiB of the 128 that drivers take as one block, and a million
        lists of up to 64 events at once, more than any device has threads in flight. */
     SCRATCH_EVENTS = 4 << 20,
@@ -203,12 +204,18 @@ bool deep_sort_reserve(struct deep_job *job, struct error *err)
 /* Lists up to a run by their class, runs of longer ones, and their merging. */
 static const char sort_file[] = "shadow_sort.comp.glsl", merge_file[] = "shadow_merge.comp.glsl";
 static const char *const nets[LONG_CLASS] = {"NET=2", "NET=4", "NET=8", "NET=16", "NET=32"};
+static const char staged[] = "NET=16 KEYED";
 static const char runs_whole[] = "NET=32 RUNS", runs_by_key[] = "NET=32 RUNS KEYED";
 static const char merge_on[] = "SCRATCH", merge_last[] = "SCRATCH LAST";
 
 static const char *runs_of(bool on_host)
 {
     return on_host ? runs_whole : runs_by_key;
+}
+
+static const char *net_of(int class_, bool on_host)
+{
+    return on_host || class_ < STAGED_CLASS ? nets[class_] : staged;
 }
 
 static struct program_desc program_of(uint32_t map_flags, const char *file, const char *variant,
@@ -230,7 +237,7 @@ static void list_program(uint32_t map_flags, const char *file, const char *varia
 void deep_sort_list_programs(uint32_t map_flags, bool on_host, struct program_list *list)
 {
     for (int i = 0; i < first_long(on_host); i++)
-        list_program(map_flags, sort_file, nets[i], list);
+        list_program(map_flags, sort_file, net_of(i, on_host), list);
     list_program(map_flags, sort_file, runs_of(on_host), list);
     list_program(map_flags, merge_file, merge_last, list);
     list_program(map_flags, merge_file, merge_on, list);
@@ -263,7 +270,8 @@ static bool sort_short(const struct deep_job *job, const struct sort_span *span,
     uint32_t lists = class_lists(job, span, class_);
     if (!lists)
         return true;
-    const struct gl_program *sort = use_program(job, span, sort_file, nets[class_], class_, err);
+    const char *net = net_of(class_, job->builder->scans_on_host);
+    const struct gl_program *sort = use_program(job, span, sort_file, net, class_, err);
     if (!sort)
         return false;
     gl_program_set_u2(sort, "u_lists", 0, lists);
