@@ -2,9 +2,9 @@
 // Which samples of a pixel show one surface: those of one signature and nearly one depth. Every
 // program that includes it finds the same groups in the same order.
 // Needs: SAMPLES (nothing where it is 1), u_depth_map, u_signature, u_sample_positions.
-// Provides: group_next. Samples apart are groups of their own. A group's middle is the pixel's
-// middle when it has all samples; any single sample would shift shadows and textures by up to half
-// a pixel. Depth is linear over a plane on the screen, so its mean lies on the surface.
+// Provides: group_next, group_place. Samples apart are groups of their own. A group's middle is the
+// pixel's middle when it has all samples; any single sample would shift shadows and textures by up
+// to half a pixel. Depth is linear over a plane on the screen, so its mean lies on the surface.
 #if SAMPLES > 1
 struct sample_group {
     int first;    // a sample of it
@@ -35,5 +35,14 @@ sample_group group_next(ivec2 pixel, uint remaining, uint apart)
     }
     g.middle = sum / float(bitCount(g.members));
     return g;
+}
+
+// The place of its middle in the pixel again.
+vec2 group_place(uint members)
+{
+    vec2 sum = vec2(0.0);
+    for (int j = 0; j < SAMPLES; j++)
+        sum += (members & 1u << j) != 0u ? u_sample_positions[j] : vec2(0.0);
+    return sum / float(bitCount(members));
 }
 #endif

@@ -27,13 +27,23 @@ layout(rgba32f, binding = 1) uniform image2DArray u_parts; // light so far, a la
 #define TELLS_LIGHT
 #include "light_word.glsl"
 layout(r32ui, binding = 2) writeonly uniform uimage2DArray u_light; // a layer per sample
-#ifdef SAMPLES_IN_TURN
-shared uint light_words[SAMPLES][64];
-#define LIGHT_WORD(i) light_words[i][gl_LocalInvocationIndex]
+#endif
+// What each sample shows behind the layers, and its light.
+#if SAMPLES == 1
+vec4 opaque_color;
+#define SURFACE_WORDS(i) texelFetch(u_surface_0, pixel, i)
+#define OPAQUE_COLOR(i) opaque_color
+#define KEEP_COLOR(i, color) opaque_color = color;
+#elif defined SAMPLES_IN_TURN
+#include "sample_room.glsl"
 #else
+vec4 opaque_colors[SAMPLES];
+#define SURFACE_WORDS(i) texelFetch(u_surface_0, pixel, i)
+#define GROUP_NORMAL(i) normal_at(pixel, i, s.normal, offset)
+#define OPAQUE_COLOR(i) opaque_colors[i]
+#define KEEP_COLOR(i, color) opaque_colors[i] = color;
 uvec4 light_words = uvec4(0u);
 #define LIGHT_WORD(i) light_words[i]
-#endif
 #endif
 uniform uvec2 u_size_px;
 uniform uint u_first_row; // of the dispatch
@@ -130,10 +140,9 @@ vec3 normal_at(ivec2 pixel, int i, vec3 normal, vec2 offset)
 // The surface of sample i, for all members (bit set).
 vec4 shade_sample(ivec2 pixel, int i, uint members, float depth, vec2 offset)
 {
-    uvec4 s0 = texelFetch(u_surface_0, pixel, i), s1 = texelFetch(u_surface_1, pixel, i);
-    surface s = surface_unpack(s0, s1);
+    surface s = surface_unpack(SURFACE_WORDS(i), texelFetch(u_surface_1, pixel, i));
 #ifdef SAMPLES_APART
-    s.normal = normal_at(pixel, i, s.normal, offset);
+    s.normal = GROUP_NORMAL(i);
 #endif
     float view_z = view_depth(depth);
     vec3 position = view_position(vec2(pixel) + offset, view_z);
@@ -148,21 +157,10 @@ vec4 shade_sample(ivec2 pixel, int i, uint members, float depth, vec2 offset)
     vec3 radiance = lighting_evaluate(s, 0.0, position, v, uvec2(pixel), view_z, before);
 #ifdef TELLS_LIGHT
     // not kept in registers while the surface is lit
-    s0 = texelFetch(u_surface_0, pixel, i);
-    note_light(members, radiance, surface_unpack(s0, uvec4(0u)).base);
+    note_light(members, radiance, surface_unpack(SURFACE_WORDS(i), uvec4(0u)).base);
 #endif
     return vec4(radiance, 1.0);
 }
-
-// What each sample shows behind the layers. SAMPLES_IN_TURN: in memory of the group, since lighting
-// needs the registers.
-#ifdef SAMPLES_IN_TURN
-shared vec4 opaque_colors[SAMPLES][64];
-#define OPAQUE_COLOR(i) opaque_colors[i][gl_LocalInvocationIndex]
-#else
-vec4 opaque_colors[SAMPLES];
-#define OPAQUE_COLOR(i) opaque_colors[i]
-#endif
 
 #if SAMPLES == 1
 void shade_opaque(ivec2 pixel, uint apart)
@@ -171,41 +169,56 @@ void shade_opaque(ivec2 pixel, uint apart)
     vec4 shaded = u_background;
     if (depth > 0.0)
         shaded = shade_sample(pixel, 0, 1u, depth, u_sample_positions[0]);
-    OPAQUE_COLOR(0) = shaded;
+    KEEP_COLOR(0, shaded)
 }
 // Each distinct surface among the samples is shaded once, in the middle of them; those apart at
 // their own places.
 #elif defined SAMPLES_IN_TURN
-// First the groups, each where the colour of its first sample will be: what finds them is then not
-// in registers while a surface is lit.
-void shade_opaque(ivec2 pixel, uint apart)
+// First the groups are found. Returns the members of each, SAMPLES bits from those of its first
+// sample on.
+uint find_groups(ivec2 pixel, uint apart)
 {
-    uint firsts = 0u;
+    uint groups = 0u;
     for (uint remaining = (1u << SAMPLES) - 1u; remaining != 0u;) {
         sample_group g = group_next(pixel, remaining, apart);
-        OPAQUE_COLOR(g.first) = vec4(g.middle, float(g.members));
-        firsts |= 1u << g.first;
+        uvec4 words = texelFetch(u_surface_0, pixel, g.first);
+        SURFACE_WORDS(g.first) = words;
+#ifdef SAMPLES_APART
+        vec3 normal = normal_at(pixel, g.first, unpack_unit(words.x), g.middle.xy);
+        KEEP_GROUP(g.first, g.middle.z, normal)
+#else
+        KEEP_GROUP(g.first, g.middle.z)
+#endif
+        groups |= g.members << SAMPLES * g.first;
         remaining &= ~g.members;
     }
-    for (; firsts != 0u; firsts &= firsts - 1u) {
-        int first = findLSB(firsts);
-        vec3 middle = OPAQUE_COLOR(first).xyz; // its depth is 0 where that of all members is
-        uint members = uint(OPAQUE_COLOR(first).w);
+    return groups;
+}
+
+void shade_opaque(ivec2 pixel, uint apart)
+{
+    const uint mask = (1u << SAMPLES) - 1u;
+    for (uint groups = find_groups(pixel, apart); groups != 0u;) {
+        int first = findLSB(groups) / SAMPLES;
+        uint members = groups >> SAMPLES * first & mask;
+        float depth = GROUP_DEPTH(first); // 0 where that of all members is
         vec4 shaded = u_background;
+        if (depth > 0.0)
+            shaded = shade_sample(pixel, first, members, depth, group_place(members));
 #ifdef TELLS_LIGHT
-        note_dark(members);
+        else
+            note_dark(members);
 #endif
-        if (middle.z > 0.0)
-            shaded = shade_sample(pixel, first, members, middle.z, middle.xy);
+        groups &= ~(mask << SAMPLES * first);
         for (; members != 0u; members &= members - 1u)
-            OPAQUE_COLOR(findLSB(members)) = shaded;
+            KEEP_COLOR(findLSB(members), shaded)
     }
 }
 #else
 void shade_opaque(ivec2 pixel, uint apart)
 {
     for (int j = 0; j < SAMPLES; j++)
-        OPAQUE_COLOR(j) = vec4(0.0);
+        KEEP_COLOR(j, vec4(0.0))
     uint remaining = (1u << SAMPLES) - 1u;
     while (remaining != 0u) {
         sample_group g = group_next(pixel, remaining, apart);
@@ -214,7 +227,7 @@ void shade_opaque(ivec2 pixel, uint apart)
             shaded = shade_sample(pixel, g.first, g.members, g.middle.z, g.middle.xy);
         for (int j = 0; j < SAMPLES; j++)
             if ((g.members & 1u << j) != 0u)
-                OPAQUE_COLOR(j) = shaded;
+                KEEP_COLOR(j, shaded)
         remaining &= ~g.members;
     }
 }
@@ -228,17 +241,28 @@ bool are_in_other_light(vec3 a, vec3 b)
     return any(greaterThan(abs(a - b), CONTRAST_LEAST * (a + b + least)));
 }
 
-// Whether samples of one surface are.
-bool samples_differ(ivec2 pixel, uint apart)
+// Pairs of samples apart that show one surface: bit a * SAMPLES + b for a below b.
+uint pairs_apart(ivec2 pixel, uint apart)
 {
-    bool differ = false;
+    uint pairs = 0u;
     for (int i = 0; i < SAMPLES * SAMPLES; i++) {
         int a = i / SAMPLES, b = i % SAMPLES;
         bool are_apart = a < b && (apart & 1u << a) != 0u && (apart & 1u << b) != 0u;
         bool is_one = signatures_are_near(texelFetch(u_signature, pixel, a).x,
                                           texelFetch(u_signature, pixel, b).x);
+        pairs |= are_apart && is_one ? 1u << i : 0u;
+    }
+    return pairs;
+}
+
+// Whether samples of a pair are.
+bool samples_differ(uint pairs)
+{
+    bool differ = false;
+    for (int i = 0; i < SAMPLES * SAMPLES; i++) {
+        int a = i / SAMPLES, b = i % SAMPLES;
         bool is_other = are_in_other_light(OPAQUE_COLOR(a).rgb, OPAQUE_COLOR(b).rgb);
-        differ = differ || (are_apart && is_one && is_other);
+        differ = differ || (a < b && (pairs & 1u << i) != 0u && is_other);
     }
     return differ;
 }
@@ -369,6 +393,10 @@ void main()
     uint head = texelFetch(u_traced_heads, int(pixel.y * int(u_size_px.x) + pixel.x)).x;
     traced_point = u_traced_first + (head >> 3);
 #endif
+#ifdef SAMPLES_APART
+    bool is_unknown = (apart & APART_UNKNOWN) != 0u;
+    uint pairs = is_unknown ? pairs_apart(pixel, apart) : 0u;
+#endif
     shade_opaque(pixel, apart);
 #ifdef HAS_LIGHT_PARTS
     if (!IS_LAST_PART) { // layers and background are composited once
@@ -381,7 +409,7 @@ void main()
     write_light(pixel);
 #endif
 #ifdef SAMPLES_APART
-    if ((apart & APART_UNKNOWN) != 0u && !samples_differ(pixel, apart))
+    if (is_unknown && !samples_differ(pairs))
         return; // the pixel is as the first pass left it
 #endif
     vec4 result = composite(pixel);

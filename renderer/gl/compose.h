@@ -8,7 +8,7 @@
 
 #include "protocol/error.h"
 
-enum { COMPOSITION_FILES_MAX = 32 }; /* distinct files in one stage */
+enum { COMPOSITION_FILES_MAX = 48 }; /* distinct files in one stage */
 
 struct composition {
     char *text; /* owned, NUL-terminated GLSL */
