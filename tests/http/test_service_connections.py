@@ -37,19 +37,22 @@ class Framing(support.ServiceTest):
         return answer
 
     def refuse_unless_the_library_does(self, text):
-        answer = self.refuse(text)
+        """libmicrohttpd 1.0.10 answers 501 to codings that it does not know."""
         if not library_is_strict():
-            self.assertIn(b"application/problem+json", answer)
+            self.assertIn(b"application/problem+json", self.refuse(text))
+            return
+        answer = self.ask(text + b"GET /smuggled HTTP/1.1\r\n" + HEAD + b"\r\n")
+        self.assertIn(statuses(answer), ([400], [501]), (text, answer))
+        self.assertNotIn(b"smuggled", answer)
 
     def test_two_content_lengths_are_refused(self):
         for first, second in ((5, 0), (0, 5), (5, 5), (0, 0)):
-            answer = self.refuse(
+            self.refuse_unless_the_library_does(
                 b"POST /v1/renders HTTP/1.1\r\n"
                 + HEAD
                 + b"Content-Type: application/json\r\nContent-Length: %d\r\n"
                 b"Content-Length: %d\r\n\r\nhello" % (first, second)
             )
-            self.assertIn(b"application/problem+json", answer)
 
     def test_names_that_are_no_tokens_are_refused(self):
         head = b"POST /v1/renders HTTP/1.1\r\n" + HEAD
@@ -131,14 +134,14 @@ class Framing(support.ServiceTest):
             b"identity",
             b"chunked\x0b",
         ):
-            self.refuse(
+            self.refuse_unless_the_library_does(
                 b"POST /v1/renders HTTP/1.1\r\n"
                 + HEAD
                 + b"Transfer-Encoding: "
                 + encoding
                 + b"\r\n\r\n0\r\n\r\n"
             )
-        self.refuse(
+        self.refuse_unless_the_library_does(
             b"POST /v1/renders HTTP/1.1\r\n"
             + HEAD
             + b"Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
