@@ -111,7 +111,7 @@ class Run:
                 file.write(body.replace("127.0.0.1:8090", address))
         path = f"{support.BIN}{os.pathsep}{os.environ['PATH']}"
         environment = {**os.environ, "PATH": path, "VITRAIL_SERVER": f"http://{address}",
-                       "VITRAIL_URL": f"http://{address}", "PYTHONDONTWRITEBYTECODE": "1",
+                       "PYTHONDONTWRITEBYTECODE": "1",
                        "PYTHONPATH": os.path.join(ROOT, "clients/python")}
         script = page.script().replace("127.0.0.1:8090", address)
         done = subprocess.run(["bash", "-c", script], cwd=folder, env=environment,

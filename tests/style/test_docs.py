@@ -86,6 +86,27 @@ class Ways(unittest.TestCase):
         self.assertEqual([], sorted(str(path) for path in docs - found))
 
 
+TERM = re.compile(r"^\| (?!term |---)(.*?) \| (.*) \|$", re.MULTILINE)
+
+
+def glossary_faults(text):
+    rows = [(term.replace("`", "").lower(), meaning) for term, meaning in TERM.findall(text)]
+    faults = [f"no link: {term}" for term, meaning in rows if not LINK.search(meaning)]
+    terms = [term for term, _ in rows]
+    return faults + [f"after {a}: {b}" for a, b in zip(terms, terms[1:]) if a >= b]
+
+
+class Glossary(unittest.TestCase):
+    def test_terms_are_in_order_and_each_has_a_link_to_its_page(self):
+        text = sources.read_manual("glossary.md")
+        self.assertGreater(len(TERM.findall(text)), 40)
+        self.assertEqual([], glossary_faults(text))
+
+    def test_a_planted_term_without_link_or_order_is_caught(self):
+        rows = "| term | meaning |\n| --- | --- |\n| view | [x](y.md) |\n| tap | a texel |\n"
+        self.assertEqual(["no link: tap", "after view: tap"], glossary_faults(rows))
+
+
 class Flags(unittest.TestCase):
     def test_every_flag_of_vitrail_is_in_the_manual(self):
         overview = help_of("vitrail")
