@@ -140,7 +140,8 @@ vec3 normal_at(ivec2 pixel, int i, vec3 normal, vec2 offset)
 // The surface of sample i, for all members (bit set).
 vec4 shade_sample(ivec2 pixel, int i, uint members, float depth, vec2 offset)
 {
-    surface s = surface_unpack(SURFACE_WORDS(i), texelFetch(u_surface_1, pixel, i));
+    uvec4 s1 = texelFetch(u_surface_1, pixel, i);
+    surface s = surface_unpack(SURFACE_WORDS(i), s1);
 #ifdef SAMPLES_APART
     s.normal = GROUP_NORMAL(i);
 #endif
