@@ -360,14 +360,21 @@ static bool read_file(struct config *config, const char *path, struct error *err
     return error_wrap(err, "config file '%s', line %d", path, line);
 }
 
+/* VITRAIL_CONFIG, which is read before, and what clients read, who may start us. */
+static bool is_for_others(const char *entry)
+{
+    static const char *const names[] = {"VITRAIL_CONFIG=", "VITRAIL_SERVER=", "VITRAIL_URL="};
+    bool is = false;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        is |= strncmp(entry, names[i], strlen(names[i])) == 0;
+    return is;
+}
+
 static bool read_environment(struct config *config, char **environment, struct error *err)
 {
     for (char **entry = environment; *entry; entry++) {
         const char *equals = strchr(*entry, '=');
-        if (!equals || strncmp(*entry, "VITRAIL_", 8) != 0 ||
-            strncmp(*entry, "VITRAIL_CONFIG=", 15) == 0 ||
-            strncmp(*entry, "VITRAIL_SERVER=", 15) == 0) /* the command line client's, who may start
-                                                            us */
+        if (!equals || strncmp(*entry, "VITRAIL_", 8) != 0 || is_for_others(*entry))
             continue;
         const struct key *key = key_find(*entry + 8, (size_t)(equals - *entry) - 8);
         if (!key)

@@ -144,9 +144,9 @@ class Config(unittest.TestCase):
         done = run("--check-config", environment={"VITRAIL_COLOUR": "blue"})
         self.assertEqual(2, done.returncode)
         self.assertIn("VITRAIL_COLOUR", done.stderr)
-        self.assertEqual(
-            0, run("--check-config", environment={"VITRAIL_SERVER": "http://x"}).returncode
-        )
+        for client in ("VITRAIL_SERVER", "VITRAIL_URL"):
+            self.assertEqual(0, run("--check-config",
+                                    environment={client: "http://x"}).returncode, client)
 
     def test_a_public_address_needs_to_be_allowed(self):
         for listen in ("0.0.0.0:0", "[::]:0", "192.0.2.1:80"):
