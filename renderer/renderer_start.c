@@ -108,14 +108,6 @@ static uint64_t choose_budget(struct renderer *renderer, const struct renderer_d
     return gl_memory_budget(&memory, &renderer->budget_source);
 }
 
-/* Processors are quick at f64, and pictures keep their bits from one start to the next, on a busy
- * machine, too: nothing is timed on them. */
-static enum wide_floats asked_arithmetic(const struct renderer_desc *desc, bool is_software)
-{
-    bool is_known = desc->wide_floats == WIDE_FLOATS_MEASURED && is_software;
-    return is_known ? WIDE_FLOATS_F64 : desc->wide_floats;
-}
-
 /* How layers are added up, and how a pixel's samples walk them. */
 static bool choose_arithmetic(struct renderer *renderer, const struct renderer_desc *desc,
                               struct error *err)
@@ -123,10 +115,10 @@ static bool choose_arithmetic(struct renderer *renderer, const struct renderer_d
     char defines[DEVICE_DEFINES_BYTES];
     const struct gl_limits *limits = gl_context_limits(renderer->context);
     bool in_turn = shade_takes_samples_in_turn(limits);
-    bool is_software = limits->is_software || desc->poses_as_hardware;
     const struct wide_floats_desc wide = {.programs = renderer->programs,
-                                          .asked = asked_arithmetic(desc, is_software),
-                                          .is_software = is_software};
+                                          .asked = desc->wide_floats,
+                                          .is_software =
+                                              limits->is_software || desc->poses_as_hardware};
     if (!wide_floats_choose(&wide, &renderer->wide_floats, err))
         return false;
     const char *form = wide_floats_defines(renderer->wide_floats.form);

@@ -31,8 +31,8 @@ struct wide_floats_choice {
 struct wide_floats_desc {
     struct program_cache *programs; /* required */
     enum wide_floats asked;
-    bool is_software; /* the device works on our own processors: by their time, so that others who
-                         have them do not matter */
+    bool is_software; /* the device works on our own processors, which are quick at f64: measured is
+                         f64, untimed, so that pictures keep their bits on a busy machine, too */
 };
 MUST_CHECK bool wide_floats_choose(const struct wide_floats_desc *desc,
                                    struct wide_floats_choice *choice, struct error *err);

@@ -18,13 +18,18 @@ enum { SKIPPED = 77 };
 static struct gl_context *context;
 static struct program_cache *programs;
 
+static bool choose_on(bool is_software, enum wide_floats asked, struct wide_floats_choice *choice,
+                      struct error *err)
+{
+    return wide_floats_choose(&(struct wide_floats_desc){.programs = programs,
+                                                         .asked = asked,
+                                                         .is_software = is_software},
+                              choice, err);
+}
+
 static bool choose(enum wide_floats asked, struct wide_floats_choice *choice, struct error *err)
 {
-    return wide_floats_choose(
-        &(struct wide_floats_desc){.programs = programs,
-                                   .asked = asked,
-                                   .is_software = gl_context_limits(context)->is_software},
-        choice, err);
+    return choose_on(gl_context_limits(context)->is_software, asked, choice, err);
 }
 
 static bool is_right(enum wide_floats form)
@@ -70,9 +75,21 @@ static void f64_is_taken_where_pairs_take_longer(void **unused)
     (void)unused;
     struct error err = {0};
     struct wide_floats_choice choice;
-    assert_true(choose(WIDE_FLOATS_MEASURED, &choice, &err));
+    assert_true(choose_on(false, WIDE_FLOATS_MEASURED, &choice, &err));
     assert_true(choice.pairs_over_f64 > 0);
     assert_int_equal(choice.form == WIDE_FLOATS_F64, choice.pairs_over_f64 > WIDE_FLOATS_F64_GAIN);
+}
+
+static void processors_take_f64_and_nothing_is_timed(void **unused)
+{
+    (void)unused;
+    struct error err = {0};
+    struct wide_floats_choice choice;
+    assert_true(choose_on(true, WIDE_FLOATS_MEASURED, &choice, &err));
+    assert_int_equal(choice.form, WIDE_FLOATS_F64);
+    assert_true(choice.pairs_over_f64 == 0);
+    assert_true(choose_on(true, WIDE_FLOATS_PAIRS_SPLIT, &choice, &err)); /* what is asked for */
+    assert_int_equal(choice.form, WIDE_FLOATS_PAIRS_SPLIT);
 }
 
 static void every_form_has_a_name_and_its_defines(void **unused)
@@ -100,6 +117,7 @@ int main(void)
         cmocka_unit_test(forms_that_need_no_fma_are_right_everywhere),
         cmocka_unit_test(the_choice_is_the_same_at_every_start),
         cmocka_unit_test(f64_is_taken_where_pairs_take_longer),
+        cmocka_unit_test(processors_take_f64_and_nothing_is_timed),
         cmocka_unit_test(every_form_has_a_name_and_its_defines),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

@@ -101,7 +101,9 @@ bool __wrap_wide_floats_choose(const struct wide_floats_desc *desc,
         wish.asked = wished_form();
     if (!getenv("VITRAIL_NOOP_DEVICE"))
         return __real_wide_floats_choose(&wish, choice, err);
-    *choice = (struct wide_floats_choice){.form = wish.asked ? wish.asked : WIDE_FLOATS_PAIRS};
+    *choice = (struct wide_floats_choice){.form = wish.asked          ? wish.asked
+                                                  : desc->is_software ? WIDE_FLOATS_F64
+                                                                      : WIDE_FLOATS_PAIRS};
     return true;
 }
 
