@@ -62,14 +62,12 @@ bool device_speed_recall(struct device_speed *speed, const struct device_speed_d
     return is_kept;
 }
 
-bool device_speed_find(struct device_speed *speed, const struct device_speed_desc *desc,
-                       char note[CAPABILITIES_TEXT_BYTES], struct error *err)
+bool device_speed_measure(struct device_speed *speed, const struct device_speed_desc *desc,
+                          char note[CAPABILITIES_TEXT_BYTES], struct error *err)
 {
     char key[SPEED_KEY_BYTES];
     struct calibration calibration;
     struct error unsaved = {0};
-    if (device_speed_recall(speed, desc, note))
-        return true;
     speed_file_make_key(desc->renderer, key);
     if (!renderer_calibrate(desc->renderer, &calibration, err))
         return false;

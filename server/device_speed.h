@@ -13,16 +13,18 @@ struct device_speed_desc {
     const char *path;          /* of the file; its folder is made; "" keeps nothing */
 };
 
-/* Reads it, or measures and writes it. A failure to write is told in `note` alone. */
-MUST_CHECK bool device_speed_find(struct device_speed *speed, const struct device_speed_desc *desc,
-                                  char note[CAPABILITIES_TEXT_BYTES], struct error *err);
-
-/* Reads it alone: false where it has to be measured. */
+/* Reads it: false where it has to be measured. */
 MUST_CHECK bool device_speed_recall(struct device_speed *speed,
                                     const struct device_speed_desc *desc,
                                     char note[CAPABILITIES_TEXT_BYTES]);
 
-/* Likewise of textures; zeroed where the device samples none that are compressed. */
+/* Measures and writes it. A failure to write is told in `note` alone. */
+MUST_CHECK bool device_speed_measure(struct device_speed *speed,
+                                     const struct device_speed_desc *desc,
+                                     char note[CAPABILITIES_TEXT_BYTES], struct error *err);
+
+/* Of textures: reads it, or measures and writes it; zeroed where none that are compressed are
+ * sampled. */
 MUST_CHECK bool texture_speed_find(struct texture_speed *speed,
                                    const struct device_speed_desc *desc,
                                    char note[CAPABILITIES_TEXT_BYTES], struct error *err);

@@ -50,7 +50,7 @@ void worker_device_measure(struct worker_device *device)
     struct error problem = {0};
     const struct device_speed_desc desc = speed_desc(device);
     device->auto_note[0] = 0;
-    if (!device_speed_find(&device->automatic.speed, &desc, device->auto_note, &problem)) {
+    if (!device_speed_measure(&device->automatic.speed, &desc, device->auto_note, &problem)) {
         /* no failure: auto is rasterised there */
         device->automatic = (struct auto_settings){.policy = AUTO_RASTER};
         utf8_copy(device->auto_note, sizeof device->auto_note, problem.message);
