@@ -485,7 +485,9 @@ static uint64_t most_pixels(const struct frame_run *run)
 {
     const struct gl_limits *limits = gl_context_limits(run->renderer->context);
     uint64_t words = 4, outputs = aov_pixel_bytes(run->view);
-    uint64_t most = gl_limits_block(limits, outputs > words ? outputs : words);
+    uint64_t most = gl_limits_block(limits, words) - TARGETS_APART_HEAD_BYTES / words;
+    uint64_t most_written = outputs ? gl_limits_block(limits, outputs) : most;
+    most = most < most_written ? most : most_written;
     return most < WINDOW_PIXELS_MAX ? most : WINDOW_PIXELS_MAX;
 }
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The lists of pixels that light_contrast.comp.glsl and light_apart.comp.glsl make, each with a
-// thread for each pixel of its reader.
-// Needs: shared/bindings.h, shared/contrast.h. Provides: apart_word, APPEND.
+// thread for each pixel of its reader (apart.glsl).
+// Needs: shared/bindings.h, shared/contrast.h, LIST_BINDING. Provides: apart_word, list_append.
 #define CANDIDATE 1u
 #define CANDIDATE_UNKNOWN 2u // a neighbour is in another window
-layout(std430, binding = BIND_STATISTICS) buffer head_buffer {
-    uint candidate_groups[3], candidate_count; // of the reader's dispatch; pixels
-    uint apart_groups[3], apart_count;
+layout(std430, binding = LIST_BINDING) buffer list_buffer {
+    uint list_groups[3], list_count, list_unused[APART_HEAD_WORDS - 4], list_pixels[];
 };
 
 uint apart_word(ivec2 pixel, uint samples)
@@ -14,11 +13,12 @@ uint apart_word(ivec2 pixel, uint samples)
     return uint(pixel.x) | uint(pixel.y) << APART_SIDE_BITS | samples << 2 * APART_SIDE_BITS;
 }
 
-#define APPEND(list, groups, count, word) { \
-        uint at = atomicAdd(count, 1u); \
-        list[at] = word; \
-        if ((at & 63u) == 0u) { \
-            atomicAdd(groups[0], 1u); \
-            groups[1] = groups[2] = 1u; \
-        } \
+void list_append(uint word)
+{
+    uint at = atomicAdd(list_count, 1u);
+    list_pixels[at] = word;
+    if ((at & 63u) == 0u) {
+        atomicAdd(list_groups[0], 1u);
+        list_groups[1] = list_groups[2] = 1u;
     }
+}

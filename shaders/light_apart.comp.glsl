@@ -9,11 +9,11 @@
 #include "light_word.glsl"
 #include "surface.glsl"
 #include "apart.glsl"
+#define LIST_BINDING BIND_APART_FOUND
 #include "apart_lists.glsl"
 layout(local_size_x = 64) in;
 #include "gbuffer.glsl"
 layout(binding = UNIT_LIGHT) uniform usampler2DArray u_light;
-layout(std430, binding = BIND_APART_FOUND) writeonly buffer found_buffer { uint found[]; };
 uniform uvec2 u_size_px;
 
 uint light_at(ivec2 pixel, int i)
@@ -87,5 +87,5 @@ void main()
     ivec2 pixel = ivec2(at);
     uint apart = find_apart(pixel, light_at(pixel, 0), candidate == CANDIDATE_UNKNOWN);
     if (apart != 0u)
-        APPEND(found, apart_groups, apart_count, apart_word(pixel, apart))
+        list_append(apart_word(pixel, apart));
 }

@@ -5,10 +5,10 @@
 #include "shared/layout.h"
 #include "shared/bindings.h"
 #include "light_word.glsl"
+#define LIST_BINDING BIND_CANDIDATES
 #include "apart_lists.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = UNIT_LIGHT) uniform usampler2DArray u_light;
-layout(std430, binding = BIND_CANDIDATES) writeonly buffer candidate_buffer { uint candidates[]; };
 uniform uvec2 u_size_px;
 uniform uint u_goes_on; // bit set, by the ways: the picture does beyond the window
 
@@ -28,6 +28,5 @@ void main()
         differs = differs || light_words_differ(word, other);
     }
     if (differs || is_unknown || (mixed & LIGHT_MIXED) != 0u)
-        APPEND(candidates, candidate_groups, candidate_count,
-               apart_word(pixel, is_unknown ? CANDIDATE_UNKNOWN : CANDIDATE))
+        list_append(apart_word(pixel, is_unknown ? CANDIDATE_UNKNOWN : CANDIDATE));
 }

@@ -9,6 +9,10 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/contrast.h"
 
+_Static_assert(TARGETS_APART_HEAD_BYTES == 4 * APART_HEAD_WORDS, "heads of lists");
+
+enum { CANDIDATES, FOUND, LISTS, COUNT_BYTES_AT = 12 }; /* the count: in a head */
+
 static const char pass_name[] = "shade.contrast";
 static const struct program_desc contrast_program = {.label = "light_contrast.comp.glsl",
                                                      .compute = "light_contrast.comp.glsl"},
@@ -25,7 +29,6 @@ void apart_list_programs(const struct window_frame *frame, struct program_list *
 {
     if (!apart_is_possible(frame))
         return;
-    window_list_clear(frame, pass_name, list);
     program_list_add(list, pass_name, &contrast_program, false);
     program_list_add(list, pass_name, &apart_program, false);
 }
@@ -33,13 +36,22 @@ void apart_list_programs(const struct window_frame *frame, struct program_list *
 static void bind_list(const struct targets *targets, int list, uint32_t binding)
 {
     uint64_t bytes = targets_apart_list_bytes(targets);
-    gl_buffer_bind_storage_range(&targets->apart, APART_LISTS_BYTES_AT + (uint64_t)list * bytes,
-                                 bytes, binding);
+    gl_buffer_bind_storage_range(&targets->apart, (uint64_t)list * bytes, bytes, binding);
+}
+
+uint64_t apart_groups_bytes_at(const struct targets *targets)
+{
+    return FOUND * targets_apart_list_bytes(targets);
+}
+
+uint64_t apart_count_bytes_at(const struct targets *targets)
+{
+    return apart_groups_bytes_at(targets) + COUNT_BYTES_AT;
 }
 
 void apart_bind(const struct targets *targets)
 {
-    bind_list(targets, 1, BIND_APART);
+    bind_list(targets, FOUND, BIND_APART);
 }
 
 static const struct gl_program *use(const struct window_frame *frame,
@@ -52,8 +64,6 @@ static const struct gl_program *use(const struct window_frame *frame,
     window_bind_targets(frame, program);
     gl_texture_bind(&frame->targets->light, UNIT_LIGHT);
     glBindSampler(UNIT_LIGHT, 0);
-    gl_buffer_bind_storage_range(&frame->targets->apart, 0, APART_COUNT_BYTES_AT + 4,
-                                 BIND_STATISTICS);
     return program;
 }
 
@@ -71,13 +81,14 @@ static void set_borders(const struct camera_window *w, const struct gl_program *
 static bool find_candidates(const struct window_frame *frame, struct error *err)
 {
     struct targets *targets = frame->targets;
-    if (!window_clear(frame, &targets->apart, targets->apart.size_bytes, err))
-        return false;
+    for (uint64_t list = 0; list < LISTS; list++)
+        gl_buffer_clear_u32(&targets->apart, list * targets_apart_list_bytes(targets),
+                            COUNT_BYTES_AT + 4, 0);
     const struct gl_program *program = use(frame, &contrast_program, err);
     if (!program)
         return false;
     set_borders(&frame->window, program);
-    bind_list(targets, 0, BIND_CANDIDATES);
+    bind_list(targets, CANDIDATES, BIND_CANDIDATES);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     window_dispatch_pixels(frame);
     return true;
@@ -88,8 +99,8 @@ static bool look_into_candidates(const struct window_frame *frame, struct error 
     const struct gl_program *program = use(frame, &apart_program, err);
     if (!program)
         return false;
-    bind_list(frame->targets, 0, BIND_APART);
-    bind_list(frame->targets, 1, BIND_APART_FOUND);
+    bind_list(frame->targets, CANDIDATES, BIND_APART);
+    bind_list(frame->targets, FOUND, BIND_APART_FOUND);
     gl_program_set_u(program, "u_first_entry", 0);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, frame->targets->apart.name);
@@ -116,6 +127,7 @@ uint32_t apart_count(const struct window_frame *frame)
 {
     uint32_t count = 0; /* a lost context reads nothing */
     gpu_timeline_will_wait(frame->timeline);
-    gl_buffer_read(&frame->targets->apart, APART_COUNT_BYTES_AT, sizeof count, &count);
+    gl_buffer_read(&frame->targets->apart, apart_count_bytes_at(frame->targets), sizeof count,
+                   &count);
     return count;
 }

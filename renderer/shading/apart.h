@@ -7,8 +7,10 @@
 #include "renderer/gl/program_list.h"
 #include "renderer/shading/window.h"
 
-/* Of targets.apart: three words of groups for an indirect dispatch, and the number of pixels. */
-enum { APART_GROUPS_BYTES_AT = 16, APART_COUNT_BYTES_AT = APART_GROUPS_BYTES_AT + 12 };
+/* Where in targets.apart the list of these pixels has three words of groups for an indirect
+ * dispatch, and the number of pixels. */
+uint64_t apart_groups_bytes_at(const struct targets *targets);
+uint64_t apart_count_bytes_at(const struct targets *targets);
 
 /* Whether samples are ever shaded apart: where there are several, and lights. */
 bool apart_is_possible(const struct window_frame *frame);

@@ -307,7 +307,7 @@ static void dispatch_apart(const struct shade_pass *pass, const struct gl_progra
         return;
     }
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, pass->desc->frame->targets->apart.name);
-    glDispatchComputeIndirect(APART_GROUPS_BYTES_AT);
+    glDispatchComputeIndirect((GLintptr)apart_groups_bytes_at(pass->desc->frame->targets));
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, 0);
 }
 
@@ -716,8 +716,8 @@ bool shade_send_color(struct shade *shade, struct readback *readback,
 {
     struct readback_desc whole = *desc;
     if (shade->has_apart)
-        gl_buffer_copy(&desc->frame->targets->apart, APART_COUNT_BYTES_AT, &shade->statistics,
-                       STATISTICS_COUNTS * 4, 4);
+        gl_buffer_copy(&desc->frame->targets->apart, apart_count_bytes_at(desc->frame->targets),
+                       &shade->statistics, STATISTICS_COUNTS * 4, 4);
     whole.counts = &shade->statistics;
     whole.counts_offset_bytes = STATISTICS_COUNTS * 4;
     return readback_send(readback, &whole, err);

@@ -69,10 +69,10 @@ bool targets_prepare_parts(struct targets *t, struct error *err)
 uint64_t targets_apart_list_bytes(const struct targets *t)
 {
     uint64_t bytes = (uint64_t)t->width * (uint64_t)t->height * 4, unit = GL_BUFFER_ALIGNMENT;
-    return (bytes + unit - 1) / unit * unit;
+    return TARGETS_APART_HEAD_BYTES + (bytes + unit - 1) / unit * unit;
 }
 
-/* What two lists take for pixels: they begin at 256 bytes. */
+/* What two lists take for pixels, without heads. */
 static uint64_t apart_bytes(const struct targets *t)
 {
     return t->apart.name ? 8 * (uint64_t)t->width * (uint64_t)t->height : 0;
@@ -90,8 +90,7 @@ bool targets_prepare_apart(struct targets *t, struct error *err)
            (t->apart.name ||
             gl_buffer_init(&t->apart,
                            &(struct gl_buffer_desc){.label = "frame.apart",
-                                                    .size_bytes = APART_LISTS_BYTES_AT +
-                                                                  2 * targets_apart_list_bytes(t)},
+                                                    .size_bytes = 2 * targets_apart_list_bytes(t)},
                            err));
 }
 

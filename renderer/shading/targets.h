@@ -25,8 +25,8 @@ MUST_CHECK bool targets_prepare(struct targets *targets, int width, int height, 
                                 struct error *err);
 /* Makes targets->parts where it is absent. */
 MUST_CHECK bool targets_prepare_parts(struct targets *targets, struct error *err);
-/* Of targets.apart: heads, and then two lists of as many bytes as pixels take. */
-enum { APART_LISTS_BYTES_AT = GL_BUFFER_ALIGNMENT };
+/* Of targets.apart: two lists, each of a head and what all pixels take. */
+enum { TARGETS_APART_HEAD_BYTES = GL_BUFFER_ALIGNMENT };
 uint64_t targets_apart_list_bytes(const struct targets *targets);
 /* Makes targets->light and targets->apart where they are absent. */
 MUST_CHECK bool targets_prepare_apart(struct targets *targets, struct error *err);

@@ -23,5 +23,8 @@
  * another window, so that the samples themselves have to tell. */
 #define APART_SIDE_BITS 12
 #define APART_UNKNOWN 16u
+/* Words before the pixels of a list: groups of its reader's dispatch in three, the number of
+ * pixels, and room up to where a binding may begin. */
+#define APART_HEAD_WORDS 64
 
 #endif

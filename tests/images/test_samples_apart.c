@@ -213,6 +213,37 @@ static void a_scene_of_all_kinds_is_antialiased(void **state)
     rig_scene_finish(&rig, *state);
 }
 
+static uint64_t shoot_split(struct renderer *renderer, const struct rig_scene *rig,
+                            const struct view *view, uint64_t *split)
+{
+    struct frame frame;
+    shoot(renderer, rig, view, &frame);
+    uint64_t hash = image_hash(&frame.outputs[VIEW_OUTPUT_COLOR]);
+    *split = frame.report.counts.split_pixels;
+    frame_finish(&frame);
+    return hash;
+}
+
+/* Lists are not emptied between frames, but for their counts. */
+static void pixels_of_an_earlier_frame_are_not_split_again(void **state)
+{
+    struct rig_scene rig;
+    uint64_t hashes[2], few[2], many;
+    struct view far_view = floor_view(), near_view = far_view;
+    far_view.quality.samples = near_view.quality.samples = 4;
+    far_view.quality.shadows = near_view.quality.shadows = VIEW_SHADOWS_MAP;
+    for (int k = 0; k < 3; k++)
+        far_view.camera.eye[k] *= 2;
+    open_floor(&rig, *state, &(struct floor_desc){.shadows = VIEW_SHADOWS_MAP, .has_caster = true});
+    hashes[0] = shoot_split(*state, &rig, &far_view, &few[0]);
+    (void)shoot_split(*state, &rig, &near_view, &many);
+    hashes[1] = shoot_split(*state, &rig, &far_view, &few[1]);
+    print_message("%d pixels, then %d\n", (int)many, (int)few[1]);
+    assert_true(few[0] % 64 > 0 && many > few[0] + 63 - (few[0] + 63) % 64); /* in its last group */
+    assert_true(few[0] == few[1] && hashes[0] == hashes[1]);
+    rig_scene_finish(&rig, *state);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -221,6 +252,7 @@ int main(void)
         cmocka_unit_test(even_light_splits_no_pixel),
         cmocka_unit_test(a_highlight_is_antialiased),
         cmocka_unit_test(a_scene_of_all_kinds_is_antialiased),
+        cmocka_unit_test(pixels_of_an_earlier_frame_are_not_split_again),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }
