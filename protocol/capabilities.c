@@ -9,6 +9,7 @@
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 #include "protocol/limits.h"
+#include "protocol/shadow_technique.h"
 #include "protocol/render_request.h"
 
 /* ---- device ---- */
@@ -279,15 +280,6 @@ struct technique_kind {
     const char *const *sentences;
 };
 
-static const char *const shadow_sentences[] = {
-    "the faster by forecast: rays, or deep where a light has a transparent caster, else map",
-    "no shadows: every light passes everything",
-    "one depth per texel (Williams 1978); transparent casters cast none",
-    "every transmittance event of a texel, sorted, in one contiguous list; exact",
-    "linked lists sorted on insertion (Lindbeck 2015), for comparison",
-    "rays on the CPU (Embree), no maps: the ground truth that the others are compared with",
-    "rasterised surfaces and layers; rays on the CPU for the shadow of each light, no maps",
-};
 static const char *const transparency_sentences[] = {
     "the most exact available: lists",
     "every transparent layer of a pixel, sorted; exact for any number of layers",
@@ -303,10 +295,9 @@ static const char *const filter_sentences[] = {
     "(1 - alpha) * base_color",
 };
 static const struct technique_kind technique_kinds[] = {
-    {"shadows", request_shadows_name, shadow_sentences},
-    {"transparency", request_transparency_name, transparency_sentences},
-    {"light_lists", request_light_lists_name, light_list_sentences},
-    {"blend_filter", request_blend_filter_name, filter_sentences},
+    {.key = "transparency", .name = request_transparency_name, .sentences = transparency_sentences},
+    {.key = "light_lists", .name = request_light_lists_name, .sentences = light_list_sentences},
+    {.key = "blend_filter", .name = request_blend_filter_name, .sentences = filter_sentences},
 };
 
 static json_t *write_kind(const struct technique_kind *kind)
@@ -317,6 +308,32 @@ static json_t *write_kind(const struct technique_kind *kind)
         struct json_writer writer = json_writer_begin();
         json_put_text(&writer, "name", kind->name(i));
         json_put_text(&writer, "does", kind->sentences[i]);
+        json_append(array, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(array, has_failed);
+}
+
+static json_t *write_set(unsigned bits, const char *(*name)(int bit))
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int bit = 0; name(bit); bit++)
+        if (bits & 1u << bit)
+            json_append(array, json_string(name(bit)), &has_failed);
+    return json_take_unless(array, has_failed);
+}
+
+static json_t *write_shadows(void)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        const struct shadow_technique_row *row = &shadow_technique_rows[i];
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "name", row->name);
+        json_put_text(&writer, "does", row->sentence);
+        json_put(&writer, "can", write_set(row->can, shadow_can_name));
+        json_put(&writer, "parameters", write_set(row->parameters, shadow_parameter_name));
         json_append(array, json_writer_take(&writer), &has_failed);
     }
     return json_take_unless(array, has_failed);
@@ -354,6 +371,7 @@ static json_t *write_techniques(void)
 {
     static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 16, 64, 256, 0};
     struct json_writer writer = json_writer_begin(), parameters = json_writer_begin();
+    json_put(&writer, "shadows", write_shadows());
     for (size_t i = 0; i < sizeof technique_kinds / sizeof *technique_kinds; i++)
         json_put(&writer, technique_kinds[i].key, write_kind(&technique_kinds[i]));
     struct render_request defaults;

@@ -34,12 +34,6 @@ const char *request_tone_mapping_name(int mapping)
     NAME_OF(mapping, "neutral", "none");
 }
 
-const char *request_shadows_name(int shadows)
-{
-    NAME_OF(shadows, "auto", "none", "map", "deep", "deep-linked", "raytraced",
-            "raytraced-shadows");
-}
-
 const char *request_transparency_name(int transparency)
 {
     NAME_OF(transparency, "auto", "lists");

@@ -11,6 +11,7 @@
 
 #include "protocol/error.h"
 #include "protocol/limits.h"
+#include "protocol/shadow_technique.h"
 
 enum request_camera_kind {
     REQUEST_CAMERA_DEFAULT, /* the scene's first camera; without one, fit from the front */
@@ -38,15 +39,6 @@ enum request_light_type {
 enum request_alpha_mode { REQUEST_ALPHA_OPAQUE, REQUEST_ALPHA_MASK, REQUEST_ALPHA_BLEND };
 enum request_pass_through { REQUEST_PASS_CONSTANT, REQUEST_PASS_SLAB, REQUEST_PASS_EDGE };
 enum request_tone_mapping { REQUEST_TONE_NEUTRAL, REQUEST_TONE_NONE };
-enum request_shadows {
-    REQUEST_SHADOWS_AUTO,
-    REQUEST_SHADOWS_NONE,
-    REQUEST_SHADOWS_MAP,
-    REQUEST_SHADOWS_DEEP,
-    REQUEST_SHADOWS_DEEP_LINKED,
-    REQUEST_SHADOWS_RAYTRACED,
-    REQUEST_SHADOWS_RAYTRACED_SHADOWS,
-};
 enum request_transparency { REQUEST_TRANSPARENCY_AUTO, REQUEST_TRANSPARENCY_LISTS };
 enum request_light_lists {
     REQUEST_LIGHT_LISTS_AUTO,
@@ -159,7 +151,7 @@ struct request_animation {
 };
 
 struct request_quality {
-    enum request_shadows shadows;
+    enum shadow_technique shadows;
     enum request_transparency transparency;
     enum request_light_lists light_lists;
     enum request_blend_filter blend_filter;
@@ -272,7 +264,6 @@ const char *request_light_type_name(int type);
 const char *request_alpha_mode_name(int mode);
 const char *request_pass_through_name(int model);
 const char *request_tone_mapping_name(int mapping);
-const char *request_shadows_name(int shadows);
 const char *request_transparency_name(int transparency);
 const char *request_light_lists_name(int light_lists);
 const char *request_blend_filter_name(int filter);

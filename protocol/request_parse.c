@@ -23,10 +23,8 @@ bool request_read_scene(const struct json_node *node, char scene[65])
 
 static bool read_techniques(const struct json_node *node, struct request_quality *quality)
 {
-    static const char *const planned_shadows[] = {"translucent", "stochastic", "colored-stochastic",
-                                                  "composited",  "volume",     "silhouette",
-                                                  "area",        NULL};
-    const struct json_choice shadows = {.name = request_shadows_name, .planned = planned_shadows};
+    const struct json_choice shadows = {.name = shadow_technique_name,
+                                        .planned = shadow_techniques_planned};
     const struct json_choice transparency = {.name = request_transparency_name};
     const struct json_choice light_lists = {.name = request_light_lists_name};
     const struct json_choice filters = {.name = request_blend_filter_name};
@@ -40,7 +38,7 @@ static bool read_techniques(const struct json_node *node, struct request_quality
         !json_read_choice(&light_lists_node, &light_lists, &light_list) ||
         !json_read_choice(&filter_node, &filters, &filter))
         return false;
-    quality->shadows = (enum request_shadows)shadow;
+    quality->shadows = (enum shadow_technique)shadow;
     quality->transparency = (enum request_transparency)transparent;
     quality->light_lists = (enum request_light_lists)light_list;
     quality->blend_filter = (enum request_blend_filter)filter;
@@ -59,19 +57,22 @@ static bool read_deep_lists(const struct json_node *node, struct request_quality
         !json_read_number(&fallback, LIMIT_COMPRESSION_LEAST, LIMIT_COMPRESSION_MOST,
                           &quality->shadow_fallback))
         return false;
-    bool has_lists = !quality->reference && (quality->shadows == REQUEST_SHADOWS_AUTO ||
-                                             quality->shadows == REQUEST_SHADOWS_DEEP);
+    char others[SHADOW_TECHNIQUES_TEXT_BYTES];
+    bool has_lists =
+        !quality->reference && shadow_technique_has(quality->shadows, SHADOW_HAS_LISTS);
     const struct json_node *said = quality->shadow_compression > 0 ? &compression
                                    : quality->shadow_prefilter > 1 ? &prefilter
                                    : quality->shadow_fallback > 0  ? &fallback
                                                                    : NULL;
-    if (said && !has_lists)
-        return json_refuse(said, ERROR_INVALID_REQUEST,
-                           "but only deep lists can be compressed or averaged, and %s has none: "
-                           "shadows must be auto or deep",
-                           quality->reference ? "the reference"
-                                              : request_shadows_name((int)quality->shadows));
-    return true;
+    if (!said || has_lists)
+        return true;
+    shadow_techniques_text(0, SHADOW_HAS_LISTS, others);
+    return json_refuse(said, ERROR_INVALID_REQUEST,
+                       "but only deep lists can be compressed or averaged, and %s has none: "
+                       "shadows must be %s",
+                       quality->reference ? "the reference"
+                                          : shadow_technique_name((int)quality->shadows),
+                       others);
 }
 
 bool request_read_quality(const struct json_node *node, struct request_quality *quality)
@@ -120,18 +121,22 @@ bool request_read_quality(const struct json_node *node, struct request_quality *
     int n = quality->shadow_taps;
     if (n != 1 && n != 4 && n != 9 && n != 16)
         return json_refuse(&taps, ERROR_INVALID_REQUEST, "must be 1, 4, 9 or 16");
-    if (quality->reference && quality->shadows != REQUEST_SHADOWS_AUTO &&
-        quality->shadows != REQUEST_SHADOWS_RAYTRACED)
+    char others[SHADOW_TECHNIQUES_TEXT_BYTES];
+    if (quality->reference && !shadow_technique_can(quality->shadows, SHADOW_CAN_REFERENCE)) {
+        shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, others);
         return json_refuse(&reference, ERROR_INVALID_REQUEST,
-                           "but the reference is ray traced: shadows must be auto or raytraced");
-    if (quality->shadows == REQUEST_SHADOWS_RAYTRACED_SHADOWS &&
-        quality->light_lists == REQUEST_LIGHT_LISTS_LINKED) {
+                           "but the reference is ray traced: shadows must be %s", others);
+    }
+    if (quality->light_lists == REQUEST_LIGHT_LISTS_LINKED &&
+        !shadow_technique_can(quality->shadows, SHADOW_CAN_LINKED_LISTS)) {
         struct json_node light_lists = json_member(node, "light_lists");
         return json_refuse(&light_lists, ERROR_INVALID_REQUEST,
-                           "must be auto or clustered: raytraced-shadows follow the lists that are "
-                           "filled on the CPU");
+                           "must be auto or clustered: %s follow the lists that are "
+                           "filled on the CPU",
+                           shadow_technique_name((int)quality->shadows));
     }
-    bool is_traced = quality->reference || quality->shadows == REQUEST_SHADOWS_RAYTRACED;
+    bool is_traced =
+        quality->reference || shadow_technique_can(quality->shadows, SHADOW_CAN_MANY_SAMPLES);
     n = quality->samples;
     if (n != 0 && n != 1 && n != 4 && !(is_traced && (n == 16 || n == 64 || n == 256)))
         return json_refuse(&samples, ERROR_INVALID_REQUEST,

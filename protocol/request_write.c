@@ -259,7 +259,7 @@ static json_t *write_quality(const struct request_quality *quality)
     bool asks = request_quality_asks(quality);
     bool is_open_resolution = asks && !quality->says_shadow_resolution;
     bool is_open_taps = asks && !quality->says_shadow_taps;
-    json_put_text(&writer, "shadows", request_shadows_name((int)quality->shadows));
+    json_put_text(&writer, "shadows", shadow_technique_name((int)quality->shadows));
     json_put_text(&writer, "transparency", request_transparency_name((int)quality->transparency));
     json_put_text(&writer, "light_lists", request_light_lists_name((int)quality->light_lists));
     json_put_text(&writer, "blend_filter", request_blend_filter_name((int)quality->blend_filter));

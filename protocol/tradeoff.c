@@ -115,7 +115,7 @@ void tradeoff_setting_label(const struct tradeoff_setting *setting,
     char lists[32];
     tradeoff_lists_label(setting, lists);
     snprintf(label, TRADEOFF_LABEL_BYTES, "%.12s%s%s, %d sample%s",
-             request_shadows_name((int)setting->shadows), map, lists, setting->samples,
+             shadow_technique_name((int)setting->shadows), map, lists, setting->samples,
              setting->samples == 1 ? "" : "s");
 }
 
@@ -148,7 +148,7 @@ void tradeoff_mark_front(struct tradeoff *tradeoff)
 static void write_csv_row(FILE *out, const struct tradeoff_row *row)
 {
     const struct tradeoff_setting *setting = &row->setting;
-    fprintf(out, "%s,", request_shadows_name((int)setting->shadows));
+    fprintf(out, "%s,", shadow_technique_name((int)setting->shadows));
     if (setting->shadow_resolution)
         fprintf(out, "%d,%d,", setting->shadow_resolution, setting->shadow_taps);
     else

@@ -69,7 +69,7 @@ const char *tradeoff_state_name(int state); /* NULL past the last */
 const char *tradeoff_stage_name(int stage);
 
 struct tradeoff_setting {
-    enum request_shadows shadows;
+    enum shadow_technique shadows;
     int shadow_resolution, shadow_taps; /* 0 where the technique has none */
     int samples;
     double shadow_compression; /* of deep lists; 0 = exact */

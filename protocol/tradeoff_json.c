@@ -57,7 +57,7 @@ static json_t *write_image(uint64_t offset, uint64_t bytes)
 static json_t *write_row(const struct tradeoff_row *row)
 {
     struct json_writer writer = json_writer_begin();
-    json_put_text(&writer, "shadows", request_shadows_name((int)row->setting.shadows));
+    json_put_text(&writer, "shadows", shadow_technique_name((int)row->setting.shadows));
     json_put(&writer, "shadow_resolution", integer_or_null(row->setting.shadow_resolution));
     json_put(&writer, "shadow_taps", integer_or_null(row->setting.shadow_taps));
     json_put(&writer, "samples", json_integer(row->setting.samples));
@@ -234,7 +234,7 @@ static bool read_error(const struct json_node *node, struct tradeoff_row *row)
 
 static bool read_row(const struct json_node *node, struct tradeoff_row *row)
 {
-    const struct json_choice names = {.name = request_shadows_name};
+    const struct json_choice names = {.name = shadow_technique_name};
     if (!json_expect_object(node, NULL))
         return false;
     struct json_node shadows = json_member(node, "shadows");
@@ -255,7 +255,7 @@ static bool read_row(const struct json_node *node, struct tradeoff_row *row)
                           &row->setting.shadow_compression) ||
         !json_read_int(&prefilter, 1, LIMIT_PREFILTER, &row->setting.shadow_prefilter))
         return false;
-    row->setting.shadows = (enum request_shadows)technique;
+    row->setting.shadows = (enum shadow_technique)technique;
     return read_times(&warm, &row->warm) && read_times(&cold, &row->cold) &&
            read_error(&error, row) && json_read_uint64(&bytes, &row->bytes) &&
            json_read_bool(&front, &row->is_on_front) &&

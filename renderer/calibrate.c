@@ -145,7 +145,7 @@ static struct view make_view(enum kind kind, const struct view_light *light)
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 4, 3}, .fov_y_deg = 50},
         .lights = light,
         .light_count = 1,
-        .quality = {.shadows = kind == TRACED ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_MAP,
+        .quality = {.shadows = kind == TRACED ? SHADOWS_RAYTRACED : SHADOWS_MAP,
                     .samples = 1,
                     .shadow_resolution = 512},
     };

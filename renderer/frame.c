@@ -18,11 +18,14 @@
 static bool check_quality(const struct view_quality *quality, struct error *err)
 {
     int samples = quality->samples;
-    bool is_traced = quality->reference || quality->shadows == VIEW_SHADOWS_RAYTRACED;
-    if (quality->reference && quality->shadows != VIEW_SHADOWS_AUTO &&
-        quality->shadows != VIEW_SHADOWS_RAYTRACED)
+    char others[SHADOW_TECHNIQUES_TEXT_BYTES];
+    bool is_traced =
+        quality->reference || shadow_technique_can(quality->shadows, SHADOW_CAN_MANY_SAMPLES);
+    if (quality->reference && !shadow_technique_can(quality->shadows, SHADOW_CAN_REFERENCE)) {
+        shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, others);
         return error_set(err, ERROR_INVALID_REQUEST,
-                         "the reference is ray traced: shadows must be auto or raytraced");
+                         "the reference is ray traced: shadows must be %s", others);
+    }
     if (samples != 0 && samples != 1 && samples != 4 &&
         !(is_traced && (samples == 16 || samples == 64 || samples == 256)))
         return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4",
@@ -255,17 +258,17 @@ static bool list_all(struct renderer *renderer, const struct opened_view *opened
 /* What pictures of the view may be drawn by, the likeliest first; a camera elsewhere may have
  * `auto` choose another. None where all are traced. */
 static size_t list_techniques(const struct renderer *renderer, const struct view *view,
-                              const struct plan *plan, enum view_shadows techniques[2])
+                              const struct plan *plan, enum shadow_technique techniques[2])
 {
     bool is_open = plan->choice.is_open && renderer->automatic.policy == AUTO_MEASURED;
     techniques[0] = view->quality.shadows;
-    if (techniques[0] != VIEW_SHADOWS_AUTO)
+    if (techniques[0] != SHADOWS_AUTO)
         return 1;
     if (!is_open && plan->requirements[PLAN_NEED_TRACED].is_met)
         return 0;
     bool has_traced_shadows = is_open && plan->choice.takes_traced_shadows;
-    techniques[0] = has_traced_shadows ? VIEW_SHADOWS_RAYTRACED_SHADOWS : VIEW_SHADOWS_DEEP;
-    techniques[1] = has_traced_shadows ? VIEW_SHADOWS_DEEP : VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    techniques[0] = has_traced_shadows ? SHADOWS_RAYTRACED_SHADOWS : SHADOWS_DEEP;
+    techniques[1] = has_traced_shadows ? SHADOWS_DEEP : SHADOWS_RAYTRACED_SHADOWS;
     return is_open ? 2 : 1;
 }
 
@@ -298,7 +301,7 @@ bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const st
 {
     struct opened_view opened;
     struct program_list list = {0};
-    enum view_shadows techniques[2];
+    enum shadow_technique techniques[2];
     struct view drawn = *view;
     assert(!renderer->is_paused);
     *is_complete = true;
@@ -347,7 +350,7 @@ static bool is_exact(const struct opened_view *opened, const struct frame_report
     const struct plan *plan = &opened->plan->plan;
     const struct view_quality *quality = &opened->view.quality;
     const struct shadow_needs *shadows = &opened->plan->shadows;
-    if (!plan->requirements[PLAN_NEED_COLOR].is_met || quality->shadows == VIEW_SHADOWS_NONE)
+    if (!plan->requirements[PLAN_NEED_COLOR].is_met || quality->shadows == SHADOWS_NONE)
         return false;
     if (report->compression.maps || (plan->linked_lights && quality->faithful))
         return false;

@@ -27,9 +27,9 @@ bool frame_is_raytraced(const struct view *view, const struct scene_state *state
         return false;
     if (quality->reference)
         snprintf(because, REPORT_TEXT_BYTES, "quality.reference asks for the ground truth");
-    else if (quality->shadows == VIEW_SHADOWS_RAYTRACED)
+    else if (quality->shadows == SHADOWS_RAYTRACED)
         snprintf(because, REPORT_TEXT_BYTES, "quality.shadows is raytraced");
-    else if (quality->shadows == VIEW_SHADOWS_AUTO && areas)
+    else if (quality->shadows == SHADOWS_AUTO && areas)
         snprintf(because, REPORT_TEXT_BYTES, "%zu area light%s: soft shadows are ray traced", areas,
                  areas == 1 ? "" : "s");
     else if (choice->takes_traced)
@@ -43,7 +43,7 @@ static size_t count_casting(const struct view *view, const struct scene_state *s
     size_t count = 0;
     for (size_t i = 0; i < state->light_count; i++)
         count += state->lights[i].casts_shadow;
-    return view->quality.shadows == VIEW_SHADOWS_NONE ? 0 : count;
+    return view->quality.shadows == SHADOWS_NONE ? 0 : count;
 }
 
 static int grid_side(int samples)

@@ -54,19 +54,19 @@ struct structure {
 
 /* What each of them asks of the device, every one with the lists and the samples of others. */
 static const struct structure structures[] = {
-    {SELFTEST_DEEP, "deep", {.shadows = VIEW_SHADOWS_DEEP, .samples = 4}},
-    {SELFTEST_MAP, "map", {.shadows = VIEW_SHADOWS_MAP, .samples = 4}},
-    {SELFTEST_LINKED, "deep-linked", {.shadows = VIEW_SHADOWS_DEEP_LINKED, .samples = 4}},
+    {SELFTEST_DEEP, "deep", {.shadows = SHADOWS_DEEP, .samples = 4}},
+    {SELFTEST_MAP, "map", {.shadows = SHADOWS_MAP, .samples = 4}},
+    {SELFTEST_LINKED, "deep-linked", {.shadows = SHADOWS_DEEP_LINKED, .samples = 4}},
     {SELFTEST_FAITHFUL,
      "deep-linked, faithful",
-     {.shadows = VIEW_SHADOWS_DEEP_LINKED, .faithful = true, .samples = 4}},
+     {.shadows = SHADOWS_DEEP_LINKED, .faithful = true, .samples = 4}},
     {SELFTEST_TRACED_SHADOWS,
      "raytraced-shadows",
-     {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = 4}},
+     {.shadows = SHADOWS_RAYTRACED_SHADOWS, .samples = 4}},
     {SELFTEST_LINKED_LIGHTS,
      "linked light lists",
-     {.shadows = VIEW_SHADOWS_DEEP, .light_lists = VIEW_LIGHT_LISTS_LINKED, .samples = 4}},
-    {SELFTEST_ONE_SAMPLE, "one sample", {.shadows = VIEW_SHADOWS_DEEP, .samples = 1}},
+     {.shadows = SHADOWS_DEEP, .light_lists = VIEW_LIGHT_LISTS_LINKED, .samples = 4}},
+    {SELFTEST_ONE_SAMPLE, "one sample", {.shadows = SHADOWS_DEEP, .samples = 1}},
 };
 enum { STRUCTURES = sizeof structures / sizeof *structures };
 
@@ -206,7 +206,7 @@ static struct view_light light_of(int index, int count)
  * sight passes, and light, too, where its shadows have colours. */
 static double seen_of_floor(const struct picture *picture, const double floor[3], int channel)
 {
-    bool has_colors = picture->structure->quality.shadows != VIEW_SHADOWS_MAP;
+    bool has_colors = picture->structure->quality.shadows != SHADOWS_MAP;
     double panes =
         (double)sheets[LOWER_PANE].color[channel] * (double)sheets[UPPER_PANE].color[channel];
     double sum = 0;

@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "protocol/shadow_technique.h"
 #include "renderer/image/tone_map.h"
 #include "renderer/scene/scene_blob.h"
 
@@ -105,15 +106,6 @@ struct view_part {
     double matrix[16]; /* parent_from_part */
 };
 
-enum view_shadows {
-    VIEW_SHADOWS_AUTO,
-    VIEW_SHADOWS_NONE,
-    VIEW_SHADOWS_MAP,
-    VIEW_SHADOWS_DEEP,
-    VIEW_SHADOWS_DEEP_LINKED,
-    VIEW_SHADOWS_RAYTRACED,        /* the whole color output on the CPU, without maps */
-    VIEW_SHADOWS_RAYTRACED_SHADOWS /* rasterised; only the shadows come from rays, without maps */
-};
 enum view_transparency { VIEW_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_LISTS };
 enum view_light_lists {
     VIEW_LIGHT_LISTS_AUTO,
@@ -125,7 +117,7 @@ enum view_light_lists {
 enum view_blend_filter { VIEW_BLEND_TINT, VIEW_BLEND_COVERAGE, VIEW_BLEND_KIM };
 
 struct view_quality {
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     enum view_transparency transparency;
     enum view_light_lists light_lists;
     enum view_blend_filter blend_filter;

@@ -111,8 +111,8 @@ static uint64_t program_key(const struct experience_frame *frame)
     struct content_key key = content_key_begin();
     content_key_add_text(&key, frame->scene);
     /* deep lists are made where a caster is transparent alone */
-    bool has_maps = frame->setting.shadows == VIEW_SHADOWS_MAP;
-    content_key_add_word(&key, has_maps ? VIEW_SHADOWS_DEEP : (uint64_t)frame->setting.shadows);
+    bool has_maps = frame->setting.shadows == SHADOWS_MAP;
+    content_key_add_word(&key, has_maps ? SHADOWS_DEEP : (uint64_t)frame->setting.shadows);
     content_key_add_word(&key, frame->setting.samples > 1);
     content_key_add_word(&key, frame->setting.shadow_compression > 0);
     return key.words[0] | 1;
@@ -121,7 +121,7 @@ static uint64_t program_key(const struct experience_frame *frame)
 static bool stands(const struct experience *experience, const struct experience_frame *frame)
 {
     uint64_t key = program_key(frame);
-    bool is_found = frame->setting.shadows == VIEW_SHADOWS_RAYTRACED; /* it has none */
+    bool is_found = frame->setting.shadows == SHADOWS_RAYTRACED; /* it has none */
     for (size_t i = 0; i < STANDING_MAX && !is_found; i++)
         is_found = experience->standing[i] == key;
     return is_found;
@@ -151,9 +151,9 @@ static struct learning_case case_of(const struct experience_frame *frame)
     content_key_add_word(&key, frame->is_warm);
     content_key_add_word(&key, frame->is_measured);
     struct learning_case made = {.view = key.words[0] | 1};
-    made.technique = setting->shadows == VIEW_SHADOWS_RAYTRACED           ? FORECAST_RAYS
-                     : setting->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS ? FORECAST_TRACED_SHADOWS
-                                                                          : FORECAST_MAPS;
+    made.technique = setting->shadows == SHADOWS_RAYTRACED           ? FORECAST_RAYS
+                     : setting->shadows == SHADOWS_RAYTRACED_SHADOWS ? FORECAST_TRACED_SHADOWS
+                                                                     : FORECAST_MAPS;
     /* All of its work as one kind: measured and modelled times are off by other factors. */
     made.terms[frame->is_measured ? FORECAST_TERM_FRAME : FORECAST_TERM_PIXELS] = frame->base_ms;
     return made;
@@ -226,8 +226,7 @@ void experience_note(struct experience *experience, const struct experience_fram
 
 void experience_note_warm(struct experience *experience, const char *scene)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED_SHADOWS};
     pthread_mutex_lock(&experience->mutex);
     for (int i = 0; i < 4; i++)
         note_standing(experience,

@@ -128,14 +128,13 @@ static void copy_chosen(const struct render_request *request, const struct frame
         has_deep |= strncmp(report->passes[i].pass, "shadow.deep", 11) == 0;
     for (int i = 0; i < report->reused_count; i++)
         has_deep |= strncmp(report->reused[i], "shadow.deep", 11) == 0;
-    enum request_shadows shadows = report->chosen.is_traced ? REQUEST_SHADOWS_RAYTRACED
-                                   : report->chosen.has_traced_shadows
-                                       ? REQUEST_SHADOWS_RAYTRACED_SHADOWS
-                                   : has_deep ? REQUEST_SHADOWS_DEEP
-                                              : REQUEST_SHADOWS_MAP;
+    enum shadow_technique shadows = report->chosen.is_traced            ? SHADOWS_RAYTRACED
+                                    : report->chosen.has_traced_shadows ? SHADOWS_RAYTRACED_SHADOWS
+                                    : has_deep                          ? SHADOWS_DEEP
+                                                                        : SHADOWS_MAP;
     bool has_forecast = report->chosen.expected_ms > 0;
     chosen->source = has_forecast ? FRAME_CHOICE_CALIBRATED : FRAME_CHOICE_CONFIGURED;
-    utf8_copy(chosen->shadows, sizeof chosen->shadows, request_shadows_name((int)shadows));
+    utf8_copy(chosen->shadows, sizeof chosen->shadows, shadow_technique_name((int)shadows));
     if (!report->chosen.is_traced && !report->chosen.has_traced_shadows) {
         chosen->shadow_resolution = quality->shadow_resolution;
         chosen->shadow_taps = quality->shadow_taps;

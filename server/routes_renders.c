@@ -245,8 +245,7 @@ static bool waits_for_speed(const struct render_post *post)
         !render_request_parse(post->body.text ? post->body.text : "", post->body.size_bytes,
                               &request, &ignored))
         return false;
-    bool waits =
-        request.quality.shadows == REQUEST_SHADOWS_AUTO || request_quality_asks(&request.quality);
+    bool waits = request.quality.shadows == SHADOWS_AUTO || request_quality_asks(&request.quality);
     render_request_finish(&request);
     return waits;
 }

@@ -19,7 +19,7 @@ enum { FORGOTTEN_PER_MESSAGE = 1000 };
 static int find_technique(const char *name)
 {
     const char *known;
-    for (int i = 0; (known = request_shadows_name(i)); i++)
+    for (int i = 0; (known = shadow_technique_name(i)); i++)
         if (strcmp(known, name) == 0)
             return i;
     return -1;
@@ -36,7 +36,7 @@ static void learn_from(struct supervisor *supervisor, const struct frame_stats *
         return;
     const struct experience_frame frame = {
         .scene = task->scene,
-        .setting = {(enum view_shadows)shadows, chosen->shadow_resolution, chosen->shadow_taps,
+        .setting = {(enum shadow_technique)shadows, chosen->shadow_resolution, chosen->shadow_taps,
                     chosen->samples, chosen->shadow_compression, chosen->shadow_prefilter},
         .is_warm = promise->is_warm,
         .base_ms = promise->base_ms,

@@ -15,10 +15,6 @@
 #include "server/tradeoffs_internal.h"
 #include "server/view_mapping.h"
 
-static_assert((int)REQUEST_SHADOWS_AUTO == (int)VIEW_SHADOWS_AUTO &&
-                  (int)REQUEST_SHADOWS_RAYTRACED == (int)VIEW_SHADOWS_RAYTRACED,
-              "shadow techniques differ");
-
 enum { ROWS_MAX = TRADEOFF_ROWS_MAX };
 static_assert((int)ROWS_MAX >= (int)CHOICE_ESTIMATES_MAX, "estimates do not fit");
 
@@ -46,9 +42,10 @@ static void add_rows(struct candidates *candidates, const struct tradeoff *docum
         const struct tradeoff_times *times = is_warm ? &row->warm : &row->cold;
         if (times->count > 0)
             candidates->rows[candidates->count++] = (struct choice_row){
-                .setting = {(enum view_shadows)row->setting.shadows, row->setting.shadow_resolution,
-                            row->setting.shadow_taps, row->setting.samples,
-                            row->setting.shadow_compression, row->setting.shadow_prefilter},
+                .setting = {(enum shadow_technique)row->setting.shadows,
+                            row->setting.shadow_resolution, row->setting.shadow_taps,
+                            row->setting.samples, row->setting.shadow_compression,
+                            row->setting.shadow_prefilter},
                 .ms = tradeoff_times_max(times),
                 .error = row->rmse,
             };
@@ -115,7 +112,7 @@ static void estimate(struct tradeoffs *tradeoffs, const struct render_request *r
     /* forecasts are of a machine that nobody else uses */
     double crowding = processor_crowding();
     for (size_t i = 0; i < candidates->count; i++)
-        if (is_software || candidates->rows[i].setting.shadows == VIEW_SHADOWS_RAYTRACED)
+        if (is_software || candidates->rows[i].setting.shadows == SHADOWS_RAYTRACED)
             candidates->rows[i].ms *= crowding;
 }
 
@@ -219,7 +216,7 @@ static void promise_from(const struct choice_wish *wish, const struct choice *ch
 {
     const struct choice_setting *setting = &choice->row->setting;
     utf8_copy(promise->chosen.shadows, sizeof promise->chosen.shadows,
-              request_shadows_name((int)setting->shadows));
+              shadow_technique_name((int)setting->shadows));
     promise->chosen.shadow_resolution = setting->shadow_resolution;
     promise->chosen.shadow_taps = setting->shadow_taps;
     promise->chosen.shadow_compression = setting->shadow_compression;
@@ -241,7 +238,7 @@ static void promise_from(const struct choice_wish *wish, const struct choice *ch
 /* Where exact lists exceed the budget, the error that was asked for is allowed to them, too. */
 static void apply_lists(struct request_quality *quality, const struct choice_setting *setting)
 {
-    bool has_lists = setting->shadows == VIEW_SHADOWS_AUTO || setting->shadows == VIEW_SHADOWS_DEEP;
+    bool has_lists = setting->shadows == SHADOWS_AUTO || setting->shadows == SHADOWS_DEEP;
     double error = quality->max_error > 0 ? quality->max_error : quality->shadow_fallback;
     if (setting->shadow_compression > 0 || !has_lists)
         quality->shadow_compression = setting->shadow_compression;
@@ -256,7 +253,7 @@ static void apply_lists(struct request_quality *quality, const struct choice_set
 static void apply(struct request_quality *quality, const struct choice_setting *setting)
 {
     apply_lists(quality, setting);
-    quality->shadows = (enum request_shadows)setting->shadows;
+    quality->shadows = (enum shadow_technique)setting->shadows;
     if (setting->shadow_resolution) {
         quality->shadow_resolution = setting->shadow_resolution;
         quality->shadow_taps = setting->shadow_taps;
@@ -276,18 +273,17 @@ static const double SAME_ERROR = 1.1; /* a tenth more is seen by nobody */
 
 static const struct choice_row *find_row(const struct candidates *candidates,
                                          const struct request_quality *quality,
-                                         enum view_shadows shadows)
+                                         enum shadow_technique shadows)
 {
     int samples = quality->samples ? quality->samples : 4;
     for (size_t i = 0; i < candidates->count; i++) {
         const struct choice_setting *setting = &candidates->rows[i].setting;
-        bool is_map =
-            (setting->shadows == VIEW_SHADOWS_DEEP || setting->shadows == VIEW_SHADOWS_MAP) &&
-            setting->shadow_resolution == quality->shadow_resolution &&
-            setting->shadow_taps == quality->shadow_taps && setting->shadow_compression <= 0 &&
-            setting->shadow_prefilter <= 1;
+        bool is_map = (setting->shadows == SHADOWS_DEEP || setting->shadows == SHADOWS_MAP) &&
+                      setting->shadow_resolution == quality->shadow_resolution &&
+                      setting->shadow_taps == quality->shadow_taps &&
+                      setting->shadow_compression <= 0 && setting->shadow_prefilter <= 1;
         if (setting->samples == samples &&
-            (shadows == VIEW_SHADOWS_MAP ? is_map : setting->shadows == shadows))
+            (shadows == SHADOWS_MAP ? is_map : setting->shadows == shadows))
             return &candidates->rows[i];
     }
     return NULL;
@@ -309,7 +305,7 @@ static bool choose_measured(struct tradeoffs *tradeoffs, struct render_request *
     struct request_quality *quality = &request->quality;
     struct device_capabilities device;
     char key[65];
-    if (quality->shadows != REQUEST_SHADOWS_AUTO || quality->reference || quality->faithful ||
+    if (quality->shadows != SHADOWS_AUTO || quality->reference || quality->faithful ||
         quality->light_lists == REQUEST_LIGHT_LISTS_LINKED || quality->shadow_compression > 0 ||
         quality->shadow_prefilter > 1 || quality->shadow_resolution != MAP_TEXELS ||
         quality->shadow_taps > MAP_TAPS_MAX ||
@@ -322,9 +318,9 @@ static bool choose_measured(struct tradeoffs *tradeoffs, struct render_request *
     bool is_good = tradeoff_view_key(request, key, err);
     if (is_good)
         find_measured(tradeoffs, request, key, is_warm, candidates);
-    const struct choice_row *maps = find_row(candidates, quality, VIEW_SHADOWS_MAP);
-    const struct choice_row *rays = find_row(candidates, quality, VIEW_SHADOWS_RAYTRACED);
-    const struct choice_row *both = find_row(candidates, quality, VIEW_SHADOWS_RAYTRACED_SHADOWS);
+    const struct choice_row *maps = find_row(candidates, quality, SHADOWS_MAP);
+    const struct choice_row *rays = find_row(candidates, quality, SHADOWS_RAYTRACED);
+    const struct choice_row *both = find_row(candidates, quality, SHADOWS_RAYTRACED_SHADOWS);
     if (maps && rays) {
         const struct choice_row *best = beats(rays, maps, maps) ? rays : maps;
         struct choice choice = {beats(both, best, maps) ? both : best, true, true};
@@ -335,7 +331,7 @@ static bool choose_measured(struct tradeoffs *tradeoffs, struct render_request *
         snprintf(promise->chosen.because, sizeof promise->chosen.because,
                  "auto: %.4g ms ray traced, %.4g ms rasterised%s (%s, measured for this view)",
                  rays->ms, maps->ms, ms_of_both, is_warm ? "shadows kept" : "shadows built");
-        quality->shadows = (enum request_shadows)choice.row->setting.shadows;
+        quality->shadows = (enum shadow_technique)choice.row->setting.shadows;
     }
     free(candidates);
     return is_good;
@@ -359,7 +355,7 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
     struct choice_wish wish = {
         .max_error = quality->max_error,
         .budget_ms = quality->budget_ms,
-        .shadows = (enum view_shadows)quality->shadows,
+        .shadows = (enum shadow_technique)quality->shadows,
         .shadow_resolution = quality->says_shadow_resolution ? quality->shadow_resolution : 0,
         .shadow_taps = quality->says_shadow_taps ? quality->shadow_taps : 0,
         .samples = quality->samples,

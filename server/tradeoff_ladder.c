@@ -42,7 +42,7 @@ static int raster_samples(const struct ladder_desc *desc, int samples[2])
 }
 
 static void add_maps(struct rungs *rungs, const struct ladder_desc *desc,
-                     enum request_shadows shadows, int distance)
+                     enum shadow_technique shadows, int distance)
 {
     static const int all_taps[] = {1, 4, 9, 16};
     const struct request_quality *fixed = desc->fixed;
@@ -56,7 +56,7 @@ static void add_maps(struct rungs *rungs, const struct ladder_desc *desc,
                     continue; /* once */
                 int steps = (fixed->says_shadow_resolution ? 0 : resolution_distance(r)) +
                             (fixed->says_shadow_taps ? 0 : taps_distance(taps)) + (samples[s] == 1);
-                bool is_deep = shadows == REQUEST_SHADOWS_DEEP;
+                bool is_deep = shadows == SHADOWS_DEEP;
                 add(rungs,
                     (struct tradeoff_setting){shadows, resolution, taps, samples[s],
                                               is_deep ? fixed->shadow_compression : 0,
@@ -80,7 +80,7 @@ static void add_approximate(struct rungs *rungs, const struct ladder_desc *desc)
         if (sample_count &&
             (!fixed->says_shadow_resolution || fixed->shadow_resolution == lists[i].resolution))
             add(rungs,
-                (struct tradeoff_setting){REQUEST_SHADOWS_DEEP, lists[i].resolution,
+                (struct tradeoff_setting){SHADOWS_DEEP, lists[i].resolution,
                                           fixed->says_shadow_taps ? fixed->shadow_taps : 4,
                                           samples[sample_count - 1], lists[i].compression,
                                           lists[i].prefilter},
@@ -91,8 +91,7 @@ static void add_bare(struct rungs *rungs, const struct ladder_desc *desc, int di
 {
     int samples[2], count = raster_samples(desc, samples);
     for (int s = 0; s < count; s++)
-        add(rungs,
-            (struct tradeoff_setting){.shadows = REQUEST_SHADOWS_NONE, .samples = samples[s]},
+        add(rungs, (struct tradeoff_setting){.shadows = SHADOWS_NONE, .samples = samples[s]},
             distance + (samples[s] == 1));
 }
 
@@ -100,8 +99,7 @@ static void add_traced(struct rungs *rungs, const struct ladder_desc *desc)
 {
     for (int s = 1; s < desc->reference_samples; s *= 4)
         if (!desc->fixed->samples || desc->fixed->samples == s)
-            add(rungs,
-                (struct tradeoff_setting){.shadows = REQUEST_SHADOWS_RAYTRACED, .samples = s},
+            add(rungs, (struct tradeoff_setting){.shadows = SHADOWS_RAYTRACED, .samples = s},
                 s > 4 ? 4 : 1);
 }
 
@@ -111,34 +109,33 @@ static void add_traced_shadows(struct rungs *rungs, const struct ladder_desc *de
     int samples[2], count = raster_samples(desc, samples);
     for (int s = 0; s < count; s++)
         add(rungs,
-            (struct tradeoff_setting){.shadows = REQUEST_SHADOWS_RAYTRACED_SHADOWS,
-                                      .samples = samples[s]},
+            (struct tradeoff_setting){.shadows = SHADOWS_RAYTRACED_SHADOWS, .samples = samples[s]},
             1 + (samples[s] == 1));
 }
 
-static bool is_open(const struct ladder_desc *desc, enum request_shadows shadows)
+static bool is_open(const struct ladder_desc *desc, enum shadow_technique shadows)
 {
-    return desc->fixed->shadows == REQUEST_SHADOWS_AUTO || desc->fixed->shadows == shadows;
+    return desc->fixed->shadows == SHADOWS_AUTO || desc->fixed->shadows == shadows;
 }
 
 static void add_shadows(struct rungs *rungs, const struct ladder_desc *desc,
                         struct tradeoff *tradeoff)
 {
     bool is_clear = !desc->has_transparent_casters;
-    if (is_clear && desc->fixed->shadows == REQUEST_SHADOWS_AUTO)
+    if (is_clear && desc->fixed->shadows == SHADOWS_AUTO)
         tradeoff_skip(tradeoff, "deep, deep-linked",
                       "nothing transparent casts a shadow, so a plain map holds the same");
-    if (is_open(desc, REQUEST_SHADOWS_RAYTRACED_SHADOWS) && !desc->has_linked_lists)
+    if (is_open(desc, SHADOWS_RAYTRACED_SHADOWS) && !desc->has_linked_lists)
         add_traced_shadows(rungs, desc);
-    bool wants_deep = !is_clear || desc->fixed->shadows != REQUEST_SHADOWS_AUTO;
-    if (wants_deep && is_open(desc, REQUEST_SHADOWS_DEEP))
-        add_maps(rungs, desc, REQUEST_SHADOWS_DEEP, 0);
-    if (!is_clear && is_open(desc, REQUEST_SHADOWS_DEEP))
+    bool wants_deep = !is_clear || desc->fixed->shadows != SHADOWS_AUTO;
+    if (wants_deep && is_open(desc, SHADOWS_DEEP))
+        add_maps(rungs, desc, SHADOWS_DEEP, 0);
+    if (!is_clear && is_open(desc, SHADOWS_DEEP))
         add_approximate(rungs, desc);
-    if (is_open(desc, REQUEST_SHADOWS_MAP))
-        add_maps(rungs, desc, REQUEST_SHADOWS_MAP, is_clear ? 0 : 3);
-    if (wants_deep && is_open(desc, REQUEST_SHADOWS_DEEP_LINKED))
-        add_maps(rungs, desc, REQUEST_SHADOWS_DEEP_LINKED, 4);
+    if (is_open(desc, SHADOWS_MAP))
+        add_maps(rungs, desc, SHADOWS_MAP, is_clear ? 0 : 3);
+    if (wants_deep && is_open(desc, SHADOWS_DEEP_LINKED))
+        add_maps(rungs, desc, SHADOWS_DEEP_LINKED, 4);
 }
 
 static int compare_rungs(const void *left, const void *right)
@@ -151,9 +148,9 @@ int tradeoff_ladder(const struct ladder_desc *desc,
                     struct tradeoff_setting settings[TRADEOFF_ROWS_MAX], struct tradeoff *tradeoff)
 {
     struct rungs rungs = {.count = 0};
-    if (is_open(desc, REQUEST_SHADOWS_RAYTRACED))
+    if (is_open(desc, SHADOWS_RAYTRACED))
         add_traced(&rungs, desc);
-    if (is_open(desc, REQUEST_SHADOWS_NONE))
+    if (is_open(desc, SHADOWS_NONE))
         add_bare(&rungs, desc, desc->has_shadows ? 1 : 0);
     if (desc->has_shadows)
         add_shadows(&rungs, desc, tradeoff);

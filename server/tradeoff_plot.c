@@ -38,13 +38,13 @@ enum {
 
 /* Of the marks, by technique; dark ones are in `style`. */
 static const char *const mark_colors[] = {
-    [REQUEST_SHADOWS_AUTO] = INK,
-    [REQUEST_SHADOWS_NONE] = "#7a7a86",
-    [REQUEST_SHADOWS_MAP] = "#00795a",
-    [REQUEST_SHADOWS_DEEP] = "#c44e00",
-    [REQUEST_SHADOWS_DEEP_LINKED] = "#a8407f",
-    [REQUEST_SHADOWS_RAYTRACED] = "#0063a8",
-    [REQUEST_SHADOWS_RAYTRACED_SHADOWS] = "#5b4bc9",
+    [SHADOWS_AUTO] = INK,
+    [SHADOWS_NONE] = "#7a7a86",
+    [SHADOWS_MAP] = "#00795a",
+    [SHADOWS_DEEP] = "#c44e00",
+    [SHADOWS_DEEP_LINKED] = "#a8407f",
+    [SHADOWS_RAYTRACED] = "#0063a8",
+    [SHADOWS_RAYTRACED_SHADOWS] = "#5b4bc9",
 };
 
 struct box {
@@ -214,25 +214,25 @@ static void write_title(struct plot *plot)
 
 /* ---- points ---- */
 
-static void write_shape(FILE *out, enum request_shadows shadows, double x, double y, double r)
+static void write_shape(FILE *out, enum shadow_technique shadows, double x, double y, double r)
 {
     switch (shadows) {
-    case REQUEST_SHADOWS_RAYTRACED:
+    case SHADOWS_RAYTRACED:
         fprintf(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"/>", x, y, r);
         break;
-    case REQUEST_SHADOWS_RAYTRACED_SHADOWS: /* a drop: three quarters of a circle and a corner */
+    case SHADOWS_RAYTRACED_SHADOWS: /* a drop: three quarters of a circle and a corner */
         fprintf(out, "<path d=\"M%.1f %.1fv%.1fa%.1f %.1f 0 1 1 %.1f %.1fz\"/>", x + r, y - r, r, r,
                 r, -r, -r);
         break;
-    case REQUEST_SHADOWS_DEEP:
+    case SHADOWS_DEEP:
         fprintf(out, "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>", x - r, y - r,
                 2 * r, 2 * r);
         break;
-    case REQUEST_SHADOWS_MAP:
+    case SHADOWS_MAP:
         fprintf(out, "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fz\"/>", x, y - 1.2 * r, x + 1.1 * r,
                 y + 0.8 * r, x - 1.1 * r, y + 0.8 * r);
         break;
-    case REQUEST_SHADOWS_DEEP_LINKED:
+    case SHADOWS_DEEP_LINKED:
         fprintf(out, "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fL%.1f %.1fz\"/>", x, y - 1.4 * r,
                 x + 1.4 * r, y, x, y + 1.4 * r, x - 1.4 * r, y);
         break;
@@ -324,10 +324,11 @@ static void write_short_label(const struct tradeoff_setting *setting, char text[
     char lists[32];
     tradeoff_lists_label(setting, lists);
     if (setting->shadow_resolution)
-        snprintf(text, 64, "%s %d, %d taps%s, ×%d", request_shadows_name((int)setting->shadows),
+        snprintf(text, 64, "%s %d, %d taps%s, ×%d", shadow_technique_name((int)setting->shadows),
                  setting->shadow_resolution, setting->shadow_taps, lists, setting->samples);
     else
-        snprintf(text, 64, "%s ×%d", request_shadows_name((int)setting->shadows), setting->samples);
+        snprintf(text, 64, "%s ×%d", shadow_technique_name((int)setting->shadows),
+                 setting->samples);
 }
 
 /* Tries places around the point, ever farther; a point in a crowd goes without a label. */
@@ -367,18 +368,18 @@ static void write_legend(struct plot *plot)
         is_used[plot->tradeoff->rows[i].setting.shadows] = true;
         has_one |= plot->tradeoff->rows[i].setting.samples == 1;
     }
-    for (int s = 0; request_shadows_name(s); s++) {
+    for (int s = 0; shadow_technique_name(s); s++) {
         if (!is_used[s])
             continue;
         begin_mark(out, "", s, false);
-        write_shape(out, (enum request_shadows)s, x, y, 5);
+        write_shape(out, (enum shadow_technique)s, x, y, 5);
         fprintf(out, "</g><text " A_KEY " x=\"%d\" y=\"%d\">%s</text>\n", x + 14, y + 4,
-                request_shadows_name(s));
+                shadow_technique_name(s));
         y += 22;
     }
     if (has_one) {
-        begin_mark(out, "", REQUEST_SHADOWS_AUTO, true);
-        write_shape(out, REQUEST_SHADOWS_RAYTRACED, x, y, 5);
+        begin_mark(out, "", SHADOWS_AUTO, true);
+        write_shape(out, SHADOWS_RAYTRACED, x, y, 5);
         fprintf(out, "</g><text " A_KEY " x=\"%d\" y=\"%d\">hollow: 1 sample</text>\n", x + 14,
                 y + 4);
         y += 22;

@@ -66,7 +66,7 @@ static void set_setting(struct run *run, const struct tradeoff_setting *setting)
 
 static void set_reference(struct run *run)
 {
-    set_setting(run, &(struct tradeoff_setting){.shadows = REQUEST_SHADOWS_RAYTRACED,
+    set_setting(run, &(struct tradeoff_setting){.shadows = SHADOWS_RAYTRACED,
                                                 .samples = run->options.reference_samples});
     run->request.quality.reference = true;
     run->request.quality.area_samples = 0;
@@ -140,7 +140,7 @@ static bool probe(struct run *run)
 {
     struct step_result result;
     struct tradeoff *document = &run->entry->document;
-    set_setting(run, &(struct tradeoff_setting){.shadows = REQUEST_SHADOWS_DEEP,
+    set_setting(run, &(struct tradeoff_setting){.shadows = SHADOWS_DEEP,
                                                 .shadow_resolution = 256,
                                                 .shadow_taps = 1,
                                                 .samples = 1});
@@ -385,9 +385,9 @@ static void tell_left_out(struct run *run)
 /* What settings' times have in common: those of rays, of traced shadows, and of maps or none. */
 static int kind_of(const struct tradeoff_setting *setting)
 {
-    return setting->shadows == REQUEST_SHADOWS_RAYTRACED           ? 0
-           : setting->shadows == REQUEST_SHADOWS_RAYTRACED_SHADOWS ? 1
-                                                                   : 2;
+    return setting->shadows == SHADOWS_RAYTRACED           ? 0
+           : setting->shadows == SHADOWS_RAYTRACED_SHADOWS ? 1
+                                                           : 2;
 }
 
 /* Its own measured frame, else the last one of this technique, else of any of the same kind; -1. */
@@ -421,10 +421,10 @@ static double expected_ms(const struct run *run, int index)
     int at = find_known(run, index);
     const struct tradeoff_setting *known = at >= 0 ? &run->settings[at] : NULL;
     double ms = known ? run->known_ms[at] : 0;
-    if (setting->shadows == REQUEST_SHADOWS_RAYTRACED)
+    if (setting->shadows == SHADOWS_RAYTRACED)
         return known ? ms * setting->samples / known->samples
                      : run->traced_ms * setting->samples / run->options.reference_samples;
-    if (setting->shadows == REQUEST_SHADOWS_RAYTRACED_SHADOWS) /* its surfaces, and their rays */
+    if (setting->shadows == SHADOWS_RAYTRACED_SHADOWS) /* its surfaces, and their rays */
         return known ? ms : run->traced_ms / run->options.reference_samples;
     return known ? ms * map_work(setting->shadow_resolution) / map_work(known->shadow_resolution)
                  : 0;

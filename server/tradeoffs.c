@@ -78,7 +78,7 @@ bool tradeoff_view_key(const struct render_request *request, char key[65], struc
 {
     struct render_request plain = *request;
     struct digest *digest = NULL;
-    plain.quality.shadows = REQUEST_SHADOWS_AUTO;
+    plain.quality.shadows = SHADOWS_AUTO;
     plain.quality.shadow_resolution = plain.quality.shadow_taps = 1;
     plain.quality.samples = 0;
     plain.quality.reference = false;

@@ -30,13 +30,6 @@ SAME(REQUEST_ALPHA_BLEND, SCENE_BLEND);
 SAME(REQUEST_PASS_CONSTANT, SCENE_PASS_CONSTANT);
 SAME(REQUEST_PASS_SLAB, SCENE_PASS_SLAB);
 SAME(REQUEST_PASS_EDGE, SCENE_PASS_EDGE);
-SAME(REQUEST_SHADOWS_AUTO, VIEW_SHADOWS_AUTO);
-SAME(REQUEST_SHADOWS_NONE, VIEW_SHADOWS_NONE);
-SAME(REQUEST_SHADOWS_MAP, VIEW_SHADOWS_MAP);
-SAME(REQUEST_SHADOWS_DEEP, VIEW_SHADOWS_DEEP);
-SAME(REQUEST_SHADOWS_DEEP_LINKED, VIEW_SHADOWS_DEEP_LINKED);
-SAME(REQUEST_SHADOWS_RAYTRACED, VIEW_SHADOWS_RAYTRACED);
-SAME(REQUEST_SHADOWS_RAYTRACED_SHADOWS, VIEW_SHADOWS_RAYTRACED_SHADOWS);
 SAME(REQUEST_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_AUTO);
 SAME(REQUEST_TRANSPARENCY_LISTS, VIEW_TRANSPARENCY_LISTS);
 SAME(REQUEST_LIGHT_LISTS_AUTO, VIEW_LIGHT_LISTS_AUTO);
@@ -192,7 +185,7 @@ static bool storage_init(struct view_storage *storage, const struct render_reque
 static void map_quality(const struct request_quality *from, struct view_quality *to)
 {
     *to = (struct view_quality){
-        .shadows = (enum view_shadows)from->shadows,
+        .shadows = (enum shadow_technique)from->shadows,
         .transparency = (enum view_transparency)from->transparency,
         .light_lists = (enum view_light_lists)from->light_lists,
         .blend_filter = (enum view_blend_filter)from->blend_filter,

@@ -141,7 +141,7 @@ bool warm_up_is_step(const json_t *question)
 enum {
     SMALL_WIDTH = 64,  /* of a picture of the default size's shape: its lights and casters are */
     SMALL_HEIGHT = 36, /* those of that */
-    TECHNIQUES = VIEW_SHADOWS_RAYTRACED_SHADOWS + 1,
+    TECHNIQUES = SHADOWS_RAYTRACED_SHADOWS + 1,
 };
 
 /* What is asked of a scene first: a picture, and a view at rest and in motion, whose pictures have
@@ -200,17 +200,16 @@ static bool make(struct warming *warming, const struct view *view, bool draws, s
 
 /* What `auto` takes for the view. */
 static bool choose(const struct warming *warming, const struct view *view,
-                   enum view_shadows *technique, struct error *err)
+                   enum shadow_technique *technique, struct error *err)
 {
     const struct warm_up_step_desc *desc = warming->desc;
     struct plan *plan = calloc(1, sizeof *plan);
     if (!plan)
         return error_set(err, ERROR_NO_MEMORY, "plan");
     bool is_good = renderer_explain(desc->renderer, desc->request->scene, view, plan, err);
-    *technique = plan->requirements[PLAN_NEED_TRACED].is_met ? VIEW_SHADOWS_RAYTRACED
-                 : plan->requirements[PLAN_NEED_TRACED_SHADOWS].is_met
-                     ? VIEW_SHADOWS_RAYTRACED_SHADOWS
-                     : VIEW_SHADOWS_DEEP;
+    *technique = plan->requirements[PLAN_NEED_TRACED].is_met           ? SHADOWS_RAYTRACED
+                 : plan->requirements[PLAN_NEED_TRACED_SHADOWS].is_met ? SHADOWS_RAYTRACED_SHADOWS
+                                                                       : SHADOWS_DEEP;
     free(plan);
     return is_good;
 }
@@ -220,14 +219,14 @@ static bool meet(struct warming *warming, const struct view_quality *occasion, b
                  struct error *err)
 {
     struct view view = *warming->view;
-    enum view_shadows technique = VIEW_SHADOWS_DEEP;
+    enum shadow_technique technique = SHADOWS_DEEP;
     bool is_in_motion = occasion->samples == 1;
     view.quality.expects_reuse = occasion->expects_reuse;
     view.quality.samples = occasion->samples;
     view.quality.shadow_taps = occasion->shadow_taps;
     if (!choose(warming, &view, &technique, err))
         return false;
-    bool *is_done = draws && technique != VIEW_SHADOWS_RAYTRACED
+    bool *is_done = draws && technique != SHADOWS_RAYTRACED
                         ? &warming->is_small[technique][is_in_motion]
                         : &warming->is_built[technique];
     if (*is_done)

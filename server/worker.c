@@ -543,7 +543,7 @@ static bool asks_for_auto(const struct ipc_message *message)
     bool is_auto =
         ipc_mapping_init(&text, message->fd_count > 0 ? message->fds[0] : -1, &ignored) &&
         render_request_parse(text.bytes, text.size_bytes, &request, &ignored) &&
-        request.quality.shadows == REQUEST_SHADOWS_AUTO;
+        request.quality.shadows == SHADOWS_AUTO;
     render_request_finish(&request);
     ipc_mapping_finish(&text);
     return is_auto;

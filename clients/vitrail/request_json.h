@@ -9,6 +9,7 @@
 
 #include "clients/vitrail/failure.h"
 #include "clients/vitrail/options.h"
+#include "protocol/shadow_technique.h"
 
 /* The options of `vitrail render` that say what to render; NULL or zero: not given, so left to base
  * and server. */
@@ -66,9 +67,7 @@ struct request_options {
                        animation),                                                                \
         REQUEST_OPTION(owner, NUMBER, "exposure", "EV", "in stops; default 0", exposure_ev),      \
         REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral or none", tone_mapping),     \
-        REQUEST_OPTION(owner, TEXT, "shadows", "NAME",                                            \
-                       "auto, none, map, deep, deep-linked, raytraced, raytraced-shadows",        \
-                       shadows),                                                                  \
+        REQUEST_OPTION(owner, TEXT, "shadows", "NAME", SHADOW_TECHNIQUE_NAMES, shadows),          \
         REQUEST_OPTION(owner, NUMBER, "shadow-resolution", "N", "texels per side; default 1024",  \
                        shadow_resolution),                                                        \
         REQUEST_OPTION(owner, NUMBER, "shadow-compression", "E",                                  \

@@ -25,7 +25,7 @@ static bool is_open(const struct auto_desc *desc)
         quality->shadow_taps > TAPS_DEFAULT || quality->faithful ||
         shadow_compress_is_asked(quality) || quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
     return desc->view->outputs & 1u << VIEW_OUTPUT_COLOR && !quality->reference &&
-           quality->shadows == VIEW_SHADOWS_AUTO && !speaks_of_maps && !has_areas(desc->state);
+           quality->shadows == SHADOWS_AUTO && !speaks_of_maps && !has_areas(desc->state);
 }
 
 /* Maps that do not all fit the budget are made in batches, anew for every frame. */

@@ -7,15 +7,15 @@
 bool choice_row_fits(const struct choice_row *row, const struct choice_wish *wish)
 {
     const struct choice_setting *setting = &row->setting;
-    if (wish->shadows != VIEW_SHADOWS_AUTO && wish->shadows != setting->shadows)
+    if (wish->shadows != SHADOWS_AUTO && wish->shadows != setting->shadows)
         return false;
     if (wish->samples && wish->samples != setting->samples)
         return false;
-    if (wish->has_linked_lists && setting->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+    if (wish->has_linked_lists && setting->shadows == SHADOWS_RAYTRACED_SHADOWS)
         return false;
     if (setting->shadow_resolution == 0)
         return true;
-    bool has_lists = setting->shadows == VIEW_SHADOWS_DEEP;
+    bool has_lists = setting->shadows == SHADOWS_DEEP;
     if (has_lists &&
         ((wish->shadow_compression > 0 &&
           wish->shadow_compression != setting->shadow_compression) ||
@@ -69,7 +69,7 @@ static const double LATE_MOST = 1.5, WORTH = 0.5;
 
 static bool is_bare(const struct choice_row *row)
 {
-    return row->setting.shadows == VIEW_SHADOWS_NONE;
+    return row->setting.shadows == SHADOWS_NONE;
 }
 
 /* Whether dropping all shadows would keep the budget, and is not worth it. Who names an error has
@@ -77,7 +77,7 @@ static bool is_bare(const struct choice_row *row)
 static bool drops_too_much(const struct choice_row *rows, size_t count,
                            const struct choice_wish *wish, const struct choice_row *bare)
 {
-    if (wish->budget_ms <= 0 || wish->shadows == VIEW_SHADOWS_NONE || !is_bare(bare) ||
+    if (wish->budget_ms <= 0 || wish->shadows == SHADOWS_NONE || !is_bare(bare) ||
         (wish->max_error > 0 && keeps_error(bare, wish)))
         return false;
     for (size_t i = 0; i < count; i++)
@@ -183,8 +183,8 @@ static struct choice_row estimate(const struct choice_frame *frame,
                                   const struct choice_setting *setting)
 {
     const struct device_speed *speed = speed_of(frame);
-    bool is_traced = setting->shadows == VIEW_SHADOWS_RAYTRACED;
-    bool has_shadows = setting->shadows != VIEW_SHADOWS_NONE;
+    bool is_traced = setting->shadows == SHADOWS_RAYTRACED;
+    bool has_shadows = setting->shadows != SHADOWS_NONE;
     struct workload workload = guess_work(frame);
     struct forecast_setting cost = {
         .samples = setting->samples,
@@ -216,7 +216,7 @@ static struct choice_row estimate_traced_shadows(const struct choice_frame *fram
         .samples = samples, .has_shadows = true, .is_warm = frame->is_warm};
     const struct forecast_setting window = {.samples = samples};
     return (struct choice_row){
-        .setting = {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = samples},
+        .setting = {.shadows = SHADOWS_RAYTRACED_SHADOWS, .samples = samples},
         .ms = forecast_traced_shadows_ms(&workload, &cost, speed_of(frame)),
         .error = RASTER_ERROR[samples > 1] * sqrt(SIDE_PX / sqrt(fmax(frame->pixels, 1))),
         .bytes = raster_bytes(frame, &workload, &window),
@@ -237,8 +237,7 @@ static size_t estimate_maps(const struct choice_frame *frame, const struct choic
     static const int all_resolutions[] = {256, 512, 1024, 2048, 4096}, all_taps[] = {1, 4, 9, 16};
     static const int all_samples[] = {1, 4};
     int resolutions[5], taps[4], samples[2];
-    enum view_shadows shadows =
-        wish->shadows == VIEW_SHADOWS_AUTO ? VIEW_SHADOWS_DEEP : wish->shadows;
+    enum shadow_technique shadows = wish->shadows == SHADOWS_AUTO ? SHADOWS_DEEP : wish->shadows;
     int resolution_count = rungs(wish->shadow_resolution, all_resolutions, 5, resolutions);
     int taps_count = rungs(wish->shadow_taps, all_taps, 4, taps);
     int samples_count = rungs(wish->samples, all_samples, 2, samples);
@@ -262,7 +261,7 @@ static size_t estimate_bare(const struct choice_frame *frame, const struct choic
     int count = rungs(wish->samples, all_samples, 2, samples);
     for (int s = 0; s < count; s++)
         rows[s] = estimate(
-            frame, &(struct choice_setting){.shadows = VIEW_SHADOWS_NONE, .samples = samples[s]});
+            frame, &(struct choice_setting){.shadows = SHADOWS_NONE, .samples = samples[s]});
     return (size_t)count;
 }
 
@@ -282,20 +281,20 @@ size_t choice_estimate(const struct choice_frame *frame, const struct choice_wis
 {
     int samples[TRACED_RUNGS];
     size_t count = 0;
-    if (wish->shadows == VIEW_SHADOWS_NONE)
+    if (wish->shadows == SHADOWS_NONE)
         return estimate_bare(frame, wish, rows);
-    if (wish->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+    if (wish->shadows == SHADOWS_RAYTRACED_SHADOWS)
         return estimate_rays(frame, wish, rows);
-    if (wish->shadows != VIEW_SHADOWS_RAYTRACED)
+    if (wish->shadows != SHADOWS_RAYTRACED)
         count = estimate_maps(frame, wish, rows);
-    if (wish->shadows != VIEW_SHADOWS_RAYTRACED && wish->shadows != VIEW_SHADOWS_AUTO)
+    if (wish->shadows != SHADOWS_RAYTRACED && wish->shadows != SHADOWS_AUTO)
         return count;
-    if (wish->shadows == VIEW_SHADOWS_AUTO && !wish->has_linked_lists)
+    if (wish->shadows == SHADOWS_AUTO && !wish->has_linked_lists)
         count += estimate_rays(frame, wish, rows + count);
     int traced = rungs(wish->samples, TRACED_SAMPLES, TRACED_RUNGS, samples);
     for (int s = 0; s < traced; s++)
-        rows[count++] = estimate(frame, &(struct choice_setting){.shadows = VIEW_SHADOWS_RAYTRACED,
-                                                                 .samples = samples[s]});
+        rows[count++] = estimate(
+            frame, &(struct choice_setting){.shadows = SHADOWS_RAYTRACED, .samples = samples[s]});
     return count;
 }
 
@@ -303,7 +302,7 @@ size_t choice_add_traced(struct choice_row *rows, size_t count, size_t capacity)
 {
     struct choice_row best = {.setting = {.samples = 0}};
     for (size_t i = 0; i < count; i++)
-        if (rows[i].setting.shadows == VIEW_SHADOWS_RAYTRACED &&
+        if (rows[i].setting.shadows == SHADOWS_RAYTRACED &&
             rows[i].setting.samples > best.setting.samples)
             best = rows[i];
     for (int i = 0; best.setting.samples && i < TRACED_RUNGS && count < capacity; i++) {
@@ -311,7 +310,7 @@ size_t choice_add_traced(struct choice_row *rows, size_t count, size_t capacity)
         if (samples <= best.setting.samples)
             continue;
         rows[count++] = (struct choice_row){
-            .setting = {.shadows = VIEW_SHADOWS_RAYTRACED, .samples = samples},
+            .setting = {.shadows = SHADOWS_RAYTRACED, .samples = samples},
             .ms = best.ms * samples / best.setting.samples,
             .error = best.error * traced_error(samples) / traced_error(best.setting.samples),
         };

@@ -16,7 +16,7 @@
 #include "renderer/view.h"
 
 struct choice_setting {
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     int shadow_resolution, shadow_taps; /* 0 where the technique has none */
     int samples;
     double shadow_compression; /* of deep lists; 0 = exact */
@@ -33,7 +33,7 @@ struct choice_row {
 /* What is asked for, and what was said and must stay. */
 struct choice_wish {
     double max_error, budget_ms;                 /* 0 = not asked for; at least one is */
-    enum view_shadows shadows;                   /* AUTO = open */
+    enum shadow_technique shadows;               /* AUTO = open */
     int shadow_resolution, shadow_taps, samples; /* 0 = open */
     double shadow_compression;                   /* likewise, and of rows with deep lists */
     int shadow_prefilter;

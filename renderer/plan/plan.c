@@ -182,7 +182,7 @@ static uint32_t area_samples(const struct frame_plan_desc *desc)
     const struct view_quality *quality = &desc->view->quality;
     for (size_t i = 0; i < desc->state->light_count; i++)
         if (state_light_is_area(&desc->state->lights[i]))
-            return quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS
+            return quality->shadows == SHADOWS_RAYTRACED_SHADOWS
                        ? rt_light_sample_count(&desc->state->lights[i], quality)
                        : 0;
     return 0;
@@ -190,8 +190,8 @@ static uint32_t area_samples(const struct frame_plan_desc *desc)
 
 static bool has_maps(const struct view_quality *quality)
 {
-    enum view_shadows shadows = quality->shadows;
-    return shadows != VIEW_SHADOWS_NONE && shadows != VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    enum shadow_technique shadows = quality->shadows;
+    return shadows != SHADOWS_NONE && shadows != SHADOWS_RAYTRACED_SHADOWS;
 }
 
 static bool require_lights(struct frame_plan *made, const struct frame_plan_desc *desc,
@@ -244,7 +244,7 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     if (!is_lit && needs(plan, PLAN_NEED_TRACED))
         for (int need = PLAN_NEED_OPAQUE_SHADOWS; need <= PLAN_NEED_TRACED_SHADOWS; need++)
             set_need(plan, (enum plan_need)need, false, "%s", why_not_drawn(plan));
-    if (desc->view->quality.shadows == VIEW_SHADOWS_NONE)
+    if (desc->view->quality.shadows == SHADOWS_NONE)
         for (int need = PLAN_NEED_OPAQUE_SHADOWS; need <= PLAN_NEED_FILTERED_SHADOWS; need++)
             set_need(plan, (enum plan_need)need, false, "quality.shadows is none");
     return true;
@@ -345,7 +345,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
         goto fail;
     chosen.view = &view;
     if (plan->plan.choice.takes_traced_shadows)
-        view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+        view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
         !check_lists(&plan->plan, &view.quality, err))
         goto fail;

@@ -132,7 +132,7 @@ static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job
         return;
     for (int k = 0; k < 3; k++)
         job->weight[k] = (float)(reflected[k] * gain * (double)lamp->color[k]);
-    if (!lamp->casts_shadow || batch->desc.view->quality.shadows == VIEW_SHADOWS_NONE) {
+    if (!lamp->casts_shadow || batch->desc.view->quality.shadows == SHADOWS_NONE) {
         add_light(&batch->shadings[job->fragment], job, (const double[3]){1, 1, 1});
         return;
     }

@@ -85,7 +85,7 @@ static void add_arrival(struct rt_lighting *lighting, const struct state_light *
     double reflected[3], transmittance[3] = {1, 1, 1};
     if (arrival->gain <= 0 || !rt_reflect(reflector, arrival->direction, reflected))
         return;
-    if (light->casts_shadow && lighting->view->quality.shadows != VIEW_SHADOWS_NONE)
+    if (light->casts_shadow && lighting->view->quality.shadows != SHADOWS_NONE)
         rt_transmittance(lighting, arrival, point, hit, transmittance);
     for (int k = 0; k < 3; k++)
         out[k] += reflected[k] * transmittance[k] * arrival->gain * (double)light->color[k];

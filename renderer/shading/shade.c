@@ -483,7 +483,7 @@ static struct loop_lights loops_before(const struct window_frame *frame, bool is
     struct loop_lights loops = {
         .taps = is_traced ? 0 : count_taps(frame, false),
         .points = (uint32_t)frame->needs->area_samples,
-        .walks_lists = frame->view->quality.shadows == VIEW_SHADOWS_DEEP_LINKED,
+        .walks_lists = frame->view->quality.shadows == SHADOWS_DEEP_LINKED,
         .surfaces = (uint32_t)frame->targets->samples,
     };
     for (uint32_t i = 0; i < frame->state->scene->material_count; i++)

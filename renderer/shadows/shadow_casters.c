@@ -97,8 +97,8 @@ void shadow_casters_cut(const struct shadow_casters *casters, const struct scene
 bool shadow_casters_kind(const struct shadow_casters *casters, const struct view_quality *quality,
                          uint32_t *kind)
 {
-    bool is_linked = quality->shadows == VIEW_SHADOWS_DEEP_LINKED;
-    bool has_filters = casters->transparent_count > 0 && quality->shadows != VIEW_SHADOWS_MAP;
+    bool is_linked = quality->shadows == SHADOWS_DEEP_LINKED;
+    bool has_filters = casters->transparent_count > 0 && quality->shadows != SHADOWS_MAP;
     *kind = has_filters ? (is_linked ? SHADOW_LINKED : SHADOW_DEEP) : SHADOW_MAP;
     if (is_linked && quality->faithful && casters->count > 0)
         *kind = SHADOW_LINKED; /* as published: opaque casters are elements too */

@@ -14,12 +14,12 @@ static bool decide(struct shadow_need *need, const struct shadow_needs_desc *des
 {
     const struct state_light *source = &desc->state->lights[light];
     need->is_unseen = desc->is_in_view && !desc->is_in_view[light];
-    if (need->is_unseen || !source->casts_shadow || desc->quality->shadows == VIEW_SHADOWS_NONE ||
+    if (need->is_unseen || !source->casts_shadow || desc->quality->shadows == SHADOWS_NONE ||
         !shadow_frame_init(&need->frame, source, desc->state, desc->resolution))
         return true;
     if (!shadow_casters_collect(&need->casters, &need->frame, desc->state, err))
         return false;
-    if (desc->quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+    if (desc->quality->shadows == SHADOWS_RAYTRACED_SHADOWS)
         need->is_traced = need->casters.opaque_count + need->casters.transparent_count > 0;
     else
         need->has_structure = shadow_casters_kind(&need->casters, desc->quality, &need->kind);

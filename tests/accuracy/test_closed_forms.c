@@ -155,7 +155,7 @@ static void the_reference_equals_every_closed_form(void **state)
 
 struct rasterised {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     double reach_m;
     double stray; /* of A5, which a reach of texels hides */
 };
@@ -170,7 +170,7 @@ static bool check_rasterised(struct renderer *renderer, const struct rasterised 
         (struct view_quality){.samples = 1,
                               .shadow_taps = 1,
                               .shadow_resolution = c->is_even ? EVEN_RESOLUTION : RESOLUTION,
-                              .shadows = VIEW_SHADOWS_NONE};
+                              .shadows = SHADOWS_NONE};
     struct image open = shoot_color(renderer, &rig, &c->view);
     c->view.quality.shadows = technique->shadows;
     struct frame frame;
@@ -216,14 +216,13 @@ static void check_every_case(struct renderer *renderer, const struct rasterised 
 
 static void the_default_technique_equals_every_closed_form(void **state)
 {
-    check_every_case(*state, &(struct rasterised){"deep", VIEW_SHADOWS_DEEP, REACH_M, 0});
+    check_every_case(*state, &(struct rasterised){"deep", SHADOWS_DEEP, REACH_M, 0});
 }
 
 static void traced_shadows_equal_every_closed_form(void **state)
 {
-    check_every_case(*state,
-                     &(struct rasterised){"raytraced-shadows", VIEW_SHADOWS_RAYTRACED_SHADOWS,
-                                          TRACED_REACH_M, 4e-5});
+    check_every_case(*state, &(struct rasterised){"raytraced-shadows", SHADOWS_RAYTRACED_SHADOWS,
+                                                  TRACED_REACH_M, 4e-5});
 }
 
 /* A3 once more: the logarithm of T against the way from the edge is a straight line, whose slope
@@ -238,9 +237,9 @@ static void the_shadow_of_a_wedge_has_the_slope_of_the_wedge(void **state)
     }
     rig_scene_open(&rig, *state, "wedge", c.scene.glb, c.scene.size_bytes);
     c.view.width_px = c.view.height_px = 4 * SIDE_PX;
-    c.view.quality = (struct view_quality){.samples = 1, .shadows = VIEW_SHADOWS_NONE};
+    c.view.quality = (struct view_quality){.samples = 1, .shadows = SHADOWS_NONE};
     struct image open = shoot_color(*state, &rig, &c.view);
-    c.view.quality.shadows = VIEW_SHADOWS_DEEP;
+    c.view.quality.shadows = SHADOWS_DEEP;
     struct image dark = shoot_color(*state, &rig, &c.view);
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
     for (int i = 0; i < 16 * SIDE_PX * SIDE_PX; i++) {
@@ -327,15 +326,14 @@ static void lights_fall_off_as_their_formula_says(void **state)
     for (int i = 0; i < 8; i++) {
         const struct view_light *light = &lights[i / 2];
         bool is_traced = i % 2;
-        struct view view = {
-            .width_px = 64,
-            .height_px = 64,
-            .lights = light,
-            .light_count = 1,
-            .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 3, 1}},
-            .quality = {.samples = 1,
-                        .reference = is_traced,
-                        .shadows = is_traced ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_DEEP}};
+        struct view view = {.width_px = 64,
+                            .height_px = 64,
+                            .lights = light,
+                            .light_count = 1,
+                            .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 3, 1}},
+                            .quality = {.samples = 1,
+                                        .reference = is_traced,
+                                        .shadows = is_traced ? SHADOWS_RAYTRACED : SHADOWS_DEEP}};
         struct image color = shoot_color(*state, &rig, &view);
         double worst = 0, brightest = 0, tolerance = is_traced ? 1e-6 : 1e-5;
         /* the rasteriser keeps colours in 16 bits between its passes */

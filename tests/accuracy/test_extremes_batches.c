@@ -125,9 +125,9 @@ static void batches_of_lights_give_the_bits_of_all_at_once(void **state)
     struct shot shot = {.lights = 24, .resolution = 256};
     compare("24 lights in batches", shot, 24 << 20, 0);
     shot.quality.samples = 1;
-    shot.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    shot.quality.shadows = SHADOWS_DEEP_LINKED;
     compare("24 lights in batches, linked shadows", shot, 32 << 20, 0);
-    shot.quality.shadows = VIEW_SHADOWS_AUTO;
+    shot.quality.shadows = SHADOWS_AUTO;
     shot.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     compare("24 lights in batches, linked light lists", shot, 24 << 20, 1e-6);
 }

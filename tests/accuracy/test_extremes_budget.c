@@ -29,7 +29,8 @@ static struct renderer *create_renderer(uint64_t budget_bytes)
 }
 
 /* False when refused. */
-static bool shoot_within(uint64_t budget_bytes, enum view_shadows shadows, struct image *picture)
+static bool shoot_within(uint64_t budget_bytes, enum shadow_technique shadows,
+                         struct image *picture)
 {
     struct renderer *renderer = create_renderer(budget_bytes);
     struct extreme_scene scene;
@@ -59,7 +60,7 @@ static void every_budget_gives_the_same_bits_or_a_refusal(void **state)
 {
     (void)state;
     static const uint64_t budgets_mib[] = {8, 24, 56, 64, 88, 160, 320, 512};
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED};
+    static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_DEEP_LINKED};
     for (int t = 0; t < 2; t++) {
         struct image ample = {0};
         int made = 0, differing = 0, count = sizeof budgets_mib / sizeof *budgets_mib;
@@ -105,7 +106,7 @@ static struct pane_scene make_panes(void)
 }
 
 static void ask_all(struct shadow_rig *rig, const struct pane_scene *panes, size_t lights,
-                    enum view_shadows shadows, float (*t)[4])
+                    enum shadow_technique shadows, float (*t)[4])
 {
     static const double eye[3] = {0, 0, 0}, up[3] = {0, 1, 0};
     struct error err = {0};
@@ -129,7 +130,7 @@ static void pools_of_one_element_grow_to_the_same_bits(void **state)
         struct shadow_rig rig;
         if (!shadow_rig_open(&rig, 0, is_small ? 1 : 0))
             skip();
-        ask_all(&rig, &panes, 3, VIEW_SHADOWS_DEEP_LINKED, answers[is_small].t);
+        ask_all(&rig, &panes, 3, SHADOWS_DEEP_LINKED, answers[is_small].t);
         shadow_rig_close(&rig);
     }
     extreme_expect(
@@ -152,16 +153,16 @@ static void tables_are_filled_to_what_the_device_reads(void **state)
     small.max_texture_buffer_texels = 5 * (6 * 24 * 24 + 1);
     struct shadow_system_desc desc = {
         .programs = rig.programs, .timeline = rig.timeline, .limits = &small};
-    ask_all(&rig, &panes, 5, VIEW_SHADOWS_MAP, t[0]);
+    ask_all(&rig, &panes, 5, SHADOWS_MAP, t[0]);
     struct shadow_system *shipped = rig.shadows;
     rig.shadows = shadow_system_create(&desc, &err);
     assert_non_null(rig.shadows);
-    ask_all(&rig, &panes, 5, VIEW_SHADOWS_MAP, t[1]);
+    ask_all(&rig, &panes, 5, SHADOWS_MAP, t[1]);
     assert_memory_equal(t[0], t[1], 5 * sizeof *t[0]);
     static const double eye[3] = {0, 0, 0};
     assert_false(shadow_rig_prepare(
         &rig, &panes, lamps, 6, eye,
-        &(struct view_quality){.shadow_resolution = 24, .shadows = VIEW_SHADOWS_DEEP}, &err));
+        &(struct view_quality){.shadow_resolution = 24, .shadows = SHADOWS_DEEP}, &err));
     print_message("refused: %s\n", err.message);
     assert_int_equal(err.code, ERROR_OVER_BUDGET);
     assert_non_null(strstr(err.message, "17285"));

@@ -17,11 +17,11 @@
 
 static const struct technique {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
 } techniques[] = {
-    {"deep", VIEW_SHADOWS_DEEP},
-    {"deep-linked", VIEW_SHADOWS_DEEP_LINKED},
-    {"raytraced", VIEW_SHADOWS_RAYTRACED},
+    {"deep", SHADOWS_DEEP},
+    {"deep-linked", SHADOWS_DEEP_LINKED},
+    {"raytraced", SHADOWS_RAYTRACED},
 };
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 

@@ -18,16 +18,16 @@
 
 static const struct technique {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
 } techniques[] = {
-    {"deep", VIEW_SHADOWS_DEEP},
-    {"deep-linked", VIEW_SHADOWS_DEEP_LINKED},
-    {"raytraced", VIEW_SHADOWS_RAYTRACED},
+    {"deep", SHADOWS_DEEP},
+    {"deep-linked", SHADOWS_DEEP_LINKED},
+    {"raytraced", SHADOWS_RAYTRACED},
 };
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
 static struct image picture_of(struct renderer *renderer, const struct extreme_desc *desc,
-                               enum view_shadows shadows, const char *name)
+                               enum shadow_technique shadows, const char *name)
 {
     struct extreme_scene scene;
     extreme_scene_open(&scene, renderer, "geometry", desc);

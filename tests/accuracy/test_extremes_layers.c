@@ -110,8 +110,7 @@ static void linked_lists_give_the_product_of_their_rounded_filters(void **state)
     struct pane_scene panes = {0};
     double worst = 0;
     stack(&panes, LAYERS, filters);
-    prepare(&panes,
-            &(struct view_quality){.shadows = VIEW_SHADOWS_DEEP_LINKED, .shadow_resolution = 8});
+    prepare(&panes, &(struct view_quality){.shadows = SHADOWS_DEEP_LINKED, .shadow_resolution = 8});
     for (uint32_t light = 0; light < LAMPS; light++) {
         float t[3];
         ask(light, (double[3]){0.1, 0.5, 0.2}, up, t);

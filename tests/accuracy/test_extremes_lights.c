@@ -19,11 +19,11 @@ static const double degree = 0.017453292519943295;
 
 static const struct technique {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
 } techniques[] = {
-    {"deep", VIEW_SHADOWS_DEEP},
-    {"deep-linked", VIEW_SHADOWS_DEEP_LINKED},
-    {"raytraced", VIEW_SHADOWS_RAYTRACED},
+    {"deep", SHADOWS_DEEP},
+    {"deep-linked", SHADOWS_DEEP_LINKED},
+    {"raytraced", SHADOWS_RAYTRACED},
 };
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
@@ -75,11 +75,11 @@ struct comparison { /* pixels whose ratio to the unshadowed picture is not the e
 };
 
 static struct comparison compare_with_open(struct renderer *renderer, const struct rig_scene *scene,
-                                           const struct view *view, enum view_shadows shadows,
+                                           const struct view *view, enum shadow_technique shadows,
                                            const double expected[3])
 {
     struct view shadowed = *view;
-    shadowed.quality.shadows = VIEW_SHADOWS_NONE;
+    shadowed.quality.shadows = SHADOWS_NONE;
     struct image open = shoot_color(renderer, scene, &shadowed);
     shadowed.quality.shadows = shadows;
     struct image lit = shoot_color(renderer, scene, &shadowed);
@@ -237,7 +237,7 @@ static void a_light_at_infinity_is_a_directional_one(void **state)
             extreme_expect(&(struct extreme_row){name, techniques[t].name, "RMSE, relative",
                                                  steps[i].tolerance},
                            extreme_rmse(&star, &sun));
-            view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+            view.quality.shadows = SHADOWS_RAYTRACED;
             struct image truth = shoot_color(*state, &scene, &view);
             view.quality.shadows = techniques[t].shadows;
             snprintf(name, sizeof name, "a lamp %g m away against ray tracing", steps[i].distance);

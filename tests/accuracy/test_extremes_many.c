@@ -53,7 +53,7 @@ static void no_light_is_lost_from_none_to_65536(void **state)
     struct image dark = shoot_color(*state, &scene.rig, &view);
     assert_image_is_sound(&dark, 0); /* no light: black, not default */
     view.light_count = 1;
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     struct image one = shoot_color(*state, &scene.rig, &view);
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         struct view_light *lights = divide_lamp(&scene, counts[i], true);
@@ -240,7 +240,7 @@ static void check_soup(struct renderer *renderer, size_t triangles, size_t objec
     double frame_ms = processor_ms() - before_ms;
     assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
     assert_true(frame.report.counts.triangles >= triangles);
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.shadows = SHADOWS_RAYTRACED;
     struct image truth = shoot_color(renderer, &scene, &view);
     double mean[3], expected[3], worst = 0;
     const double whole[4] = {0, 0, 1, 1};

@@ -14,7 +14,7 @@
 #include "tests/support/image_checks.h"
 
 static struct image picture_of(struct renderer *renderer, const struct extreme_desc *desc,
-                               enum view_shadows shadows, const char *name)
+                               enum shadow_technique shadows, const char *name)
 {
     struct extreme_scene scene;
     extreme_scene_open(&scene, renderer, "place", desc);
@@ -29,11 +29,11 @@ static struct image picture_of(struct renderer *renderer, const struct extreme_d
 
 static const struct technique {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
 } techniques[] = {
-    {"deep", VIEW_SHADOWS_DEEP},
-    {"deep-linked", VIEW_SHADOWS_DEEP_LINKED},
-    {"raytraced", VIEW_SHADOWS_RAYTRACED},
+    {"deep", SHADOWS_DEEP},
+    {"deep-linked", SHADOWS_DEEP_LINKED},
+    {"raytraced", SHADOWS_RAYTRACED},
 };
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
@@ -141,11 +141,11 @@ static void a_last_bit_of_the_scale_gives_the_same_picture(void **state)
 {
     static const double last_bits[] = {-1.2e-7, -6e-8, -3e-8, 3e-8, 6e-8, 1.2e-7};
     struct extreme_desc desc = {0};
-    struct image one = picture_of(*state, &desc, VIEW_SHADOWS_DEEP, NULL);
+    struct image one = picture_of(*state, &desc, SHADOWS_DEEP, NULL);
     double worst = 0;
     for (size_t i = 0; i < sizeof last_bits / sizeof *last_bits; i++) {
         desc.scale = 1 + last_bits[i];
-        struct image other = picture_of(*state, &desc, VIEW_SHADOWS_DEEP, NULL);
+        struct image other = picture_of(*state, &desc, SHADOWS_DEEP, NULL);
         worst = fmax(worst, extreme_rmse(&other, &one));
         image_finish(&other);
     }

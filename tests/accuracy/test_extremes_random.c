@@ -280,11 +280,11 @@ static void linked_lists_agree_with_contiguous_ones(void **state)
         make_lights(lights, &seed);
         for (uint32_t light = 0; light < LIGHTS; light++) {
             uint64_t same = seed;
-            quality.shadows = VIEW_SHADOWS_DEEP;
+            quality.shadows = SHADOWS_DEEP;
             prepare(&panes, lights, &quality);
             make_probes(&deep, light, &same, false);
             same = seed;
-            quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+            quality.shadows = SHADOWS_DEEP_LINKED;
             prepare(&panes, lights, &quality);
             make_probes(&linked, light, &same, false);
             double layers = fmax(1, (double)rig.report.counts.longest_list);

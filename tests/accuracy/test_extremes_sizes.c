@@ -122,10 +122,10 @@ static void maps_of_one_texel_are_sound(void **state)
     static const int taps[] = {1, 4, 9, 16};
     for (size_t i = 0; i < sizeof taps / sizeof *taps; i++) {
         for (int linked = 0; linked < 2; linked++) {
-            view.quality = (struct view_quality){.shadow_resolution = 1,
-                                                 .shadow_taps = taps[i],
-                                                 .shadows = linked ? VIEW_SHADOWS_DEEP_LINKED
-                                                                   : VIEW_SHADOWS_DEEP};
+            view.quality =
+                (struct view_quality){.shadow_resolution = 1,
+                                      .shadow_taps = taps[i],
+                                      .shadows = linked ? SHADOWS_DEEP_LINKED : SHADOWS_DEEP};
             struct image picture = shoot_view(fixture, &view);
             image_finish(&picture);
         }

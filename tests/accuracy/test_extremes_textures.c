@@ -302,7 +302,7 @@ static struct view place(const struct country *country, double way, double heigh
                                     .target = {middle, 0, z - height_m}},
                          .lights = &sun,
                          .light_count = 1,
-                         .quality = {.shadows = VIEW_SHADOWS_MAP, .samples = 1}};
+                         .quality = {.shadows = SHADOWS_MAP, .samples = 1}};
 }
 
 static void print_frame(const char *what, const struct frame *frame, double ms)

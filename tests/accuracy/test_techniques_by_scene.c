@@ -44,11 +44,11 @@ struct technique {
     bool needs_opaque;     /* knows no transparent caster */
 };
 
-#define MAP .shadows = VIEW_SHADOWS_MAP
-#define DEEP .shadows = VIEW_SHADOWS_DEEP
-#define LINKED .shadows = VIEW_SHADOWS_DEEP_LINKED
-#define RAYS .shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS
-#define TRACED .shadows = VIEW_SHADOWS_RAYTRACED
+#define MAP .shadows = SHADOWS_MAP
+#define DEEP .shadows = SHADOWS_DEEP
+#define LINKED .shadows = SHADOWS_DEEP_LINKED
+#define RAYS .shadows = SHADOWS_RAYTRACED_SHADOWS
+#define TRACED .shadows = SHADOWS_RAYTRACED
 
 static const struct technique techniques[] = {
     {"map", SAME_SAMPLES, {MAP, .samples = 1}, {0.001, 0.11}, {5e-4, 0.15}, true},

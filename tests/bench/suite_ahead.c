@@ -97,7 +97,7 @@ static bool run_scene(struct bench *bench, const struct bench_scene *scene, stru
     bench_size(bench, 640, 360, size);
     struct view view = bench_scene_view(scene, size);
     view.ignore_scene_lights = false;
-    view.quality.shadows = VIEW_SHADOWS_DEEP;
+    view.quality.shadows = SHADOWS_DEEP;
     bool ok = true;
     for (struct rounds rounds = rounds_begin(bench); ok && rounds_next(&rounds);)
         for (int i = 0; ok && i < VARIANTS; i++) {

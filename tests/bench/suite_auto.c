@@ -14,10 +14,10 @@
 
 enum { SPECIAL = 7, SEEDS = 40, SEEDS_QUICK = 2, SEED_OF_FIT = 1000, SEEDS_OF_FIT = 24 };
 
-static const enum view_shadows techniques[FORECAST_TECHNIQUES] = {
-    [FORECAST_MAPS] = VIEW_SHADOWS_DEEP,
-    [FORECAST_RAYS] = VIEW_SHADOWS_RAYTRACED,
-    [FORECAST_TRACED_SHADOWS] = VIEW_SHADOWS_RAYTRACED_SHADOWS,
+static const enum shadow_technique techniques[FORECAST_TECHNIQUES] = {
+    [FORECAST_MAPS] = SHADOWS_DEEP,
+    [FORECAST_RAYS] = SHADOWS_RAYTRACED,
+    [FORECAST_TRACED_SHADOWS] = SHADOWS_RAYTRACED_SHADOWS,
 };
 
 /* --scene fit: other seeds, which the costs of renderer/plan/forecast.c were fitted to. */

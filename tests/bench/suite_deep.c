@@ -13,22 +13,22 @@ enum { FORMS = 3, CASE_LIGHTS_MAX = 32 };
 
 static const struct form {
     const char *name, *still;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     bool faithful;
 } forms[FORMS] = {
-    {"deep", "deep, static", VIEW_SHADOWS_DEEP, false},
-    {"deep-linked", "deep-linked, static", VIEW_SHADOWS_DEEP_LINKED, false},
-    {"linked-faithful", "linked-faithful, static", VIEW_SHADOWS_DEEP_LINKED, true},
+    {"deep", "deep, static", SHADOWS_DEEP, false},
+    {"deep-linked", "deep-linked, static", SHADOWS_DEEP_LINKED, false},
+    {"linked-faithful", "linked-faithful, static", SHADOWS_DEEP_LINKED, true},
 };
 
 /* What one frame's maps take: 16 bytes an event (deep: two more for its key), and per texel a
  * head and, in the forms that cull behind opaque casters, an opaque depth. The pools of the store
  * hold the maps of all variants. */
 static uint64_t map_bytes(const struct frame_report *report, int resolution,
-                          enum view_shadows technique, bool faithful)
+                          enum shadow_technique technique, bool faithful)
 {
     uint64_t texels = (uint64_t)resolution * (uint64_t)resolution * report->counts.shadowed_lights;
-    uint64_t event_bytes = technique == VIEW_SHADOWS_DEEP ? SHADOW_EVENT_BYTES : 16;
+    uint64_t event_bytes = technique == SHADOWS_DEEP ? SHADOW_EVENT_BYTES : 16;
     return report->counts.events * event_bytes + texels * (faithful ? 4 : 8);
 }
 

@@ -79,7 +79,7 @@ static bool run_warm(struct bench *bench, const struct bench_scene *scene, const
         v[i].view.quality.samples = i < 2 ? 1 : 4;
         v[i].view.quality.shadow_taps = i < WARM && i % 2 == 0 ? 1 : 4;
     }
-    v[WARM + 1].view.quality.shadows = VIEW_SHADOWS_NONE;
+    v[WARM + 1].view.quality.shadows = SHADOWS_NONE;
     bool ok = frames_run(bench, &scene->rig, v, VARIANTS, err);
     for (int i = 0; ok && i < VARIANTS; i++)
         bench_result(bench,

@@ -13,28 +13,28 @@ enum { BLOCK = 8 /* pixels whose mean is compared, too: what is seen from afar *
 
 struct setting {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     int resolution, prefilter;
     double compression;
 };
 
 /* In groups that take turns. */
 static const struct setting settings[] = {
-    {"none", VIEW_SHADOWS_NONE, 256, 1, 0},
-    {"map 512", VIEW_SHADOWS_MAP, 512, 1, 0},
-    {"exact 256", VIEW_SHADOWS_DEEP, 256, 1, 0},
-    {"exact 512", VIEW_SHADOWS_DEEP, 512, 1, 0},
-    {"exact 1024", VIEW_SHADOWS_DEEP, 1024, 1, 0},
-    {"512, e 0.005", VIEW_SHADOWS_DEEP, 512, 1, 0.005},
-    {"512, e 0.02", VIEW_SHADOWS_DEEP, 512, 1, 0.02},
-    {"512, e 0.05", VIEW_SHADOWS_DEEP, 512, 1, 0.05},
-    {"256, k 2", VIEW_SHADOWS_DEEP, 256, 2, 0},
-    {"256, k 4", VIEW_SHADOWS_DEEP, 256, 4, 0},
-    {"256, k 4, e 0.02", VIEW_SHADOWS_DEEP, 256, 4, 0.02},
-    {"512, k 2", VIEW_SHADOWS_DEEP, 512, 2, 0},
-    {"512, k 4", VIEW_SHADOWS_DEEP, 512, 4, 0},
-    {"512, k 4, e 0.02", VIEW_SHADOWS_DEEP, 512, 4, 0.02},
-    {"512, k 4, e 0.05", VIEW_SHADOWS_DEEP, 512, 4, 0.05},
+    {"none", SHADOWS_NONE, 256, 1, 0},
+    {"map 512", SHADOWS_MAP, 512, 1, 0},
+    {"exact 256", SHADOWS_DEEP, 256, 1, 0},
+    {"exact 512", SHADOWS_DEEP, 512, 1, 0},
+    {"exact 1024", SHADOWS_DEEP, 1024, 1, 0},
+    {"512, e 0.005", SHADOWS_DEEP, 512, 1, 0.005},
+    {"512, e 0.02", SHADOWS_DEEP, 512, 1, 0.02},
+    {"512, e 0.05", SHADOWS_DEEP, 512, 1, 0.05},
+    {"256, k 2", SHADOWS_DEEP, 256, 2, 0},
+    {"256, k 4", SHADOWS_DEEP, 256, 4, 0},
+    {"256, k 4, e 0.02", SHADOWS_DEEP, 256, 4, 0.02},
+    {"512, k 2", SHADOWS_DEEP, 512, 2, 0},
+    {"512, k 4", SHADOWS_DEEP, 512, 4, 0},
+    {"512, k 4, e 0.02", SHADOWS_DEEP, 512, 4, 0.02},
+    {"512, k 4, e 0.05", SHADOWS_DEEP, 512, 4, 0.05},
 };
 enum { SETTINGS = sizeof settings / sizeof *settings, GROUP = VARIANTS_MAX / 2 };
 
@@ -107,9 +107,9 @@ static bool state_errors(struct bench *bench, const struct rig_scene *scene,
 static uint64_t map_bytes(const struct frame_report *report, const struct setting *setting)
 {
     uint64_t texels = (uint64_t)setting->resolution * (uint64_t)setting->resolution;
-    if (setting->shadows == VIEW_SHADOWS_NONE)
+    if (setting->shadows == SHADOWS_NONE)
         return 0;
-    return 17 * report->counts.events + texels * (setting->shadows == VIEW_SHADOWS_MAP ? 4 : 8);
+    return 17 * report->counts.events + texels * (setting->shadows == SHADOWS_MAP ? 4 : 8);
 }
 
 static bool run_group(struct bench *bench, const struct rig_scene *scene, int first, int count,

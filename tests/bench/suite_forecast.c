@@ -39,15 +39,15 @@ enum technique { MAPS, RAYS, TRACED_SHADOWS, TECHNIQUES };
 
 static const struct {
     const char *name; /* in the JSON */
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     double (*forecast)(const struct workload *workload, const struct forecast_setting *setting,
                        const struct device_speed *speed);
     bool is_on_processors; /* whatever the device */
 } techniques[TECHNIQUES] = {
-    [MAPS] = {"raster", VIEW_SHADOWS_DEEP, forecast_raster_ms, false},
-    [RAYS] = {"raytraced", VIEW_SHADOWS_RAYTRACED, forecast_traced_ms, true},
-    [TRACED_SHADOWS] = {"raytraced_shadows", VIEW_SHADOWS_RAYTRACED_SHADOWS,
-                        forecast_traced_shadows_ms, true},
+    [MAPS] = {"raster", SHADOWS_DEEP, forecast_raster_ms, false},
+    [RAYS] = {"raytraced", SHADOWS_RAYTRACED, forecast_traced_ms, true},
+    [TRACED_SHADOWS] = {"raytraced_shadows", SHADOWS_RAYTRACED_SHADOWS, forecast_traced_shadows_ms,
+                        true},
 };
 
 struct tally { /* over all cases */
@@ -177,7 +177,7 @@ static bool run_scene(struct bench *bench, const char *name, const struct rig_sc
         struct view view = {.width_px = size[0],
                             .height_px = size[1],
                             .outputs = 1u << VIEW_OUTPUT_COLOR,
-                            .quality = {.shadows = VIEW_SHADOWS_NONE, .samples = samples}};
+                            .quality = {.shadows = SHADOWS_NONE, .samples = samples}};
         if (!count(rig, &view, &workload, err) || !time_technique(bench, rig, &view, &bare, err))
             return false;
         for (int warm = 0; warm < 2; warm++)

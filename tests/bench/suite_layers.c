@@ -18,11 +18,11 @@ enum { FORMS = 3, REPEATS = 2 };
 
 static const struct {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     bool faithful;
-} forms[FORMS] = {{"deep", VIEW_SHADOWS_DEEP, false},
-                  {"deep-linked", VIEW_SHADOWS_DEEP_LINKED, false},
-                  {"linked-faithful", VIEW_SHADOWS_DEEP_LINKED, true}};
+} forms[FORMS] = {{"deep", SHADOWS_DEEP, false},
+                  {"deep-linked", SHADOWS_DEEP_LINKED, false},
+                  {"linked-faithful", SHADOWS_DEEP_LINKED, true}};
 
 static const double LAMP_Y = 10, LOWEST = 1, HIGHEST = 8;
 static const struct view_light lamp = {.type = SCENE_LIGHT_SPOT,

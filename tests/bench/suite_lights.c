@@ -103,7 +103,7 @@ static bool run_count(struct bench *bench, const struct bench_scene *scene, int 
         v->view = bench_scene_view(scene, size);
         v->view.lights = lights;
         v->view.light_count = (size_t)count;
-        v->view.quality.shadows = VIEW_SHADOWS_NONE;
+        v->view.quality.shadows = SHADOWS_NONE;
         v->view.quality.light_lists = kinds[i].technique;
         v->view.quality.faithful = kinds[i].faithful;
     }
@@ -193,7 +193,7 @@ static bool run_numbers(struct bench *bench, const struct bench_scene *scene,
         variants[i].view = bench_scene_view(scene, size);
         variants[i].view.lights = i ? lights : &out_of_view;
         variants[i].view.light_count = (size_t)numbers[i];
-        variants[i].view.quality.shadows = VIEW_SHADOWS_NONE;
+        variants[i].view.quality.shadows = SHADOWS_NONE;
     }
     bool ok = frames_run(bench, &scene->rig, variants, (size_t)steps, err);
     for (int i = 0; ok && i < steps; i++) {

@@ -26,7 +26,7 @@ static bool traced_init(struct traced *traced, const struct bench_scene *scene,
                         const struct view *view, struct error *err)
 {
     *traced = (struct traced){.view = *view};
-    traced->view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    traced->view.quality.shadows = SHADOWS_RAYTRACED;
     return scene_state_init(&traced->state, &scene->rig.imported.scene, &traced->view, err) &&
            camera_resolve(&traced->camera, &traced->view, &traced->state, err);
 }
@@ -331,9 +331,8 @@ static bool run_frames(struct bench *bench, const struct bench_scene *scene, int
                                         {.name = "deep, still"},
                                         {.name = "deep, lights move", .rebuilds_shadows = true},
                                         {.name = "raytraced-shadows"}};
-    static const enum view_shadows shadows[VARIANTS] = {VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_DEEP,
-                                                        VIEW_SHADOWS_DEEP,
-                                                        VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique shadows[VARIANTS] = {
+        SHADOWS_RAYTRACED, SHADOWS_DEEP, SHADOWS_DEEP, SHADOWS_RAYTRACED_SHADOWS};
     char subject[48];
     int size[2];
     bench_size(bench, 640, 360, size);

@@ -71,7 +71,7 @@ bool standing_run(struct bench *bench, const struct bench_scene *scene, int coun
         struct view *view = &variants[i].view;
         view->lights = spots;
         view->light_count = (size_t)count;
-        view->quality.shadows = i == OFF ? VIEW_SHADOWS_NONE : VIEW_SHADOWS_DEEP;
+        view->quality.shadows = i == OFF ? SHADOWS_NONE : SHADOWS_DEEP;
         view->quality.shadow_resolution = 512;
     }
     bool ok = frames_run(bench, &scene->rig, variants, VARIANTS, err);

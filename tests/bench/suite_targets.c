@@ -48,7 +48,7 @@ static struct frame_variant variant_of(const struct bench *bench, const struct b
     variant.view = bench_scene_view(scene, size);
     variant.view.lights = lights;
     variant.view.light_count = count;
-    variant.view.quality.shadows = VIEW_SHADOWS_NONE;
+    variant.view.quality.shadows = SHADOWS_NONE;
     return variant;
 }
 
@@ -115,7 +115,7 @@ static bool run_moving(struct bench *bench, const struct bench_scene *scene, str
     bench_scene_spots(scene, spots, SPOTS);
     for (int i = 0; i < STEPS; i++) {
         variants[i] = variant_of(bench, scene, names[i], spots, (size_t)(5 * (i + 1)));
-        variants[i].view.quality.shadows = VIEW_SHADOWS_DEEP;
+        variants[i].view.quality.shadows = SHADOWS_DEEP;
         variants[i].view.quality.shadow_resolution = 512;
         variants[i].view.width_px = 256;
         variants[i].view.height_px = 192;
@@ -161,7 +161,7 @@ static bool run_build(struct bench *bench, const struct bench_scene *scene, stru
     for (int i = 0; i < 4; i++) {
         struct frame_variant *v = &variants[i];
         *v = variant_of(bench, scene, variant_names[i], &scene->spot, 1);
-        v->view.quality.shadows = i % 2 ? VIEW_SHADOWS_DEEP : VIEW_SHADOWS_MAP;
+        v->view.quality.shadows = i % 2 ? SHADOWS_DEEP : SHADOWS_MAP;
         v->view.quality.shadow_resolution = 1024;
         v->rebuilds_shadows = true;
         if (i < 2) {

@@ -40,9 +40,8 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         {.policy = AUTO_MEASURED, .speed = {0.01, 0.01, 1e3, 1, 1}}, /* rays for the shadows alone
                                                                       */
     };
-    static const enum view_shadows taken[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP,
-                                              VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_RAYTRACED,
-                                              VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique taken[] = {SHADOWS_DEEP, SHADOWS_DEEP, SHADOWS_RAYTRACED,
+                                                  SHADOWS_RAYTRACED, SHADOWS_RAYTRACED_SHADOWS};
     struct renderer *renderer = *state;
     struct closed_form_scene panes;
     struct rig_scene rig;
@@ -53,10 +52,10 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         struct frame frame, named;
         struct plan plan;
         struct error err = {0};
-        bool is_traced = taken[i] == VIEW_SHADOWS_RAYTRACED;
-        bool has_traced_shadows = taken[i] == VIEW_SHADOWS_RAYTRACED_SHADOWS;
+        bool is_traced = taken[i] == SHADOWS_RAYTRACED;
+        bool has_traced_shadows = taken[i] == SHADOWS_RAYTRACED_SHADOWS;
         renderer_set_auto(renderer, &settings[i]);
-        view.quality.shadows = VIEW_SHADOWS_AUTO;
+        view.quality.shadows = SHADOWS_AUTO;
         shoot(renderer, &rig, &view, &frame);
         assert_true(renderer_explain(renderer, rig.key, &view, &plan, &err));
         assert_int_equal(plan.requirements[PLAN_NEED_TRACED].is_met, is_traced);

@@ -165,12 +165,12 @@ static void GLAPIENTRY clear(GLuint buffer, GLenum internal, GLintptr offset, GL
 static void graphics_devices_clear_arrays_by_themselves(void **state)
 {
     static const struct view_quality qualities[] = {
-        {.shadows = VIEW_SHADOWS_DEEP},
-        {.shadows = VIEW_SHADOWS_DEEP, .shadow_compression = 0.01},
-        {.shadows = VIEW_SHADOWS_DEEP_LINKED},
-        {.shadows = VIEW_SHADOWS_DEEP_LINKED, .faithful = true},
-        {.shadows = VIEW_SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED},
-        {.shadows = VIEW_SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED, .faithful = true},
+        {.shadows = SHADOWS_DEEP},
+        {.shadows = SHADOWS_DEEP, .shadow_compression = 0.01},
+        {.shadows = SHADOWS_DEEP_LINKED},
+        {.shadows = SHADOWS_DEEP_LINKED, .faithful = true},
+        {.shadows = SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED},
+        {.shadows = SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED, .faithful = true},
     };
     const struct view_quality before = stage.view.quality;
     enum { A_FEW_WORDS = 1024 }; /* statistics of 25 lights; heads of a face are 16 KiB */

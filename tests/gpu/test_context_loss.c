@@ -27,8 +27,8 @@ static const struct {
     struct view view;
 } shots[] = {
     {"deep", {.quality = {.shadow_resolution = 32, .samples = 4}}},
-    {"deep-linked", {.quality = {.shadow_resolution = 32, .shadows = VIEW_SHADOWS_DEEP_LINKED}}},
-    {"raytraced-shadows", {.quality = {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS}}},
+    {"deep-linked", {.quality = {.shadow_resolution = 32, .shadows = SHADOWS_DEEP_LINKED}}},
+    {"raytraced-shadows", {.quality = {.shadows = SHADOWS_RAYTRACED_SHADOWS}}},
     {"outputs",
      {.quality = {.shadow_resolution = 32, .light_lists = VIEW_LIGHT_LISTS_LINKED},
       .outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_DEPTH | 1u << VIEW_OUTPUT_NORMAL}},

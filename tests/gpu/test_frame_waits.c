@@ -40,7 +40,7 @@ static void stage_begin(struct stage *stage)
         .lights = stage->lamps,
         .light_count = 2,
         .screen = {.channels = 4},
-        .quality = {.shadows = VIEW_SHADOWS_DEEP, .shadow_resolution = 64}};
+        .quality = {.shadows = SHADOWS_DEEP, .shadow_resolution = 64}};
 }
 
 static void stage_end(struct stage *stage)

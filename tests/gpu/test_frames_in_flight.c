@@ -51,14 +51,14 @@ static struct view view_of(int shot)
         view.edges.is_drawn = true;
         break;
     case 7:
-        view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+        view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
         break;
     case 8:
         view.lights = &shine;
         view.light_count = 1;
         break;
     case 9:
-        view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+        view.quality.shadows = SHADOWS_RAYTRACED;
         break;
     case 10:
         view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;

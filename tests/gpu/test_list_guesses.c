@@ -80,7 +80,7 @@ static struct view view_of(int shot)
     struct view view = {.width_px = 48,
                         .height_px = 32,
                         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .target = {0, 4, 0}},
-                        .quality = {.shadows = VIEW_SHADOWS_NONE, .samples = 1}};
+                        .quality = {.shadows = SHADOWS_NONE, .samples = 1}};
     memcpy(view.camera.eye, eyes[shot], sizeof view.camera.eye);
     if (shot == 6) /* up, where nothing is */
         view.camera.target[1] = 100;

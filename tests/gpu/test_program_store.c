@@ -177,7 +177,7 @@ static struct picture take_picture(void)
                               .height_px = 48,
                               .camera = {.kind = VIEW_CAMERA_FIT},
                               .outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_LIGHTS,
-                              .quality = {.shadow_resolution = 64, .shadows = VIEW_SHADOWS_DEEP}};
+                              .quality = {.shadow_resolution = 64, .shadows = SHADOWS_DEEP}};
     rig_demo_open(&scene, renderer, "demo", 64);
     shoot(renderer, &scene, &view, &frame);
     picture.hash = image_hash(&frame.outputs[VIEW_OUTPUT_COLOR]) ^

@@ -117,20 +117,20 @@ static void expect_same(const char *doubled_pass, const struct view_quality *qua
 static void fragments_beyond_the_count_stay_out_of_other_pixels_lists(void **state)
 {
     (void)state;
-    expect_same("transparency.scatter", &(struct view_quality){.shadows = VIEW_SHADOWS_NONE});
+    expect_same("transparency.scatter", &(struct view_quality){.shadows = SHADOWS_NONE});
 }
 
 static void events_beyond_the_count_stay_out_of_other_texels_lists(void **state)
 {
     (void)state;
-    expect_same("shadow.deep.scatter", &(struct view_quality){.shadows = VIEW_SHADOWS_DEEP});
+    expect_same("shadow.deep.scatter", &(struct view_quality){.shadows = SHADOWS_DEEP});
 }
 
 static void events_of_compressed_maps_stay_in_their_texels_lists(void **state)
 {
     (void)state;
     expect_same("shadow.deep.scatter",
-                &(struct view_quality){.shadows = VIEW_SHADOWS_DEEP, .shadow_compression = 0.01});
+                &(struct view_quality){.shadows = SHADOWS_DEEP, .shadow_compression = 0.01});
 }
 
 int main(void)

@@ -249,7 +249,7 @@ static void what_is_not_ready_on_the_device_stays_linear(void **state)
     view.edges.width_px = 1;
     assert_int_equal(IMAGE_F32, component_of(renderer, &demo, &view));
     view.edges.is_drawn = false;
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.shadows = SHADOWS_RAYTRACED;
     assert_int_equal(IMAGE_F32, component_of(renderer, &demo, &view));
     rig_scene_finish(&demo, renderer);
     renderer_destroy(renderer);

@@ -138,8 +138,8 @@ static void a_light_gets_no_more_than_its_casters_call_for(void **state)
     expect(&panes, no_eye, &quality, 2, 0);
     assert_int_equal(shadow_system_map(rig.shadows, 0)->kind, SHADOW_MAP);
     assert_int_equal(shadow_system_map(rig.shadows, 1)->kind, SHADOW_DEEP);
-    expect(&panes, no_eye,
-           &(struct view_quality){.shadow_resolution = 64, .shadows = VIEW_SHADOWS_NONE}, 0, 0);
+    expect(&panes, no_eye, &(struct view_quality){.shadow_resolution = 64, .shadows = SHADOWS_NONE},
+           0, 0);
     assert_string_equal(shadow_system_defines(rig.shadows), "");
     for (uint32_t i = 0; i < 2; i++) { /* no caster left under the first lamp */
         pane.center[0] = 10;

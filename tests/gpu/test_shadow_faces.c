@@ -123,14 +123,13 @@ static void check_same_maps(const struct view_quality *quality)
 static void deep_maps_of_all_faces_at_once_are_those_of_faces_apart(void **state)
 {
     (void)state;
-    check_same_maps(
-        &(struct view_quality){.shadow_resolution = SIDE, .shadows = VIEW_SHADOWS_DEEP});
+    check_same_maps(&(struct view_quality){.shadow_resolution = SIDE, .shadows = SHADOWS_DEEP});
 }
 
 static void depths_of_all_faces_at_once_are_those_of_faces_apart(void **state)
 {
     (void)state;
-    check_same_maps(&(struct view_quality){.shadow_resolution = SIDE, .shadows = VIEW_SHADOWS_MAP});
+    check_same_maps(&(struct view_quality){.shadow_resolution = SIDE, .shadows = SHADOWS_MAP});
 }
 
 static void linked_lists_of_all_faces_at_once_answer_alike(void **state)
@@ -138,8 +137,7 @@ static void linked_lists_of_all_faces_at_once_answer_alike(void **state)
     (void)state;
     static const double normal[3] = {0, 1, 0};
     enum { POINTS = 200 };
-    const struct view_quality quality = {.shadow_resolution = SIDE,
-                                         .shadows = VIEW_SHADOWS_DEEP_LINKED};
+    const struct view_quality quality = {.shadow_resolution = SIDE, .shadows = SHADOWS_DEEP_LINKED};
     struct view_light lamps[LAMPS];
     struct pane_scene panes = {0};
     double points[POINTS][3];
@@ -163,7 +161,7 @@ static void linked_lists_of_all_faces_at_once_answer_alike(void **state)
 static struct gl_counts count_build(const struct pane_scene *panes, const struct view_light *lamps,
                                     size_t lamp_count)
 {
-    const struct view_quality quality = {.shadow_resolution = SIDE, .shadows = VIEW_SHADOWS_DEEP};
+    const struct view_quality quality = {.shadow_resolution = SIDE, .shadows = SHADOWS_DEEP};
     struct gl_counts before, after;
     prepare(panes, lamps, lamp_count, true, &quality); /* programs and buffers are there then */
     gl_counts_get(&before);

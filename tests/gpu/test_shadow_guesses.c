@@ -74,7 +74,7 @@ static const struct view *view_of(struct stage *stage, int shot)
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {9, 5, 0.1}, .target = {0, 2, 0}},
         .lights = stage->lamps[shot],
         .light_count = (size_t)counts[shot],
-        .quality = {.shadows = VIEW_SHADOWS_DEEP, .shadow_resolution = 64}};
+        .quality = {.shadows = SHADOWS_DEEP, .shadow_resolution = 64}};
     return &stage->views[shot];
 }
 

@@ -31,7 +31,7 @@ static const struct view_light lamps[] = {
 };
 enum { LAMPS = 3, POINTS = 3000 };
 
-static void prepare(const struct pane_scene *panes, enum view_shadows shadows, bool faithful)
+static void prepare(const struct pane_scene *panes, enum shadow_technique shadows, bool faithful)
 {
     struct error err = {0};
     struct view_quality quality = {
@@ -89,10 +89,10 @@ static void corrected_lists_agree_with_the_default_form(void **state)
     add_panes(&panes, 60, 5);
     choose_points();
     for (uint32_t light = 0; light < LAMPS; light++) {
-        prepare(&panes, VIEW_SHADOWS_DEEP, false);
+        prepare(&panes, SHADOWS_DEEP, false);
         uint64_t events = rig.report.counts.events, longest = rig.report.counts.longest_list;
         ask(light, first);
-        prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, false);
+        prepare(&panes, SHADOWS_DEEP_LINKED, false);
         assert_int_equal(rig.report.counts.events, events);
         assert_int_equal(rig.report.counts.longest_list, longest);
         ask(light, second);
@@ -115,7 +115,7 @@ static void faithful_lists_agree_with_the_quantised_model(void **state)
             pane.color[k] = roundf(pane.color[k] * 255) / 255;
         pane_scene_add(&quantised, &pane);
     }
-    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, true);
+    prepare(&panes, SHADOWS_DEEP_LINKED, true);
     rig.panes = &quantised;
     choose_points();
     for (uint32_t light = 0; light < LAMPS; light++) {
@@ -153,7 +153,7 @@ static void the_sources_worked_example_holds_in_every_form_and_order(void **stat
                                                       .v = {0, 0, -1},
                                                       .color = {c, c, c}});
             }
-            prepare(&panes, form ? VIEW_SHADOWS_DEEP_LINKED : VIEW_SHADOWS_DEEP, form == 2);
+            prepare(&panes, form ? SHADOWS_DEEP_LINKED : SHADOWS_DEEP, form == 2);
             static const double heights[4] = {0.4, 0.5, 0.65, 0.9};
             static const float expected[4] = {0.8f * 0.6f * 0.4f, 0.8f * 0.6f, 0.8f, 1};
             for (int i = 0; i < 4; i++) {
@@ -180,7 +180,7 @@ static void an_opaque_caster_in_front_ends_a_faithful_list(void **state)
                             .is_opaque = i == 4};
         pane_scene_add(&panes, &pane);
     }
-    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, true);
+    prepare(&panes, SHADOWS_DEEP_LINKED, true);
     assert_int_equal(rig.report.counts.longest_list, 1);
     float t[2][4];
     shadow_rig_query(&rig, 0, (const double[2][3]){{0, 4.5, 0}, {0, 5.5, 0}}, up, 2, UINT32_MAX, t);
@@ -207,7 +207,7 @@ static void exclusions_hold_in_linked_lists(void **state)
     panes.scene.index_count = 12;
     panes.primitives[0].index_count = 12; /* the first object is crossed twice */
     for (int faithful = 0; faithful < 2; faithful++) {
-        prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, faithful);
+        prepare(&panes, SHADOWS_DEEP_LINKED, faithful);
         float t[1][4];
         shadow_rig_query(&rig, 0, &(double[3]){0, 0.5, 0}, up, 1, UINT32_MAX, t);
         assert_true(fabsf(t[0][0] - 0.48f) < 1e-5f);
@@ -223,12 +223,12 @@ static void a_pool_of_one_element_grows_until_the_lists_are_the_same(void **stat
     struct pane_scene panes = {0};
     add_panes(&panes, 60, 7);
     choose_points();
-    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, false);
+    prepare(&panes, SHADOWS_DEEP_LINKED, false);
     ask(1, first);
     uint64_t events = rig.report.counts.events;
     shadow_rig_close(&rig);
     assert_true(shadow_rig_open(&rig, 0, 1));
-    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, false);
+    prepare(&panes, SHADOWS_DEEP_LINKED, false);
     ask(1, second);
     assert_int_equal(rig.report.counts.events, events);
     assert_true(largest_difference() == 0);
@@ -243,8 +243,7 @@ static void the_room_of_lists_follows_what_they_had(void **state)
     struct pane_scene panes = {0};
     struct error err = {0};
     struct view_light lamp = lamps[0];
-    const struct view_quality quality = {.shadows = VIEW_SHADOWS_DEEP_LINKED,
-                                         .shadow_resolution = 256};
+    const struct view_quality quality = {.shadows = SHADOWS_DEEP_LINKED, .shadow_resolution = 256};
     add_panes(&panes, 6, 8);
     shadow_rig_close(&rig);
     assert_true(shadow_rig_open(&rig, 0, 0));
@@ -283,7 +282,7 @@ static void check_refused(const struct pane_scene *panes, uint64_t refused, uint
     for (int system = 0; system < 2; system++) {
         rig.shadows = rig.systems[system];
         for (int again = 0; again < 2; again++) { /* the lists are kept, and so is the warning */
-            prepare(panes, VIEW_SHADOWS_DEEP_LINKED, true);
+            prepare(panes, SHADOWS_DEEP_LINKED, true);
             assert_non_null(lock_warning());
             assert_non_null(strstr(lock_warning(), expected));
             assert_int_equal(rig.report.counts.shadow_maps_built, again ? 0 : LAMPS);
@@ -292,7 +291,7 @@ static void check_refused(const struct pane_scene *panes, uint64_t refused, uint
             ask(light, second);
             assert_memory_equal(second, locked[light], sizeof second);
         }
-        prepare(panes, VIEW_SHADOWS_DEEP_LINKED, false); /* has no locks that could be refused */
+        prepare(panes, SHADOWS_DEEP_LINKED, false); /* has no locks that could be refused */
         assert_null(lock_warning());
     }
 }
@@ -313,7 +312,7 @@ static void a_light_without_locks_is_made_again_with_the_same_lists_and_a_warnin
     choose_points();
     shadow_rig_close(&rig);
     assert_true(shadow_rig_open(&rig, 0, 0));
-    prepare(&panes, VIEW_SHADOWS_DEEP_LINKED, true);
+    prepare(&panes, SHADOWS_DEEP_LINKED, true);
     assert_null(lock_warning());
     for (uint32_t light = 0; light < LAMPS; light++)
         ask(light, locked[light]);
@@ -346,7 +345,7 @@ static void lists_longer_than_a_loop_are_refused(void **state)
     panes.primitives[0].index_count = 6 * QUADS;
     for (int faithful = 0; faithful < 2; faithful++) {
         struct error err = {0};
-        const struct view_quality quality = {.shadows = VIEW_SHADOWS_DEEP_LINKED,
+        const struct view_quality quality = {.shadows = SHADOWS_DEEP_LINKED,
                                              .faithful = faithful,
                                              .shadow_resolution = 1,
                                              .shadow_taps = 1};

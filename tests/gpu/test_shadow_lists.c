@@ -299,7 +299,7 @@ static void opaque_casters_cull_what_lies_behind_them(void **state)
     assert_true(t[0] == 0.25f);
     ask(0.1, 2.9, 0.1, UINT32_MAX, t);
     assert_true(t[0] == 0);
-    prepare(&panes, &(struct view_quality){.shadow_resolution = 16, .shadows = VIEW_SHADOWS_MAP});
+    prepare(&panes, &(struct view_quality){.shadow_resolution = 16, .shadows = SHADOWS_MAP});
     assert_int_equal(rig.report.counts.events, 0);
     ask(0.1, 3, 0.1, UINT32_MAX, t);
     assert_true(t[0] == 1);

@@ -240,8 +240,7 @@ static void linked_lists_warn_that_they_know_no_media(void **state)
     struct pane_scene panes = {0};
     struct pane slab = box(0, 1, 0, 2, 0.25, 2, 1.3f, 0, 0);
     struct error err = {0};
-    const struct view_quality quality = {.shadows = VIEW_SHADOWS_DEEP_LINKED,
-                                         .shadow_resolution = 64};
+    const struct view_quality quality = {.shadows = SHADOWS_DEEP_LINKED, .shadow_resolution = 64};
     pane_scene_add(&panes, &slab);
     for (int again = 0; again < 2; again++) { /* built, and reused */
         if (!shadow_rig_prepare(&rig, &panes, &sun, 1, no_eye, &quality, &err))

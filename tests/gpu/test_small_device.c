@@ -21,8 +21,8 @@ static const struct {
     bool is_large; /* a small device refuses it */
 } shots[] = {
     {"deep", 64, 48, {.shadow_resolution = 32}, false},
-    {"deep-linked", 64, 48, {.shadow_resolution = 16, .shadows = VIEW_SHADOWS_DEEP_LINKED}, false},
-    {"raytraced-shadows", 32, 24, {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS}, false},
+    {"deep-linked", 64, 48, {.shadow_resolution = 16, .shadows = SHADOWS_DEEP_LINKED}, false},
+    {"raytraced-shadows", 32, 24, {.shadows = SHADOWS_RAYTRACED_SHADOWS}, false},
     {"linked light lists",
      64,
      48,

@@ -107,8 +107,7 @@ static void pair_finish(struct pair *pair)
 static void windows_keep_lists_and_points_within_a_block(void **unused)
 {
     (void)unused;
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {SHADOWS_NONE, SHADOWS_RAYTRACED_SHADOWS};
     for (int i = 0; i < 2; i++) {
         struct pair pair;
         const struct view view = {.width_px = WIDTH_PX,
@@ -130,7 +129,7 @@ static void outputs_are_written_within_a_block(void **unused)
     (void)unused;
     struct pair pair;
     struct view view = {
-        .width_px = WIDTH_PX, .height_px = HEIGHT_PX, .quality.shadows = VIEW_SHADOWS_NONE};
+        .width_px = WIDTH_PX, .height_px = HEIGHT_PX, .quality.shadows = SHADOWS_NONE};
     for (int i = 0; i < VIEW_OUTPUT_COUNT; i++)
         view.outputs |= 1u << i;
     take_pair(&view, &pair);
@@ -150,8 +149,8 @@ static void shadows_of_many_lights_are_built_within_a_block(void **unused)
 {
     (void)unused;
     enum { LIGHTS = 12 };
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
-                                                   VIEW_SHADOWS_DEEP};
+    static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_DEEP_LINKED,
+                                                       SHADOWS_DEEP};
     struct view_light lights[LIGHTS];
     for (int i = 0; i < LIGHTS; i++)
         lights[i] = (struct view_light){.type = SCENE_LIGHT_POINT,
@@ -182,7 +181,7 @@ static void shadows_of_many_lights_are_built_within_a_block(void **unused)
 static const struct view_light lamp = {
     .type = SCENE_LIGHT_POINT, .position = {0, 1.5, 0.2}, .color = {1, 1, 1}, .intensity = 5};
 
-static struct view lit_view(enum view_shadows shadows, int resolution)
+static struct view lit_view(enum shadow_technique shadows, int resolution)
 {
     return (struct view){
         .width_px = 64,
@@ -215,7 +214,7 @@ static void a_light_beyond_a_block_keeps_its_bits(void **unused)
     } maps[] = {{256, 0, 0}, {640, 0, 0}, {192, 0.05, 2}};
     for (int i = 0; i < 6; i++) {
         struct pair pair;
-        struct view view = lit_view(VIEW_SHADOWS_DEEP, maps[i / 2].resolution);
+        struct view view = lit_view(SHADOWS_DEEP, maps[i / 2].resolution);
         view.lights = lights;
         view.light_count = LIGHTS;
         view.quality.shadow_compression = maps[i / 2].compression;
@@ -236,14 +235,14 @@ static void a_light_beyond_a_block_of_other_structures_is_refused_by_number(void
 {
     (void)unused;
     static const struct {
-        enum view_shadows shadows;
+        enum shadow_technique shadows;
         int resolution;
         double compression;
         const char *reason;
     } cases[] = {
-        {VIEW_SHADOWS_DEEP_LINKED, 256, 0, "light 0 needs "},
-        {VIEW_SHADOWS_DEEP_LINKED, 384, 0, "light 0 needs 3538944 bytes of 'shadow.heads'"},
-        {VIEW_SHADOWS_DEEP, 384, 0.05, "light 0 needs 3538948 bytes of 'shadow.heads'"},
+        {SHADOWS_DEEP_LINKED, 256, 0, "light 0 needs "},
+        {SHADOWS_DEEP_LINKED, 384, 0, "light 0 needs 3538944 bytes of 'shadow.heads'"},
+        {SHADOWS_DEEP, 384, 0.05, "light 0 needs 3538948 bytes of 'shadow.heads'"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct view view = lit_view(cases[i].shadows, cases[i].resolution);
@@ -284,7 +283,7 @@ static void linked_light_lists_beyond_a_block_are_refused_by_number(void **unuse
         .height_px = HEIGHT_PX,
         .lights = lights,
         .light_count = LIGHTS,
-        .quality = {.shadows = VIEW_SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED}};
+        .quality = {.shadows = SHADOWS_NONE, .light_lists = VIEW_LIGHT_LISTS_LINKED}};
     struct fixture fixture;
     struct frame frame;
     struct error err = {0};

@@ -135,7 +135,7 @@ static void blended_card_fades_from_foot_to_top(void **state)
     rig_asset_open(&rig, *state, "AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb");
     struct view view = cards_view();
     struct view_node_override hidden = {.node = "TestBlend", .has_visible = true};
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     view.outputs = 1u << VIEW_OUTPUT_COLOR;
     struct image with = shoot_color(*state, &rig, &view);
     view.node_override_count = 1;

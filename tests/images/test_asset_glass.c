@@ -24,7 +24,7 @@ static void light_backdrop(struct view *view, const struct view_light *light)
     view->lights = light;
     view->light_count = 1;
     view->outputs = 1u << VIEW_OUTPUT_COLOR;
-    view->quality.shadows = VIEW_SHADOWS_NONE;
+    view->quality.shadows = SHADOWS_NONE;
 }
 
 /* What share of the second picture's light the first one shows at a world point. */
@@ -131,7 +131,7 @@ static void blocks_cast_shadows_by_beers_law(void **state)
     hide_blocks(hidden);
     view.nodes = hidden;
     for (int technique = 0; technique < 2; technique++) {
-        view.quality.shadows = technique ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_DEEP;
+        view.quality.shadows = technique ? SHADOWS_RAYTRACED : SHADOWS_DEEP;
         view.node_override_count = 0;
         struct image lit = shoot_color(*state, &rig, &view);
         save_picture(&lit, technique ? "AttenuationTest-raytraced" : "AttenuationTest-shadows");
@@ -219,7 +219,7 @@ static void transmission_textures_and_masks_tell_glass_from_paint(void **state)
     view.quality.samples = 1;
     view.lights = &side_light;
     view.light_count = 1;
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     shoot(*state, &rig, &view, &frame);
     struct view_node_override hidden = {.node = "Cloth Backdrop 01", .has_visible = true};
     view.nodes = &hidden;

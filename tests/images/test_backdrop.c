@@ -67,7 +67,7 @@ static void open_squares(struct rig_scene *rig, struct renderer *renderer)
 }
 
 /* A hemisphere of radiance 0 takes the place of default lights. */
-static struct view look(enum view_shadows shadows, int samples)
+static struct view look(enum shadow_technique shadows, int samples)
 {
     return (struct view){
         .width_px = SIZE,
@@ -129,14 +129,14 @@ static void expect_closed_forms(const struct image *image, const struct view *vi
 }
 
 static const struct {
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     int samples;
     bool is_reference;
 } forms[] = {
-    {VIEW_SHADOWS_DEEP, 1, false},      {VIEW_SHADOWS_DEEP, 4, false},
-    {VIEW_SHADOWS_MAP, 4, false},       {VIEW_SHADOWS_RAYTRACED_SHADOWS, 4, false},
-    {VIEW_SHADOWS_RAYTRACED, 4, false}, {VIEW_SHADOWS_RAYTRACED, 16, false},
-    {VIEW_SHADOWS_RAYTRACED, 4, true},
+    {SHADOWS_DEEP, 1, false},      {SHADOWS_DEEP, 4, false},
+    {SHADOWS_MAP, 4, false},       {SHADOWS_RAYTRACED_SHADOWS, 4, false},
+    {SHADOWS_RAYTRACED, 4, false}, {SHADOWS_RAYTRACED, 16, false},
+    {SHADOWS_RAYTRACED, 4, true},
 };
 enum { FORMS = sizeof forms / sizeof forms[0] };
 
@@ -234,7 +234,7 @@ static void a_device_shows_the_same_codes(void **unused)
     struct frame frame;
     struct image expected;
     open_squares(&rig, renderer);
-    struct view view = look(VIEW_SHADOWS_DEEP, 4);
+    struct view view = look(SHADOWS_DEEP, 4);
     view.background[3] = 0.5f;
     struct image linear = shoot_color(renderer, &rig, &view);
     const struct tone_map_desc encoding = view_screen_code(&view.screen);

@@ -155,8 +155,8 @@ static void caps_lie_where_rays_come_into_bodies(void **state)
  * included; with media, too. */
 static void every_technique_shows_the_same_caps(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_RAYTRACED,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED,
+                                                       SHADOWS_RAYTRACED_SHADOWS};
     for (int are_media = 0; are_media < 2; are_media++) {
         struct closed_form_body bodies[BODIES];
         struct rig_scene rig;

@@ -56,7 +56,7 @@ static void demo_views_keep_all_but_few_pixels(void **unused)
             struct view view = {.width_px = WIDTH_PX,
                                 .height_px = HEIGHT_PX,
                                 .camera.kind = VIEW_CAMERA_LOOK_AT,
-                                .quality = {.samples = 4, .shadows = VIEW_SHADOWS_NONE}};
+                                .quality = {.samples = 4, .shadows = SHADOWS_NONE}};
             memcpy(view.camera.eye, eyes[i], sizeof view.camera.eye);
             (hides ? found : said)[i] = take(renderer, &demo, &view);
         }

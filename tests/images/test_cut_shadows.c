@@ -148,11 +148,11 @@ static const struct {
     struct view_quality quality;
     double error; /* of traced pictures: that the one without shadows is rasterised */
 } techniques[] = {
-    {"deep", {.shadows = VIEW_SHADOWS_DEEP}, 1e-3},
-    {"compressed", {.shadows = VIEW_SHADOWS_DEEP, .shadow_compression = 0.01}, 0.011},
-    {"prefiltered", {.shadows = VIEW_SHADOWS_DEEP, .shadow_prefilter = 2}, 3e-3},
-    {"raytraced", {.shadows = VIEW_SHADOWS_RAYTRACED}, 1e-4},
-    {"raytraced-shadows", {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS}, 1e-4},
+    {"deep", {.shadows = SHADOWS_DEEP}, 1e-3},
+    {"compressed", {.shadows = SHADOWS_DEEP, .shadow_compression = 0.01}, 0.011},
+    {"prefiltered", {.shadows = SHADOWS_DEEP, .shadow_prefilter = 2}, 3e-3},
+    {"raytraced", {.shadows = SHADOWS_RAYTRACED}, 1e-4},
+    {"raytraced-shadows", {.shadows = SHADOWS_RAYTRACED_SHADOWS}, 1e-4},
     {"reference", {.reference = true}, 3e-5},
 };
 
@@ -183,7 +183,7 @@ static void set_technique(struct view *view, const struct view_quality *quality)
 static struct image shoot_bare(struct renderer *renderer, const struct rig_scene *rig,
                                struct view view)
 {
-    view.quality = (struct view_quality){.shadows = VIEW_SHADOWS_NONE, .samples = 1};
+    view.quality = (struct view_quality){.shadows = SHADOWS_NONE, .samples = 1};
     return shoot_color(renderer, rig, &view);
 }
 
@@ -222,7 +222,7 @@ static void maps_and_linked_lists_are_cut(void **state)
     open_bodies(&rig, *state, &lamp, bodies + 2, 2);
     for (int i = 0; i < 3; i++) {
         struct view view = look_down(1);
-        view.quality.shadows = i ? VIEW_SHADOWS_DEEP_LINKED : VIEW_SHADOWS_MAP;
+        view.quality.shadows = i ? SHADOWS_DEEP_LINKED : SHADOWS_MAP;
         view.quality.faithful = i == 2;
         struct image cut = shoot_color(*state, &rig, &view);
         struct view traced = look_down(1);
@@ -296,7 +296,7 @@ static void a_plane_rebuilds_only_what_it_reaches(void **state)
     view.lights = lamps;
     view.light_count = 2;
     view.ignore_scene_lights = true;
-    view.quality.shadows = VIEW_SHADOWS_MAP;
+    view.quality.shadows = SHADOWS_MAP;
     view.quality.shadow_resolution = 256;
     view.camera.eye[1] = 6;
     view.clip_planes = (const double(*)[4])plane;

@@ -24,7 +24,7 @@ static struct view nave_view(void)
 static struct image nave_without_shadows(const struct demo *demo)
 {
     struct view view = nave_view();
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     return shoot_color(demo->renderer, &demo->rig, &view);
 }
 

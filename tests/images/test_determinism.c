@@ -55,8 +55,8 @@ static void hash_scenes(struct renderer *renderer, uint64_t hashes[HASHES])
         size_t size;
         make_scene(i % SCENES, &glb, &size, &view);
         /* The corrected linked lists sort by depth, too: their bits are as fixed. */
-        static const enum view_shadows techniques[TECHNIQUES] = {
-            VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED, VIEW_SHADOWS_RAYTRACED_SHADOWS};
+        static const enum shadow_technique techniques[TECHNIQUES] = {
+            SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
         view.quality.shadows = techniques[i / SCENES];
         rig_scene_open(&rig, renderer, "hashed", glb, size);
         struct image color = shoot_color(renderer, &rig, &view);

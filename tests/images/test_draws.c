@@ -187,7 +187,7 @@ static void what_is_culled_is_what_nobody_sees(void **state)
     struct view_node_override hidden[OBJECTS] = {0};
     static char names[OBJECTS][16];
     open_wall(&rig, *state, KINDS);
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     shoot(*state, &rig, &view, &all);
     assert_int_in_range(all.report.counts.culled, OBJECTS / 2, OBJECTS - 1);
     assert_int_equal(all.report.counts.culled + all.report.counts.draws, OBJECTS);

@@ -27,7 +27,7 @@ static void stage_end(struct stage *stage)
     renderer_destroy(stage->renderer);
 }
 
-static struct view view_of(enum view_shadows shadows, int side)
+static struct view view_of(enum shadow_technique shadows, int side)
 {
     return (struct view){.width_px = side,
                          .height_px = side,
@@ -57,9 +57,8 @@ static void expect_same(const struct frame_report *fresh, const struct frame_rep
 
 static void a_setting_has_the_same_bytes_whatever_was_before(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
-                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {
+        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
     enum { COUNT = sizeof techniques / sizeof *techniques };
     struct frame_report first[COUNT]; /* one renderer at a time: each has a GL context */
     struct stage stage;
@@ -76,7 +75,7 @@ static void a_setting_has_the_same_bytes_whatever_was_before(void **state)
     stage_begin(&stage);
     for (int i = COUNT - 1; i >= 0; i--) {
         struct view view = view_of(techniques[i], 64);
-        bool may_be_linked = techniques[i] != VIEW_SHADOWS_RAYTRACED_SHADOWS;
+        bool may_be_linked = techniques[i] != SHADOWS_RAYTRACED_SHADOWS;
         view.quality.light_lists =
             may_be_linked && i % 2 ? VIEW_LIGHT_LISTS_LINKED : VIEW_LIGHT_LISTS_CLUSTERED;
         report_of(&stage, &view);
@@ -95,17 +94,17 @@ static void every_structure_is_counted_once(void **state)
     (void)state;
     struct stage stage;
     stage_begin(&stage);
-    struct view view = view_of(VIEW_SHADOWS_MAP, 32);
+    struct view view = view_of(SHADOWS_MAP, 32);
     struct frame_report map = report_of(&stage, &view);
     struct plan plan;
     struct error err = {0};
     assert_true(renderer_explain(stage.renderer, stage.demo.key, &view, &plan, &err));
     assert_int_equal(report_bytes_of(&map, "shadow"), plan.shadow_texels * 4);
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     struct frame_report none = report_of(&stage, &view);
     assert_int_equal(report_bytes_of(&none, "shadow"), 0);
     assert_int_equal(none.counts.shadowed_lights, 0);
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.shadows = SHADOWS_RAYTRACED;
     struct frame_report traced = report_of(&stage, &view);
     assert_int_equal(traced.byte_count, 1);
     assert_string_equal(traced.bytes[0].structure, "raytrace");
@@ -120,13 +119,13 @@ static void a_scene_that_goes_takes_its_memory_along(void **state)
     struct stage stage;
     struct renderer_info before, during, after;
     stage_begin(&stage);
-    struct view view = view_of(VIEW_SHADOWS_NONE, 32);
+    struct view view = view_of(SHADOWS_NONE, 32);
     report_of(&stage, &view);
     renderer_get_info(stage.renderer, &before);
-    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    view.quality.shadows = SHADOWS_DEEP_LINKED;
     view.quality.shadow_resolution = 128;
     report_of(&stage, &view);
-    view.quality.shadows = VIEW_SHADOWS_DEEP;
+    view.quality.shadows = SHADOWS_DEEP;
     struct frame_report deep = report_of(&stage, &view);
     renderer_get_info(stage.renderer, &during);
     assert_true(during.used_bytes > before.used_bytes + report_bytes_of(&deep, "shadow"));
@@ -147,10 +146,10 @@ static void linked_lists_hold_little_more_than_they_need(void **state)
     struct stage stage;
     struct renderer_info before, after;
     stage_begin(&stage);
-    struct view view = view_of(VIEW_SHADOWS_NONE, 32);
+    struct view view = view_of(SHADOWS_NONE, 32);
     report_of(&stage, &view);
     renderer_get_info(stage.renderer, &before);
-    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    view.quality.shadows = SHADOWS_DEEP_LINKED;
     view.quality.shadow_resolution = 512;
     struct frame_report linked = report_of(&stage, &view);
     renderer_get_info(stage.renderer, &after);

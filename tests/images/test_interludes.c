@@ -54,7 +54,7 @@ struct fixture {
     struct interruption interruption;
 };
 
-static struct view demo_view(enum view_shadows shadows)
+static struct view demo_view(enum shadow_technique shadows)
 {
     return (struct view){.width_px = 160,
                          .height_px = 96,
@@ -81,18 +81,18 @@ static void choose_others(struct fixture *fixture)
     const struct view_camera camera = {
         .kind = VIEW_CAMERA_LOOK_AT, .eye = {3, 4.5, 3}, .target = {0, 1.5, 0}};
     struct other *others = fixture->interruption.others;
-    others[0] = (struct other){&fixture->demo, demo_view(VIEW_SHADOWS_DEEP), 0};
+    others[0] = (struct other){&fixture->demo, demo_view(SHADOWS_DEEP), 0};
     others[0].view.width_px = 100;
     others[0].view.lights = &light;
     others[0].view.light_count = 1;
     others[0].view.quality.samples = 1;
-    others[1] = (struct other){&fixture->demo, demo_view(VIEW_SHADOWS_RAYTRACED), 0};
+    others[1] = (struct other){&fixture->demo, demo_view(SHADOWS_RAYTRACED), 0};
     others[1].view.camera = camera;
     others[1].view.clip_planes = plane;
     others[1].view.clip_plane_count = 1;
-    others[2] = (struct other){&fixture->panes, demo_view(VIEW_SHADOWS_RAYTRACED), 0};
+    others[2] = (struct other){&fixture->panes, demo_view(SHADOWS_RAYTRACED), 0};
     others[2].view.camera = camera;
-    others[3] = (struct other){&fixture->panes, demo_view(VIEW_SHADOWS_MAP), 0};
+    others[3] = (struct other){&fixture->panes, demo_view(SHADOWS_MAP), 0};
     others[3].view.camera = camera;
     for (int i = 0; i < OTHERS; i++) {
         struct image color = shoot_color(fixture->renderer, others[i].scene, &others[i].view);
@@ -158,7 +158,7 @@ static void ray_traced_frames_keep_their_bits(void **state)
     struct fixture fixture;
     (void)state;
     fixture_init(&fixture, render_rig_create());
-    struct view view = demo_view(VIEW_SHADOWS_RAYTRACED);
+    struct view view = demo_view(SHADOWS_RAYTRACED);
     assert_pauses_change_nothing(&fixture, &view, PAUSES);
     view.quality.reference = true;
     view.quality.samples = 1;
@@ -169,9 +169,8 @@ static void ray_traced_frames_keep_their_bits(void **state)
 /* Five steps of a window at least: surfaces, layers, light lists, shading, reading. */
 static void rasterised_frames_keep_their_bits(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
-                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {
+        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
     struct fixture fixture;
     (void)state;
     fixture_init(&fixture, render_rig_create());
@@ -199,7 +198,7 @@ static void batches_of_lights_keep_their_bits(void **state)
     struct renderer *renderer =
         create_renderer(&(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 36 << 20});
     fixture_init(&fixture, renderer);
-    struct view view = demo_view(VIEW_SHADOWS_DEEP);
+    struct view view = demo_view(SHADOWS_DEEP);
     view.quality.shadow_resolution = 256;
     struct frame frame;
     shoot(renderer, &fixture.demo, &view, &frame);
@@ -214,8 +213,7 @@ static void batches_of_lights_keep_their_bits(void **state)
  * processors have learned from the frame before that this is soon done. */
 static void shading_stops_between_bands(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED_SHADOWS};
     struct fixture fixture;
     (void)state;
     for (int budget_mib = 0; budget_mib <= 36; budget_mib += 36) {
@@ -250,8 +248,8 @@ static int count_lines(const struct frame_report *report, const char *pass)
  * of a frame that built them at once. */
 static void building_stops_between_lights(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_MAP, VIEW_SHADOWS_DEEP,
-                                                   VIEW_SHADOWS_DEEP_LINKED};
+    static const enum shadow_technique techniques[] = {SHADOWS_MAP, SHADOWS_DEEP,
+                                                       SHADOWS_DEEP_LINKED};
     struct fixture fixture;
     (void)state;
     fixture_init(&fixture, render_rig_create());
@@ -282,7 +280,7 @@ static void building_stops_between_lights(void **state)
 
 static void an_unwanted_frame_ends_and_the_next_is_whole(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_DEEP};
+    static const enum shadow_technique techniques[] = {SHADOWS_RAYTRACED, SHADOWS_DEEP};
     struct fixture fixture;
     (void)state;
     fixture_init(&fixture, render_rig_create());
@@ -319,8 +317,8 @@ static void rays_of_an_unwanted_frame_end_within_a_tile(void **state)
 {
     static const struct view_quality qualities[] = {
         {.reference = true, .samples = 256, .area_samples = 4096},
-        {.shadows = VIEW_SHADOWS_RAYTRACED, .area_samples = 4096},
-        {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .area_samples = 128}};
+        {.shadows = SHADOWS_RAYTRACED, .area_samples = 4096},
+        {.shadows = SHADOWS_RAYTRACED_SHADOWS, .area_samples = 128}};
     static const struct view_light area = {.type = SCENE_LIGHT_DISK,
                                            .position = {0, 6, 0},
                                            .direction = {0, -1, 0},

@@ -44,7 +44,7 @@ static void fixture_finish(struct fixture *fixture)
     renderer_destroy(fixture->renderer);
 }
 
-static struct view base_view(enum view_shadows shadows)
+static struct view base_view(enum shadow_technique shadows)
 {
     return (struct view){
         .width_px = 120,
@@ -138,9 +138,8 @@ static void select_and_deselect(const struct fixture *fixture, const struct view
 
 static void selecting_draws_nothing_but_the_outline(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_DEEP,
-                                                   VIEW_SHADOWS_RAYTRACED,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {
+        SHADOWS_NONE, SHADOWS_DEEP, SHADOWS_RAYTRACED, SHADOWS_RAYTRACED_SHADOWS};
     struct fixture fixture;
     (void)state;
     for (int poses = 0; poses < 2; poses++) {
@@ -160,7 +159,7 @@ static void pictures_for_the_screen_are_kept_linear(void **state)
     for (int poses = 0; poses < 2; poses++) {
         fixture_init(&fixture, poses);
         for (int backdrop = 0; backdrop < 2; backdrop++) {
-            struct view base = base_view(VIEW_SHADOWS_DEEP);
+            struct view base = base_view(SHADOWS_DEEP);
             base.screen.channels = 3;
             base.screen.has_backdrop = backdrop;
             select_and_deselect(&fixture, &base);
@@ -175,7 +174,7 @@ static void the_first_picture_may_have_an_outline(void **state)
     (void)state;
     for (int poses = 0; poses < 2; poses++) {
         fixture_init(&fixture, poses);
-        struct view base = base_view(VIEW_SHADOWS_DEEP);
+        struct view base = base_view(SHADOWS_DEEP);
         base.screen.channels = 4;
         CHECK(&fixture, {highlighted(base, vessel), false}, {base, true},
               {highlighted(base, pane), true});
@@ -194,7 +193,7 @@ static void what_changes_the_picture_draws_it_again(void **state)
     for (int poses = 0; poses < 2; poses++) {
         fixture_init(&fixture, poses);
         for (int change = 0; change < 8; change++) {
-            const struct view before = highlighted(base_view(VIEW_SHADOWS_DEEP), vessel);
+            const struct view before = highlighted(base_view(SHADOWS_DEEP), vessel);
             struct view view = before;
             view.camera.kind = change == 0 ? VIEW_CAMERA_FIT : VIEW_CAMERA_DEFAULT;
             view.background[0] = change == 1 ? 0.9f : 0.1f;
@@ -219,7 +218,7 @@ static void other_frames_are_not_kept(void **state)
     (void)state;
     for (int poses = 0; poses < 2; poses++) {
         fixture_init(&fixture, poses);
-        struct view single = base_view(VIEW_SHADOWS_DEEP), coarse = single;
+        struct view single = base_view(SHADOWS_DEEP), coarse = single;
         single.quality.expects_reuse = false;
         coarse.quality.may_be_coarse = true;
         CHECK(&fixture, {single, false}, {single, false}, {coarse, false}, {coarse, false});
@@ -234,7 +233,7 @@ static void a_frame_in_motion_takes_the_place_of_the_devices_picture(void **stat
     (void)state;
     for (int poses = 0; poses < 2; poses++) {
         fixture_init(&fixture, poses);
-        struct view base = base_view(VIEW_SHADOWS_DEEP), coarse = base;
+        struct view base = base_view(SHADOWS_DEEP), coarse = base;
         coarse.quality.may_be_coarse = true;
         CHECK(&fixture, {base, false}, {coarse, false}, {base, fixture.is_software},
               {highlighted(base, pane), true});
@@ -249,7 +248,7 @@ static void of_several_windows_a_copy_is_kept_once_it_has_come(void **state)
     (void)state;
     for (int poses = 0; poses < 2; poses++) {
         fixture_init(&fixture, poses);
-        struct view base = base_view(VIEW_SHADOWS_NONE);
+        struct view base = base_view(SHADOWS_NONE);
         base.width_px = 4100; /* a window has at most 4096 */
         base.height_px = 4;
         base.quality.samples = 1;
@@ -270,7 +269,7 @@ static void what_is_forgotten_is_drawn_again(void **state)
     (void)state;
     for (int poses = 0; poses < 2; poses++) {
         fixture_init(&fixture, poses);
-        struct view base = base_view(VIEW_SHADOWS_DEEP);
+        struct view base = base_view(SHADOWS_DEEP);
         for (int how = 0; how < 2; how++) {
             base.background[0] = 0.2f * (float)how;
             CHECK(&fixture, {base, false}, {base, true});
@@ -298,7 +297,7 @@ static void a_picture_on_its_way_is_not_relied_on(void **state)
         .renderer = render_rig_create_as(&(struct renderer_desc){
             .is_strict = true, .poses_as_hardware = true, .defers_frames = true})};
     rig_demo_open(&fixture.demo, fixture.renderer, "demo", 64);
-    const struct view base = base_view(VIEW_SHADOWS_DEEP), selected = highlighted(base, pane);
+    const struct view base = base_view(SHADOWS_DEEP), selected = highlighted(base, pane);
     struct view alone = selected;
     alone.quality.expects_reuse = false;
     shoot(fixture.renderer, &fixture.demo, &alone, &expected);

@@ -111,7 +111,7 @@ static void edit_lights(struct series *series)
     check(series, &view, all);
     view.quality.shadow_resolution = 128;
     check(series, &view, all);
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS; /* asks of the same surfaces by rays */
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS; /* asks of the same surfaces by rays */
     check(series, &view, all);
     lamp.position[0] = 0.5;
     check(series, &view, seen);
@@ -128,13 +128,13 @@ static void turn_to_maps(struct series *series)
 {
     struct view view = small_view();
     const struct expected stood = {false, false, true};
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     check(series, &view, none);
-    view.quality.shadows = VIEW_SHADOWS_DEEP;
+    view.quality.shadows = SHADOWS_DEEP;
     check(series, &view, stood);
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     check(series, &view, all);
-    view.quality.shadows = VIEW_SHADOWS_MAP;
+    view.quality.shadows = SHADOWS_MAP;
     check(series, &view, all);
 }
 

@@ -118,7 +118,7 @@ static void a_technique_that_was_asked_for_teaches_nothing(void **unused)
     const struct view view = {.width_px = 32,
                               .height_px = 24,
                               .camera = {.kind = VIEW_CAMERA_FIT},
-                              .quality = {.samples = 1, .shadows = VIEW_SHADOWS_RAYTRACED}};
+                              .quality = {.samples = 1, .shadows = SHADOWS_RAYTRACED}};
     for (int i = 0; i < 8; i++) {
         struct frame frame;
         assert_true(renderer_render(fixture.renderer, fixture.demo.key, &view, &frame, &err));
@@ -172,7 +172,7 @@ static void fixture_init_idle(struct fixture *fixture)
     teach_maps(fixture, &still);
 }
 
-static struct image draw_still(struct fixture *fixture, enum view_shadows shadows)
+static struct image draw_still(struct fixture *fixture, enum shadow_technique shadows)
 {
     struct view view = still;
     struct frame frame;
@@ -212,12 +212,12 @@ static void the_runner_up_is_timed_once_and_no_picture_changes(void **unused)
     (void)unused;
     struct fixture fixture;
     fixture_init_idle(&fixture);
-    struct image deep = draw_still(&fixture, VIEW_SHADOWS_DEEP);
-    struct image rays = draw_still(&fixture, VIEW_SHADOWS_RAYTRACED);
+    struct image deep = draw_still(&fixture, SHADOWS_DEEP);
+    struct image rays = draw_still(&fixture, SHADOWS_RAYTRACED);
     assert_int_equal(time_it(&fixture, -1), RUNNER_UP_TIMED);
-    struct image again = draw_still(&fixture, VIEW_SHADOWS_DEEP);
+    struct image again = draw_still(&fixture, SHADOWS_DEEP);
     check_same(&deep, &again);
-    again = draw_still(&fixture, VIEW_SHADOWS_RAYTRACED);
+    again = draw_still(&fixture, SHADOWS_RAYTRACED);
     check_same(&rays, &again);
     for (int i = 0; i < FORECAST_TECHNIQUES; i++) /* the third, if it is worth it, and then none */
         (void)time_it(&fixture, -1);
@@ -233,11 +233,11 @@ static void a_timing_ends_where_it_shall_and_leaves_nothing(void **unused)
     for (int stop_at = 0; stop_at < 3; stop_at++) {
         struct fixture fixture;
         fixture_init_idle(&fixture);
-        struct image open = draw_still(&fixture, VIEW_SHADOWS_AUTO);
+        struct image open = draw_still(&fixture, SHADOWS_AUTO);
         uint64_t print = print_of(&fixture);
         assert_int_equal(time_it(&fixture, stop_at), RUNNER_UP_STOPPED);
         assert_int_equal(print_of(&fixture), print);
-        struct image again = draw_still(&fixture, VIEW_SHADOWS_AUTO);
+        struct image again = draw_still(&fixture, SHADOWS_AUTO);
         check_same(&open, &again);
         image_finish(&open);
         fixture_finish(&fixture);

@@ -27,7 +27,7 @@ static bool never(void *context)
     return false;
 }
 
-static struct view view_by(enum view_shadows shadows)
+static struct view view_by(enum shadow_technique shadows)
 {
     return (struct view){.width_px = 48,
                          .height_px = 48,
@@ -69,9 +69,8 @@ static void link_all(struct warm_scene *scene, const struct view *view)
 
 static void link_techniques(struct warm_scene *scene, const struct view *view)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
-                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {
+        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
     for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
         struct view other = *view;
         other.quality.shadows = techniques[i];
@@ -95,14 +94,14 @@ static void programs_of_every_technique_link(void **state)
 {
     (void)state;
     struct warm_scene scene;
-    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    struct view view = view_by(SHADOWS_DEEP);
     open_demo(&scene);
     for (int samples = 1; samples <= 4; samples += 3) {
         view.quality.samples = samples;
         link_techniques(&scene, &view);
     }
     view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
-    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    view.quality.shadows = SHADOWS_DEEP_LINKED;
     link_all(&scene, &view);
     view.quality.faithful = true;
     link_all(&scene, &view);
@@ -113,11 +112,11 @@ static void programs_of_every_output_and_camera_link(void **state)
 {
     (void)state;
     struct warm_scene scene;
-    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    struct view view = view_by(SHADOWS_DEEP);
     open_demo(&scene);
     view.outputs = ALL_OUTPUTS;
     link_all(&scene, &view);
-    view = view_by(VIEW_SHADOWS_DEEP);
+    view = view_by(SHADOWS_DEEP);
     view.camera.ortho_height = 2;
     link_all(&scene, &view);
     close_scene(&scene);
@@ -132,7 +131,7 @@ static void programs_that_sort_long_lists_link_before_any_list_is_counted(void *
     struct warm_scene scene;
     open_demo(&scene);
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
-        const struct view view = view_by(VIEW_SHADOWS_DEEP);
+        const struct view view = view_by(SHADOWS_DEEP);
         scene.file = files[i];
         scene.has_file = false;
         link_all(&scene, &view);
@@ -146,7 +145,7 @@ static void programs_of_approximated_and_filtered_lists_link(void **state)
 {
     (void)state;
     struct warm_scene scene;
-    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    struct view view = view_by(SHADOWS_DEEP);
     open_demo(&scene);
     view.quality.shadow_compression = 0.01;
     link_all(&scene, &view);
@@ -164,7 +163,7 @@ static void programs_of_media_and_of_cuts_link(void **state)
     (void)state;
     struct warm_scene scene = {.renderer = render_rig_create()};
     struct closed_form_scene body = {0};
-    struct view view = view_by(VIEW_SHADOWS_DEEP);
+    struct view view = view_by(SHADOWS_DEEP);
     media_scene_build(&(struct media_scene_desc){.bodies = &box, .count = 1}, &body);
     rig_scene_open(&scene.rig, scene.renderer, "medium", body.glb, body.size_bytes);
     link_techniques(&scene, &view);

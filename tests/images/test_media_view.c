@@ -411,7 +411,7 @@ static void the_reference_sees_the_same(void **state)
         view.lights = &sun;
         view.light_count = 1;
         struct frame lists = render(*state, &desc, &view);
-        view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+        view.quality.shadows = SHADOWS_RAYTRACED;
         view.quality.reference = round > 3; /* else the production form, in packets */
         struct frame traced = render(*state, &desc, &view);
         int apart = 0;

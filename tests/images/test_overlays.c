@@ -42,7 +42,7 @@ static struct view look(const double eye[3], double ortho_height)
         .height_px = HEIGHT_PX,
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .fov_y_deg = 50, .ortho_height = ortho_height},
         .background = {0.2f, 0.2f, 0.2f, 1},
-        .quality = {.samples = 4, .shadows = VIEW_SHADOWS_NONE},
+        .quality = {.samples = 4, .shadows = SHADOWS_NONE},
     };
     memcpy(view.camera.eye, eye, sizeof view.camera.eye);
     return view;
@@ -158,7 +158,7 @@ static void what_is_hidden_is_dimmed(void **state)
     select_body(&rig, 1);
     view.highlight = outline(2);
     for (int is_traced = 0; is_traced < 2; is_traced++) {
-        view.quality.shadows = is_traced ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_NONE;
+        view.quality.shadows = is_traced ? SHADOWS_RAYTRACED : SHADOWS_NONE;
         double *alpha = alphas(*state, &rig, &view, "overlay_hidden"), at[2];
         assert_true(view_project(&view, (double[]){0.2, 0, 0}, at));
         double hidden =
@@ -350,7 +350,7 @@ static void traced_pictures_get_the_same_overlay(void **state)
     select_body(&rig, 0);
     view.highlight = outline(3);
     double *raster = alphas(*state, &rig, &view, "overlay_raster");
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.shadows = SHADOWS_RAYTRACED;
     double *traced = alphas(*state, &rig, &view, "overlay_traced"), worst = 0;
     for (int i = 0; i < WIDTH_PX * HEIGHT_PX; i++)
         worst = fmax(worst, fabs(raster[i] - traced[i]));

@@ -41,7 +41,7 @@ struct pair {
 static struct pair shoot_pair(const struct opened *opened, struct view view)
 {
     struct pair pair = {.lit = shoot_color(opened->renderer, &opened->rig, &view)};
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     pair.open = shoot_color(opened->renderer, &opened->rig, &view);
     return pair;
 }
@@ -96,7 +96,7 @@ static void blend_passes_what_its_filter_says(void **state)
                 .height_px = 16,
                 .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 0.4, 0.5}, .fov_y_deg = 20},
                 .quality = {.blend_filter = (enum view_blend_filter)f,
-                            .shadows = technique ? VIEW_SHADOWS_DEEP_LINKED : VIEW_SHADOWS_DEEP}};
+                            .shadows = technique ? SHADOWS_DEEP_LINKED : SHADOWS_DEEP}};
             double expected[3] = {1, 1, 1};
             for (int i = 0; i < 9; i++)
                 expected[i % 3] *=
@@ -113,7 +113,7 @@ static void blend_passes_what_its_filter_says(void **state)
 /* -- Texture projector -- */
 
 static void project_picture(void **state, const struct projector_scene_desc *desc,
-                            enum view_shadows shadows)
+                            enum shadow_technique shadows)
 {
     static const double facing[3] = {0, 0, 1};
     struct opened opened;
@@ -146,10 +146,10 @@ static void project_picture(void **state, const struct projector_scene_desc *des
 
 static void a_picture_is_projected_colour_by_colour(void **state)
 {
-    for (int shadows = VIEW_SHADOWS_DEEP; shadows <= VIEW_SHADOWS_DEEP_LINKED; shadows++) {
-        project_picture(state, &(struct projector_scene_desc){0}, (enum view_shadows)shadows);
+    for (int shadows = SHADOWS_DEEP; shadows <= SHADOWS_DEEP_LINKED; shadows++) {
+        project_picture(state, &(struct projector_scene_desc){0}, (enum shadow_technique)shadows);
         project_picture(state, &(struct projector_scene_desc){.cells = 12, .is_bars = true},
-                        (enum view_shadows)shadows);
+                        (enum shadow_technique)shadows);
     }
 }
 
@@ -172,7 +172,7 @@ static void check_tilt(struct renderer *renderer, const struct tilted_scene_desc
     open_scene(&opened, renderer);
     for (int technique = 0; technique < 2; technique++) {
         struct view view = tilted_view();
-        view.quality.shadows = technique ? VIEW_SHADOWS_DEEP_LINKED : VIEW_SHADOWS_DEEP;
+        view.quality.shadows = technique ? SHADOWS_DEEP_LINKED : SHADOWS_DEEP;
         struct pair pair = shoot_pair(&opened, view);
         int compared = 0;
         for (int i = 0; i < 64 * 64; i++) {

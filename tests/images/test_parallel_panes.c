@@ -27,9 +27,9 @@ static const struct technique {
     struct view_quality quality;
     enum law law;
 } techniques[] = {
-    {"deep", {.shadows = VIEW_SHADOWS_DEEP}, LAW_EXACT},
-    {"deep-linked", {.shadows = VIEW_SHADOWS_DEEP_LINKED}, LAW_UNORM16},
-    {"deep-linked faithful", {.shadows = VIEW_SHADOWS_DEEP_LINKED, .faithful = true}, LAW_UNORM8},
+    {"deep", {.shadows = SHADOWS_DEEP}, LAW_EXACT},
+    {"deep-linked", {.shadows = SHADOWS_DEEP_LINKED}, LAW_UNORM16},
+    {"deep-linked faithful", {.shadows = SHADOWS_DEEP_LINKED, .faithful = true}, LAW_UNORM8},
 };
 
 /* Filters from dark to clear, all different, the product of n of them still visible: their optical
@@ -115,7 +115,7 @@ static void check_view(struct renderer *renderer, const struct rig_scene *rig,
                        const char *name)
 {
     struct view view = *where;
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     struct image open = shoot_color(renderer, rig, &view);
     for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
         view.quality = techniques[i].quality;
@@ -299,7 +299,7 @@ static void clear_passes_all_and_black_nothing(void **state)
         struct view view = floor_view();
         view.quality = techniques[i].quality;
         struct image lit = shoot_color(*state, &rig, &view);
-        view.quality.shadows = VIEW_SHADOWS_NONE;
+        view.quality.shadows = SHADOWS_NONE;
         struct image open = shoot_color(*state, &rig, &view);
         for (int y = 0; y < lit.height_px; y++)
             for (int x = 0; x < lit.width_px; x++) {

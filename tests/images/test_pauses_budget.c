@@ -35,7 +35,7 @@ static bool serve(void *context)
 {
     struct loss *loss = context;
     const struct view view = {
-        .width_px = 32, .height_px = 32, .quality = {.shadows = VIEW_SHADOWS_NONE, .samples = 1}};
+        .width_px = 32, .height_px = 32, .quality = {.shadows = SHADOWS_NONE, .samples = 1}};
     if (++loss->pauses < loss->at)
         return true;
     struct image color = shoot_color(loss->renderer, loss->other, &view);
@@ -73,7 +73,7 @@ static void fixture_finish(struct fixture *fixture)
     renderer_destroy(fixture->renderer);
 }
 
-static struct view demo_view(enum view_shadows shadows)
+static struct view demo_view(enum shadow_technique shadows)
 {
     return (struct view){.width_px = 64,
                          .height_px = 40,
@@ -83,7 +83,7 @@ static struct view demo_view(enum view_shadows shadows)
 /* Lights of one kind, whose structures are of one size. */
 static struct view lit_view(struct view_light lights[LIGHTS])
 {
-    struct view view = demo_view(VIEW_SHADOWS_DEEP);
+    struct view view = demo_view(SHADOWS_DEEP);
     for (int i = 0; i < LIGHTS; i++)
         lights[i] = (struct view_light){.type = SCENE_LIGHT_DIRECTIONAL,
                                         .direction = {0.4 * i - 1, -1, 0.3 * i - 1},
@@ -167,7 +167,7 @@ static void batches_that_no_longer_fit_become_smaller(void **state)
 /* Rays stop for others, too: what fails then is told as it is. */
 static void what_fails_in_a_pause_of_shadow_rays_is_told(void **state)
 {
-    struct view view = demo_view(VIEW_SHADOWS_RAYTRACED_SHADOWS);
+    struct view view = demo_view(SHADOWS_RAYTRACED_SHADOWS);
     struct fixture fixture;
     struct frame frame;
     bool is_lost = true, is_good = false;

@@ -89,9 +89,8 @@ static struct view small_view(void)
 
 static void a_cold_frame_runs_what_its_plan_lists(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_AUTO, VIEW_SHADOWS_NONE,
-                                                   VIEW_SHADOWS_MAP, VIEW_SHADOWS_DEEP,
-                                                   VIEW_SHADOWS_DEEP_LINKED};
+    static const enum shadow_technique techniques[] = {SHADOWS_AUTO, SHADOWS_NONE, SHADOWS_MAP,
+                                                       SHADOWS_DEEP, SHADOWS_DEEP_LINKED};
     for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
         for (int samples = 1; samples <= 4; samples += 3) {
             struct scene_case scene = {0};
@@ -148,7 +147,7 @@ static void a_traced_frame_plans_no_shadow_map(void **state)
 {
     struct scene_case scene = {0};
     struct view view = small_view();
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.shadows = SHADOWS_RAYTRACED;
     view.quality.samples = 1;
     open_panes(&scene, *state, 2);
     struct plan plan = check_plan(*state, &scene, &view, false);
@@ -182,7 +181,7 @@ static void the_known_memory_is_what_the_frame_takes(void **state)
     open_panes(&scene, *state, 2);
     check_known_memory(*state, &scene, &view);
     view.outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_DEPTH;
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED; /* the depth is rasterised, with one sample */
+    view.quality.shadows = SHADOWS_RAYTRACED; /* the depth is rasterised, with one sample */
     check_known_memory(*state, &scene, &view);
     close_scene(&scene, *state);
 }

@@ -70,7 +70,7 @@ static struct view small_view(void)
     return (struct view){.width_px = SIDE,
                          .height_px = SIDE,
                          .camera = {.kind = VIEW_CAMERA_FIT},
-                         .quality = {.shadow_resolution = 64, .shadows = VIEW_SHADOWS_DEEP}};
+                         .quality = {.shadow_resolution = 64, .shadows = SHADOWS_DEEP}};
 }
 
 static bool is_first_of_its_kind(const struct program_list *list, size_t index)
@@ -138,9 +138,8 @@ static uint64_t check_programs(const struct program_case *c, const struct view *
 
 static void every_technique_builds_what_is_listed(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_MAP,
-                                                   VIEW_SHADOWS_DEEP, VIEW_SHADOWS_DEEP_LINKED,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {
+        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
     (void)state;
     struct program_case c;
     open_demo(&c);
@@ -165,7 +164,7 @@ static void lists_outputs_and_cameras_build_what_is_listed(void **state)
     view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     assert_true(check_programs(&c, &view) > 0);
     view.quality.faithful = true;
-    view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    view.quality.shadows = SHADOWS_DEEP_LINKED;
     assert_true(check_programs(&c, &view) > 0);
     view = small_view();
     view.outputs = 0x3ff; /* all */
@@ -185,7 +184,7 @@ static void pictures_for_a_screen_build_what_is_listed(void **state)
     struct view view = small_view();
     (void)state;
     rig_demo_open(&c.rig, c.renderer, "demo", 64);
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     assert_true(check_programs(&c, &view) > 0);
     view.screen.channels = 3;
     assert_int_equal(check_programs(&c, &view), 1);
@@ -292,8 +291,8 @@ static void slices_build_what_is_listed(void **state)
         struct program_case c;
         open_short(&c, 0, steps[i]);
         for (int samples = 1; samples <= 4; samples += 3) {
-            static const enum view_shadows techniques[] = {VIEW_SHADOWS_NONE, VIEW_SHADOWS_DEEP,
-                                                           VIEW_SHADOWS_RAYTRACED_SHADOWS};
+            static const enum shadow_technique techniques[] = {SHADOWS_NONE, SHADOWS_DEEP,
+                                                               SHADOWS_RAYTRACED_SHADOWS};
             for (int t = 0; t < 3; t++) {
                 struct view view = small_view();
                 view.quality.samples = samples;

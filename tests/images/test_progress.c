@@ -54,7 +54,7 @@ static void fixture_finish(struct fixture *fixture)
     renderer_destroy(fixture->renderer);
 }
 
-static struct view demo_view(enum view_shadows shadows)
+static struct view demo_view(enum shadow_technique shadows)
 {
     return (struct view){.width_px = 160,
                          .height_px = 96,
@@ -85,7 +85,7 @@ static void rays_tell_the_tiles_that_are_traced(void **state)
     struct told told;
     fixture_init(&fixture, &(struct renderer_desc){.is_strict = true});
     for (int is_reference = 0; is_reference < 2; is_reference++) {
-        struct view view = demo_view(VIEW_SHADOWS_RAYTRACED);
+        struct view view = demo_view(SHADOWS_RAYTRACED);
         view.quality.samples = is_reference ? 1 : 4;
         view.quality.reference = is_reference;
         struct image plain = shoot_color(fixture.renderer, &fixture.demo, &view);
@@ -107,7 +107,7 @@ static void shadows_tell_the_structures_that_stand(void **state)
     struct told told;
     struct frame_report report;
     fixture_init(&fixture, &(struct renderer_desc){.is_strict = true});
-    struct view view = demo_view(VIEW_SHADOWS_DEEP);
+    struct view view = demo_view(SHADOWS_DEEP);
     uint64_t cold = render_and_listen(&fixture, &view, &told, &report);
     assert_in_range(report.counts.shadow_maps_built, 2, 100);
     assert_in_range(told.stages[FRAME_STAGE_SHADOWS].count, 1, report.counts.shadow_maps_built);
@@ -127,8 +127,7 @@ static bool is_never_due(void *context)
 
 static void shading_tells_its_bands_and_never_falls(void **state)
 {
-    static const enum view_shadows techniques[] = {VIEW_SHADOWS_DEEP,
-                                                   VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED_SHADOWS};
     (void)state;
     struct fixture fixture;
     struct told told;
@@ -143,7 +142,7 @@ static void shading_tells_its_bands_and_never_falls(void **state)
         image_finish(&plain);
         assert_in_range(told.stages[FRAME_STAGE_SHADING].count, fixture.is_software ? 6 : 2,
                         INT32_MAX);
-        if (techniques[i] == VIEW_SHADOWS_DEEP) /* told by one thread */
+        if (techniques[i] == SHADOWS_DEEP) /* told by one thread */
             assert_int_equal(0, told.stages[FRAME_STAGE_SHADING].falls);
         assert_float_equal(0, told.stages[FRAME_STAGE_SHADING].first, 1e-9);
         assert_true(told.stages[FRAME_STAGE_SHADING].most >= 0.5);
@@ -159,7 +158,7 @@ static void batches_of_lights_tell_the_lights_that_are_done(void **state)
     struct frame_report report;
     fixture_init(&fixture,
                  &(struct renderer_desc){.is_strict = true, .gpu_budget_bytes = 36 << 20});
-    struct view view = demo_view(VIEW_SHADOWS_DEEP);
+    struct view view = demo_view(SHADOWS_DEEP);
     view.quality.shadow_resolution = 256;
     uint64_t cold = render_and_listen(&fixture, &view, &told, NULL);
     assert_true(cold == render_and_listen(&fixture, &view, &told, &report));
@@ -178,7 +177,7 @@ static void windows_tell_their_share_of_the_picture(void **state)
     struct fixture fixture;
     struct told told;
     fixture_init(&fixture, &(struct renderer_desc){.is_strict = true});
-    struct view view = demo_view(VIEW_SHADOWS_NONE);
+    struct view view = demo_view(SHADOWS_NONE);
     view.width_px = 8200; /* more than a window's side, twice */
     view.height_px = 16;
     view.quality.samples = 1;

@@ -75,8 +75,8 @@ static void transmittance_equals_the_closed_form(void **state)
     }
 }
 
-static struct frame render(struct renderer *renderer, const char *key, enum view_shadows shadows,
-                           const char *camera)
+static struct frame render(struct renderer *renderer, const char *key,
+                           enum shadow_technique shadows, const char *camera)
 {
     struct view view = {
         .width_px = SIDE_PX,
@@ -86,7 +86,7 @@ static struct frame render(struct renderer *renderer, const char *key, enum view
                     .samples = 1,
                     .shadow_taps = 1,
                     .shadow_resolution = 2048,
-                    .reference = shadows == VIEW_SHADOWS_RAYTRACED},
+                    .reference = shadows == SHADOWS_RAYTRACED},
     };
     struct frame frame;
     struct error err = {0};
@@ -108,8 +108,8 @@ static void deep_shadows_equal_the_ground_truth(void **state)
                 .pane_count = 12, .seed = seed, .light = (enum glb_light_type)(seed % 3)},
             &scene);
         assert_true(rig_scene_from_glb(&rig, *state, "panes", scene.glb, scene.size_bytes, &err));
-        struct frame truth = render(*state, rig.key, VIEW_SHADOWS_RAYTRACED, "Floor");
-        struct frame deep = render(*state, rig.key, VIEW_SHADOWS_DEEP, "Floor");
+        struct frame truth = render(*state, rig.key, SHADOWS_RAYTRACED, "Floor");
+        struct frame deep = render(*state, rig.key, SHADOWS_DEEP, "Floor");
         double share = image_share_differing(&deep.outputs[VIEW_OUTPUT_COLOR],
                                              &truth.outputs[VIEW_OUTPUT_COLOR], 1e-3, 1);
         printf("seed %d: %.2f %% of pixels differ by more than 1e-3\n", (int)seed, 100 * share);
@@ -139,7 +139,7 @@ static void shading_equals_the_ground_truth(void **state)
         .width_px = SIDE_PX,
         .height_px = SIDE_PX,
         .camera = {.kind = VIEW_CAMERA_NODE, .node = "Room"},
-        .quality = {.shadows = VIEW_SHADOWS_NONE, .samples = 1},
+        .quality = {.shadows = SHADOWS_NONE, .samples = 1},
     };
     struct frame frame;
     if (!renderer_render(*state, rig.key, &view, &frame, &err))

@@ -478,7 +478,7 @@ static void auto_traces_area_lights_and_maps_draw_their_centre(void **unused)
     struct frame traced = shoot(renderer, rig.key, &view);
     assert_true(has_text(&traced.report, "1 area light: soft shadows are ray traced"));
     assert_false(traced.report.error_is_exact);
-    view.quality.shadows = VIEW_SHADOWS_MAP;
+    view.quality.shadows = SHADOWS_MAP;
     struct frame mapped = shoot(renderer, rig.key, &view);
     assert_true(has_text(&mapped.report, "drawn from the centre"));
     save_picture(&traced.outputs[VIEW_OUTPUT_COLOR], "area_raytraced");

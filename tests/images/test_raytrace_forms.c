@@ -42,7 +42,7 @@ static struct view make_view(const char *camera, int samples)
     return (struct view){.width_px = SIDE_PX,
                          .height_px = SIDE_PX,
                          .camera = {.kind = VIEW_CAMERA_NODE, .node = camera},
-                         .quality = {.shadows = VIEW_SHADOWS_RAYTRACED, .samples = samples}};
+                         .quality = {.shadows = SHADOWS_RAYTRACED, .samples = samples}};
 }
 
 /* At pixel centres both forms shade the same points. What differs are rays that f32 sends past the
@@ -96,7 +96,7 @@ static void production_samples_where_the_rasteriser_does(void **state)
                      &scene);
     open_scene(&rig, *state, &scene);
     struct view view = make_view("Room", 4);
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     struct frame raster = frame_of(*state, &rig, &view);
     struct scene_state scene_state;
     struct camera camera;

@@ -364,7 +364,7 @@ static void the_view_is_attenuated_from_the_eye_on(void **unused)
                            .up = {0, 0, -1},
                            .fov_y_deg = 60,
                            .ortho_height = i / 2 % 2 ? 3 : 0},
-                .quality = {.shadows = VIEW_SHADOWS_RAYTRACED, .samples = 1, .reference = i % 2}};
+                .quality = {.shadows = SHADOWS_RAYTRACED, .samples = 1, .reference = i % 2}};
             if (i / 4 == 2)
                 view.camera.eye[1] = 0.1;
             check_camera(renderer, &rig, boxes, &view);

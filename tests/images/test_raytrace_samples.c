@@ -69,7 +69,7 @@ static void open_fins(struct rig_scene *rig, struct renderer *renderer)
     finish(builder, rig, renderer, "fins");
 }
 
-static struct view look(const double eye[3], const double target[3], enum view_shadows shadows)
+static struct view look(const double eye[3], const double target[3], enum shadow_technique shadows)
 {
     struct view view = {.width_px = WIDTH,
                         .height_px = HEIGHT,
@@ -102,7 +102,7 @@ static void expect_better_than_once(struct renderer *renderer, const struct rig_
     struct view exact = view;
     exact.quality = (struct view_quality){.reference = true, .samples = 64};
     struct image reference = shoot_color(renderer, rig, &exact);
-    static const enum view_shadows forms[] = {VIEW_SHADOWS_RAYTRACED, VIEW_SHADOWS_DEEP};
+    static const enum shadow_technique forms[] = {SHADOWS_RAYTRACED, SHADOWS_DEEP};
     static const char *const names[] = {"raytraced", "deep"};
     for (int i = 0; i < 2; i++) {
         view.quality.shadows = forms[i];
@@ -148,7 +148,7 @@ static void an_engine_is_better_than_shaded_once(void **state)
 static uint64_t count_rays(struct renderer *renderer, const struct rig_scene *rig, int samples)
 {
     struct frame frame;
-    struct view view = look((double[]){0, 3, 0.5}, (double[]){0, 0, 0}, VIEW_SHADOWS_RAYTRACED);
+    struct view view = look((double[]){0, 3, 0.5}, (double[]){0, 0, 0}, SHADOWS_RAYTRACED);
     view.quality.samples = samples;
     shoot(renderer, rig, &view, &frame);
     uint64_t rays = frame.report.counts.shadow_rays;

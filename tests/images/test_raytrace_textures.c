@@ -97,9 +97,9 @@ static struct view look(int place)
 static double compare_with_raster(struct renderer *renderer, const struct rig_scene *rig,
                                   struct view *view, const char *name)
 {
-    view->quality.shadows = VIEW_SHADOWS_NONE;
+    view->quality.shadows = SHADOWS_NONE;
     struct image raster = shoot_color(renderer, rig, view);
-    view->quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view->quality.shadows = SHADOWS_RAYTRACED;
     struct image traced = shoot_color(renderer, rig, view);
     double error = mean_error(&traced, &raster);
     printf("%s, %d samples: MAE / mean %.4f\n", name, view->quality.samples, error);
@@ -143,8 +143,7 @@ static void more_samples_near_the_reference(void **state)
     view.quality = (struct view_quality){.reference = true, .samples = 256};
     struct image reference = shoot_color(*state, &rig, &view);
     for (int i = 0; i < 4; i++) {
-        view.quality =
-            (struct view_quality){.shadows = VIEW_SHADOWS_RAYTRACED, .samples = 4 << 2 * i};
+        view.quality = (struct view_quality){.shadows = SHADOWS_RAYTRACED, .samples = 4 << 2 * i};
         struct image traced = shoot_color(*state, &rig, &view);
         errors[i] = mean_error(&traced, &reference);
         printf("%d samples: MAE / mean %.4f\n", view.quality.samples, errors[i]);
@@ -166,7 +165,7 @@ static void samplers_without_levels_are_averaged(void **state)
     view.height_px = 72;
     view.quality = (struct view_quality){.reference = true, .samples = 64};
     struct image reference = shoot_color(*state, &rig, &view);
-    view.quality = (struct view_quality){.shadows = VIEW_SHADOWS_RAYTRACED, .samples = 1};
+    view.quality = (struct view_quality){.shadows = SHADOWS_RAYTRACED, .samples = 1};
     struct image one = shoot_color(*state, &rig, &view);
     view.quality.samples = 4;
     struct image four = shoot_color(*state, &rig, &view);
@@ -185,9 +184,9 @@ static void a_textured_scene_looks_the_same_traced_and_drawn(void **state)
     struct rig_scene rig;
     rig_demo_open(&rig, *state, "demo", 256);
     struct view view = {.width_px = 192, .height_px = 144, .quality = {.samples = 1}};
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     struct image drawn = shoot_color(*state, &rig, &view);
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.shadows = SHADOWS_RAYTRACED;
     struct image traced = shoot_color(*state, &rig, &view);
     double error = mean_error(&traced, &drawn);
     printf("demo: MAE / mean %.4f\n", error);

@@ -26,12 +26,12 @@ static double compare(struct renderer *renderer, const struct rig_scene *rig, st
                       const char *name, double tolerance)
 {
     struct frame frame;
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     shoot(renderer, rig, &view, &frame);
     assert_image_is_sound(&frame.outputs[VIEW_OUTPUT_COLOR], 1e6);
     assert_true(report_has_pass(&frame.report, "shadow.trace", "raytraced-shadows"));
     assert_false(report_has_pass(&frame.report, "shadow.depth", NULL));
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view.quality.shadows = SHADOWS_RAYTRACED;
     struct image whole = shoot_color(renderer, rig, &view);
     double share = image_share_differing(&frame.outputs[VIEW_OUTPUT_COLOR], &whole, tolerance, 1);
     printf("%s: %.3f %% of pixels differ by more than %g; %llu rays\n", name, 100 * share,
@@ -51,7 +51,7 @@ static double compare_bare(struct renderer *renderer, const struct rig_scene *ri
     struct camera camera;
     struct image traced;
     struct error err = {0};
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     struct image raster = shoot_color(renderer, rig, &view);
     assert_true(scene_state_init(&state, &rig->imported.scene, &view, &err));
     assert_true(camera_resolve(&camera, &view, &state, &err));
@@ -151,7 +151,7 @@ static void more_filters_than_one_slice_holds_lose_nothing(void **state)
     rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
     struct view view = make_view("Floor", 1);
     view.width_px = view.height_px = SIDE;
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     struct image few = shoot_color(*state, &rig, &view);
     for (int i = 0; i < LIGHTS; i++)
         lights[i] = (struct view_light){.type = SCENE_LIGHT_DIRECTIONAL,
@@ -302,7 +302,7 @@ static void penumbra_of_a_half_plane_follows_lamberts_formula(void **state)
                                        .target = {0, 0, 0},
                                        .up = {0, 0, -1},
                                        .fov_y_deg = 90};
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     view.quality.area_samples = SAMPLES;
     struct frame frame;
     shoot(*state, &rig, &view, &frame);
@@ -340,7 +340,7 @@ static void more_points_than_a_window_holds_lose_nothing(void **state)
     random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 6, .seed = 4}, &scene);
     rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
     struct view view = make_view("Floor", 1);
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     view.quality.area_samples = SAMPLES;
     struct image without = shoot_color(*state, &rig, &view);
     struct view_light light = soft_lights[0];
@@ -399,9 +399,9 @@ static double look(struct renderer *renderer, const struct rig_scene *rig, const
 static void self_shadow_and_cast_once_hold_for_rays(void **state)
 {
     static const struct view_quality techniques[] = {
-        {.shadows = VIEW_SHADOWS_DEEP},
-        {.shadows = VIEW_SHADOWS_RAYTRACED, .samples = 1},
-        {.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = 1},
+        {.shadows = SHADOWS_DEEP},
+        {.shadows = SHADOWS_RAYTRACED, .samples = 1},
+        {.shadows = SHADOWS_RAYTRACED_SHADOWS, .samples = 1},
         {.reference = true, .samples = 1}};
     static const double eyes_m[] = {2, 0.6};
     struct closed_form_scene scene;
@@ -465,14 +465,14 @@ static void rays_are_only_for_lights_with_casters(void **state)
         (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 1, 1}, .target = {0, 0, 0}};
     view.lights = &lamp;
     view.light_count = 1;
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     lamp.casts_no_shadow = true;
     struct frame frame;
     shoot(*state, &rig, &view, &frame);
     assert_false(report_has_pass(&frame.report, "shadow", NULL));
     assert_false(report_has_pass(&frame.report, "raytrace", NULL));
     assert_int_equal(frame.report.counts.shadow_rays, 0);
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     struct image bare = shoot_color(*state, &rig, &view);
     assert_same_bits(&frame.outputs[VIEW_OUTPUT_COLOR], &bare);
     frame_finish(&frame);
@@ -491,7 +491,7 @@ static void the_scene_is_kept_between_frames_and_forms(void **state)
     rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
     struct view view = make_view("Floor", 4);
     for (int i = 0; i < 3; i++) {
-        view.quality.shadows = i == 1 ? VIEW_SHADOWS_RAYTRACED : VIEW_SHADOWS_RAYTRACED_SHADOWS;
+        view.quality.shadows = i == 1 ? SHADOWS_RAYTRACED : SHADOWS_RAYTRACED_SHADOWS;
         shoot(*state, &rig, &view, &frames[i]);
     }
     assert_true(report_has_pass(&frames[0].report, "raytrace.build", "raytraced-shadows"));
@@ -532,7 +532,7 @@ static void a_pane_to_its_horizon_has_its_points_in_the_scene(void **state)
                                    .intensity = 3};
     view.lights = &sun;
     view.light_count = 1;
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     for (int tilt = 0; tilt < 8; tilt++) { /* another share of the pixels each */
         struct frame frame;
         view.camera = (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT,
@@ -555,7 +555,7 @@ static void linked_light_lists_are_refused(void **state)
     random_panes_scene_build(&(struct random_panes_scene_desc){.pane_count = 1, .seed = 1}, &scene);
     rig_scene_open(&rig, *state, "panes", scene.glb, scene.size_bytes);
     struct view view = make_view("Floor", 1);
-    view.quality.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS;
+    view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     view.quality.light_lists = VIEW_LIGHT_LISTS_LINKED;
     struct frame frame;
     struct error err = {0};

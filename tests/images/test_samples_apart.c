@@ -16,7 +16,7 @@
 enum { WIDTH = 96, HEIGHT = 72, TEXTURE = 64 };
 
 struct floor_desc {
-    enum view_shadows shadows; /* not auto */
+    enum shadow_technique shadows; /* not auto */
     bool is_textured, has_caster;
     bool is_mirrored; /* the lamp, to the other side: its highlight is in view */
     double roughness; /* 0: matt */
@@ -80,7 +80,7 @@ static struct view floor_view(void)
                                     .eye = {1.5, 3, 1},
                                     .target = {0, 0, 0},
                                     .fov_y_deg = 40},
-                         .quality = {.shadows = VIEW_SHADOWS_DEEP, .shadow_resolution = 2048}};
+                         .quality = {.shadows = SHADOWS_DEEP, .shadow_resolution = 2048}};
 }
 
 /* Of what a screen shows: cut at 1, so that no highlight outweighs a picture. */
@@ -137,7 +137,7 @@ static void measure_floor(struct renderer *renderer, const struct floor_desc *de
     struct rig_scene rig;
     struct view view = floor_view();
     view.quality.shadows = desc->shadows;
-    if (desc->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+    if (desc->shadows == SHADOWS_RAYTRACED_SHADOWS)
         view.quality.shadow_resolution = 0;
     open_floor(&rig, renderer, desc);
     measure_both(renderer, &rig, &view, what, m);
@@ -147,12 +147,12 @@ static void measure_floor(struct renderer *renderer, const struct floor_desc *de
 static void an_edge_of_a_shadow_is_antialiased(void **state)
 {
     static const struct {
-        enum view_shadows shadows;
+        enum shadow_technique shadows;
         const char *name;
-    } techniques[] = {{VIEW_SHADOWS_MAP, "map"},
-                      {VIEW_SHADOWS_DEEP, "deep"},
-                      {VIEW_SHADOWS_DEEP_LINKED, "deep-linked"},
-                      {VIEW_SHADOWS_RAYTRACED_SHADOWS, "raytraced-shadows"}};
+    } techniques[] = {{SHADOWS_MAP, "map"},
+                      {SHADOWS_DEEP, "deep"},
+                      {SHADOWS_DEEP_LINKED, "deep-linked"},
+                      {SHADOWS_RAYTRACED_SHADOWS, "raytraced-shadows"}};
     for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
         struct measure m[2];
         measure_floor(*state,
@@ -167,11 +167,11 @@ static void an_edge_of_a_shadow_is_antialiased(void **state)
 static void a_shadow_on_a_texture_is_antialiased_and_the_texture_costs_nothing(void **state)
 {
     struct measure plain[2], textured[2];
-    measure_floor(*state, &(struct floor_desc){.shadows = VIEW_SHADOWS_DEEP, .has_caster = true},
+    measure_floor(*state, &(struct floor_desc){.shadows = SHADOWS_DEEP, .has_caster = true},
                   "shadow", plain);
     measure_floor(
         *state,
-        &(struct floor_desc){.shadows = VIEW_SHADOWS_DEEP, .has_caster = true, .is_textured = true},
+        &(struct floor_desc){.shadows = SHADOWS_DEEP, .has_caster = true, .is_textured = true},
         "shadow on a texture", textured);
     assert_true(textured[1].error < 0.8 * textured[0].error);
     assert_in_range(textured[1].split, plain[1].split * 9 / 10, plain[1].split * 11 / 10);
@@ -181,9 +181,9 @@ static void even_light_splits_no_pixel(void **state)
 {
     for (int is_textured = 0; is_textured < 2; is_textured++) {
         struct measure m[2];
-        measure_floor(
-            *state, &(struct floor_desc){.shadows = VIEW_SHADOWS_DEEP, .is_textured = is_textured},
-            is_textured ? "texture" : "plain", m);
+        measure_floor(*state,
+                      &(struct floor_desc){.shadows = SHADOWS_DEEP, .is_textured = is_textured},
+                      is_textured ? "texture" : "plain", m);
         assert_int_equal(m[1].split, 0);
     }
 }
@@ -193,7 +193,7 @@ static void a_highlight_is_antialiased(void **state)
     struct measure m[2];
     measure_floor(
         *state,
-        &(struct floor_desc){.shadows = VIEW_SHADOWS_DEEP, .is_mirrored = true, .roughness = 0.1},
+        &(struct floor_desc){.shadows = SHADOWS_DEEP, .is_mirrored = true, .roughness = 0.1},
         "highlight", m);
     assert_true(m[1].error < 0.8 * m[0].error);
     assert_in_range(m[1].split, 1, WIDTH * HEIGHT / 4);
@@ -231,10 +231,10 @@ static void pixels_of_an_earlier_frame_are_not_split_again(void **state)
     uint64_t hashes[2], few[2], many;
     struct view far_view = floor_view(), near_view = far_view;
     far_view.quality.samples = near_view.quality.samples = 4;
-    far_view.quality.shadows = near_view.quality.shadows = VIEW_SHADOWS_MAP;
+    far_view.quality.shadows = near_view.quality.shadows = SHADOWS_MAP;
     for (int k = 0; k < 3; k++)
         far_view.camera.eye[k] *= 2;
-    open_floor(&rig, *state, &(struct floor_desc){.shadows = VIEW_SHADOWS_MAP, .has_caster = true});
+    open_floor(&rig, *state, &(struct floor_desc){.shadows = SHADOWS_MAP, .has_caster = true});
     hashes[0] = shoot_split(*state, &rig, &far_view, &few[0]);
     (void)shoot_split(*state, &rig, &near_view, &many);
     hashes[1] = shoot_split(*state, &rig, &far_view, &few[1]);

@@ -63,7 +63,7 @@ static void transmittance_of(const struct fixture *f, struct view view, double t
     struct frame_report report;
     double open[3];
     render(f, &view, &report, t);
-    view.quality.shadows = VIEW_SHADOWS_NONE;
+    view.quality.shadows = SHADOWS_NONE;
     render(f, &view, &report, open);
     for (int c = 0; c < 3; c++)
         t[c] /= open[c];
@@ -193,9 +193,9 @@ static void a_moved_camera_rebuilds_nothing(void **state)
     struct frame_report report;
     double middle[3];
     open_panes(&f, state, 1, false);
-    for (int technique = VIEW_SHADOWS_DEEP; technique <= VIEW_SHADOWS_DEEP_LINKED; technique++) {
+    for (int technique = SHADOWS_DEEP; technique <= SHADOWS_DEEP_LINKED; technique++) {
         struct view view = floor_view();
-        view.quality.shadows = (enum view_shadows)technique;
+        view.quality.shadows = (enum shadow_technique)technique;
         render(&f, &view, &report, middle);
         assert_int_equal(report.counts.shadow_maps_built, 1);
         for (int i = 1; i < 4; i++) {
@@ -207,7 +207,7 @@ static void a_moved_camera_rebuilds_nothing(void **state)
             assert_int_equal(report.counts.shadow_maps_built, 0);
             assert_int_equal(report.counts.shadow_maps_reused, 1);
             assert_true(report_has_reused(
-                &report, technique == VIEW_SHADOWS_DEEP ? "shadow.deep" : "shadow.deep-linked"));
+                &report, technique == SHADOWS_DEEP ? "shadow.deep" : "shadow.deep-linked"));
         }
     }
     close_panes(&f);
@@ -312,7 +312,7 @@ static void reasons_of_shadow_passes_name_lights_of_every_type(void **state)
         view.ignore_scene_lights = true;
         view.lights = &lamp;
         view.light_count = 1;
-        view.quality.shadows = VIEW_SHADOWS_MAP;
+        view.quality.shadows = SHADOWS_MAP;
         render(&f, &view, &report, middle);
         if (!has_reason(&report, names[type]))
             fail_msg("no pass is there because of %s", names[type]);

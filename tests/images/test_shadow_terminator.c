@@ -57,18 +57,18 @@ static const struct view_light sun = {.type = SCENE_LIGHT_DIRECTIONAL,
 
 static const struct form {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
     bool is_reference;
     int samples, resolution;
 } forms[] = {
-    {"rays", VIEW_SHADOWS_RAYTRACED, false, 1, 0},
-    {"reference", VIEW_SHADOWS_RAYTRACED, true, 1, 0},
-    {"traced shadows", VIEW_SHADOWS_RAYTRACED_SHADOWS, false, 1, 0},
-    {"map of 256", VIEW_SHADOWS_MAP, false, 1, 256},
-    {"map of 2048", VIEW_SHADOWS_MAP, false, 1, 2048},
-    {"map of 1024, samples apart", VIEW_SHADOWS_MAP, false, 4, 1024},
-    {"deep of 1024", VIEW_SHADOWS_DEEP, false, 1, 1024},
-    {"linked of 1024", VIEW_SHADOWS_DEEP_LINKED, false, 1, 1024},
+    {"rays", SHADOWS_RAYTRACED, false, 1, 0},
+    {"reference", SHADOWS_RAYTRACED, true, 1, 0},
+    {"traced shadows", SHADOWS_RAYTRACED_SHADOWS, false, 1, 0},
+    {"map of 256", SHADOWS_MAP, false, 1, 256},
+    {"map of 2048", SHADOWS_MAP, false, 1, 2048},
+    {"map of 1024, samples apart", SHADOWS_MAP, false, 4, 1024},
+    {"deep of 1024", SHADOWS_DEEP, false, 1, 1024},
+    {"linked of 1024", SHADOWS_DEEP_LINKED, false, 1, 1024},
 };
 enum { FORMS = sizeof forms / sizeof forms[0] };
 
@@ -150,7 +150,7 @@ static void maps_agree_with_rays_on_a_bent_mesh(void **state)
     view.camera =
         (struct view_camera){.kind = VIEW_CAMERA_LOOK_AT, .eye = {-1, 0.5, 2.5}, .fov_y_deg = 45};
     struct image rays = shoot_color(*state, &rig, &view);
-    view.quality.shadows = VIEW_SHADOWS_MAP;
+    view.quality.shadows = SHADOWS_MAP;
     view.quality.shadow_resolution = 2048;
     struct image map = shoot_color(*state, &rig, &view);
     double share = image_share_differing(&map, &rays, 0.01, 1);

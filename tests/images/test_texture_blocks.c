@@ -42,7 +42,7 @@ static struct view view_of_wall(void)
                                     .fov_y_deg = 60},
                          .lights = &sun,
                          .light_count = 1,
-                         .quality = {.shadows = VIEW_SHADOWS_MAP, .samples = 1}};
+                         .quality = {.shadows = SHADOWS_MAP, .samples = 1}};
 }
 
 /* In motion until nothing is to come, then at rest. */

@@ -139,7 +139,7 @@ static struct view look(double x, double y, double z, double to_x, double to_z)
         .width_px = 160,
         .height_px = 120,
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {x, y, z}, .target = {to_x, 0, to_z}},
-        .quality = {.shadow_resolution = 256, .shadows = VIEW_SHADOWS_MAP}};
+        .quality = {.shadow_resolution = 256, .shadows = SHADOWS_MAP}};
 }
 
 enum { VIEWS = 5 };
@@ -178,7 +178,7 @@ static void shoot_whole(struct file *file, const struct view *views, int count,
     for (int i = 0; i < count; i++) {
         struct frame frame;
         shoot(whole, &rig, &views[i], &frame);
-        if (views[i].quality.shadows == VIEW_SHADOWS_MAP)
+        if (views[i].quality.shadows == SHADOWS_MAP)
             assert_true(frame.report.textures.resident_bytes > 64ull * TEXTURE * TEXTURE * 4);
         references[i] = frame.outputs[VIEW_OUTPUT_COLOR];
         frame.outputs[VIEW_OUTPUT_COLOR] = (struct image){0};
@@ -283,9 +283,9 @@ static void check_traced(struct renderer *little, const struct rig_scene *little
 {
     struct frame drawn, traced;
     uint64_t mask = view->node_override_count ? 0 : 4ull * TEXTURE * TEXTURE;
-    view->quality = (struct view_quality){.shadows = VIEW_SHADOWS_RAYTRACED_SHADOWS, .samples = 1};
+    view->quality = (struct view_quality){.shadows = SHADOWS_RAYTRACED_SHADOWS, .samples = 1};
     shoot(little, little_rig, view, &drawn);
-    view->quality.shadows = VIEW_SHADOWS_RAYTRACED;
+    view->quality.shadows = SHADOWS_RAYTRACED;
     shoot(little, little_rig, view, &traced);
     const struct report_textures *a = &drawn.report.textures, *b = &traced.report.textures;
     assert_int_in_range(a->level_bias, 2, 5);
@@ -314,7 +314,7 @@ static void traced_pictures_are_withheld_the_same_levels(void **state)
         views[i] = view_number(i / 2 * 3);
         views[i].nodes = &hidden;
         views[i].node_override_count = (size_t)(i % 2);
-        views[i].quality = (struct view_quality){.shadows = VIEW_SHADOWS_RAYTRACED, .samples = 1};
+        views[i].quality = (struct view_quality){.shadows = SHADOWS_RAYTRACED, .samples = 1};
     }
     shoot_whole(*state, views, 4, unlimited);
     struct renderer *little = open_renderer(TINY_TEXTURES, 0);

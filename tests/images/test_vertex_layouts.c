@@ -125,7 +125,7 @@ static struct image picture_of(struct renderer *renderer, const struct rig_scene
                         .light_count = 1,
                         .nodes = hidden,
                         .node_override_count = count,
-                        .quality = {.shadows = VIEW_SHADOWS_DEEP, .shadow_resolution = 64}};
+                        .quality = {.shadows = SHADOWS_DEEP, .shadow_resolution = 64}};
     struct image picture = shoot_color(renderer, rig, &view);
     assert_image_is_sound(&picture, 1e6);
     return picture;

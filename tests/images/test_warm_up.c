@@ -38,7 +38,7 @@ static void fixture_finish(struct fixture *fixture)
     renderer_destroy(fixture->renderer);
 }
 
-static struct view view_of(enum view_shadows shadows)
+static struct view view_of(enum shadow_technique shadows)
 {
     return (struct view){.width_px = SIDE,
                          .height_px = SIDE,
@@ -101,7 +101,7 @@ static void check_first_frame(const struct auto_settings *settings, struct built
 {
     struct fixture fixture;
     struct frame frame;
-    struct view view = view_of(VIEW_SHADOWS_AUTO);
+    struct view view = view_of(SHADOWS_AUTO);
     fixture_init(&fixture, settings);
     struct built built = build(&fixture, &view);
     assert_int_equal(expected.maps > 0, built.maps > 0);
@@ -130,10 +130,10 @@ static void whatever_auto_takes_is_there_for_the_first_frame(void **state)
 static void programs_of_the_other_choices_are_compiled(void **state)
 {
     (void)state;
-    static const enum view_shadows others[] = {VIEW_SHADOWS_DEEP, VIEW_SHADOWS_RAYTRACED_SHADOWS};
+    static const enum shadow_technique others[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED_SHADOWS};
     struct fixture fixture;
     fixture_init(&fixture, &rays);
-    struct view view = view_of(VIEW_SHADOWS_AUTO);
+    struct view view = view_of(SHADOWS_AUTO);
     compile(&fixture, &view);
     uint64_t built = programs_built(&fixture);
     for (int i = 0; i < 4; i++) {
@@ -154,7 +154,7 @@ static void where_all_is_traced_nothing_is_compiled(void **state)
     (void)state;
     struct fixture fixture;
     fixture_init(&fixture, &only_rays);
-    struct view view = view_of(VIEW_SHADOWS_AUTO);
+    struct view view = view_of(SHADOWS_AUTO);
     uint64_t before = programs_built(&fixture);
     compile(&fixture, &view);
     assert_int_equal(before, programs_built(&fixture));
@@ -167,8 +167,8 @@ static void building_leaves_what_was_drawn(void **state)
     struct fixture fixture;
     struct frame frame;
     fixture_init(&fixture, &raster);
-    struct view bare = view_of(VIEW_SHADOWS_NONE), deep = view_of(VIEW_SHADOWS_DEEP);
-    struct view traced = view_of(VIEW_SHADOWS_RAYTRACED);
+    struct view bare = view_of(SHADOWS_NONE), deep = view_of(SHADOWS_DEEP);
+    struct view traced = view_of(SHADOWS_RAYTRACED);
     struct image before = shoot_color(fixture.renderer, &fixture.demo, &bare);
     deep.width_px = traced.width_px = 2 * SIDE;
     deep.quality.shadow_resolution = 64;
@@ -199,7 +199,7 @@ static void building_gives_way(void **state)
     struct frame frame;
     struct error err = {0};
     fixture_init(&fixture, &raster);
-    struct view view = view_of(VIEW_SHADOWS_DEEP);
+    struct view view = view_of(SHADOWS_DEEP);
     view.quality.shadow_resolution = 64;
     renderer_set_interlude(fixture.renderer, &someone);
     assert_false(renderer_build(fixture.renderer, fixture.demo.key, &view, &frame, &err));

@@ -75,7 +75,7 @@ static struct album take_all(const struct renderer_desc *desc)
                           .light_count = 1};
     struct renderer *renderer = render_rig_create_as(desc);
     rig_demo_open(&demo, renderer, "demo", 128);
-    struct view nave = {.quality = {.samples = 4, .shadows = VIEW_SHADOWS_NONE}};
+    struct view nave = {.quality = {.samples = 4, .shadows = SHADOWS_NONE}};
     take(renderer, &demo, nave, &album, 0);
     nave.quality.samples = 1;
     take(renderer, &demo, nave, &album, 1);

@@ -18,12 +18,12 @@
 
 static const struct technique {
     const char *name;
-    enum view_shadows shadows;
+    enum shadow_technique shadows;
 } techniques[] = {
-    {"none", VIEW_SHADOWS_NONE},
-    {"deep", VIEW_SHADOWS_DEEP},
-    {"deep-linked", VIEW_SHADOWS_DEEP_LINKED},
-    {"raytraced-shadows", VIEW_SHADOWS_RAYTRACED_SHADOWS},
+    {"none", SHADOWS_NONE},
+    {"deep", SHADOWS_DEEP},
+    {"deep-linked", SHADOWS_DEEP_LINKED},
+    {"raytraced-shadows", SHADOWS_RAYTRACED_SHADOWS},
 };
 enum { TECHNIQUES = sizeof techniques / sizeof *techniques };
 
@@ -69,7 +69,7 @@ static bool serve(void *context)
     fixture->urgent = NULL;
     if (!renderer_render(fixture->renderer, fixture->demo.key, view, &frame, &err))
         fail_msg("in a pause: %s", err.message);
-    if (view->quality.shadows == VIEW_SHADOWS_RAYTRACED) /* its structure exceeds it meanwhile */
+    if (view->quality.shadows == SHADOWS_RAYTRACED) /* its structure exceeds it meanwhile */
         fixture->most_bytes = 0;
     note_bytes(fixture);
     frame_finish(&frame);
@@ -260,7 +260,7 @@ static void frames_in_pauses_keep_the_budget(void **state)
         for (int at = 2; at < 40; at += 12) {
             struct view urgent = view_of(&techniques[t], &small);
             if (t == 2) /* whose structure is gone before the other goes on */
-                urgent.quality.shadows = VIEW_SHADOWS_RAYTRACED;
+                urgent.quality.shadows = SHADOWS_RAYTRACED;
             fixture.urgent = &urgent;
             fixture.steps = 0;
             fixture.urgent_at = at;

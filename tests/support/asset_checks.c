@@ -158,16 +158,16 @@ static bool has_media(const struct scene *scene)
 static void check_techniques(struct lamps *lamps, const struct image *both)
 {
     struct view_quality quality = lamps->view.quality;
-    lamps->view.quality.shadows = VIEW_SHADOWS_DEEP;
+    lamps->view.quality.shadows = SHADOWS_DEEP;
     struct image deep = shoot_lamps(lamps, 0, 2, 1);
     assert_same_bits(both, &deep); /* what "auto" takes */
     if (!is_transparent(&lamps->scene->imported.scene)) {
-        lamps->view.quality.shadows = VIEW_SHADOWS_MAP;
+        lamps->view.quality.shadows = SHADOWS_MAP;
         struct image map = shoot_lamps(lamps, 0, 2, 1);
         assert_same_bits(&deep, &map);
         image_finish(&map);
     }
-    lamps->view.quality.shadows = VIEW_SHADOWS_DEEP_LINKED;
+    lamps->view.quality.shadows = SHADOWS_DEEP_LINKED;
     struct image linked = shoot_lamps(lamps, 0, 2, 1);
     /* Half a step of 16 bits per filter and lookup, relative to light that passes at all. */
     if (!has_media(&lamps->scene->imported.scene))

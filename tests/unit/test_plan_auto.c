@@ -284,8 +284,8 @@ static void what_was_said_is_not_open(void **unused)
     rig_open(&rig, "'alphaMode':'OPAQUE'");
     const struct view_quality open = rig.view.quality;
     const struct view_quality closed[] = {
-        {.shadows = VIEW_SHADOWS_DEEP},
-        {.shadows = VIEW_SHADOWS_NONE},
+        {.shadows = SHADOWS_DEEP},
+        {.shadows = SHADOWS_NONE},
         {.shadow_resolution = 512},
         {.shadow_taps = 9},
         {.light_lists = VIEW_LIGHT_LISTS_LINKED},

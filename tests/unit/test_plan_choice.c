@@ -10,9 +10,9 @@
 
 #include "renderer/plan/choice.h"
 
-#define MAP(resolution, taps, samples)                     \
-    {                                                      \
-        VIEW_SHADOWS_DEEP, resolution, taps, samples, 0, 0 \
+#define MAP(resolution, taps, samples)                \
+    {                                                 \
+        SHADOWS_DEEP, resolution, taps, samples, 0, 0 \
     }
 
 /* Slower is better, but for one row that is worse in both. */
@@ -21,7 +21,7 @@ static const struct choice_row rows[] = {
     {MAP(512, 4, 1), 20, 0.05, 0},
     {MAP(512, 4, 4), 90, 0.06, 0},
     {MAP(1024, 4, 4), 40, 0.02, 0},
-    {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
+    {{SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
@@ -53,13 +53,13 @@ static void rays_of_more_samples_follow_the_one_with_most(void **state)
 {
     (void)state;
     struct choice_row more[8] = {
-        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
-        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 30, 0.03, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 4, 0, 0}, 80, 0.01, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 30, 0.03, 0},
         {MAP(1024, 4, 4), 40, 0.02, 0},
     };
     assert_int_equal(choice_add_traced(more, 3, 8), 6);
     for (int i = 3; i < 6; i++) {
-        assert_int_equal(more[i].setting.shadows, VIEW_SHADOWS_RAYTRACED);
+        assert_int_equal(more[i].setting.shadows, SHADOWS_RAYTRACED);
         assert_int_equal(more[i].setting.samples, 4 << 2 * (i - 2));
         assert_true(more[i].ms == 80 * (1 << 2 * (i - 2)));
         assert_true(more[i].error < more[i == 3 ? 0 : i - 1].error);
@@ -105,12 +105,12 @@ static void what_was_said_stays(void **state)
     (void)state;
     struct choice_wish wish = {.max_error = 0.5, .samples = 4};
     assert_ptr_equal(choose(&wish).row, &rows[3]);
-    wish = (struct choice_wish){.max_error = 0.5, .shadows = VIEW_SHADOWS_RAYTRACED};
+    wish = (struct choice_wish){.max_error = 0.5, .shadows = SHADOWS_RAYTRACED};
     assert_ptr_equal(choose(&wish).row, &rows[4]);
     wish = (struct choice_wish){.max_error = 0.02, .shadow_resolution = 512};
     assert_ptr_equal(choose(&wish).row, &rows[4]); /* which has no map to be of another size */
     struct choice choice;
-    wish = (struct choice_wish){.max_error = 0.5, .shadows = VIEW_SHADOWS_MAP};
+    wish = (struct choice_wish){.max_error = 0.5, .shadows = SHADOWS_MAP};
     assert_false(choice_make(rows, ROWS, &wish, &choice));
     assert_false(choice_make(rows, 0, &(struct choice_wish){.max_error = 1}, &choice));
 }
@@ -118,7 +118,7 @@ static void what_was_said_stays(void **state)
 static void an_unknown_error_is_never_promised(void **state)
 {
     (void)state;
-    const struct choice_row unknown[] = {{{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 1, INFINITY, 0}};
+    const struct choice_row unknown[] = {{{SHADOWS_NONE, 0, 0, 1, 0, 0}, 1, INFINITY, 0}};
     struct choice choice;
     assert_true(choice_make(unknown, 1, &(struct choice_wish){.max_error = 1e6}, &choice));
     assert_false(choice.keeps_error);
@@ -158,12 +158,12 @@ static void models_grow_with_what_they_are_made_of(void **state)
     struct choice_frame more = frame;
     size_t count = choice_estimate(&frame, &open, small);
     const struct choice_row *coarse =
-        find(small, count, (struct choice_setting){VIEW_SHADOWS_DEEP, 256, 4, 4, 0, 0});
+        find(small, count, (struct choice_setting){SHADOWS_DEEP, 256, 4, 4, 0, 0});
     const struct choice_row *fine =
-        find(small, count, (struct choice_setting){VIEW_SHADOWS_DEEP, 2048, 4, 4, 0, 0});
+        find(small, count, (struct choice_setting){SHADOWS_DEEP, 2048, 4, 4, 0, 0});
     assert_true(fine->error < coarse->error && fine->ms > coarse->ms);
     const struct choice_row *one =
-        find(small, count, (struct choice_setting){VIEW_SHADOWS_DEEP, 256, 4, 1, 0, 0});
+        find(small, count, (struct choice_setting){SHADOWS_DEEP, 256, 4, 1, 0, 0});
     assert_true(one->error > coarse->error && one->ms < coarse->ms);
     more.lights = 40;
     more.pixels = 1e6;
@@ -189,7 +189,7 @@ static void rays_go_up_to_256_samples_for_small_errors(void **state)
         size_t count = choice_estimate(&frame, &wish, estimates);
         assert_true(choice_make(estimates, count, &wish, &choice));
         assert_true(choice.keeps_error);
-        assert_int_equal(choice.row->setting.shadows, VIEW_SHADOWS_RAYTRACED);
+        assert_int_equal(choice.row->setting.shadows, SHADOWS_RAYTRACED);
         assert_int_equal(choice.row->setting.samples, cases[i].samples);
     }
     const struct choice_wish quick = {.max_error = 0.1};
@@ -205,9 +205,9 @@ static void models_give_only_what_was_said(void **state)
     struct choice_row estimates[CHOICE_ESTIMATES_MAX];
     const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
     static const struct choice_wish wishes[] = {
-        {.max_error = 1, .shadows = VIEW_SHADOWS_DEEP, .shadow_resolution = 700},
-        {.max_error = 1, .shadows = VIEW_SHADOWS_RAYTRACED, .samples = 64},
-        {.max_error = 1, .shadows = VIEW_SHADOWS_NONE},
+        {.max_error = 1, .shadows = SHADOWS_DEEP, .shadow_resolution = 700},
+        {.max_error = 1, .shadows = SHADOWS_RAYTRACED, .samples = 64},
+        {.max_error = 1, .shadows = SHADOWS_NONE},
         {.max_error = 1, .samples = 1, .shadow_taps = 9},
         {.budget_ms = 1e6, .has_linked_lists = true},
     };
@@ -217,7 +217,7 @@ static void models_give_only_what_was_said(void **state)
         for (size_t i = 0; i < count; i++) {
             const struct choice_setting *setting = &estimates[i].setting;
             assert_true(choice_row_fits(&estimates[i], &wishes[w]));
-            assert_true(setting->samples <= 4 || setting->shadows == VIEW_SHADOWS_RAYTRACED);
+            assert_true(setting->samples <= 4 || setting->shadows == SHADOWS_RAYTRACED);
         }
     }
 }
@@ -233,8 +233,8 @@ static void shadows_are_not_dropped_where_little_time_is_missing(void **state)
 {
     (void)state;
     struct choice_row some[] = {
-        {{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
-        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
+        {{SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
         {MAP(1024, 4, 4), 200, 0.02, 0},
     };
     struct choice choice;
@@ -245,7 +245,7 @@ static void shadows_are_not_dropped_where_little_time_is_missing(void **state)
     assert_true(choice_make(some, 3, &(struct choice_wish){.budget_ms = 40}, &choice));
     assert_ptr_equal(choice.row, &some[0]); /* 70 is too late */
     assert_true(choice.keeps_budget);
-    const struct choice_wish bare = {.budget_ms = 50, .shadows = VIEW_SHADOWS_NONE};
+    const struct choice_wish bare = {.budget_ms = 50, .shadows = SHADOWS_NONE};
     assert_true(choice_make(some, 3, &bare, &choice));
     assert_ptr_equal(choice.row, &some[0]); /* asked for */
     some[1].error = 0.2;                    /* hardly better than no shadows at all */
@@ -261,8 +261,8 @@ static void an_error_that_was_named_says_what_shadows_are_worth(void **state)
 {
     (void)state;
     const struct choice_row some[] = {
-        {{VIEW_SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
-        {{VIEW_SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
+        {{SHADOWS_NONE, 0, 0, 1, 0, 0}, 20, 0.26, 0},
+        {{SHADOWS_RAYTRACED, 0, 0, 1, 0, 0}, 70, 0.03, 0},
         {MAP(1024, 4, 4), 200, 0.02, 0},
     };
     static const struct {
@@ -295,7 +295,7 @@ static void maps_that_do_not_stay_are_made_in_each_frame(void **state)
     (void)state;
     struct choice_row kept[CHOICE_ESTIMATES_MAX], rebuilt[CHOICE_ESTIMATES_MAX];
     struct choice_frame frame = {.pixels = 1e6, .lights = 12, .triangles = 50000, .is_warm = true};
-    const struct choice_wish wish = {.budget_ms = 500, .shadows = VIEW_SHADOWS_DEEP};
+    const struct choice_wish wish = {.budget_ms = 500, .shadows = SHADOWS_DEEP};
     size_t count = choice_estimate(&frame, &wish, kept);
     frame.shadow_bytes = 256e6;
     assert_int_equal(choice_estimate(&frame, &wish, rebuilt), count);

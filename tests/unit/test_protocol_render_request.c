@@ -76,7 +76,7 @@ static void scene_alone_gives_the_documented_defaults(void **state)
     assert_true(request.background[3] == 0);
     assert_true(request.exposure_ev == 0);
     assert_int_equal(request.tone_mapping, REQUEST_TONE_NEUTRAL);
-    assert_int_equal(request.quality.shadows, REQUEST_SHADOWS_AUTO);
+    assert_int_equal(request.quality.shadows, SHADOWS_AUTO);
     assert_int_equal(request.quality.blend_filter, REQUEST_BLEND_TINT);
     assert_true(request.quality.shadow_compression == 0 && request.quality.shadow_fallback == 0);
     assert_int_equal(request.quality.shadow_prefilter, 1);
@@ -228,7 +228,7 @@ static void override_and_quality_members_arrive(void **state)
     assert_true(m->edge_color[2] == 0.7 && m->edge_exponent == 3);
     assert_true(m->has_self_shadow && !m->self_shadow && m->has_cast_once && m->cast_once);
     const struct request_quality *q = &r.quality;
-    assert_int_equal(q->shadows, REQUEST_SHADOWS_DEEP_LINKED);
+    assert_int_equal(q->shadows, SHADOWS_DEEP_LINKED);
     assert_int_equal(q->transparency, REQUEST_TRANSPARENCY_LISTS);
     assert_int_equal(q->light_lists, REQUEST_LIGHT_LISTS_LINKED);
     assert_int_equal(q->blend_filter, REQUEST_BLEND_KIM);
@@ -461,7 +461,7 @@ static void name_tables_end_with_null(void **state)
     (void)state;
     const char *(*const tables[])(int) = {
         request_fit_name,          request_light_type_name,   request_alpha_mode_name,
-        request_pass_through_name, request_tone_mapping_name, request_shadows_name,
+        request_pass_through_name, request_tone_mapping_name, shadow_technique_name,
         request_transparency_name, request_light_lists_name,  request_blend_filter_name,
         request_output_name,       request_format_name};
     static const int counts[] = {7, 5, 3, 3, 2, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5};

@@ -95,7 +95,7 @@ static void what_cannot_be_measured_is_refused_where_it_stands(void **state)
 static void add_row(struct tradeoff *tradeoff, double ms, double rmse)
 {
     struct tradeoff_row *row = &tradeoff->rows[tradeoff->row_count++];
-    *row = (struct tradeoff_row){.setting = {.shadows = REQUEST_SHADOWS_DEEP,
+    *row = (struct tradeoff_row){.setting = {.shadows = SHADOWS_DEEP,
                                              .shadow_resolution = 512,
                                              .shadow_taps = 4,
                                              .samples = 4},

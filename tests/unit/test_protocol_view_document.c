@@ -41,17 +41,17 @@ static void pictures_in_motion_have_one_sample_and_are_not_ray_traced(void **sta
     (void)state;
     static const struct {
         const char *quality;
-        enum request_shadows at_rest, in_motion;
+        enum shadow_technique at_rest, in_motion;
         bool is_reference;
     } table[] = {
-        {"{}", REQUEST_SHADOWS_AUTO, REQUEST_SHADOWS_AUTO, false},
-        {"{\"shadows\":\"map\"}", REQUEST_SHADOWS_MAP, REQUEST_SHADOWS_MAP, false},
-        {"{\"shadows\":\"raytraced\"}", REQUEST_SHADOWS_RAYTRACED, REQUEST_SHADOWS_AUTO, false},
-        {"{\"reference\":true}", REQUEST_SHADOWS_AUTO, REQUEST_SHADOWS_AUTO, true},
-        {"{\"reference\":true,\"shadows\":\"raytraced\",\"samples\":64}", REQUEST_SHADOWS_RAYTRACED,
-         REQUEST_SHADOWS_AUTO, true},
-        {"{\"shadows\":\"raytraced-shadows\"}", REQUEST_SHADOWS_RAYTRACED_SHADOWS,
-         REQUEST_SHADOWS_RAYTRACED_SHADOWS, false},
+        {"{}", SHADOWS_AUTO, SHADOWS_AUTO, false},
+        {"{\"shadows\":\"map\"}", SHADOWS_MAP, SHADOWS_MAP, false},
+        {"{\"shadows\":\"raytraced\"}", SHADOWS_RAYTRACED, SHADOWS_AUTO, false},
+        {"{\"reference\":true}", SHADOWS_AUTO, SHADOWS_AUTO, true},
+        {"{\"reference\":true,\"shadows\":\"raytraced\",\"samples\":64}", SHADOWS_RAYTRACED,
+         SHADOWS_AUTO, true},
+        {"{\"shadows\":\"raytraced-shadows\"}", SHADOWS_RAYTRACED_SHADOWS,
+         SHADOWS_RAYTRACED_SHADOWS, false},
     };
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
         struct request_quality at_rest = quality_of(table[i].quality, false),

@@ -94,7 +94,7 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_true(view.cuts[0].spares_shadows);
     assert_true(view.clip_planes[0][3] == -2 && view.background[2] == 0.125f);
     assert_true(view.has_environment && view.sky[2] == 3 && view.ground[1] == 5);
-    assert_int_equal(view.quality.shadows, VIEW_SHADOWS_MAP);
+    assert_int_equal(view.quality.shadows, SHADOWS_MAP);
     assert_int_equal(view.quality.transparency, VIEW_TRANSPARENCY_LISTS);
     assert_int_equal(view.quality.light_lists, VIEW_LIGHT_LISTS_LINKED);
     assert_int_equal(view.quality.blend_filter, VIEW_BLEND_KIM);

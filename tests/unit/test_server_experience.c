@@ -15,10 +15,7 @@
 
 static const struct experience_frame modelled = {
     .scene = "abc",
-    .setting = {.shadows = VIEW_SHADOWS_DEEP,
-                .shadow_resolution = 512,
-                .shadow_taps = 4,
-                .samples = 4},
+    .setting = {.shadows = SHADOWS_DEEP, .shadow_resolution = 512, .shadow_taps = 4, .samples = 4},
     .base_ms = 100,
 };
 
@@ -35,7 +32,7 @@ static int destroy(void **state)
     return 0;
 }
 
-static struct experience_frame with(struct experience_frame frame, enum view_shadows shadows)
+static struct experience_frame with(struct experience_frame frame, enum shadow_technique shadows)
 {
     frame.setting.shadows = shadows;
     return frame;
@@ -46,7 +43,7 @@ static void programs_that_do_not_stand_are_counted(void **state)
     struct experience *experience = *state;
     double first = experience_expect(experience, &modelled);
     assert_true(first > 100 + experience_compile_ms(experience));
-    const struct experience_frame rays = with(modelled, VIEW_SHADOWS_RAYTRACED);
+    const struct experience_frame rays = with(modelled, SHADOWS_RAYTRACED);
     assert_true(experience_expect(experience, &rays) < first - 900); /* it has none */
     experience_note(experience, &modelled, 3000, true);
     assert_true(experience_compile_ms(experience) > 1500); /* it took more than was thought */
@@ -97,7 +94,7 @@ static void modelled_times_follow_what_frames_took(void **state)
 static void an_unknown_setting_is_promised_with_care(void **state)
 {
     struct experience *experience = *state;
-    const struct experience_frame rays = with(modelled, VIEW_SHADOWS_RAYTRACED);
+    const struct experience_frame rays = with(modelled, SHADOWS_RAYTRACED);
     double unknown = experience_expect(experience, &rays);
     for (int i = 0; i < 6; i++)
         experience_note(experience, &rays, 100, false);
@@ -124,7 +121,7 @@ static void measured_times_grow_by_two_misses_alone(void **state)
 static void senseless_frames_teach_nothing(void **state)
 {
     struct experience *experience = *state;
-    struct experience_frame frame = with(modelled, VIEW_SHADOWS_RAYTRACED);
+    struct experience_frame frame = with(modelled, SHADOWS_RAYTRACED);
     double before = experience_expect(experience, &frame);
     const double senseless[] = {0, -1, NAN, INFINITY};
     for (int i = 0; i < 4; i++)

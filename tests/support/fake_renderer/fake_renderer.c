@@ -303,13 +303,13 @@ static double fake_error(const struct view_quality *quality)
 {
     if (quality->reference)
         return 0;
-    if (quality->shadows == VIEW_SHADOWS_RAYTRACED)
+    if (quality->shadows == SHADOWS_RAYTRACED)
         return quality->samples == 1 ? 0.02 : quality->samples == 4 ? 0.01 : 0;
-    if (quality->shadows == VIEW_SHADOWS_NONE)
+    if (quality->shadows == SHADOWS_NONE)
         return 0.5;
-    if (quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+    if (quality->shadows == SHADOWS_RAYTRACED_SHADOWS)
         return quality->samples == 1 ? 0.03 : 0.015;
-    bool is_map = quality->shadows == VIEW_SHADOWS_MAP;
+    bool is_map = quality->shadows == SHADOWS_MAP;
     return 16. / quality->shadow_resolution + 0.01 / quality->shadow_taps +
            (quality->samples == 1 ? 0.02 : 0) + (is_map ? 0.1 : 0);
 }
@@ -319,11 +319,11 @@ static double fake_ms(const struct view_quality *quality, bool is_cold)
 {
     if (quality->reference)
         return 5;
-    if (quality->shadows == VIEW_SHADOWS_RAYTRACED)
+    if (quality->shadows == SHADOWS_RAYTRACED)
         return 100. * quality->samples;
-    if (quality->shadows == VIEW_SHADOWS_NONE)
+    if (quality->shadows == SHADOWS_NONE)
         return 2;
-    if (quality->shadows == VIEW_SHADOWS_RAYTRACED_SHADOWS)
+    if (quality->shadows == SHADOWS_RAYTRACED_SHADOWS)
         return 500;
     double map = quality->shadow_resolution / 64.;
     return 4 + 2. * quality->shadow_taps + 3. * quality->samples + (is_cold ? map : 0);
@@ -343,10 +343,10 @@ static void weigh(struct fake_scene *scene, const struct view *view, struct fram
             ((float *)color->pixels)[i] += (float)fake_error(quality);
     frame->report.counts.lights = frame->report.counts.shadowed_lights = 2;
     frame->report.counts.triangles = !scene->has_structures; /* kept surfaces are not drawn */
-    frame->report.counts.events = quality->shadows == VIEW_SHADOWS_DEEP ? 7 : 0;
+    frame->report.counts.events = quality->shadows == SHADOWS_DEEP ? 7 : 0;
     report_add_bytes(&frame->report, "shadows",
                      (uint64_t)quality->shadow_resolution * (uint64_t)quality->shadow_resolution);
-    frame->report.error_is_exact = quality->shadows == VIEW_SHADOWS_RAYTRACED;
+    frame->report.error_is_exact = quality->shadows == SHADOWS_RAYTRACED;
     frame->report.total_ms = fake_ms(quality, !scene->has_structures);
     scene->has_structures = true;
 }

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+/* The rows as a table. */
+#include "protocol/shadow_technique.h"
+
+#include <stdio.h>
+#include <string.h>
+
+const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
+#define ROW(id, wire_name, abilities, members, says) \
+    [SHADOWS_##id] = {                               \
+        .name = (wire_name), .can = (abilities), .parameters = (members), .sentence = (says)},
+    SHADOW_TECHNIQUES(ROW)
+#undef ROW
+};
+
+const char *const shadow_techniques_planned[] = {"translucent", "stochastic", "colored-stochastic",
+                                                 "composited",  "volume",     "silhouette",
+                                                 "area",        NULL};
+
+static const struct shadow_technique_row *row_of(int technique)
+{
+    return technique >= 0 && technique < SHADOWS_COUNT ? &shadow_technique_rows[technique] : NULL;
+}
+
+const char *shadow_technique_name(int technique)
+{
+    const struct shadow_technique_row *row = row_of(technique);
+    return row ? row->name : NULL;
+}
+
+bool shadow_technique_can(enum shadow_technique technique, unsigned can)
+{
+    const struct shadow_technique_row *row = row_of((int)technique);
+    return row && (row->can & can) == can;
+}
+
+bool shadow_technique_has(enum shadow_technique technique, unsigned parameters)
+{
+    const struct shadow_technique_row *row = row_of((int)technique);
+    return row && (row->parameters & parameters) == parameters;
+}
+
+void shadow_techniques_text(unsigned can, unsigned parameters,
+                            char text[SHADOW_TECHNIQUES_TEXT_BYTES])
+{
+    const char *names[SHADOWS_COUNT];
+    int count = 0;
+    size_t used = 0;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (shadow_technique_can((enum shadow_technique)i, can) &&
+            shadow_technique_has((enum shadow_technique)i, parameters))
+            names[count++] = shadow_technique_rows[i].name;
+    text[0] = 0;
+    for (int i = 0; i < count && used < SHADOW_TECHNIQUES_TEXT_BYTES; i++)
+        used += (size_t)snprintf(text + used, SHADOW_TECHNIQUES_TEXT_BYTES - used, "%s%s",
+                                 i == 0           ? ""
+                                 : i == count - 1 ? " or "
+                                                  : ", ",
+                                 names[i]);
+}
+
+const char *shadow_can_name(int bit)
+{
+    static const char *const names[] = {"color",     "media",        "area_lights",
+                                        "reference", "many_samples", "linked_light_lists"};
+    return bit >= 0 && bit < (int)(sizeof names / sizeof *names) ? names[bit] : NULL;
+}
+
+const char *shadow_parameter_name(int bit)
+{
+    static const char *const names[] = {"shadow_resolution",  "shadow_taps",
+                                        "shadow_compression", "shadow_prefilter",
+                                        "shadow_fallback",    "area_samples"};
+    return bit >= 0 && bit < (int)(sizeof names / sizeof *names) ? names[bit] : NULL;
+}

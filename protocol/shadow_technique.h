@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+/* The shadow techniques, a row of plain data each. The enum, the names on the wire, what requests
+ * may combine, /v1/capabilities and the help of the command line come from here. Pure functions.
+ * Thread: any. */
+#ifndef VITRAIL_PROTOCOL_SHADOW_TECHNIQUE_H
+#define VITRAIL_PROTOCOL_SHADOW_TECHNIQUE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Sets of bits. */
+enum shadow_can {
+    SHADOW_CAN_COLOR = 1 << 0,        /* transparent casters filter the light that passes */
+    SHADOW_CAN_MEDIA = 1 << 1,        /* closed volumes attenuate light on its way */
+    SHADOW_CAN_AREA_LIGHTS = 1 << 2,  /* soft shadows of rect and disk lights */
+    SHADOW_CAN_REFERENCE = 1 << 3,    /* `reference` goes with it */
+    SHADOW_CAN_MANY_SAMPLES = 1 << 4, /* 16, 64 and 256 samples per pixel */
+    SHADOW_CAN_LINKED_LISTS = 1 << 5, /* `light_lists: linked` goes with it */
+};
+
+/* Members of `quality` that change the pictures of a technique. */
+enum shadow_parameter {
+    SHADOW_HAS_RESOLUTION = 1 << 0,
+    SHADOW_HAS_TAPS = 1 << 1,
+    SHADOW_HAS_COMPRESSION = 1 << 2,
+    SHADOW_HAS_PREFILTER = 1 << 3,
+    SHADOW_HAS_FALLBACK = 1 << 4,
+    SHADOW_HAS_AREA_SAMPLES = 1 << 5,
+    SHADOW_HAS_MAP = SHADOW_HAS_RESOLUTION | SHADOW_HAS_TAPS,
+    SHADOW_HAS_LISTS = SHADOW_HAS_COMPRESSION | SHADOW_HAS_PREFILTER | SHADOW_HAS_FALLBACK,
+    SHADOW_HAS_ALL = (1 << 6) - 1,
+};
+
+/* ROW(id, name on the wire, enum shadow_can, enum shadow_parameter, one sentence) */
+#define SHADOW_TECHNIQUES(ROW)                                                                    \
+    ROW(AUTO, "auto",                                                                             \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
+            SHADOW_CAN_LINKED_LISTS,                                                              \
+        SHADOW_HAS_ALL,                                                                           \
+        "the faster by forecast: rays, or deep where a light has a transparent caster, else map") \
+    ROW(NONE, "none", SHADOW_CAN_LINKED_LISTS, 0, "no shadows: every light passes everything")    \
+    ROW(MAP, "map", SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP,                                      \
+        "one depth per texel (Williams 1978); transparent casters cast none")                     \
+    ROW(DEEP, "deep", SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_LINKED_LISTS,              \
+        SHADOW_HAS_MAP | SHADOW_HAS_LISTS,                                                        \
+        "every transmittance event of a texel, sorted, in one contiguous list; exact")            \
+    ROW(DEEP_LINKED, "deep-linked", SHADOW_CAN_COLOR | SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP,   \
+        "linked lists sorted on insertion (Lindbeck 2015), for comparison")                       \
+    ROW(RAYTRACED, "raytraced",                                                                   \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
+            SHADOW_CAN_MANY_SAMPLES | SHADOW_CAN_LINKED_LISTS,                                    \
+        SHADOW_HAS_AREA_SAMPLES,                                                                  \
+        "rays on the CPU (Embree), no maps: the ground truth that the others are compared with")  \
+    ROW(RAYTRACED_SHADOWS, "raytraced-shadows",                                                   \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS, SHADOW_HAS_AREA_SAMPLES,    \
+        "rasterised surfaces and layers; rays on the CPU for the shadow of each light, no maps")
+
+enum shadow_technique {
+#define SHADOW_TECHNIQUE_ID(id, name, can, parameters, sentence) SHADOWS_##id,
+    SHADOW_TECHNIQUES(SHADOW_TECHNIQUE_ID)
+#undef SHADOW_TECHNIQUE_ID
+        SHADOWS_COUNT
+};
+
+struct shadow_technique_row {
+    const char *name; /* on the wire */
+    unsigned can, parameters;
+    const char *sentence;
+};
+extern const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT];
+
+/* "auto, none, map": a constant, for help texts. */
+#define SHADOW_TECHNIQUE_NEXT(id, name, can, parameters, sentence) ", " name
+#define SHADOW_TECHNIQUE_NAMES (&(SHADOW_TECHNIQUES(SHADOW_TECHNIQUE_NEXT))[2])
+
+const char *shadow_technique_name(int technique); /* NULL: none has this number */
+bool shadow_technique_can(enum shadow_technique technique, unsigned can);        /* all of these */
+bool shadow_technique_has(enum shadow_technique technique, unsigned parameters); /* likewise */
+
+/* What the parser says of names that later versions will have; ended by NULL. */
+extern const char *const shadow_techniques_planned[];
+
+/* The names of those that can and have all of this: "auto, map or deep". */
+enum { SHADOW_TECHNIQUES_TEXT_BYTES = 160 };
+void shadow_techniques_text(unsigned can, unsigned parameters,
+                            char text[SHADOW_TECHNIQUES_TEXT_BYTES]);
+
+/* The names on the wire of the set bits, from the lowest on; NULL behind the last. */
+const char *shadow_can_name(int bit);
+const char *shadow_parameter_name(int bit);
+
+#endif

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+/* The rows of the shadow techniques, and what is made of them. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "protocol/shadow_technique.h"
+
+static void every_row_has_a_name_of_its_own_and_a_sentence(void **state)
+{
+    (void)state;
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        const struct shadow_technique_row *row = &shadow_technique_rows[i];
+        assert_string_equal(row->name, shadow_technique_name(i));
+        assert_true(strlen(row->sentence) > 20);
+        for (int k = 0; k < i; k++)
+            assert_string_not_equal(row->name, shadow_technique_name(k));
+        for (int k = 0; shadow_techniques_planned[k]; k++)
+            assert_string_not_equal(row->name, shadow_techniques_planned[k]);
+    }
+}
+
+static void numbers_beyond_the_rows_have_no_name(void **state)
+{
+    (void)state;
+    assert_null(shadow_technique_name(-1));
+    assert_null(shadow_technique_name(SHADOWS_COUNT));
+    assert_false(shadow_technique_can((enum shadow_technique)SHADOWS_COUNT, 0));
+}
+
+static void each_bit_of_a_row_has_a_name(void **state)
+{
+    (void)state;
+    unsigned can = 0, parameters = 0;
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        can |= shadow_technique_rows[i].can;
+        parameters |= shadow_technique_rows[i].parameters;
+    }
+    for (int bit = 0; bit < 32; bit++) {
+        assert_int_equal(shadow_can_name(bit) != NULL, (can >> bit & 1) != 0);
+        assert_int_equal(shadow_parameter_name(bit) != NULL, (parameters >> bit & 1) != 0);
+    }
+}
+
+static void techniques_are_told_by_what_they_can_and_have(void **state)
+{
+    (void)state;
+    char text[SHADOW_TECHNIQUES_TEXT_BYTES];
+    shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, text);
+    assert_string_equal(text, "auto or raytraced");
+    shadow_techniques_text(0, SHADOW_HAS_LISTS, text);
+    assert_string_equal(text, "auto or deep");
+    shadow_techniques_text(0, SHADOW_HAS_MAP, text);
+    assert_string_equal(text, "auto, map, deep or deep-linked");
+    shadow_techniques_text(SHADOW_CAN_MANY_SAMPLES, 0, text);
+    assert_string_equal(text, "raytraced");
+    shadow_techniques_text(0, 0, text); /* all, and they fit */
+    assert_non_null(strstr(text, shadow_technique_name(SHADOWS_COUNT - 1)));
+    assert_true(strlen(text) + 1 < SHADOW_TECHNIQUES_TEXT_BYTES);
+}
+
+static void help_texts_name_them_all(void **state)
+{
+    (void)state;
+    assert_int_equal(0, strncmp(SHADOW_TECHNIQUE_NAMES, "auto, none, map, ", 17));
+    assert_non_null(strstr(SHADOW_TECHNIQUE_NAMES, shadow_technique_name(SHADOWS_COUNT - 1)));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_row_has_a_name_of_its_own_and_a_sentence),
+        cmocka_unit_test(numbers_beyond_the_rows_have_no_name),
+        cmocka_unit_test(each_bit_of_a_row_has_a_name),
+        cmocka_unit_test(techniques_are_told_by_what_they_can_and_have),
+        cmocka_unit_test(help_texts_name_them_all),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
