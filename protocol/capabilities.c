@@ -9,8 +9,8 @@
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 #include "protocol/limits.h"
-#include "protocol/shadow_technique.h"
 #include "protocol/render_request.h"
+#include "protocol/shadow_technique.h"
 
 /* ---- device ---- */
 
@@ -313,13 +313,16 @@ static json_t *write_kind(const struct technique_kind *kind)
     return json_take_unless(array, has_failed);
 }
 
-static json_t *write_set(unsigned bits, const char *(*name)(int bit))
+static const unsigned ALL_NAMES = ~0u;
+
+/* Those of the set; every enum here has less than 32. */
+static json_t *write_names(const char *(*name)(int index), unsigned set)
 {
     json_t *array = json_array();
     bool has_failed = !array;
-    for (int bit = 0; name(bit); bit++)
-        if (bits & 1u << bit)
-            json_append(array, json_string(name(bit)), &has_failed);
+    for (int i = 0; name(i); i++)
+        if (set & 1u << i)
+            json_append(array, json_string(name(i)), &has_failed);
     return json_take_unless(array, has_failed);
 }
 
@@ -332,8 +335,8 @@ static json_t *write_shadows(void)
         struct json_writer writer = json_writer_begin();
         json_put_text(&writer, "name", row->name);
         json_put_text(&writer, "does", row->sentence);
-        json_put(&writer, "can", write_set(row->can, shadow_can_name));
-        json_put(&writer, "parameters", write_set(row->parameters, shadow_parameter_name));
+        json_put(&writer, "can", write_names(shadow_can_name, row->can));
+        json_put(&writer, "parameters", write_names(shadow_parameter_name, row->parameters));
         json_append(array, json_writer_take(&writer), &has_failed);
     }
     return json_take_unless(array, has_failed);
@@ -417,15 +420,6 @@ static json_t *write_limits(uint64_t max_upload_bytes)
     return json_writer_take(&writer);
 }
 
-static json_t *write_names(const char *(*name)(int index), int first)
-{
-    json_t *array = json_array();
-    bool has_failed = !array;
-    for (int i = first; name(i); i++)
-        json_append(array, json_string(name(i)), &has_failed);
-    return json_take_unless(array, has_failed);
-}
-
 /* A list that ends with NULL; NULL: an empty one. */
 static json_t *write_texts(const char *const *texts)
 {
@@ -448,12 +442,12 @@ json_t *capabilities_to_json(const struct capabilities *capabilities)
                                   : json_null());
     json_put(&writer, "limits", write_limits(capabilities->max_upload_bytes));
     json_put(&writer, "techniques", write_techniques());
-    json_put(&writer, "light_types", write_names(request_light_type_name, 0));
-    json_put(&writer, "tone_mappings", write_names(request_tone_mapping_name, 0));
-    json_put(&writer, "outputs", write_names(request_output_name, 0));
+    json_put(&writer, "light_types", write_names(request_light_type_name, ALL_NAMES));
+    json_put(&writer, "tone_mappings", write_names(request_tone_mapping_name, ALL_NAMES));
+    json_put(&writer, "outputs", write_names(request_output_name, ALL_NAMES));
     json_put(&writer, "overlays", write_texts(overlays));
     json_put(&writer, "indexed_patches", write_texts(indexed));
-    json_put(&writer, "formats", write_names(request_format_name, REQUEST_FORMAT_PNG));
+    json_put(&writer, "formats", write_names(request_format_name, ALL_NAMES << REQUEST_FORMAT_PNG));
     json_put(&writer, "extensions", write_texts(capabilities->extensions));
     return json_writer_take(&writer);
 }

@@ -3,7 +3,6 @@
 #include "protocol/shadow_technique.h"
 
 #include <stdio.h>
-#include <string.h>
 
 const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
 #define ROW(id, wire_name, abilities, members, says) \

@@ -6,7 +6,6 @@
 #define VITRAIL_PROTOCOL_SHADOW_TECHNIQUE_H
 
 #include <stdbool.h>
-#include <stddef.h>
 
 /* Sets of bits. */
 enum shadow_can {

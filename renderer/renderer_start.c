@@ -211,7 +211,7 @@ static uint32_t proven_at_start(const struct renderer *renderer, const struct re
 {
     if (desc->self_test == RENDERER_SELFTEST_ALWAYS)
         return SELFTEST_ALL;
-    bool is_last = gl_context_limits(renderer->context)->is_software && !desc->poses_as_hardware;
+    bool is_last = gl_context_limits(renderer->context)->is_software;
     return desc->self_test == RENDERER_SELFTEST_KEPT && is_last ? 0 : SELFTEST_START;
 }
 

@@ -253,7 +253,7 @@ static void apply_lists(struct request_quality *quality, const struct choice_set
 static void apply(struct request_quality *quality, const struct choice_setting *setting)
 {
     apply_lists(quality, setting);
-    quality->shadows = (enum shadow_technique)setting->shadows;
+    quality->shadows = setting->shadows;
     if (setting->shadow_resolution) {
         quality->shadow_resolution = setting->shadow_resolution;
         quality->shadow_taps = setting->shadow_taps;
@@ -355,7 +355,7 @@ bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *reques
     struct choice_wish wish = {
         .max_error = quality->max_error,
         .budget_ms = quality->budget_ms,
-        .shadows = (enum shadow_technique)quality->shadows,
+        .shadows = quality->shadows,
         .shadow_resolution = quality->says_shadow_resolution ? quality->shadow_resolution : 0,
         .shadow_taps = quality->says_shadow_taps ? quality->shadow_taps : 0,
         .samples = quality->samples,

@@ -185,7 +185,7 @@ static bool storage_init(struct view_storage *storage, const struct render_reque
 static void map_quality(const struct request_quality *from, struct view_quality *to)
 {
     *to = (struct view_quality){
-        .shadows = (enum shadow_technique)from->shadows,
+        .shadows = from->shadows,
         .transparency = (enum view_transparency)from->transparency,
         .light_lists = (enum view_light_lists)from->light_lists,
         .blend_filter = (enum view_blend_filter)from->blend_filter,

@@ -8,12 +8,8 @@ import unittest
 import sources
 
 
-def read(path):
-    return (sources.root() / path).read_text(encoding="utf-8")
-
-
 def names():
-    rows = read("protocol/shadow_technique.h").split("#define SHADOW_TECHNIQUES(ROW)")[1]
+    rows = sources.read("protocol/shadow_technique.h").split("#define SHADOW_TECHNIQUES(ROW)")[1]
     rows = rows.split("enum shadow_technique {")[0]
     return re.findall(r'ROW\(\w+,\s*(?:\\\s*)?"([a-z-]+)"', rows)
 
@@ -24,7 +20,7 @@ class Techniques(unittest.TestCase):
         self.assertEqual("auto", names()[0])
 
     def test_openapi_takes_the_names(self):
-        schemas = json.loads(read("server/openapi.json"))["components"]["schemas"]
+        schemas = json.loads(sources.read("server/openapi.json"))["components"]["schemas"]
         enums = [member["enum"] for schema in schemas.values()
                  for name, member in schema.get("properties", {}).items()
                  if name == "shadows" and "deep" in member.get("enum", [])]
@@ -33,7 +29,7 @@ class Techniques(unittest.TestCase):
             self.assertEqual(names(), [name for name in enum if name is not None])
 
     def test_the_manual_lists_them(self):
-        quality = read("docs/requests.md").split("\n## Quality\n")[1]
+        quality = sources.read_manual("requests.md").split("\n## Quality\n")[1]
         row = re.search(r"^\| `shadows` \|([^|]*)\|", quality, re.MULTILINE)
         self.assertEqual(names(), re.findall(r"`([a-z-]+)`", row[1]))
 
