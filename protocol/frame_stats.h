@@ -84,7 +84,7 @@ struct frame_promise {
     double budget_ms; /* that was asked for; 0: none */
     double base_ms;   /* of the row that was chosen, before what was learned; 0: none was */
     double bytes;     /* likewise, of memory; 0: not known */
-    bool is_warm, is_measured; /* that row's time, and where from: server/experience.h */
+    bool is_warm, is_measured; /* that row's time, and where from: server/front/experience.h */
     enum frame_error_source source;
     char warning[FRAME_STATS_TEXT_BYTES]; /* "" = none */
 };

@@ -9,11 +9,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "server/child.h"
-#include "server/config.h"
-#include "server/decoder.h"
-#include "server/service.h"
-#include "server/worker.h"
+#include "server/base/child.h"
+#include "server/base/config.h"
+#include "server/decoder/decoder.h"
+#include "server/routes/service.h"
+#include "server/worker/worker.h"
 
 enum { EXIT_BAD_CONFIG = 2 };
 

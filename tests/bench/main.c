@@ -7,7 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "server/processor.h"
+#include "server/base/processor.h"
 #include "tests/bench/bench.h"
 
 static const struct suite suites[] = {

@@ -8,8 +8,8 @@
 #include <string.h>
 #include <strings.h>
 
-#include "server/http_rules.h"
-#include "server/negotiate.h"
+#include "server/http/http_rules.h"
+#include "server/http/negotiate.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

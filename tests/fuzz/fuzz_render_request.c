@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "protocol/render_request.h"
-#include "server/view_mapping.h"
+#include "server/mapping/view_mapping.h"
 #include "tests/fuzz/expect.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

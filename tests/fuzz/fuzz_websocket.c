@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #include "protocol/utf8.h"
-#include "server/websocket.h"
+#include "server/http/websocket.h"
 #include "tests/fuzz/expect.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

@@ -18,7 +18,7 @@
 
 #include <cmocka.h>
 
-#include "server/http.h"
+#include "server/http/http.h"
 
 enum { LONG_ENOUGH_MS = 100 }; /* for another thread to do what it is about to do */
 

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-#include "server/plan_mapping.h"
+#include "server/mapping/plan_mapping.h"
 
 static struct plan_document two_passes(void)
 {

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "server/view_mapping.h"
+#include "server/mapping/view_mapping.h"
 
 #define ID "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
 #define BODY(members) "{\"scene\":\"" ID "\"" members "}"

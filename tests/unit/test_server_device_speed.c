@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The file that keeps a device's speed: server/device_speed. */
+/* The file that keeps a device's speed: server/worker/device_speed. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "server/device_speed.h"
+#include "server/worker/device_speed.h"
 
 static const struct device_speed known = {0.5, 1.25, 0.75, 2, 3};
 

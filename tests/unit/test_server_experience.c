@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What a frame that was chosen for a time took counts for the next choice: server/experience. */
+/* What a frame that was chosen for a time took counts for the next choice: server/front/experience.
+ */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "server/experience.h"
-#include "server/processor.h"
+#include "server/base/processor.h"
+#include "server/front/experience.h"
 
 static const struct experience_frame modelled = {
     .scene = "abc",

@@ -12,8 +12,8 @@
 
 #include <cmocka.h>
 
-#include "server/flights.h"
-#include "server/inbox.h"
+#include "server/front/flights.h"
+#include "server/worker/inbox.h"
 
 enum { LIMIT_MS = 1000 };
 

@@ -14,11 +14,11 @@
 
 #include <cmocka.h>
 
-#include "server/http_lines.h"
-#include "server/http_rules.h"
-#include "server/clock.h"
-#include "server/http_watch.h"
-#include "server/negotiate.h"
+#include "server/base/clock.h"
+#include "server/http/http_lines.h"
+#include "server/http/http_rules.h"
+#include "server/http/http_watch.h"
+#include "server/http/negotiate.h"
 
 /* ---- heads ---- */
 

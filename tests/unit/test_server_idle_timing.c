@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "server/idle_timing.h"
+#include "server/worker/idle_timing.h"
 
 static struct ipc_message message_of(const char *op, bool is_of_view, int id)
 {

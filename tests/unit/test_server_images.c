@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "server/frame_image.h"
+#include "server/worker/frame_image.h"
 
 /* A frame of 2 by 1 pixels with every output. */
 static void make_frame(struct frame *frame)

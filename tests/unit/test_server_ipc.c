@@ -17,7 +17,7 @@
 
 #include <cmocka.h>
 
-#include "server/ipc.h"
+#include "server/base/ipc.h"
 
 static void make_pair(int sockets[2])
 {

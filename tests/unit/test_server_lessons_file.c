@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The file that keeps what `auto` has learned: server/lessons_file. */
+/* The file that keeps what `auto` has learned: server/mapping/lessons_file. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,7 +12,7 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-#include "server/lessons_file.h"
+#include "server/mapping/lessons_file.h"
 
 static struct learning *make_learned(void)
 {

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "server/multipart.h"
+#include "server/http/multipart.h"
 
 /* What came out, as text: "[name|filename]data;" for each part. */
 struct record {

@@ -11,9 +11,9 @@
 
 #include <cmocka.h>
 
-#include "server/frames.h"
-#include "server/quarantine.h"
-#include "server/render_queue.h"
+#include "server/front/frames.h"
+#include "server/front/quarantine.h"
+#include "server/front/render_queue.h"
 
 static struct render_task *task(uint64_t ticket, enum render_priority priority)
 {

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "server/warm_up.h"
+#include "server/front/warm_up.h"
 
 static struct render_task *task(char scene, bool is_at_start)
 {

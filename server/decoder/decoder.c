@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: MIT */
+/* The decoder: libraries are warmed up, the job is received, the cage closes, and only then is a
+ * byte of the upload looked at. */
+#include "server/decoder/decoder.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "protocol/limits.h"
+#include "renderer/image/image.h"
+#include "renderer/scene/import.h"
+#include "renderer/scene/scene.h"
+#include "server/base/ipc.h"
+#include "server/decoder/sandbox.h"
+#include "server/mapping/view_mapping.h"
+
+enum { FD_SPOOL, FD_BLOB, FD_SUMMARY, FD_COUNT };
+
+struct decode_work {
+    struct ipc_message job;
+    struct ipc_mapping spool;
+    struct scene_file *files; /* names and bytes are borrowed from job and spool */
+    size_t file_count;
+};
+
+/* One image of each format goes there and back, so that plugins, locales and threads are in place
+ * before the cage forbids to load them. */
+static void warm_up(void)
+{
+    for (int format = 0; format < IMAGE_FORMAT_COUNT; format++) {
+        bool is_float = format == IMAGE_FORMAT_EXR;
+        struct image image = {0}, back = {0};
+        void *bytes = NULL;
+        size_t size_bytes = 0;
+        if (image_init(&image, 2, 2, 4, is_float ? IMAGE_F32 : IMAGE_U8, NULL) &&
+            image_encode(&image, &(struct image_encode_desc){.format = (enum image_format)format},
+                         &bytes, &size_bytes, NULL) &&
+            image_decode(bytes, size_bytes, &(struct image_decode_desc){.keep_float = is_float},
+                         &back, NULL))
+            image_finish(&back);
+        free(bytes);
+        image_finish(&image);
+    }
+}
+
+/* The table of files; every range is checked against the spool. */
+static bool read_files(struct decode_work *work, struct error *err)
+{
+    const json_t *files = json_object_get(work->job.json, "files");
+    work->file_count = json_array_size(files);
+    work->files = calloc(work->file_count + 1, sizeof *work->files);
+    if (!work->files)
+        return error_set(err, ERROR_NO_MEMORY, "table of files");
+    for (size_t i = 0; i < work->file_count; i++) {
+        const json_t *file = json_array_get(files, i);
+        const char *name = json_string_value(json_object_get(file, "name"));
+        uint64_t offset = (uint64_t)json_integer_value(json_object_get(file, "offset"));
+        uint64_t size = (uint64_t)json_integer_value(json_object_get(file, "size"));
+        if (!name || offset > work->spool.size_bytes || size > work->spool.size_bytes - offset)
+            return error_set(err, ERROR_INTERNAL, "decoder: file %zu is not within the spool", i);
+        work->files[i] =
+            (struct scene_file){name, (const char *)work->spool.bytes + offset, (size_t)size};
+    }
+    return true;
+}
+
+static bool enter_cage(const struct decode_work *work, struct error *err)
+{
+    json_int_t memory = json_integer_value(json_object_get(work->job.json, "memory_bytes"));
+    json_int_t timeout = json_integer_value(json_object_get(work->job.json, "timeout_s"));
+    return sandbox_enter(&(struct sandbox_desc){.memory_bytes = (uint64_t)memory,
+                                                .file_bytes = LIMIT_SCENE_BLOB_BYTES,
+                                                .cpu_s = (int)timeout + 1},
+                         err);
+}
+
+static bool write_summary(const struct scene *scene, int fd, struct error *err)
+{
+    struct scene_summary summary = {0};
+    if (!scene_summary_from_scene(scene, &summary, err))
+        return false;
+    char *text = scene_summary_to_json_text(&summary);
+    scene_summary_finish(&summary);
+    bool is_good = text ? ipc_write_all(fd, text, strlen(text), err)
+                        : error_set(err, ERROR_NO_MEMORY, "summary of the scene");
+    free(text);
+    return is_good;
+}
+
+static bool write_blob(void *context, uint64_t offset_bytes, const void *bytes, size_t size_bytes,
+                       struct error *err)
+{
+    const int *fd = context;
+    return ipc_pwrite_all(*fd, bytes, size_bytes, offset_bytes, err) ||
+           error_wrap(err, "storing the scene");
+}
+
+/* The last bytes may be a gap. */
+static bool set_blob_size(int fd, uint64_t size_bytes, struct error *err)
+{
+    return ftruncate(fd, (off_t)size_bytes) == 0 ||
+           error_set(err, ERROR_IO, "writing the scene: %s", strerror(errno));
+}
+
+/* Pixels go to the file as they are decoded; the rest of the blob comes last. */
+static bool decode(const struct decode_work *work, struct error *err)
+{
+    void *blob = NULL;
+    size_t size_bytes = 0;
+    struct scene scene;
+    int fd = work->job.fds[FD_BLOB];
+    bool is_good =
+        scene_import(&(struct scene_import_desc){.files = work->files,
+                                                 .file_count = work->file_count,
+                                                 .max_blob_bytes = LIMIT_SCENE_BLOB_BYTES,
+                                                 .write = write_blob,
+                                                 .context = &fd},
+                     &blob, &size_bytes, err) &&
+        (scene_open_head(&scene, blob, size_bytes, err) || error_wrap(err, "the decoded scene")) &&
+        write_summary(&scene, work->job.fds[FD_SUMMARY], err) &&
+        write_blob(&fd, 0, blob, size_bytes, err) &&
+        set_blob_size(fd, scene.header->size_bytes, err);
+    free(blob);
+    return is_good;
+}
+
+/* Takes the reference. */
+static bool say(int socket, json_t *message)
+{
+    bool is_sent = message && ipc_send(socket, message, NULL, 0, NULL);
+    json_decref(message);
+    return is_sent;
+}
+
+static bool answer(int socket, const struct error *problem)
+{
+    return say(socket, problem->code == ERROR_NONE
+                           ? json_pack("{s:b}", "ok", 1)
+                           : json_pack("{s:o}", "error", ipc_error_to_json(problem)));
+}
+
+int decoder_main(int socket)
+{
+    struct error problem = {0};
+    struct decode_work work = {0};
+    warm_up();
+    if (ipc_receive(socket, &work.job, &problem) != IPC_MESSAGE ||
+        !say(socket, json_pack("{s:b}", "began", 1)))
+        return EXIT_FAILURE;
+    if (work.job.fd_count != FD_COUNT)
+        error_set(&problem, ERROR_INTERNAL, "decoder: %d descriptors instead of %d",
+                  work.job.fd_count, FD_COUNT);
+    else if (ipc_mapping_init(&work.spool, work.job.fds[FD_SPOOL], &problem) &&
+             read_files(&work, &problem) && enter_cage(&work, &problem) && !decode(&work, &problem))
+        assert(problem.code != ERROR_NONE);
+    bool is_answered = answer(socket, &problem);
+    _exit(is_answered ? EXIT_SUCCESS : EXIT_FAILURE); /* no destructor may trip over the cage */
+}

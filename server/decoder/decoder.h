@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT */
+/* The decoder role: one upload in, one scene blob out, in a cage. Thread: main of its own process.
+ */
+#ifndef VITRAIL_SERVER_DECODER_DECODER_H
+#define VITRAIL_SERVER_DECODER_DECODER_H
+
+/* Serves one job on `socket` and returns the exit status.
+ *
+ * in:  {"files": [{"name", "offset", "size"}...], "memory_bytes", "timeout_s"}, descriptors: the
+ * spool (read-only use), the blob (written), a memfd for the summary (written) out: {"ok": true} or
+ * {"error": {...}} */
+int decoder_main(int socket);
+
+#endif

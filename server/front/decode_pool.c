@@ -1,0 +1,411 @@
+/* SPDX-License-Identifier: MIT */
+/* Decoding: spawn, hand over descriptors, wait with a deadline, publish or say what went wrong. */
+#include "server/front/decode_pool.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/base/child.h"
+#include "server/base/clock.h"
+#include "server/base/ipc.h"
+
+enum {
+    SUMMARY_BYTES_MAX = 64 << 20,
+    STOP_CHECK_MS = 100, /* how soon a stop is noticed while a decoder runs */
+    PEER_STALL_S = 10,
+    CALM_S = 3, /* after a start */
+};
+
+struct decode_job {
+    struct decode_job *next;
+    char id[DIGEST_TEXT_BYTES];
+    struct upload *upload;
+    void *context;
+    bool (*fill)(void *context, struct upload *upload, char id[DIGEST_TEXT_BYTES],
+                 struct error *err);
+    bool is_here; /* stored before it was filled: nothing is decoded */
+    void (*done)(void *context, bool is_new, const struct error *problem);
+};
+
+struct decode_pool {
+    const struct config *config;
+    const struct log *log;
+    struct scene_store *store;
+    pthread_mutex_t mutex; /* guards the queue and the spare */
+    pthread_cond_t has_work;
+    struct decode_job *first, **last;
+    size_t count;
+    atomic_bool is_stopping;
+    struct child spare; /* a decoder that has loaded its libraries already and waits for a job */
+    pthread_t threads[DECODE_THREADS];
+    int thread_count;
+    atomic_uint_least64_t decoded, refused, crashes, timeouts;
+};
+
+static json_t *describe_job(const struct decode_pool *pool, const struct upload *upload)
+{
+    size_t count;
+    const struct upload_file *files = upload_files(upload, &count);
+    json_t *list = json_array();
+    for (size_t i = 0; list && i < count; i++)
+        if (json_array_append_new(list, json_pack("{s:s,s:I,s:I}", "name", files[i].name, "offset",
+                                                  (json_int_t)files[i].offset_bytes, "size",
+                                                  (json_int_t)files[i].size_bytes)) != 0) {
+            json_decref(list);
+            return NULL;
+        }
+    return list ? json_pack("{s:o,s:I,s:i}", "files", list, "memory_bytes",
+                            (json_int_t)pool->config->decode_memory_bytes, "timeout_s",
+                            pool->config->decode_timeout_s)
+                : NULL;
+}
+
+enum answer { ANSWER_MESSAGE, ANSWER_NONE, ANSWER_REFUSED };
+
+/* Waits for a message of the decoder. ANSWER_NONE: it died, and err is untouched; ANSWER_REFUSED:
+ * err says why. */
+static enum answer await_message(struct decode_pool *pool, const struct child *decoder,
+                                 int64_t deadline, struct ipc_message *message, struct error *err)
+{
+    struct pollfd wait = {.fd = decoder->socket, .events = POLLIN};
+    for (;;) {
+        int64_t left = deadline - now_ms();
+        int ready = left > 0 ? poll(&wait, 1, left < STOP_CHECK_MS ? (int)left : STOP_CHECK_MS) : 0;
+        if (ready > 0)
+            break;
+        if (atomic_load(&pool->is_stopping)) {
+            error_set(err, ERROR_OVERLOADED, "the server is stopping");
+            return ANSWER_REFUSED;
+        }
+        if (left > 0)
+            continue;
+        atomic_fetch_add(&pool->timeouts, 1);
+        error_set(err, ERROR_INVALID_SCENE,
+                  "decoding took longer than %d s, the limit (decode-timeout-s)",
+                  pool->config->decode_timeout_s);
+        return ANSWER_REFUSED;
+    }
+    return ipc_receive(decoder->socket, message, NULL) == IPC_MESSAGE ? ANSWER_MESSAGE
+                                                                      : ANSWER_NONE;
+}
+
+/* The decoder has begun. What it was doing when it dies is unknown; that it died is said to the
+ * client. */
+static bool await_result(struct decode_pool *pool, struct child *decoder, int64_t deadline,
+                         struct error *err)
+{
+    struct ipc_message message = {0};
+    switch (await_message(pool, decoder, deadline, &message, err)) {
+    case ANSWER_REFUSED:
+        return false;
+    case ANSWER_NONE: {
+        char how[64];
+        child_stop(decoder, 1000, how, sizeof how);
+        if (atomic_load(&pool->is_stopping)) /* its thread took it along */
+            return error_set(err, ERROR_OVERLOADED, "the server is stopping");
+        atomic_fetch_add(&pool->crashes, 1);
+        return error_set(err, ERROR_INVALID_SCENE,
+                         "the decoder ended with %s while it read this scene", how);
+    }
+    case ANSWER_MESSAGE:
+        break;
+    }
+    const json_t *failure = json_object_get(message.json, "error");
+    if (failure)
+        ipc_error_from_json(failure, err);
+    ipc_message_finish(&message);
+    return failure == NULL;
+}
+
+/* Starting a decoder takes longer than most decoding, so one is kept ready. It dies with the thread
+ * that started it, and those live as long as the pool. */
+static void refill_spare(struct decode_pool *pool)
+{
+    struct child fresh = {0};
+    pthread_mutex_lock(&pool->mutex);
+    bool is_wanted = pool->spare.pid == 0 && !atomic_load(&pool->is_stopping);
+    if (is_wanted && child_start(&fresh, "decoder", NULL, NULL))
+        pool->spare = fresh;
+    pthread_mutex_unlock(&pool->mutex);
+}
+
+static bool send_job(const struct child *decoder, const json_t *job, const int fds[3],
+                     struct error *err)
+{
+    return ipc_set_timeout(decoder->socket, PEER_STALL_S, err) &&
+           ipc_send(decoder->socket, job, fds, 3, err);
+}
+
+/* Leaves a decoder that has begun. The spare may have been killed meanwhile: then, and only then, a
+ * fresh one is tried. */
+static bool start_decoder(struct decode_pool *pool, struct child *decoder, const json_t *job,
+                          const int fds[3], int64_t deadline, struct error *err)
+{
+    pthread_mutex_lock(&pool->mutex);
+    *decoder = pool->spare;
+    pool->spare = (struct child){0};
+    pthread_mutex_unlock(&pool->mutex);
+    bool was_spare = decoder->pid > 0;
+    if (!was_spare && !child_start(decoder, "decoder", NULL, err))
+        return false;
+    struct ipc_message began = {0};
+    enum answer answer = send_job(decoder, job, fds, NULL)
+                             ? await_message(pool, decoder, deadline, &began, err)
+                             : ANSWER_NONE;
+    ipc_message_finish(&began);
+    if (answer == ANSWER_MESSAGE)
+        return true;
+    child_stop(decoder, 0, NULL, 0);
+    if (answer == ANSWER_REFUSED)
+        return false;
+    return was_spare ? start_decoder(pool, decoder, job, fds, deadline, err)
+                     : error_set(err, ERROR_INTERNAL, "the decoder does not start");
+}
+
+/* Sends the job and waits. A scene may not take the service's memory for its own want of it. */
+static bool run_decoder(struct decode_pool *pool, const struct upload *upload, int blob_fd,
+                        int summary_fd, struct error *err)
+{
+    struct child decoder;
+    json_t *job = describe_job(pool, upload);
+    if (!job)
+        return error_set(err, ERROR_NO_MEMORY, "job of a decoder");
+    const int fds[3] = {upload_fd(upload), blob_fd, summary_fd};
+    int64_t deadline = now_ms() + 1000ll * pool->config->decode_timeout_s;
+    bool is_good = start_decoder(pool, &decoder, job, fds, deadline, err);
+    json_decref(job);
+    if (is_good) {
+        is_good = await_result(pool, &decoder, deadline, err);
+        child_stop(&decoder, is_good ? 1000 : 0, NULL, 0);
+    }
+    if (!is_good && err->code == ERROR_NO_MEMORY) {
+        struct error in_scene = {0};
+        error_set(&in_scene, ERROR_INVALID_SCENE,
+                  "decoding needs more than the %llu bytes that it may take: %s",
+                  (unsigned long long)pool->config->decode_memory_bytes, err->message);
+        *err = in_scene;
+    }
+    return is_good;
+}
+
+/* The decoder's words are data like any other: parsed by the protocol's reader, and what we know
+ * better is filled in. */
+static bool read_summary(const struct decode_job *job, int summary_fd,
+                         const struct scene_draft *draft, struct scene_summary *summary,
+                         struct error *err)
+{
+    struct ipc_mapping text = {0};
+    struct stat blob;
+    struct error unreadable = {0};
+    bool is_good = ipc_mapping_init(&text, summary_fd, &unreadable) &&
+                   text.size_bytes <= SUMMARY_BYTES_MAX && fstat(draft->blob_fd, &blob) == 0 &&
+                   blob.st_size > 0 &&
+                   scene_summary_from_json_text(text.bytes, text.size_bytes, summary, &unreadable);
+    ipc_mapping_finish(&text);
+    if (!is_good)
+        return error_set(err, ERROR_INVALID_SCENE, "the decoder left no usable scene: %s",
+                         unreadable.message);
+    memcpy(summary->id, job->id, sizeof summary->id);
+    const char *name = upload_name(job->upload);
+    free(summary->name);
+    summary->name = *name ? strdup(name) : NULL;
+    summary->upload_bytes = upload_size_bytes(job->upload);
+    summary->decoded_bytes = (uint64_t)blob.st_size;
+    summary->created_unix_s = (int64_t)time(NULL);
+    return true;
+}
+
+static bool fill_job(struct decode_pool *pool, struct decode_job *job, struct error *err)
+{
+    if (!job->fill)
+        return true;
+    if (!job->fill(job->context, job->upload, job->id, err))
+        return false;
+    job->is_here = scene_store_has(pool->store, job->id);
+    return true;
+}
+
+static bool decode(struct decode_pool *pool, const struct decode_job *job, bool *is_new,
+                   struct error *err)
+{
+    struct scene_draft draft = {0};
+    struct scene_summary summary = {0};
+    int summary_fd = memfd_create("vitrail-summary", MFD_CLOEXEC);
+    if (summary_fd < 0)
+        return error_set(err, ERROR_NO_MEMORY, "memfd_create: %s", strerror(errno));
+    bool is_good = scene_draft_begin(pool->store, &draft, err) &&
+                   run_decoder(pool, job->upload, draft.blob_fd, summary_fd, err) &&
+                   read_summary(job, summary_fd, &draft, &summary, err) &&
+                   scene_draft_commit(pool->store, &draft, &summary, is_new, err);
+    scene_summary_finish(&summary);
+    scene_draft_discard(pool->store, &draft);
+    close(summary_fd);
+    return is_good;
+}
+
+static bool run_job(struct decode_pool *pool, struct decode_job *job, bool *is_new,
+                    struct error *err)
+{
+    return fill_job(pool, job, err) && (job->is_here || decode(pool, job, is_new, err));
+}
+
+static void finish_job(struct decode_pool *pool, struct decode_job *job, bool is_new,
+                       const struct error *problem)
+{
+    if (!job->is_here)
+        atomic_fetch_add(problem->code == ERROR_NONE ? &pool->decoded : &pool->refused, 1);
+    upload_destroy(job->upload);
+    job->done(job->context, is_new, problem);
+    free(job);
+}
+
+static struct decode_job *take_job(struct decode_pool *pool)
+{
+    pthread_mutex_lock(&pool->mutex);
+    while (!pool->first && !pool->is_stopping)
+        pthread_cond_wait(&pool->has_work, &pool->mutex);
+    struct decode_job *job = pool->is_stopping ? NULL : pool->first;
+    if (job) {
+        pool->first = job->next;
+        if (!pool->first)
+            pool->last = &pool->first;
+        pool->count--;
+    }
+    pthread_mutex_unlock(&pool->mutex);
+    return job;
+}
+
+/* Where scenes are stored, a start is most likely followed by a render of one, and a decoder that
+ * loads its libraries meanwhile takes a core from it. False when there is work already. */
+static bool wait_for_calm(struct decode_pool *pool)
+{
+    struct timespec until;
+    int result = scene_store_get_totals(pool->store).scenes ? 0 : ETIMEDOUT;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_sec += CALM_S;
+    pthread_mutex_lock(&pool->mutex);
+    while (!pool->first && !pool->is_stopping && result == 0)
+        result = pthread_cond_clockwait(&pool->has_work, &pool->mutex, CLOCK_MONOTONIC, &until);
+    bool is_calm = !pool->first && !pool->is_stopping;
+    pthread_mutex_unlock(&pool->mutex);
+    return is_calm;
+}
+
+static void *pool_run(void *argument)
+{
+    struct decode_pool *pool = argument;
+    if (wait_for_calm(pool))
+        refill_spare(pool);
+    for (struct decode_job *job; (job = take_job(pool)); refill_spare(pool)) {
+        struct error problem = {0};
+        bool is_new = false;
+        int64_t began = now_ms();
+        if (!run_job(pool, job, &is_new, &problem))
+            log_write(pool->log, LOG_INFO, "scene %.12s refused after %lld ms: %s", job->id,
+                      (long long)(now_ms() - began), problem.message);
+        else if (!job->is_here)
+            log_write(pool->log, LOG_INFO, "scene %.12s decoded in %lld ms", job->id,
+                      (long long)(now_ms() - began));
+        finish_job(pool, job, is_new, &problem);
+    }
+    return NULL;
+}
+
+struct decode_pool *decode_pool_create(const struct decode_pool_desc *desc, struct error *err)
+{
+    struct decode_pool *pool = calloc(1, sizeof *pool);
+    if (!pool) {
+        error_set(err, ERROR_NO_MEMORY, "decode pool");
+        return NULL;
+    }
+    pool->config = desc->config;
+    pool->log = desc->log;
+    pool->store = desc->store;
+    pool->last = &pool->first;
+    pthread_mutex_init(&pool->mutex, NULL);
+    pthread_cond_init(&pool->has_work, NULL);
+    while (pool->thread_count < DECODE_THREADS &&
+           pthread_create(&pool->threads[pool->thread_count], NULL, pool_run, pool) == 0)
+        pool->thread_count++;
+    if (pool->thread_count == DECODE_THREADS)
+        return pool;
+    error_set(err, ERROR_INTERNAL, "decode pool: threads cannot be started");
+    decode_pool_destroy(pool);
+    return NULL;
+}
+
+void decode_pool_stop(struct decode_pool *pool)
+{
+    if (!pool)
+        return;
+    pthread_mutex_lock(&pool->mutex);
+    pool->is_stopping = true;
+    struct decode_job *waiting = pool->first;
+    pool->first = NULL;
+    pthread_cond_broadcast(&pool->has_work);
+    pthread_mutex_unlock(&pool->mutex);
+    struct error stopping = {ERROR_OVERLOADED, "the server is stopping", ""};
+    while (waiting) {
+        struct decode_job *next = waiting->next;
+        finish_job(pool, waiting, false, &stopping);
+        waiting = next;
+    }
+    for (int i = 0; i < pool->thread_count; i++)
+        pthread_join(pool->threads[i], NULL);
+    pool->thread_count = 0;
+}
+
+void decode_pool_destroy(struct decode_pool *pool)
+{
+    if (!pool)
+        return;
+    decode_pool_stop(pool);
+    child_stop(&pool->spare, 0, NULL, 0);
+    pthread_cond_destroy(&pool->has_work);
+    pthread_mutex_destroy(&pool->mutex);
+    free(pool);
+}
+
+bool decode_pool_submit(struct decode_pool *pool, const struct decode_job_desc *desc,
+                        struct error *err)
+{
+    struct decode_job *job = calloc(1, sizeof *job);
+    if (!job)
+        return error_set(err, ERROR_NO_MEMORY, "decode job");
+    if (desc->id)
+        memcpy(job->id, desc->id, sizeof job->id);
+    job->fill = desc->fill;
+    job->upload = desc->upload;
+    job->context = desc->context;
+    job->done = desc->done;
+    pthread_mutex_lock(&pool->mutex);
+    bool is_stopping = pool->is_stopping, is_good = !is_stopping && pool->count < DECODE_QUEUE_MAX;
+    if (is_good) {
+        *pool->last = job;
+        pool->last = &job->next;
+        pool->count++;
+        pthread_cond_signal(&pool->has_work);
+    }
+    pthread_mutex_unlock(&pool->mutex);
+    if (is_good)
+        return true;
+    free(job);
+    if (is_stopping)
+        return error_set(err, ERROR_OVERLOADED, "the server is stopping");
+    return error_set(err, ERROR_OVERLOADED,
+                     "%d uploads are waiting to be decoded, which is the limit", DECODE_QUEUE_MAX);
+}
+
+struct decode_totals decode_pool_get_totals(struct decode_pool *pool)
+{
+    return (struct decode_totals){atomic_load(&pool->decoded), atomic_load(&pool->refused),
+                                  atomic_load(&pool->crashes), atomic_load(&pool->timeouts)};
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/* Devices whose drivers end the worker, or keep it for ever, before it serves. The worker tells
+ * each step that it takes with a device before it takes it; the supervisor notes how the worker
+ * ended meanwhile, and has the next one pass over what will not do. Not locked: its owner locks. */
+#ifndef VITRAIL_SERVER_FRONT_DEVICE_TRIALS_H
+#define VITRAIL_SERVER_FRONT_DEVICE_TRIALS_H
+
+#include <jansson.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "renderer/gl/device_choice.h"
+
+enum {
+    DEVICE_TRIAL_DEATHS = 2, /* in a row: one may be the fault of the machine's memory */
+    DEVICE_TRIAL_MS = 90000, /* of one step: 60 times what llvmpipe takes that has compiled nothing,
+                                and less than what the command line waits for a private server */
+};
+
+/* Zeroed = none. */
+struct device_trials {
+    struct gl_device_list devices; /* that were tried; those with a reason are passed over */
+    int deaths[GL_DEVICES_MAX];    /* in a row */
+    int current;                   /* index + 1 of the one that is tried now; 0: none is */
+    enum gl_device_step step;
+};
+
+/* Of the worker's message (below). */
+void device_trials_begin(struct device_trials *trials, const json_t *message);
+/* The worker serves, and what its device did before is forgiven; or it said itself what fails. */
+void device_trials_succeed(struct device_trials *trials);
+void device_trials_abandon(struct device_trials *trials);
+
+/* How the worker ended: "signal 11 (Segmentation fault)"; is_hang: it was late, and was killed. The
+ * device that it tried, with a reason where it is passed over from now on, else to be tried once
+ * more; NULL: it tried none. */
+const struct gl_device *device_trials_end(struct device_trials *trials, const char *how,
+                                          bool is_hang);
+
+int device_trials_passed_over(const struct device_trials *trials); /* their number */
+
+/* ---- messages ---- */
+
+/* What the worker says: {"op": "trying", "step", "device"}. */
+json_t *device_trials_message(const struct gl_device *device, enum gl_device_step step);
+
+/* Those with a reason, as the worker is told of them; and back. */
+json_t *device_reasons_to_json(const struct gl_device_list *devices);
+void device_reasons_from_json(const json_t *json, struct gl_device_list *devices);
+
+/* One line on each, as gl_device_describe has it: of a worker that finds no device. */
+json_t *device_lines_to_json(const struct gl_device_list *devices);
+/* "EGL device 1: passed over: ...; EGL device 2: ...": to be freed; NULL where memory runs out. */
+char *device_lines_join(const json_t *lines);
+
+#endif

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/* The reports of the newest frames, for /v1/frames/{id}. Thread: any. */
+#ifndef VITRAIL_SERVER_FRONT_FRAMES_H
+#define VITRAIL_SERVER_FRONT_FRAMES_H
+
+#include <stddef.h>
+
+#include "protocol/error.h"
+
+enum { FRAME_ID_BYTES = 17 };
+
+struct frames;
+
+/* Keeps the newest `capacity` reports. */
+struct frames *frames_create(size_t capacity, struct error *err);
+void frames_destroy(struct frames *frames); /* accepts NULL */
+
+MUST_CHECK bool frames_make_id(char id[FRAME_ID_BYTES], struct error *err); /* 64 random bits in
+                                                                               hexadecimal */
+
+void frames_add(struct frames *frames, const char *id, char *json); /* takes json, which may be NULL
+                                                                     */
+char *frames_get(struct frames *frames, const char *id, struct error *err); /* malloc'ed copy;
+                                                                               ERROR_NOT_FOUND */
+size_t frames_count(struct frames *frames);
+
+#endif

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+/* Scenes that ended workers: two deaths without a success between them, and a scene is not rendered
+ * any more. Not locked: its owner locks. */
+#ifndef VITRAIL_SERVER_FRONT_QUARANTINE_H
+#define VITRAIL_SERVER_FRONT_QUARANTINE_H
+
+#include <stdbool.h>
+
+#include "protocol/error.h"
+#include "server/base/digest.h"
+
+enum {
+    QUARANTINE_DEATHS = 2,
+    QUARANTINE_SCENES = 64, /* remembered; of more, the one with the oldest death is forgotten */
+};
+
+struct quarantine_entry {
+    char scene[DIGEST_TEXT_BYTES]; /* "" = free */
+    int deaths;
+    unsigned long when; /* order of the last death */
+    char reason[96];
+};
+
+/* Zeroed = empty. */
+struct quarantine {
+    struct quarantine_entry entries[QUARANTINE_SCENES];
+    unsigned long clock;
+};
+
+void quarantine_add_death(struct quarantine *quarantine, const char *scene, const char *reason);
+void quarantine_forgive(struct quarantine *quarantine, const char *scene); /* a success, or a new
+                                                                              upload */
+
+/* ERROR_RENDER_FAILED with the reason of the last death when the scene is quarantined. */
+MUST_CHECK bool quarantine_check(const struct quarantine *quarantine, const char *scene,
+                                 struct error *err);
+int quarantine_count(const struct quarantine *quarantine);
+
+#endif

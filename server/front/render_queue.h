@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: MIT */
+/* Renders waiting for the worker: bounded, by priority, then in the order they came. Not locked:
+ * its owner locks. */
+#ifndef VITRAIL_SERVER_FRONT_RENDER_QUEUE_H
+#define VITRAIL_SERVER_FRONT_RENDER_QUEUE_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+#include "protocol/frame_stats.h"
+#include "protocol/render_request.h"
+#include "renderer/image/image.h"
+#include "server/base/digest.h"
+
+enum render_priority { RENDER_INTERACTIVE, RENDER_NORMAL, RENDER_BATCH, RENDER_PRIORITY_COUNT };
+
+/* Exactly one of problem (a code other than ERROR_NONE) and an image. */
+struct render_outcome {
+    struct error problem;
+    int image_fd;              /* owned by the task; `done` may take it and put -1 here */
+    struct frame_stats *stats; /* owned by the task; NULL on failure, and of a question */
+    json_t *answer;            /* owned by the task; to a question, whose image is optional */
+    double queue_ms;           /* from submission to the GL thread */
+};
+
+struct render_task {
+    struct render_task *next;
+    uint64_t ticket; /* required, unique: supervisor_next_ticket */
+    char scene[DIGEST_TEXT_BYTES];
+    int request_fd, blob_fd;  /* required but of a question without a scene; owned */
+    const char *request_id;   /* of who waits for it, borrowed until it is done; NULL: none */
+    struct part_scenes parts; /* with part_fds, owned; beside task->scene */
+    int part_fds[LIMIT_PART_SCENES]; /* parts.count of them are open */
+    enum image_format format;
+    enum render_priority priority;
+    bool is_cancelled;            /* nobody waits for it any more */
+    bool expects_reuse;           /* one of many frames: renderer/view.h */
+    bool may_be_coarse;           /* likewise */
+    int64_t queued_us;            /* set when queued */
+    int deaths;                   /* workers that died on it */
+    struct frame_promise promise; /* told in the stats of the frame */
+    /* Owned; NULL: a render. What is asked of the worker instead (server/worker/measure.h,
+     * server/worker/explain.h, server/worker/pick.h): once, and its failure says nothing about the
+     * scene. */
+    json_t *question;
+    int reference_fd; /* owned; of a measurement, -1: none */
+    int limit_ms;     /* from its begin to its end; 0: that of the configuration */
+    struct render_outcome outcome;
+    void *context;
+    void (*done)(void *context, struct render_outcome *outcome); /* once, on the thread that ends
+                                                                    the task */
+};
+/* NULL for want of memory; the descriptors are -1. */
+struct render_task *render_task_create(void);
+void render_task_destroy(struct render_task *task); /* closes descriptors; accepts NULL */
+
+/* Zeroed = empty. */
+struct render_queue {
+    struct render_task *first[RENDER_PRIORITY_COUNT];
+    size_t count;
+};
+
+/* Takes the task, or answers false when max_count wait already. */
+MUST_CHECK bool render_queue_push(struct render_queue *queue, struct render_task *task,
+                                  size_t max_count);
+void render_queue_push_back(struct render_queue *queue, struct render_task *task); /* a retry: first
+                                                                                      of its
+                                                                                      priority */
+struct render_task *render_queue_pop(struct render_queue *queue); /* NULL when empty */
+/* The first that is not interactive: NULL when there is none, or when it is a question and
+ * interactive ones wait, because they cannot go before the rest of that. */
+struct render_task *render_queue_pop_patient(struct render_queue *queue);
+/* The first interactive one, or NULL. */
+struct render_task *render_queue_pop_urgent(struct render_queue *queue);
+struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket); /* NULL when
+                                                                                         not waiting
+                                                                                       */
+const struct render_task *render_queue_find(const struct render_queue *queue, uint64_t ticket);
+/* The newest with this request id; NULL when none is waiting. */
+const struct render_task *render_queue_find_request(const struct render_queue *queue,
+                                                    const char *request_id);
+int64_t render_queue_oldest_us(const struct render_queue *queue, int64_t otherwise); /* queued_us of
+                                                                                        the oldest
+                                                                                      */
+
+#endif

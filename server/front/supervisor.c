@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: MIT */
+/* The tasks of the supervisor: taken from other threads, ended, counted. */
+#include "server/front/supervisor.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "protocol/limits.h"
+#include "server/base/clock.h"
+#include "server/front/experience.h"
+#include "server/front/supervisor_internal.h"
+
+const struct error supervisor_nobody_waits = {ERROR_OVERLOADED, "the client left before its turn",
+                                              ""};
+
+static void wake(struct supervisor *supervisor)
+{
+    eventfd_write(supervisor->wake_fd, 1);
+}
+
+/* ---- ending ---- */
+
+static void end_task(struct supervisor *supervisor, struct render_task *task)
+{
+    bool is_good = task->outcome.problem.code == ERROR_NONE;
+    if (warm_up_is_step(task->question))
+        warm_up_count(&supervisor->totals.warm_ups, task->outcome.answer);
+    if (warm_up_continue(task)) {
+        task->ticket = ++supervisor->next_ticket;
+        warm_ups_add(&supervisor->warm_ups, task);
+        return;
+    }
+    supervisor->totals.warm_ups.done += is_good && warm_up_is_step(task->question);
+    if (is_good && warm_up_is_step(task->question))
+        experience_note_warm(supervisor->experience, task->scene);
+    if (task->question)
+        supervisor->totals.answered += is_good;
+    else if (is_good)
+        supervisor->totals.rendered++;
+    else if (task->is_cancelled)
+        supervisor->totals.cancelled++;
+    else
+        supervisor->totals.failed++;
+    task->next = supervisor->ended;
+    supervisor->ended = task;
+}
+
+void supervisor_refuse(struct supervisor *supervisor, struct render_task *task,
+                       const struct error *problem)
+{
+    task->outcome.problem = *problem;
+    end_task(supervisor, task);
+}
+
+void supervisor_tell_ended(struct supervisor *supervisor)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    struct render_task *ended = supervisor->ended;
+    supervisor->ended = NULL;
+    pthread_mutex_unlock(&supervisor->mutex);
+    while (ended) {
+        struct render_task *next = ended->next;
+        ended->done(ended->context, &ended->outcome);
+        render_task_destroy(ended);
+        ended = next;
+    }
+}
+
+void supervisor_refuse_waiting(struct supervisor *supervisor, const struct error *problem)
+{
+    for (struct render_task *task; (task = render_queue_pop(&supervisor->queue));)
+        supervisor_refuse(supervisor, task, problem);
+}
+
+bool supervisor_check_quarantine(const struct supervisor *supervisor,
+                                 const struct render_task *task, struct error *err)
+{
+    bool is_good = quarantine_check(&supervisor->quarantine, task->scene, err);
+    for (int i = 0; is_good && i < task->parts.count; i++)
+        is_good = quarantine_check(&supervisor->quarantine, task->parts.ids[i], err);
+    return is_good;
+}
+
+/* ---- life ---- */
+
+struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct error *err)
+{
+    struct supervisor *supervisor = calloc(1, sizeof *supervisor);
+    if (!supervisor) {
+        error_set(err, ERROR_NO_MEMORY, "supervisor");
+        return NULL;
+    }
+    supervisor->desc = *desc;
+    pthread_mutex_init(&supervisor->mutex, NULL);
+    supervisor->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    supervisor->forgotten = json_array();
+    supervisor->experience = experience_create(err);
+    if (supervisor->wake_fd >= 0 && supervisor->forgotten && supervisor->experience)
+        supervisor->has_thread =
+            pthread_create(&supervisor->thread, NULL, supervisor_run, supervisor) == 0;
+    if (supervisor->has_thread)
+        return supervisor;
+    error_set(err, ERROR_INTERNAL, "supervisor: %s", strerror(errno));
+    supervisor_destroy(supervisor);
+    return NULL;
+}
+
+void supervisor_stop(struct supervisor *supervisor)
+{
+    if (!supervisor)
+        return;
+    if (supervisor->has_thread) {
+        pthread_mutex_lock(&supervisor->mutex);
+        supervisor->is_stopping = true;
+        pthread_mutex_unlock(&supervisor->mutex);
+        wake(supervisor);
+        pthread_join(supervisor->thread, NULL);
+        supervisor->has_thread = false;
+    }
+    struct error stopping = {ERROR_OVERLOADED, "the server is stopping", ""};
+    pthread_mutex_lock(&supervisor->mutex);
+    struct flights *flights = &supervisor->flights;
+    while (flights->count > 0)
+        supervisor_refuse(supervisor, flights->list[--flights->count].task, &stopping);
+    supervisor_refuse_waiting(supervisor, &stopping);
+    warm_ups_drop(&supervisor->warm_ups, NULL);
+    pthread_mutex_unlock(&supervisor->mutex);
+    supervisor_tell_ended(supervisor);
+}
+
+void supervisor_destroy(struct supervisor *supervisor)
+{
+    if (!supervisor)
+        return;
+    supervisor_stop(supervisor);
+    json_decref(supervisor->forgotten);
+    experience_destroy(supervisor->experience);
+    free(supervisor->hopeless);
+    if (supervisor->wake_fd >= 0)
+        close(supervisor->wake_fd);
+    pthread_mutex_destroy(&supervisor->mutex);
+    free(supervisor);
+}
+
+/* ---- for other threads ---- */
+
+uint64_t supervisor_next_ticket(struct supervisor *supervisor)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    uint64_t ticket = ++supervisor->next_ticket;
+    pthread_mutex_unlock(&supervisor->mutex);
+    return ticket;
+}
+
+bool supervisor_submit(struct supervisor *supervisor, struct render_task *task, struct error *err)
+{
+    bool is_good = true;
+    task->queued_us = now_us();
+    pthread_mutex_lock(&supervisor->mutex);
+    if (supervisor->is_stopping || supervisor->is_draining)
+        is_good = error_set(err, ERROR_OVERLOADED, "the server is stopping");
+    else if (supervisor->start_error.code != ERROR_NONE)
+        is_good = error_pass(err, &supervisor->start_error);
+    else
+        is_good = supervisor_check_quarantine(supervisor, task, err);
+    if (is_good && !render_queue_push(&supervisor->queue, task, LIMIT_QUEUE_DEPTH))
+        is_good = error_set(err, ERROR_OVERLOADED, "%d renders are waiting, which is the limit",
+                            LIMIT_QUEUE_DEPTH);
+    supervisor->asked_ms = now_ms();
+    pthread_mutex_unlock(&supervisor->mutex);
+    if (is_good)
+        wake(supervisor);
+    return is_good;
+}
+
+void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor->asked_ms = now_ms();
+    warm_ups_add(&supervisor->warm_ups, task);
+    pthread_mutex_unlock(&supervisor->mutex);
+    wake(supervisor);
+}
+
+void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    struct render_task *task = render_queue_remove(&supervisor->queue, ticket);
+    int flight = task ? -1 : flights_find(&supervisor->flights, ticket);
+    if (task)
+        supervisor->totals.cancelled++;
+    if (flight >= 0 && !supervisor->flights.list[flight].task->question)
+        supervisor->flights.list[flight].task->is_cancelled = true;
+    pthread_mutex_unlock(&supervisor->mutex);
+    if (flight >= 0)
+        wake(supervisor);
+    if (!task)
+        return;
+    task->outcome.problem = supervisor_nobody_waits;
+    task->done(task->context, &task->outcome);
+    render_task_destroy(task);
+}
+
+bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
+                             struct flight_progress *progress)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    int index = flights_find(&supervisor->flights, ticket);
+    bool is_known = index >= 0 && supervisor->flights.list[index].progress.stage[0];
+    if (is_known)
+        *progress = supervisor->flights.list[index].progress;
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_known;
+}
+
+/* Of the one that was submitted later; either may be absent. Under the mutex. */
+static bool read_status(const struct render_task *queued, const struct flight *flight,
+                        struct render_status *status)
+{
+    *status = (struct render_status){.state = FLIGHT_SENT};
+    if (flight && queued && flight->task->ticket < queued->ticket)
+        flight = NULL;
+    const struct render_task *task = flight ? flight->task : queued;
+    if (!task)
+        return false;
+    if (flight) {
+        status->state = flight->state;
+        status->progress = flight->progress;
+    }
+    memcpy(status->scene, task->scene, sizeof status->scene);
+    status->elapsed_s = 1e-6 * (double)(now_us() - task->queued_us);
+    return true;
+}
+
+bool supervisor_get_render(struct supervisor *supervisor, uint64_t ticket,
+                           struct render_status *status)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    int index = flights_find(&supervisor->flights, ticket);
+    bool is_known = read_status(render_queue_find(&supervisor->queue, ticket),
+                                index >= 0 ? &supervisor->flights.list[index] : NULL, status);
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_known;
+}
+
+bool supervisor_find_render(struct supervisor *supervisor, const char *request_id,
+                            struct render_status *status)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    int index = flights_find_request(&supervisor->flights, request_id);
+    bool is_known = read_status(render_queue_find_request(&supervisor->queue, request_id),
+                                index >= 0 ? &supervisor->flights.list[index] : NULL, status);
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_known;
+}
+
+void supervisor_drain(struct supervisor *supervisor)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    supervisor->is_draining = true;
+    pthread_mutex_unlock(&supervisor->mutex);
+}
+
+void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    quarantine_forgive(&supervisor->quarantine, scene);
+    warm_ups_drop(&supervisor->warm_ups, scene);
+    for (int i = 0; i < supervisor->flights.count; i++) { /* one under way is not to come back */
+        struct render_task *task = supervisor->flights.list[i].task;
+        if (warm_up_is_step(task->question) && strcmp(task->scene, scene) == 0)
+            task->is_cancelled = true;
+    }
+    if (supervisor->state != WORKER_NONE)
+        json_array_append_new(supervisor->forgotten, json_string(scene));
+    pthread_mutex_unlock(&supervisor->mutex);
+    wake(supervisor);
+}
+
+void supervisor_forgive_scene(struct supervisor *supervisor, const char *scene)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    quarantine_forgive(&supervisor->quarantine, scene);
+    pthread_mutex_unlock(&supervisor->mutex);
+}
+
+bool supervisor_is_ready(struct supervisor *supervisor, struct error *err)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    bool is_ready = false;
+    if (supervisor->is_draining || supervisor->is_stopping)
+        error_set(err, ERROR_OVERLOADED, "the server is stopping");
+    else if (supervisor->state == WORKER_READY)
+        is_ready = true;
+    else if (supervisor->start_error.code != ERROR_NONE)
+        error_pass(err, &supervisor->start_error);
+    else
+        error_set(err, ERROR_OVERLOADED, "the render worker is starting");
+    pthread_mutex_unlock(&supervisor->mutex);
+    return is_ready;
+}
+
+bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    bool has_device = supervisor->has_device;
+    *device = supervisor->device;
+    device->gpu_used_bytes = supervisor->totals.gpu_used_bytes;
+    device->automatic.learned = supervisor->totals.learned;
+    pthread_mutex_unlock(&supervisor->mutex);
+    return has_device;
+}
+
+struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor)
+{
+    const struct config *config = supervisor->desc.config;
+    struct device_capabilities device;
+    bool is_chosen = !config->gpu_budget_bytes && supervisor_get_device(supervisor, &device);
+    return (struct supervisor_budgets){is_chosen ? device.gpu_budget_bytes
+                                                 : config->gpu_budget_bytes,
+                                       config->texture_budget_bytes};
+}
+
+struct experience *supervisor_experience(struct supervisor *supervisor)
+{
+    return supervisor->experience;
+}
+
+struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
+{
+    pthread_mutex_lock(&supervisor->mutex);
+    struct supervisor_totals totals = supervisor->totals;
+    int64_t now = now_us();
+    totals.waiting = supervisor->queue.count;
+    totals.in_flight = (uint64_t)supervisor->flights.count;
+    totals.quarantined = (uint64_t)quarantine_count(&supervisor->quarantine);
+    totals.warm_ups.dropped = supervisor->warm_ups.dropped;
+    totals.oldest_wait_s = 1e-6 * (double)(now - render_queue_oldest_us(&supervisor->queue, now));
+    pthread_mutex_unlock(&supervisor->mutex);
+    return totals;
+}

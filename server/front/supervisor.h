@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+/* Owns the worker: starts it, feeds it renders, watches its deadlines, replaces it. Thread: any;
+ * owns one thread.
+ *
+ * A render whose worker dies or overruns its deadline is tried once more, then refused with
+ * ERROR_RENDER_FAILED. Renders that the worker had not begun lose nothing. A scene that ends two
+ * workers in a row is quarantined until it is posted again; a device that does so before it serves
+ * is passed over for the next one (server/front/device_trials.h). */
+#ifndef VITRAIL_SERVER_FRONT_SUPERVISOR_H
+#define VITRAIL_SERVER_FRONT_SUPERVISOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "protocol/capabilities.h"
+#include "protocol/error.h"
+#include "server/base/config.h"
+#include "server/base/log.h"
+#include "server/front/flights.h"
+#include "server/front/render_queue.h"
+#include "server/front/warm_up.h"
+
+struct experience;
+struct supervisor;
+
+struct supervisor_desc {
+    const struct config *config; /* required, borrowed */
+    const struct log *log;       /* required, borrowed */
+    void *context;
+    void (*on_ready)(void *context); /* optional; on the supervisor's thread, each time a worker is
+                                        ready */
+    /* Optional; likewise, once: drivers ended workers, no device is left, and none is started any
+       more. why: all in one line; borrowed during the call. */
+    void (*on_hopeless)(void *context, const char *why);
+};
+struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct error *err);
+
+/* Refuses what waits and runs, and what comes later, with ERROR_OVERLOADED; ends the worker.
+ * Destroy does so, too, where it was not done before. Both accept NULL. */
+void supervisor_stop(struct supervisor *supervisor);
+void supervisor_destroy(struct supervisor *supervisor);
+
+uint64_t supervisor_next_ticket(struct supervisor *supervisor); /* never 0, never twice */
+
+/* Takes the task if it succeeds. ERROR_OVERLOADED when the queue is full, ERROR_NO_DEVICE when no
+ * worker can be started, ERROR_RENDER_FAILED when the scene is quarantined. */
+MUST_CHECK bool supervisor_submit(struct supervisor *supervisor, struct render_task *task,
+                                  struct error *err);
+
+/* Takes a task of warm_up_task: sent once the worker has been idle; where an image of its scene
+ * is made before, less is left to do (server/front/warm_up.h). */
+void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task);
+
+/* Ends a waiting task with ERROR_OVERLOADED. A render that the worker has ends so a little later,
+ * or is done; a question goes on. No-op for unknown tickets. */
+void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket);
+
+/* How far a render is that the worker has had for a while; false: nothing is known of it. */
+bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
+                             struct flight_progress *progress);
+
+/* A render or a plan that a client waits for. */
+struct render_status {
+    char scene[DIGEST_TEXT_BYTES];
+    enum flight_state state; /* FLIGHT_SENT also where it waits in the queue */
+    double elapsed_s;        /* since it was submitted */
+    struct flight_progress progress;
+};
+/* False: none with that ticket is in work. */
+bool supervisor_get_render(struct supervisor *supervisor, uint64_t ticket,
+                           struct render_status *status);
+/* By the task's request id, of several the newest. */
+bool supervisor_find_render(struct supervisor *supervisor, const char *request_id,
+                            struct render_status *status);
+
+/* Stop (or begin again) to take renders: submit answers ERROR_OVERLOADED while draining. */
+void supervisor_drain(struct supervisor *supervisor);
+
+/* The worker drops its copy of a deleted scene; a new upload of a scene ends its quarantine. */
+void supervisor_forget_scene(struct supervisor *supervisor, const char *scene);
+void supervisor_forgive_scene(struct supervisor *supervisor, const char *scene);
+
+/* ERROR_NO_DEVICE or ERROR_OVERLOADED says why no render would be served now. */
+MUST_CHECK bool supervisor_is_ready(struct supervisor *supervisor, struct error *err);
+
+/* False while no worker has ever been ready. */
+bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device);
+
+/* Of the device's memory as configured, 0 for the defaults [bytes]. Beyond them pictures may have
+ * coarser textures or compressed shadows, where these were asked for. */
+struct supervisor_budgets {
+    uint64_t gpu, textures;
+};
+struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor);
+
+struct supervisor_totals {
+    uint64_t rendered, failed, cancelled, retried;
+    uint64_t answered; /* questions, such as steps of trade-offs; in none of the others */
+    uint64_t worker_starts, worker_crashes, worker_timeouts;
+    uint64_t waiting, in_flight, quarantined;
+    double oldest_wait_s;
+    struct warm_up_totals warm_ups;
+    uint64_t overlapped; /* renders that began while an earlier one was being encoded */
+    uint64_t ahead;      /* renders that began while an earlier one was on the device */
+    uint64_t programs_built, programs_reused;    /* of shaders, by the worker that runs */
+    uint64_t programs_loaded;                    /* likewise: from the state directory */
+    uint64_t programs_kept, programs_kept_bytes; /* there */
+    uint64_t timed, timings_stopped;             /* runners-up of `auto`, by the worker that runs */
+    uint64_t learned; /* print of what `auto` goes by beside the device's speed; 0: nothing */
+    uint64_t gpu_used_bytes, cache_bytes, cache_scenes, cache_hits, cache_misses, cache_evictions;
+    int worker_pid; /* 0 = none */
+};
+struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor);
+
+/* Of what its frames took, for as long as it lives. */
+struct experience *supervisor_experience(struct supervisor *supervisor);
+
+#endif

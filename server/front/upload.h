@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT */
+/* One upload on its way to a scene: streamed into an unnamed file, hashed as it comes, never whole
+ * in memory. Thread: any, one upload on one thread at a time.
+ *
+ * The id of what was uploaded: a single file has the SHA-256 of its bytes. Several files have the
+ * SHA-256 of a manifest: the line "vitrail-scene-1", then for each file, sorted by the bytes of its
+ * name, "SHA-256 SIZE NAME", each line ended by one line feed. */
+#ifndef VITRAIL_SERVER_FRONT_UPLOAD_H
+#define VITRAIL_SERVER_FRONT_UPLOAD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+#include "server/base/digest.h"
+
+struct upload_file {
+    char *name; /* owned by the upload; relative, '/' separated; "" when the body was the file */
+    uint64_t offset_bytes; /* into the spool, multiple of 16 */
+    uint64_t size_bytes;
+    char sha256[DIGEST_TEXT_BYTES];
+};
+
+struct upload;
+
+/* Takes spool_fd, also on failure. content_type chooses how the body is read: model/gltf-binary,
+ * model/gltf+json, application/octet-stream (a GLB by its first bytes) or multipart/form-data; else
+ * ERROR_UNSUPPORTED_MEDIA_TYPE. */
+struct upload *upload_create(const char *content_type, int spool_fd, struct error *err);
+void upload_destroy(struct upload *upload); /* accepts NULL */
+
+/* For http_body_sink. */
+MUST_CHECK bool upload_write(void *upload, const void *bytes, size_t size_bytes, struct error *err);
+
+/* The body is over: checks that it is whole and works out its id. */
+MUST_CHECK bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], struct error *err);
+
+/* After upload_end. Borrowed. */
+int upload_fd(const struct upload *upload);
+const struct upload_file *upload_files(const struct upload *upload, size_t *count);
+uint64_t upload_size_bytes(const struct upload *upload); /* of all files */
+/* What the scene is to be called; copied. */
+MUST_CHECK bool upload_set_name(struct upload *upload, const char *name, struct error *err);
+/* The name that was set; else that of the .gltf or .glb; "" when the body was the file. */
+const char *upload_name(const struct upload *upload);
+
+#endif

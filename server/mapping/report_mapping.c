@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: MIT */
+/* From the renderer to the wire: frame reports to stats, scenes to summaries, devices to
+ * capabilities. */
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "protocol/limits.h"
+#include "protocol/utf8.h"
+#include "server/mapping/outline_mapping.h"
+#include "server/mapping/view_mapping.h"
+
+static_assert((int)FRAME_STATS_PASSES_MAX >= (int)REPORT_PASSES_MAX, "passes do not fit");
+static_assert((int)FRAME_STATS_BYTES_MAX >= (int)REPORT_BYTES_MAX, "bytes do not fit");
+static_assert((int)FRAME_STATS_REUSED_MAX >= (int)REPORT_REUSED_MAX, "reused does not fit");
+static_assert((int)FRAME_STATS_WARNINGS_MAX >= (int)REPORT_WARNINGS_MAX + 4, "warnings do not fit");
+
+/* ---- frame report ---- */
+
+static void copy_plan(const struct frame_report *report, struct frame_stats *stats)
+{
+    for (int i = 0; i < report->pass_count; i++) {
+        const struct report_pass *from = &report->passes[i];
+        struct frame_stats_pass *to = &stats->plan[i];
+        utf8_copy(to->pass, sizeof to->pass, from->pass);
+        utf8_copy(to->because, sizeof to->because, from->because);
+        utf8_copy(to->technique, sizeof to->technique, from->technique);
+        to->ms = from->ms;
+    }
+    stats->plan_count = report->pass_count;
+}
+
+static void copy_counts(const struct frame_report *report, struct frame_stats *stats)
+{
+    stats->counts.lights = report->counts.lights;
+    stats->counts.shadowed_lights = report->counts.shadowed_lights;
+    stats->counts.unseen_lights = report->counts.unseen_lights;
+    stats->counts.light_batches = report->counts.light_batches;
+    stats->counts.light_slices = report->counts.light_slices;
+    stats->counts.split_pixels = report->counts.split_pixels;
+    stats->counts.draws = report->counts.draws;
+    stats->counts.triangles = report->counts.triangles;
+    stats->counts.draw_calls = report->counts.draw_calls;
+    stats->counts.culled = report->counts.culled;
+    stats->counts.shadow_draws = report->counts.shadow_draws;
+    stats->counts.shadow_culled = report->counts.shadow_culled;
+    stats->counts.events = report->counts.events;
+    stats->counts.longest_list = report->counts.longest_list;
+    stats->counts.mean_list = report->counts.mean_list;
+    stats->counts.lookups = report->counts.lookups;
+    stats->counts.shadow_rays = report->counts.shadow_rays;
+    stats->counts.transparent_fragments = report->counts.transparent_fragments;
+    stats->counts.longest_pixel_list = report->counts.longest_pixel_list;
+    stats->counts.light_list_entries = report->counts.light_list_entries;
+    stats->counts.shadow_maps_built = report->counts.shadow_maps_built;
+    stats->counts.shadow_maps_reused = report->counts.shadow_maps_reused;
+    stats->counts.states_reused = report->counts.states_reused;
+    stats->counts.feature_edges = report->counts.feature_edges;
+    stats->counts.outlined_pixels = report->counts.outlined_pixels;
+    stats->counts.gbuffers_drawn = report->counts.gbuffers_drawn;
+    stats->counts.gbuffers_reused = report->counts.gbuffers_reused;
+    stats->counts.light_lists_built = report->counts.light_lists_built;
+    stats->counts.light_lists_reused = report->counts.light_lists_reused;
+    stats->counts.pixel_lists_built = report->counts.pixel_lists_built;
+    stats->counts.pixel_lists_reused = report->counts.pixel_lists_reused;
+    stats->counts.plans_made = report->counts.plans_made;
+    stats->counts.plans_reused = report->counts.plans_reused;
+    stats->counts.programs_built = report->counts.programs_built;
+    stats->counts.programs_reused = report->counts.programs_reused;
+    stats->counts.programs_loaded = report->counts.programs_loaded;
+}
+
+static void copy_compression(const struct frame_report *report, struct frame_stats *stats)
+{
+    const struct report_compression *from = &report->compression;
+    stats->compression = (struct frame_stats_compression){.maps = from->maps,
+                                                          .events = from->events,
+                                                          .nodes = from->nodes,
+                                                          .exact_bytes = from->exact_bytes,
+                                                          .node_bytes = from->node_bytes,
+                                                          .windows = from->windows,
+                                                          .prefilter = (uint64_t)from->prefilter,
+                                                          .max_error = from->max_error};
+}
+
+static void copy_textures(const struct frame_report *report, struct frame_stats *stats)
+{
+    const struct report_textures *from = &report->textures;
+    stats->textures = (struct frame_stats_textures){.budget_bytes = from->budget_bytes,
+                                                    .resident_bytes = from->resident_bytes,
+                                                    .wanted_bytes = from->wanted_bytes,
+                                                    .pending_bytes = from->pending_bytes,
+                                                    .written_bytes = from->written_bytes,
+                                                    .coarse_count = from->coarse_count,
+                                                    .level_bias = from->level_bias,
+                                                    .compressed_count = from->compressed_count,
+                                                    .compressed_bytes = from->compressed_bytes,
+                                                    .compressed_rmse = from->compressed_rmse,
+                                                    .upload_ms = from->upload_ms};
+}
+
+static void copy_lists(const struct frame_report *report, struct frame_stats *stats)
+{
+    for (int i = 0; i < report->byte_count; i++) {
+        utf8_copy(stats->bytes[i].structure, sizeof stats->bytes[i].structure,
+                  report->bytes[i].structure);
+        stats->bytes[i].bytes = report->bytes[i].bytes;
+    }
+    for (int i = 0; i < report->reused_count; i++)
+        utf8_copy(stats->reused[i], sizeof stats->reused[i], report->reused[i]);
+    for (int i = 0; i < report->warning_count; i++)
+        utf8_copy(stats->warnings[i], sizeof stats->warnings[i], report->warnings[i]);
+    stats->byte_count = report->byte_count;
+    stats->resident_bytes = report->resident_bytes;
+    stats->reused_count = report->reused_count;
+    stats->warning_count = report->warning_count;
+}
+
+/* A rasterised frame says "deep" where some light has a transparent caster. */
+static void copy_chosen(const struct render_request *request, const struct frame_report *report,
+                        struct frame_stats_chosen *chosen)
+{
+    const struct request_quality *quality = &request->quality;
+    bool has_deep = false;
+    if (!report->chosen.because[0])
+        return;
+    for (int i = 0; i < report->pass_count; i++)
+        has_deep |= strncmp(report->passes[i].pass, "shadow.deep", 11) == 0;
+    for (int i = 0; i < report->reused_count; i++)
+        has_deep |= strncmp(report->reused[i], "shadow.deep", 11) == 0;
+    enum shadow_technique shadows = report->chosen.is_traced            ? SHADOWS_RAYTRACED
+                                    : report->chosen.has_traced_shadows ? SHADOWS_RAYTRACED_SHADOWS
+                                    : has_deep                          ? SHADOWS_DEEP
+                                                                        : SHADOWS_MAP;
+    bool has_forecast = report->chosen.expected_ms > 0;
+    chosen->source = has_forecast ? FRAME_CHOICE_CALIBRATED : FRAME_CHOICE_CONFIGURED;
+    utf8_copy(chosen->shadows, sizeof chosen->shadows, shadow_technique_name((int)shadows));
+    if (!report->chosen.is_traced && !report->chosen.has_traced_shadows) {
+        chosen->shadow_resolution = quality->shadow_resolution;
+        chosen->shadow_taps = quality->shadow_taps;
+    }
+    chosen->samples = quality->samples ? quality->samples : 4;
+    chosen->expected_ms = report->chosen.expected_ms;
+    utf8_copy(chosen->because, sizeof chosen->because, report->chosen.because);
+}
+
+static void copy_times(const struct frame_report *report, double ms[FRAME_TIMING_COUNT])
+{
+    double passes = 0;
+    for (int i = 0; i < REPORT_STAGE_COUNT; i++)
+        passes += report->stage_ms[i];
+    ms[FRAME_TIMING_PREPARE] = isnan(passes) ? NAN : fmax(report->total_ms - passes, 0);
+    ms[FRAME_TIMING_SHADOW] = report->stage_ms[REPORT_SHADOW];
+    ms[FRAME_TIMING_LIGHT_LIST] = report->stage_ms[REPORT_LIGHT_LIST];
+    ms[FRAME_TIMING_SHADE] = report->stage_ms[REPORT_SHADE];
+    ms[FRAME_TIMING_READBACK] = report->stage_ms[REPORT_READBACK];
+    ms[FRAME_TIMING_PAUSED] = report->paused_ms;
+    ms[FRAME_TIMING_TOTAL] = report->total_ms;
+}
+
+void frame_stats_from_report(const struct render_request *request,
+                             const struct frame_report *report, const char *device,
+                             struct frame_stats *stats)
+{
+    *stats = (struct frame_stats){.width = request->width, .height = request->height};
+    utf8_copy(stats->scene, sizeof stats->scene, request->scene);
+    utf8_copy(stats->device, sizeof stats->device, device);
+    copy_plan(report, stats);
+    copy_counts(report, stats);
+    copy_compression(report, stats);
+    copy_textures(report, stats);
+    copy_lists(report, stats);
+    copy_chosen(request, report, &stats->chosen);
+    copy_times(report, stats->timings_ms);
+    if (report->error_is_exact) {
+        stats->has_error = true;
+        stats->error_source = FRAME_ERROR_EXACT;
+        utf8_copy(stats->error_metric, sizeof stats->error_metric, "transmittance");
+    }
+}
+
+/* ---- scene ---- */
+
+/* Longer texts are cut: no request could say such a name, and the summary stays bounded. */
+static const char *cut_text(const struct scene *scene, uint32_t offset, char cut[])
+{
+    const char *text = scene->strings + offset;
+    size_t length = utf8_prefix_bytes(text, LIMIT_NAME_BYTES);
+    if (!text[length])
+        return text;
+    memcpy(cut, text, length);
+    cut[length] = '\0';
+    return cut;
+}
+
+static bool add_text(const struct scene *scene, uint32_t offset, struct name_list *list,
+                     struct error *err)
+{
+    char cut[LIMIT_NAME_BYTES + 1];
+    return name_list_add(list, cut_text(scene, offset, cut), err);
+}
+
+static bool add_texts(const struct scene *scene, const uint32_t *offsets, uint32_t count,
+                      struct name_list *list, struct error *err)
+{
+    for (uint32_t i = 0; i < count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+        if (!add_text(scene, offsets[i], list, err))
+            return false;
+    return true;
+}
+
+static const char *light_type(uint32_t type)
+{
+    return request_light_type_name((int)type); /* same order, asserted in view_mapping.c */
+}
+
+static bool add_names(const struct scene *scene, struct scene_summary *summary, struct error *err)
+{
+    for (uint32_t i = 0; i < summary->material_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+        if (!add_text(scene, scene->materials[i].name, &summary->materials, err))
+            return false;
+    for (uint32_t i = 0; i < scene->node_count && i < SCENE_SUMMARY_NAMES_MAX; i++)
+        if (!add_text(scene, scene->nodes[i].name, &summary->node_names, err))
+            return false;
+    for (uint32_t i = 0; i < scene->animation_count && i < SCENE_SUMMARY_NAMES_MAX; i++) {
+        char cut[LIMIT_NAME_BYTES + 1];
+        const struct scene_animation *animation = &scene->animations[i];
+        if (!scene_summary_add_animation(summary, cut_text(scene, animation->name, cut),
+                                         (double)animation->duration_s, err))
+            return false;
+    }
+    return add_texts(scene, scene->extensions_used, scene->extension_used_count,
+                     &summary->extensions_used, err) &&
+           add_texts(scene, scene->extensions_ignored, scene->extension_ignored_count,
+                     &summary->extensions_ignored, err) &&
+           add_texts(scene, scene->warnings, scene->warning_count, &summary->warnings, err);
+}
+
+/* Lights and cameras are listed as they stand in the scene: once per node that carries one, under
+ * the name by which a request can say it. */
+static bool add_items(const struct scene *scene, struct scene_summary *summary, struct error *err)
+{
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+        const struct scene_node *node = &scene->nodes[i];
+        char cut[LIMIT_NAME_BYTES + 1];
+        const char *name = cut_text(scene, node->name, cut);
+        if (node->light >= 0 && summary->light_count++ < SCENE_SUMMARY_NAMES_MAX &&
+            !scene_summary_add_light(summary, name, light_type(scene->lights[node->light].type),
+                                     err))
+            return false;
+        if (node->camera < 0)
+            continue;
+        bool is_ortho = scene->cameras[node->camera].is_orthographic;
+        if (summary->camera_count++ < SCENE_SUMMARY_NAMES_MAX &&
+            !scene_summary_add_camera(summary, name, is_ortho ? "orthographic" : "perspective",
+                                      err))
+            return false;
+    }
+    return true;
+}
+
+bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *summary,
+                              struct error *err)
+{
+    const struct scene_header *header = scene->header;
+    summary->triangles = header->triangle_count;
+    summary->vertices = scene->vertex_count;
+    summary->nodes = scene->node_count;
+    summary->meshes = scene->mesh_count;
+    summary->primitives = scene->primitive_count;
+    summary->textures = scene->texture_count;
+    summary->images = scene->image_count;
+    summary->animation_count = scene->animation_count;
+    summary->material_count = scene->material_count - 1; /* the last is the default of glTF */
+    summary->has_bounds = header->bounds_min[0] <= header->bounds_max[0];
+    memcpy(summary->bounds_min, header->bounds_min, sizeof summary->bounds_min);
+    memcpy(summary->bounds_max, header->bounds_max, sizeof summary->bounds_max);
+    summary->decoded_bytes = header->size_bytes;
+    if (add_names(scene, summary, err) && add_items(scene, summary, err) &&
+        scene_outline_from_scene(scene, &summary->outline, err))
+        return true;
+    scene_summary_finish(summary);
+    return false;
+}
+
+/* ---- device ---- */
+
+void device_capabilities_from_info(const struct renderer_info *info,
+                                   struct device_capabilities *device)
+{
+    *device = (struct device_capabilities){
+        .device_count = info->device_count,
+        .max_texture_size = info->max_texture_size,
+        .max_samples = info->max_samples,
+        .max_storage_block_bytes = info->max_storage_block_bytes,
+        .gpu_budget_bytes = info->budget_bytes,
+        .gpu_used_bytes = info->used_bytes,
+        .upload_bytes_per_ms = info->upload_bytes_per_ms,
+        .compresses_textures = info->compresses_textures,
+        .has_true_timers = info->has_true_timers,
+        .has_post_depth_coverage = info->has_post_depth_coverage,
+        .has_program_binaries = info->program_formats > 0,
+        .is_robust = info->is_robust,
+        .is_software = info->is_software,
+        .pairs_over_f64 = info->wide_floats.pairs_over_f64,
+    };
+    utf8_copy(device->wide_floats, sizeof device->wide_floats,
+              wide_floats_name(info->wide_floats.form));
+    utf8_copy(device->vendor, sizeof device->vendor, info->vendor);
+    utf8_copy(device->renderer, sizeof device->renderer, info->renderer);
+    utf8_copy(device->version, sizeof device->version, info->version);
+    utf8_copy(device->driver, sizeof device->driver, info->driver);
+    if (info->budget_source)
+        utf8_copy(device->gpu_budget_source, sizeof device->gpu_budget_source, info->budget_source);
+    utf8_copy(device->warning, sizeof device->warning, info->warning);
+    device->passed_over = info->passed_over;
+    for (int i = 0; i < CAPABILITIES_DEVICES && i < RENDERER_DEVICES_TOLD; i++)
+        utf8_copy(device->devices[i], sizeof device->devices[i], info->devices[i]);
+}
+
+void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic)
+{
+    static const char *const policies[] = {
+        [AUTO_RASTER] = "raster", [AUTO_MEASURED] = "measured", [AUTO_RAYTRACED] = "raytraced"};
+    const struct device_costs *costs = &forecast_costs;
+    const struct device_speed *speed = &settings->speed;
+    const double levels = 17; /* of a tree over a hundred thousand triangles */
+    *automatic = (struct device_auto){.is_measured = settings->policy == AUTO_MEASURED &&
+                                                     device_speed_is_known(speed)};
+    utf8_copy(automatic->policy, sizeof automatic->policy, policies[settings->policy]);
+    if (!automatic->is_measured)
+        return;
+    automatic->frame_ms = speed->frame_ms;
+    automatic->shade = speed->shade;
+    automatic->maps = speed->maps;
+    automatic->trace = speed->trace;
+    automatic->build = speed->build;
+    automatic->pixel_ns = speed->shade * costs->pixel;
+    automatic->lookup_ns = speed->shade * (costs->light + costs->look + 4 * costs->tap);
+    automatic->texel_ns = speed->maps * costs->texel;
+    automatic->event_ns = speed->maps * costs->event;
+    automatic->camera_ray_ns = speed->trace * (costs->ray + levels * costs->hit_level);
+    automatic->shadow_ray_ns = speed->trace * costs->shadow_ray;
+    automatic->triangle_ns = speed->build * costs->built_triangle;
+}
+
+/* The numbers alone. */
+void device_blocks_from_speed(const struct texture_speed *speed, struct device_blocks *blocks)
+{
+    blocks->is_measured = texture_speed_is_known(speed);
+    blocks->whole_ns = speed->whole_ns;
+    blocks->bc1_ns = speed->bc1_ns;
+    blocks->bc3_ns = speed->bc3_ns;
+    blocks->encode_bytes_per_ms = speed->encode_bytes_per_ms;
+}
+
+void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings)
+{
+    *settings = (struct auto_settings){.policy = AUTO_RASTER};
+    if (strcmp(automatic->policy, "raytraced") == 0)
+        settings->policy = AUTO_RAYTRACED;
+    if (!automatic->is_measured)
+        return;
+    settings->policy = AUTO_MEASURED;
+    settings->speed = (struct device_speed){.frame_ms = automatic->frame_ms,
+                                            .shade = automatic->shade,
+                                            .maps = automatic->maps,
+                                            .trace = automatic->trace,
+                                            .build = automatic->build};
+}

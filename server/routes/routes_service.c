@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: MIT */
+/* What the service says about itself: health, metrics, totals, capabilities and its API. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "protocol/capabilities.h"
+#include "renderer/scene/import.h"
+#include "server/base/embedded.h"
+#include "server/routes/router.h"
+
+static double uptime_s(const struct service *service)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)(now.tv_sec - service->started.tv_sec) +
+           1e-9 * (double)(now.tv_nsec - service->started.tv_nsec);
+}
+
+/* That this runs is the answer: a hung worker is the supervisor's affair, not a reason to restart
+ * the front. */
+static void run_alive(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)service, (void)id;
+    reply_json(exchange, 200, json_pack("{s:s}", "status", "ok"));
+}
+
+static void run_ready(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)id;
+    struct error problem = {0};
+    struct device_capabilities device;
+    if (!supervisor_is_ready(service->supervisor, &problem))
+        http_reply_error(exchange, &problem);
+    else if (supervisor_get_device(service->supervisor, &device))
+        reply_json(exchange, 200,
+                   json_pack("{s:s,s:s*,s:o*}", "status", "ready", "warning",
+                             *device.warning ? device.warning : NULL, "passed_over",
+                             device.passed_over ? device_passed_over_to_json(&device) : NULL));
+    else
+        reply_json(exchange, 200, json_pack("{s:s}", "status", "ready"));
+}
+
+static void run_openapi(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)service, (void)id;
+    http_reply_header(exchange, "Cache-Control", "private, max-age=300");
+    http_reply_bytes(exchange, 200, "application/json", embedded_openapi_json,
+                     embedded_openapi_json_bytes);
+}
+
+static void run_capabilities(struct service *service, struct http_exchange *exchange,
+                             const char *id)
+{
+    (void)id;
+    struct device_capabilities device;
+    bool has_device = supervisor_get_device(service->supervisor, &device);
+    reply_json(exchange, 200,
+               capabilities_to_json(
+                   &(struct capabilities){.version = VITRAIL_VERSION,
+                                          .device = has_device ? &device : NULL,
+                                          .max_upload_bytes = service->config->max_upload_bytes,
+                                          .extensions = scene_import_extensions()}));
+}
+
+/* ---- totals ---- */
+
+static json_t *integer(uint64_t value)
+{
+    return json_integer((json_int_t)value);
+}
+
+static json_t *renders_json(const struct supervisor_totals *totals)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:f}", "rendered", integer(totals->rendered),
+                     "overlapped", integer(totals->overlapped), "ahead", integer(totals->ahead),
+                     "failed", integer(totals->failed), "cancelled", integer(totals->cancelled),
+                     "retried", integer(totals->retried), "waiting", integer(totals->waiting),
+                     "in_flight", integer(totals->in_flight), "oldest_wait_s",
+                     totals->oldest_wait_s);
+}
+
+static json_t *worker_json(const struct service *service, const struct supervisor_totals *totals)
+{
+    return json_pack(
+        "{s:b,s:o,s:o,s:o,s:o,s:o,s:o}", "ready", supervisor_is_ready(service->supervisor, NULL),
+        "pid", totals->worker_pid ? json_integer(totals->worker_pid) : json_null(), "starts",
+        integer(totals->worker_starts), "crashes", integer(totals->worker_crashes), "timeouts",
+        integer(totals->worker_timeouts), "quarantined_scenes", integer(totals->quarantined),
+        "gpu_used_bytes", integer(totals->gpu_used_bytes));
+}
+
+static json_t *cache_json(const struct supervisor_totals *totals)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:o}", "bytes", integer(totals->cache_bytes), "scenes",
+                     integer(totals->cache_scenes), "hits", integer(totals->cache_hits), "misses",
+                     integer(totals->cache_misses), "evictions", integer(totals->cache_evictions));
+}
+
+/* Where the worker that runs found its shader programs. */
+static json_t *programs_json(const struct supervisor_totals *totals)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:o}", "memory", integer(totals->programs_reused), "disk",
+                     integer(totals->programs_loaded), "compiled", integer(totals->programs_built),
+                     "kept", integer(totals->programs_kept), "kept_bytes",
+                     integer(totals->programs_kept_bytes));
+}
+
+/* What was done before anyone asked. */
+static json_t *warm_ups_json(const struct warm_up_totals *totals)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "done", integer(totals->done), "dropped",
+                     integer(totals->dropped), "interrupted", integer(totals->interrupted),
+                     "pictures", integer(totals->pictures), "shadow_maps_built",
+                     integer(totals->shadow_maps_built), "ray_structures_built",
+                     integer(totals->ray_structures_built), "programs_built",
+                     integer(totals->programs_built));
+}
+
+static json_t *decodes_json(const struct decode_totals *totals)
+{
+    return json_pack("{s:o,s:o,s:o,s:o}", "decoded", integer(totals->decoded), "refused",
+                     integer(totals->refused), "crashes", integer(totals->crashes), "timeouts",
+                     integer(totals->timeouts));
+}
+
+static json_t *views_json(const struct service *service)
+{
+    struct views_totals views = views_get_totals(service->views);
+    struct view_images_totals images = view_images_get_totals(service->view_images);
+    json_t *json = json_pack(
+        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "open", integer(views.views), "watchers",
+        integer(views.watchers), "made", integer(views.made), "refused", integer(views.refused),
+        "expired", integer(views.expired), "patches", integer(views.patches), "document_bytes",
+        integer(views.document_bytes), "not_modified", integer(views.not_modified));
+    json_t *frames =
+        json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "rendered", integer(images.rendered),
+                  "shared", integer(images.shared), "cached", integer(images.kept), "cached_bytes",
+                  integer(images.held_bytes), "moving_frames", integer(views.moving_frames),
+                  "exact_frames", integer(views.exact_frames), "failed_frames",
+                  integer(views.failed_frames), "sent_frames", integer(views.sent_frames));
+    if (json_object_update(json, frames) != 0) {
+        json_decref(json);
+        json = NULL;
+    }
+    json_decref(frames);
+    return json;
+}
+
+static void run_stats(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)id;
+    struct supervisor_totals renders = supervisor_get_totals(service->supervisor);
+    struct decode_totals decodes = decode_pool_get_totals(service->decoders);
+    struct scene_store_totals scenes = scene_store_get_totals(service->store);
+    struct http_server_totals http = http_server_get_totals(service->http);
+    struct metrics_totals metrics = metrics_get_totals(service->metrics);
+    reply_json(
+        exchange, 200,
+        json_pack("{s:s,s:s,s:f,s:{s:o,s:o,s:o,s:o},s:{s:o,s:o},s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}",
+                  "version", VITRAIL_VERSION, "build", service->build_id, "uptime_s",
+                  uptime_s(service), "http", "requests", integer(metrics.requests), "in_flight",
+                  integer(http.requests_in_flight), "connections", integer(http.connections),
+                  "upload_bytes", integer(metrics.upload_bytes), "scenes", "stored",
+                  integer(scenes.scenes), "decoded_bytes", integer(scenes.decoded_bytes), "renders",
+                  renders_json(&renders), "worker", worker_json(service, &renders), "cache",
+                  cache_json(&renders), "programs", programs_json(&renders), "warm_ups",
+                  warm_ups_json(&renders.warm_ups), "decodes", decodes_json(&decodes), "views",
+                  views_json(service), "frames_kept", integer(frames_count(service->frames))));
+}
+
+/* ---- metrics ---- */
+
+static double resident_bytes(void)
+{
+    unsigned long long total, resident = 0;
+    FILE *file = fopen("/proc/self/statm", "re");
+    if (!file)
+        return 0;
+    if (fscanf(file, "%llu %llu", &total, &resident) != 2)
+        resident = 0;
+    fclose(file);
+    return (double)resident * (double)sysconf(_SC_PAGESIZE);
+}
+
+static void run_metrics(struct service *service, struct http_exchange *exchange, const char *id)
+{
+    (void)id;
+    struct supervisor_totals r = supervisor_get_totals(service->supervisor);
+    struct decode_totals d = decode_pool_get_totals(service->decoders);
+    struct scene_store_totals s = scene_store_get_totals(service->store);
+    struct http_server_totals h = http_server_get_totals(service->http);
+    struct views_totals v = views_get_totals(service->views);
+    struct view_images_totals i = view_images_get_totals(service->view_images);
+    const char *const images = "vitrail_view_images_total", *const frames =
+                                                                "vitrail_view_frames_total";
+    char build[160];
+    snprintf(build, sizeof build, "version=\"%s\",build=\"%s\"", VITRAIL_VERSION,
+             service->build_id);
+    const char *const timings = "vitrail_idle_timings_total";
+    const char *const renders = "vitrail_renders_total", *const resets =
+                                                             "vitrail_worker_restarts_total";
+    const struct metrics_gauge gauges[] = {
+        {"vitrail_build_info", "Always 1; the labels say which build this is.", false, build, 1},
+        {"vitrail_uptime_seconds", "Since the daemon started.", false, NULL, uptime_s(service)},
+        {"vitrail_http_connections", "Open connections.", false, NULL, (double)h.connections},
+        {"vitrail_http_requests_in_flight", "Requests not yet answered.", false, NULL,
+         (double)h.requests_in_flight},
+        {renders, "Renders ended, by result.", true, "result=\"done\"", (double)r.rendered},
+        {renders, "", true, "result=\"failed\"", (double)r.failed},
+        {renders, "", true, "result=\"cancelled\"", (double)r.cancelled},
+        {"vitrail_render_retries_total", "Renders begun again on a new worker.", true, NULL,
+         (double)r.retried},
+        {"vitrail_render_queue_depth", "Renders that wait for the worker.", false, NULL,
+         (double)r.waiting},
+        {"vitrail_render_queue_age_seconds", "Age of the oldest one that waits.", false, NULL,
+         r.oldest_wait_s},
+        {resets, "Workers replaced, by cause.", true, "cause=\"crash\"", (double)r.worker_crashes},
+        {resets, "", true, "cause=\"timeout\"", (double)r.worker_timeouts},
+        {"vitrail_worker_starts_total", "Workers started.", true, NULL, (double)r.worker_starts},
+        {"vitrail_quarantined_scenes", "Scenes that ended workers and are refused.", false, NULL,
+         (double)r.quarantined},
+        {"vitrail_gpu_memory_bytes", "GPU memory that scenes and requests take.", false, NULL,
+         (double)r.gpu_used_bytes},
+        {"vitrail_scene_cache_bytes", "Scenes mapped by the worker.", false, NULL,
+         (double)r.cache_bytes},
+        {"vitrail_scene_cache_entries", "Their number.", false, NULL, (double)r.cache_scenes},
+        {"vitrail_scene_cache_hits_total", "Renders whose scene was mapped.", true, NULL,
+         (double)r.cache_hits},
+        {"vitrail_scene_cache_misses_total", "Renders whose scene was not.", true, NULL,
+         (double)r.cache_misses},
+        {"vitrail_scene_cache_evictions_total", "Scenes let go for others.", true, NULL,
+         (double)r.cache_evictions},
+        {"vitrail_shader_programs_built_total", "Compiled by the worker that runs.", true, NULL,
+         (double)r.programs_built},
+        {"vitrail_shader_programs_reused_total", "Uses of those it had.", true, NULL,
+         (double)r.programs_reused},
+        {"vitrail_shader_programs_loaded_total", "Taken from the state directory.", true, NULL,
+         (double)r.programs_loaded},
+        {"vitrail_shader_programs_kept", "Compiled programs in the state directory.", false, NULL,
+         (double)r.programs_kept},
+        {"vitrail_shader_programs_kept_bytes", "Their size.", false, NULL,
+         (double)r.programs_kept_bytes},
+        {"vitrail_warm_ups_total", "Scenes made ready before anyone asked.", true, NULL,
+         (double)r.warm_ups.done},
+        {timings, "Runners-up of auto drawn while nobody asked, by the worker that runs.", true,
+         "end=\"finished\"", (double)r.timed},
+        {timings, "", true, "end=\"stopped\"", (double)r.timings_stopped},
+        {"vitrail_scenes", "Scenes stored.", false, NULL, (double)s.scenes},
+        {"vitrail_scenes_bytes", "Their decoded size.", false, NULL, (double)s.decoded_bytes},
+        {"vitrail_decodes_total", "Uploads decoded, by result.", true, "result=\"done\"",
+         (double)d.decoded},
+        {"vitrail_decodes_total", "", true, "result=\"refused\"", (double)d.refused},
+        {"vitrail_decode_worker_crashes_total", "Decoders that died.", true, NULL,
+         (double)d.crashes},
+        {"vitrail_decode_worker_timeouts_total", "Decoders that took too long.", true, NULL,
+         (double)d.timeouts},
+        {"vitrail_views", "Views that exist.", false, NULL, (double)v.views},
+        {"vitrail_view_watchers", "Streams, events and sockets open.", false, NULL,
+         (double)v.watchers},
+        {"vitrail_view_patches_total", "Patches accepted.", true, NULL, (double)v.patches},
+        {images, "Images of views, by what they cost.", true, "how=\"rendered\"",
+         (double)i.rendered},
+        {images, "", true, "how=\"shared\"", (double)i.shared},
+        {images, "", true, "how=\"cached\"", (double)i.kept},
+        {images, "", true, "how=\"not_modified\"", (double)v.not_modified},
+        {frames, "Frames made for watchers, by kind.", true, "kind=\"moving\"",
+         (double)v.moving_frames},
+        {frames, "", true, "kind=\"exact\"", (double)v.exact_frames},
+        {"vitrail_view_frames_sent_total", "Frames handed to watchers.", true, NULL,
+         (double)v.sent_frames},
+        {"process_resident_memory_bytes", "Resident memory of the front.", false, NULL,
+         resident_bytes()},
+    };
+    char *text = metrics_to_text(service->metrics, gauges, sizeof gauges / sizeof gauges[0]);
+    if (text)
+        http_reply_bytes(exchange, 200, "text/plain; version=0.0.4; charset=utf-8", text,
+                         strlen(text));
+    else
+        http_reply_error(exchange, &(struct error){ERROR_NO_MEMORY, "metrics", ""});
+    free(text);
+}
+
+const struct route routes_service[] = {
+    {"/healthz", {{HTTP_GET, NULL, run_alive}}},
+    {"/livez", {{HTTP_GET, NULL, run_alive}}},
+    {"/readyz", {{HTTP_GET, NULL, run_ready}}},
+    {"/metrics", {{HTTP_GET, NULL, run_metrics}}},
+    {"/openapi.json", {{HTTP_GET, NULL, run_openapi}}},
+    {"/v1/stats", {{HTTP_GET, NULL, run_stats}}},
+    {"/v1/capabilities", {{HTTP_GET, NULL, run_capabilities}}},
+    {0},
+};

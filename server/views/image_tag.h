@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+/* What images of renders and of views have in common: their entity tag, and how urgent they are.
+ * Thread: any. */
+#ifndef VITRAIL_SERVER_VIEWS_IMAGE_TAG_H
+#define VITRAIL_SERVER_VIEWS_IMAGE_TAG_H
+
+#include "protocol/render_request.h"
+#include "renderer/image/image.h"
+#include "server/base/digest.h"
+#include "server/front/render_queue.h"
+#include "server/front/supervisor.h"
+
+enum { IMAGE_TAG_BYTES = DIGEST_TEXT_BYTES + 2 };
+
+/* The strong tag, with its quotes, of everything that decides pixels: the canonical request, which
+ * names the scene, the program, the device and the budgets of its memory. False while no device is
+ * known; then the tag still tells requests apart. */
+bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *canonical,
+                    char tag[IMAGE_TAG_BYTES]);
+
+/* Value of the Priority header (RFC 9218): urgency 0 to 7, 3 without one. NULL is none. */
+enum render_priority image_priority(const char *priority);
+
+enum request_format request_format_of_image(enum image_format format);
+
+#endif
