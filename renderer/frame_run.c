@@ -641,6 +641,12 @@ static void warn_of_approximations(const struct frame_run *run)
         frame_warn_of_areas(run->state, report);
     if (run->frame_plan->plan.samples == 1 && run->view->quality.samples == 4)
         report_warn(report, "the device cannot antialias transparent lists: 1 sample per pixel");
+    if (run->frame_plan->plan.unfiltered_lights)
+        report_warn(report,
+                    "shadows %s: light passes transparent casters unchanged, of %zu of %zu lights; "
+                    "deep filters it",
+                    shadow_technique_name((int)run->view->quality.shadows),
+                    run->frame_plan->plan.unfiltered_lights, run->state->light_count);
 }
 
 /* What steps rely on, whichever there are. */

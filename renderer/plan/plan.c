@@ -163,6 +163,8 @@ static void count_light(struct plan *plan, const struct shadow_need *light, int 
     plan->traced_lights += light->is_traced;
     if (light->is_traced)
         return;
+    plan->unfiltered_lights += light->casters.transparent_count > 0 &&
+                               !(light->has_structure && light->kind != SHADOW_MAP);
     if (!light->has_structure) {
         plan->unshadowed_lights++;
         return;
@@ -239,6 +241,12 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     set_need(plan, PLAN_NEED_FILTERED_SHADOWS, census[1].lights > 0,
              "%zu of %zu lights have transparent casters in reach, %zu in all", census[1].lights,
              lights, census[1].casters);
+    if (plan->unfiltered_lights)
+        set_need(plan, PLAN_NEED_FILTERED_SHADOWS, census[1].lights > 0,
+                 "quality.shadows is %s: transparent casters in reach of %zu of %zu lights cast no "
+                 "shadow",
+                 shadow_technique_name((int)desc->view->quality.shadows), plan->unfiltered_lights,
+                 lights);
     set_need(plan, PLAN_NEED_TRACED_SHADOWS, plan->traced_lights > 0,
              "%zu of %zu lights have casters in reach of their rays", plan->traced_lights, lights);
     if (!is_lit && needs(plan, PLAN_NEED_TRACED))

@@ -69,8 +69,9 @@ struct plan {
     size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
     size_t traced_lights;                          /* shadowed by rays */
     size_t unshadowed_lights;                      /* shine without a structure */
-    size_t unseen_lights;                          /* brighten nothing in view */
-    size_t compressed_lights;                      /* of the deep ones: their lists become nodes */
+    size_t unfiltered_lights; /* plain maps let their light pass transparent casters unchanged */
+    size_t unseen_lights;     /* brighten nothing in view */
+    size_t compressed_lights; /* of the deep ones: their lists become nodes */
     uint64_t shadow_texels;
     size_t least_batches;      /* of shadowed lights, by what is known of their structures before: 1
                                   where all may fit the budget, 0 without any */

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The commands of the tutorial and of the how-to pages do what the pages show.
+"""The commands of the tutorial, of the how-to pages and of the explanations do what the pages show.
 
     tests/http/test_manual_commands.py BIN
     tests/http/test_manual_commands.py BIN take [PAGE ...]
@@ -41,8 +41,8 @@ SCRIPT_S = 600
 
 
 def pages():
-    how_to = os.path.join(DOCS, "how-to")
-    names = sorted(os.path.join("how-to", name) for name in os.listdir(how_to))
+    names = sorted(os.path.join(folder, name) for folder in ("how-to", "explanation")
+                   for name in os.listdir(os.path.join(DOCS, folder)))
     return ["tutorial.md", *(name for name in names if name.endswith(".md"))]
 
 

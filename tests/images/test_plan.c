@@ -127,6 +127,13 @@ static void nothing_is_planned_that_the_scene_does_not_require(void **state)
     assert_false(plan.requirements[PLAN_NEED_LIGHTS].is_met);
     assert_int_equal(plan.deep_lights, 0);
     close_scene(&scene, *state);
+    open_panes(&scene, *state, 2);
+    view.outputs = 0;
+    view.quality.shadows = SHADOWS_MAP;
+    plan = check_plan(*state, &scene, &view, false);
+    assert_false(plan.requirements[PLAN_NEED_FILTERED_SHADOWS].is_met);
+    assert_non_null(strstr(plan.requirements[PLAN_NEED_FILTERED_SHADOWS].because, "is map"));
+    close_scene(&scene, *state);
 }
 
 /* What nobody counted is not told as none. */

@@ -157,6 +157,28 @@ static void only_transparent_casters_call_for_deep_maps(void **state)
     close_panes(&f);
 }
 
+static void plain_maps_tell_what_they_let_pass(void **state)
+{
+    struct fixture f;
+    struct frame_report report;
+    double middle[3];
+    struct view view = floor_view();
+    for (int panes = 0; panes < 2; panes++) {
+        open_panes(&f, state, panes, true);
+        view.quality.shadows = SHADOWS_MAP;
+        render(&f, &view, &report, middle);
+        assert_int_equal(report.warning_count, panes);
+        if (panes)
+            assert_string_equal(report.warnings[0],
+                                "shadows map: light passes transparent casters unchanged, of 1 of "
+                                "1 lights; deep filters it");
+        view.quality.shadows = SHADOWS_DEEP;
+        render(&f, &view, &report, middle);
+        assert_int_equal(report.warning_count, 0);
+        close_panes(&f);
+    }
+}
+
 static void without_lights_there_is_no_shadow_pass(void **state)
 {
     struct fixture f;
@@ -352,6 +374,7 @@ int main(void)
         cmocka_unit_test(material_edits_move_the_shadow),
         cmocka_unit_test(node_edits_move_the_shadow),
         cmocka_unit_test(only_transparent_casters_call_for_deep_maps),
+        cmocka_unit_test(plain_maps_tell_what_they_let_pass),
         cmocka_unit_test(without_lights_there_is_no_shadow_pass),
         cmocka_unit_test(a_moved_camera_rebuilds_nothing),
         cmocka_unit_test(a_moved_light_rebuilds_its_own_map_only),
