@@ -6,21 +6,21 @@
 #define VITRAIL_RENDERER_RENDERER_H
 
 #include "protocol/error.h"
+#include "renderer/base/device_choice.h"
+#include "renderer/base/frame_progress.h"
+#include "renderer/base/interlude.h"
 #include "renderer/frame_report.h"
-#include "renderer/gl/device_choice.h"
 #include "renderer/gl/program_list.h"
 #include "renderer/gl/wide_floats.h"
-#include "renderer/pick.h"
 #include "renderer/image/image.h"
-#include "renderer/frame_progress.h"
-#include "renderer/interlude.h"
 #include "renderer/plan/plan.h"
+#include "renderer/raytrace/pick.h"
 #include "renderer/scene/scene.h"
 #include "renderer/view.h"
 
 struct renderer;
 
-/* When the device draws the scene of the self-test (renderer/scene_selftest.h). */
+/* When the device draws the scene of the self-test (renderer/frame/scene_selftest.h). */
 enum renderer_selftest {
     RENDERER_SELFTEST_START,  /* at the start, with deep shadow maps alone */
     RENDERER_SELFTEST_KEPT,   /* likewise, but not in software; and by every other structure before
@@ -31,7 +31,7 @@ enum renderer_selftest {
 
 struct renderer_desc {
     const char *device; /* optional, borrowed during create: "" and "0" choose, else what
-                           gl_device_parse (renderer/gl/device_choice.h) takes */
+                           gl_device_parse (renderer/base/device_choice.h) takes */
     struct gl_device_list *devices; /* optional, borrowed during create: those with a reason are not
                                        tried; on failure all that EGL lists, and why none is taken
                                      */
@@ -57,7 +57,7 @@ struct renderer_desc {
     uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means what
                             the device allows (loop_steps_most of renderer/shading/loop_steps.h) */
     uint32_t first_band; /* tests: pixels or list entries of the first piece of a shading pass that
-                            others may interrupt; 0 means BAND_FIRST (renderer/shading/bands.h) */
+                            others may interrupt; 0 means BAND_FIRST (renderer/window/bands.h) */
     bool defers_frames;  /* tests: what renderer_submit may leave under way is never there before it
                             is waited for, as on the slowest device */
     bool poses_as_hardware;       /* tests: a software rasteriser goes the ways of other devices */
@@ -212,8 +212,8 @@ void renderer_set_interlude(struct renderer *renderer, const struct interlude *i
 /* From now on frames tell how far they are, but for those in an interlude. Borrowed; NULL: none. */
 void renderer_set_progress(struct renderer *renderer, const struct frame_progress *progress);
 
-/* What is at a point of the view's image, or in a rectangle of it (renderer/pick.h). Renders
- * nothing; keeps the ray tracer's structure for the next call. */
+/* What is at a point of the view's image, or in a rectangle of it (renderer/raytrace/pick.h).
+ * Renders nothing; keeps the ray tracer's structure for the next call. */
 MUST_CHECK bool renderer_pick(struct renderer *renderer, const char *scene_key,
                               const struct view *view, const struct pick_desc *desc,
                               struct pick_result *result, struct error *err);
@@ -245,8 +245,9 @@ MUST_CHECK bool renderer_warm_up(struct renderer *renderer, const char *scene_ke
                                  const struct view *view, const struct renderer_warm_up_desc *desc,
                                  bool *is_complete, struct error *err);
 
-/* The shader programs that such a frame needs or may need (renderer/frame_programs.h), and which of
- * them stand already; nothing is compiled or drawn. list: empty, finished by the caller. */
+/* The shader programs that such a frame needs or may need (renderer/frame/frame_programs.h), and
+ * which of them stand already; nothing is compiled or drawn. list: empty, finished by the caller.
+ */
 MUST_CHECK bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
                                        const struct view *view, struct program_list *list,
                                        struct error *err);

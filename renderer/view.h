@@ -129,7 +129,7 @@ struct view_quality {
     bool reference; /* the ground truth: ray traced in f64, every light, pixels on a regular grid;
                        shadows AUTO or RAYTRACED only */
     bool expects_reuse; /* shadows AUTO: one of many frames, so what is kept between them costs
-                           nothing (renderer/plan/auto_technique.h) */
+                           nothing (renderer/cost/auto_technique.h) */
     bool may_be_coarse; /* one of many frames in motion: drawn with the levels of textures that are
                            there, and some more are brought; else the frame waits for all */
     int area_samples;   /* per area light and point, [1, 4096]; 0 means 16, with reference 256 */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The window's surfaces and depth, as renderer/shading/window.c binds them.
+// The window's surfaces and depth, as renderer/window/window.c binds them.
 // Needs: shared/bindings.h, SAMPLES.
 #if SAMPLES > 1
 layout(binding = UNIT_GBUFFER_0) uniform usampler2DMS u_surface_0;

@@ -28,7 +28,7 @@ uniform vec4 u_clip_planes[CLIP_PLANES]; // for v_position
 out float gl_ClipDistance[CLIP_PLANES];
 #endif
 
-uniform vec2 u_clip_across; // camera_clip of renderer/plan/camera.h
+uniform vec2 u_clip_across; // camera_clip of renderer/scene/camera.h
 uniform vec4 u_clip_depth;
 
 invariant gl_Position; // the count and the scatter pass must agree on every fragment

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How long samples of a texture take: every group of 8 x 8 reads neighbours, sixteen times, each
-// time somewhere else, as the surfaces of a picture do. Host: renderer/texture_speed.c.
+// time somewhere else, as the surfaces of a picture do. Host: renderer/frame/texture_speed.c.
 #include "shared/bindings.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
-#include "renderer/gl/device_choice.h"
+#include "renderer/base/device_choice.h"
 
 struct gl_context;
 

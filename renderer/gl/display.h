@@ -4,7 +4,7 @@
 #ifndef VITRAIL_RENDERER_GL_DISPLAY_H
 #define VITRAIL_RENDERER_GL_DISPLAY_H
 
-#include "renderer/gl/device_choice.h"
+#include "renderer/base/device_choice.h"
 
 struct gl_display {          /* zeroed = closed */
     void *display, *context; /* EGL's */

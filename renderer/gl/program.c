@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/wall_clock.h"
 #include "renderer/gl/program_build.h"
 #include "renderer/gl/program_source.h"
 #include "renderer/gl/program_uniforms.h"
-#include "renderer/wall_clock.h"
 
 struct cached_program {
     struct gl_program program; /* name 0: it is being built */

@@ -5,7 +5,7 @@
 #include <epoxy/gl.h>
 #include <stdio.h>
 
-#include "renderer/wall_clock.h"
+#include "renderer/base/wall_clock.h"
 
 static GLuint begin_stage(const struct composition *composition, GLenum kind)
 {

@@ -4,9 +4,9 @@
 #ifndef VITRAIL_RENDERER_GL_PROGRAM_SOURCE_H
 #define VITRAIL_RENDERER_GL_PROGRAM_SOURCE_H
 
+#include "renderer/base/content_key.h"
 #include "renderer/gl/compose.h"
 #include "renderer/gl/program.h"
-#include "renderer/plan/content_key.h"
 
 enum {
     PROGRAM_STAGES = 3,    /* vertex, fragment, compute */

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
-#include "renderer/plan/content_key.h"
+#include "renderer/base/content_key.h"
 
 enum { PROGRAM_BINARY_BYTES_MAX = 32 << 20 }; /* of one program */
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Pass timing: GPU timestamps where they are honest, fenced wall clock where the device is our own
  * processors, no times elsewhere. */
+#include "renderer/base/wall_clock.h"
 #include "renderer/gl/scope.h"
-#include "renderer/wall_clock.h"
 
 #include <assert.h>
 #include <epoxy/gl.h>

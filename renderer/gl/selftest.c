@@ -6,8 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "renderer/base/wall_clock.h"
 #include "renderer/gl/object.h"
-#include "renderer/wall_clock.h"
 #include "shaders/shared/bindings.h"
 
 enum {

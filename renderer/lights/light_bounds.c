@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 /* A f32 cosine of two unit vectors is wrong by some 4 ulp; near the axis that is 1.4e-3 rad of
  * angle. */

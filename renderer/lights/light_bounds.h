@@ -5,7 +5,7 @@
 #ifndef VITRAIL_RENDERER_LIGHTS_LIGHT_BOUNDS_H
 #define VITRAIL_RENDERER_LIGHTS_LIGHT_BOUNDS_H
 
-#include "renderer/plan/camera.h"
+#include "renderer/scene/camera.h"
 
 struct light_bound {
     uint32_t light; /* index into the lights it was made from */

@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/content_key.h"
+#include "renderer/base/wall_clock.h"
 #include "renderer/lights/clusters.h"
 #include "renderer/lights/linked_lists.h"
-#include "renderer/plan/content_key.h"
-#include "renderer/wall_clock.h"
 #include "shaders/shared/bindings.h"
 
 struct light_lists {

@@ -8,7 +8,7 @@
 #include "renderer/frame_report.h"
 #include "renderer/gl/program_list.h"
 #include "renderer/gl/scope.h"
-#include "renderer/plan/camera.h"
+#include "renderer/scene/camera.h"
 #include "renderer/scene/scene_state.h"
 
 struct clusters;

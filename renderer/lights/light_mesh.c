@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 struct mesh {
     float (*vertices)[4];

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/plan/frustum.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
+#include "renderer/scene/frustum.h"
 
 enum { TESTS_MAX = 1 << 18 }; /* of a light against a box: half a millisecond */
 

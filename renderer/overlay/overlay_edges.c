@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/overlay/overlay.h"
 #include "renderer/overlay/overlay_screen.h"
-#include "renderer/scene/matrix.h"
 
 enum { PIECES_MAX = 1 << 16 };
 static const double PIECE_PX = 2; /* of a line, seen or hidden as its middle is */

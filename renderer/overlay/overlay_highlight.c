@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/overlay/overlay.h"
 #include "renderer/overlay/overlay_screen.h"
-#include "renderer/scene/matrix.h"
 
 enum { SIDE = 4, SAMPLES = SIDE * SIDE };
 

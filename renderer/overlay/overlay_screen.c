@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 void overlay_screen_init(struct overlay_screen *screen, const struct camera *camera,
                          const struct view *view)

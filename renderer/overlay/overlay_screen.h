@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "renderer/plan/camera.h"
+#include "renderer/scene/camera.h"
 #include "renderer/scene/polygon_clip.h"
 #include "renderer/view.h"
 

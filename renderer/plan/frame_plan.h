@@ -5,12 +5,12 @@
 #ifndef VITRAIL_RENDERER_PLAN_FRAME_PLAN_H
 #define VITRAIL_RENDERER_PLAN_FRAME_PLAN_H
 
+#include "renderer/base/content_key.h"
+#include "renderer/draw/shader_needs.h"
 #include "renderer/lights/light_reach.h"
-#include "renderer/plan/content_key.h"
 #include "renderer/plan/plan.h"
-#include "renderer/plan/shader_needs.h"
-#include "renderer/shading/geometry.h"
 #include "renderer/shadows/shadow_needs.h"
+#include "renderer/window/geometry.h"
 
 /* Zeroed = empty. Indices are those of the state that it was made from, or of an equal one. */
 struct frame_plan {

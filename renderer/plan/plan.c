@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "renderer/frame_raytrace.h"
+#include "renderer/frame/frame_raytrace.h"
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows.h"
@@ -303,7 +303,7 @@ static void plan_layers(struct plan *plan)
         add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_LAYERS, passes[i], "lists", 0);
 }
 
-/* As renderer/shading/apart.h has it. */
+/* As renderer/window/apart.h has it. */
 static void plan_apart(struct plan *plan)
 {
     if (!needs(plan, PLAN_NEED_LIGHTS))

@@ -6,9 +6,9 @@
 #ifndef VITRAIL_RENDERER_PLAN_PLAN_H
 #define VITRAIL_RENDERER_PLAN_PLAN_H
 
+#include "renderer/cost/auto_technique.h"
 #include "renderer/frame_report.h"
 #include "renderer/gl/context.h"
-#include "renderer/plan/auto_technique.h"
 #include "renderer/view.h"
 
 enum plan_need {                           /* about in the order in which passes follow from them */

@@ -4,7 +4,7 @@
 #ifndef VITRAIL_RENDERER_PLAN_VIEW_KEY_H
 #define VITRAIL_RENDERER_PLAN_VIEW_KEY_H
 
-#include "renderer/plan/content_key.h"
+#include "renderer/base/content_key.h"
 #include "renderer/view.h"
 
 /* Of all that decides where the scene's drawables are: the scene and its nodes. */

@@ -4,11 +4,11 @@
 
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
+#include "renderer/base/wall_clock.h"
 #include "renderer/raytrace/rt_area.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
-#include "renderer/scene/matrix.h"
-#include "renderer/wall_clock.h"
 
 struct raytrace_cache {
     struct rt_scene scene; /* scene.scene NULL: empty */

@@ -8,9 +8,9 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 #define VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 
+#include "renderer/base/interlude.h"
 #include "renderer/image/image.h"
-#include "renderer/interlude.h"
-#include "renderer/plan/camera.h"
+#include "renderer/scene/camera.h"
 #include "renderer/scene/scene_state.h"
 
 /* The last scene built. It borrows the state's scene: clear it before that goes. Thread: one. */
@@ -29,11 +29,11 @@ struct raytrace_desc {
     int samples_per_side;            /* of a pixel's regular grid; 0 means 1: the pixel's centre;
                                         production takes the 4 standard positions for 2 */
     struct raytrace_cache *cache;    /* optional: keeps the built scene for the next render */
-    const uint8_t *texture_levels; /* optional: per texture_key (renderer/scene/texture_need.h) the
-                                      finest level that camera rays of production sample; 255: any.
-                                      Masks and filters of shadow rays are read at level 0 */
-    bool asks_all_lights;          /* production without light clusters, to compare them with */
-    int threads;                   /* 0 means one per core */
+    /* Optional: per texture_key (renderer/textures/texture_need.h) the finest level that camera
+     * rays of production sample; 255: any. Masks and filters of shadow rays are read at level 0. */
+    const uint8_t *texture_levels;
+    bool asks_all_lights; /* production without light clusters, to compare them with */
+    int threads;          /* 0 means one per core */
     /* Optional, called from any thread with the share done in [0, 1]; returning true cancels. */
     bool (*progress)(void *context, double share);
     void *context;

@@ -2,8 +2,8 @@
 /* Adaptive integration of transmittance over an area light. */
 #include "renderer/raytrace/rt_area.h"
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_math.h"
-#include "renderer/scene/matrix.h"
 
 enum { LEVELS_MAX = 16, BISECTIONS = 16 };
 

@@ -4,12 +4,12 @@
 
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_batch_light.h"
 #include "renderer/raytrace/rt_batch_refine.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_pixel.h"
-#include "renderer/scene/matrix.h"
 
 enum { BATCH_FRAGMENTS = 4096 }; /* 1.2 MB with all that belongs to them */
 

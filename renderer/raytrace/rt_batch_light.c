@@ -2,13 +2,13 @@
 /* Asking lights for a batch of surfaces; shadow rays go to one light in packets. */
 #include "renderer/raytrace/rt_batch_light.h"
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/raytrace/rt_terminator.h"
-#include "renderer/scene/matrix.h"
 
 /* A surface being lit. */
 struct lit {

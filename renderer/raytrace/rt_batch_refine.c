@@ -7,8 +7,8 @@
 #include <float.h>
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_batch_light.h"
-#include "renderer/scene/matrix.h"
 #include "shaders/shared/contrast.h"
 
 enum {

@@ -2,7 +2,7 @@
 /* Falloff of the lights, and points on those that have an area. */
 #include "renderer/raytrace/rt_emitter.h"
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 enum { AREA_SAMPLES_DEFAULT = 16, AREA_SAMPLES_REFERENCE = 256 };
 

@@ -4,8 +4,8 @@
 
 #include <float.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_math.h"
-#include "renderer/scene/matrix.h"
 
 static const double edge_on = 1e-9; /* least cosine: footprints far beyond any level of detail */
 

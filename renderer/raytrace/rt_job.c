@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "renderer/wall_clock.h"
+#include "renderer/base/wall_clock.h"
 
 enum { THREADS_MAX = 256 };
 

@@ -6,10 +6,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/raytrace/rt_math.h"
 #include "renderer/raytrace/rt_path.h"
-#include "renderer/scene/matrix.h"
 
 static void fill_lamp(const struct rt_scene *scene, const struct state_light *light,
                       const struct view_quality *quality, struct rt_lamp *lamp)

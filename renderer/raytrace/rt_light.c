@@ -4,10 +4,10 @@
 
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_reflect.h"
 #include "renderer/raytrace/rt_terminator.h"
-#include "renderer/scene/matrix.h"
 
 bool rt_lighting_init(struct rt_lighting *lighting, const struct rt_scene *scene,
                       const struct view *view, struct error *err)

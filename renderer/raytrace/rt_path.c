@@ -2,7 +2,7 @@
 /* Filters and media along a ray. */
 #include "renderer/raytrace/rt_path.h"
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 void rt_media_at(const struct rt_scene *scene, const double point[3], struct rt_hits *scratch,
                  double sigma[3])

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_job.h"
-#include "renderer/scene/matrix.h"
 
 static void describe(const struct rt_scene *scene, const struct camera *camera,
                      const struct rt_ray *ray, const struct rt_hit *hit,

@@ -4,10 +4,10 @@
  * go in packets to one light. */
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_batch.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_path.h"
-#include "renderer/scene/matrix.h"
 
 enum { TILE_PX = 16 };
 

@@ -2,11 +2,11 @@
 /* The ground truth: rays one by one in f64, every light, pixels on a regular grid. */
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_path.h"
 #include "renderer/raytrace/rt_pixel.h"
-#include "renderer/scene/matrix.h"
 
 struct tracer { /* one thread's share */
     struct rt_job *job;

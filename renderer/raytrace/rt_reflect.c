@@ -2,8 +2,8 @@
 /* Reflection of rays at surfaces. Formulas: docs/shading.md, glTF 2.0 appendix B. */
 #include "renderer/raytrace/rt_reflect.h"
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_math.h"
-#include "renderer/scene/matrix.h"
 
 static const double pi = 3.14159265358979323846;
 static const double min_alpha = 1e-3;

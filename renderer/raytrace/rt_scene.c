@@ -5,9 +5,9 @@
 #include <float.h>
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_packet.h"
 #include "renderer/raytrace/rt_surface.h"
-#include "renderer/scene/matrix.h"
 
 bool rt_hits_init(struct rt_hits *hits, struct error *err)
 {

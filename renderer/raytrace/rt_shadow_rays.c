@@ -4,9 +4,9 @@
 
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_path.h"
-#include "renderer/scene/matrix.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"

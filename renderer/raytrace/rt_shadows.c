@@ -3,13 +3,13 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
+#include "renderer/base/wall_clock.h"
 #include "renderer/raytrace/raytrace_shadows.h"
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_shadow_rays.h"
 #include "renderer/raytrace/rt_terminator.h"
-#include "renderer/scene/matrix.h"
-#include "renderer/wall_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"

@@ -2,8 +2,8 @@
 /* Texture lookups and material evaluation for rays. */
 #include "renderer/raytrace/rt_surface.h"
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_math.h"
-#include "renderer/scene/matrix.h"
 
 static double clamp01(double x)
 {

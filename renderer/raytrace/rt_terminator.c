@@ -2,8 +2,8 @@
 /* The point moved towards the tangent planes of the triangle's vertices. */
 #include "renderer/raytrace/rt_terminator.h"
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_math.h"
-#include "renderer/scene/matrix.h"
 
 static bool is_flat(const float *const normals[3])
 {

@@ -2,7 +2,7 @@
 /* Interpolation between keys. */
 #include "renderer/scene/animation.h"
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 /* A channel between two of its keys. */
 struct between {

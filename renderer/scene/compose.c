@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 struct composed_scene {
     struct scene scene; /* points into the tables below */

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 double plane_height(const double plane[4], const double point[3])
 {

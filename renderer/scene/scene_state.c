@@ -5,8 +5,8 @@
 #include <float.h>
 #include <stdlib.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/scene/animation.h"
-#include "renderer/scene/matrix.h"
 #include "renderer/scene/section.h"
 
 /* Default lighting of scenes without lights (docs/shading.md): a key light from upper right, and a

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "renderer/scene/polygon_clip.h"
 
 static const double COINCIDENT = 1e-12; /* of unit normals, and relative of offsets */

@@ -5,7 +5,7 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"

@@ -4,7 +4,7 @@
 #ifndef VITRAIL_RENDERER_SHADING_LIGHT_AREAS_H
 #define VITRAIL_RENDERER_SHADING_LIGHT_AREAS_H
 
-#include "renderer/shading/window.h"
+#include "renderer/window/window.h"
 
 struct light_areas {          /* zeroed = empty */
     struct gl_buffer records; /* area_record[], by light */

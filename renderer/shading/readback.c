@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/base/wall_clock.h"
 #include "renderer/shading/screen.h"
-#include "renderer/wall_clock.h"
 
 enum {
     WAYS = 2,

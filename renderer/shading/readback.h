@@ -8,9 +8,9 @@
 
 #include "renderer/gl/object.h"
 #include "renderer/image/image.h"
-#include "renderer/shading/window.h"
 #include "renderer/shadows/shadows.h"
 #include "renderer/transparency/pixel_lists.h"
+#include "renderer/window/window.h"
 
 /* Sums of which counts.lookups is one; the word before them is counts.split_pixels. */
 enum { READBACK_LOOKUP_WORDS = 64, READBACK_COUNT_WORDS = 1 + READBACK_LOOKUP_WORDS };

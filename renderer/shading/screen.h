@@ -5,7 +5,7 @@
 #define VITRAIL_RENDERER_SHADING_SCREEN_H
 
 #include "renderer/gl/program_list.h"
-#include "renderer/shading/window.h"
+#include "renderer/window/window.h"
 
 struct screen {               /* zeroed: nothing is made */
     struct gl_buffer words;   /* rows, the top one first, without gaps: 3 or 4 bytes a pixel */

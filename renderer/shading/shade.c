@@ -7,9 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "renderer/scene/matrix.h"
-#include "renderer/shading/apart.h"
-#include "renderer/shading/band_clock.h"
+#include "renderer/base/matrix.h"
+#include "renderer/window/apart.h"
+#include "renderer/window/band_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"

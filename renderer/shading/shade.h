@@ -5,14 +5,14 @@
 
 #include "renderer/image/image.h"
 #include "renderer/lights/light_lists.h"
-#include "renderer/shading/band_pace.h"
 #include "renderer/shading/light_areas.h"
 #include "renderer/shading/loop_steps.h"
 #include "renderer/shading/readback.h"
-#include "renderer/shading/window.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "renderer/shadows/shadows.h"
 #include "renderer/transparency/pixel_lists.h"
+#include "renderer/window/band_pace.h"
+#include "renderer/window/window.h"
 
 struct shade {
     struct gl_buffer lights;     /* light_record[] */
@@ -48,7 +48,7 @@ struct shade_desc {
     bool is_continued; /* other lights have been shaded before these: adds to what is there */
     bool continues;    /* others follow: the image is made with the last of them */
     bool is_apart; /* all lights were there before: once more, of the samples in other light than
-                      their neighbours (renderer/shading/apart.h) */
+                      their neighbours (renderer/window/apart.h) */
 };
 
 /* What decides the shading programs, beside the frame. */

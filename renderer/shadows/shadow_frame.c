@@ -4,7 +4,7 @@
 
 #include <float.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"

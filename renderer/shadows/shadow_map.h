@@ -3,10 +3,10 @@
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_MAP_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_MAP_H
 
+#include "renderer/base/content_key.h"
+#include "renderer/draw/scene_gpu.h"
 #include "renderer/gl/program_list.h"
 #include "renderer/gl/scope.h"
-#include "renderer/plan/content_key.h"
-#include "renderer/scene/scene_gpu.h"
 #include "renderer/shadows/shadow_frame.h"
 #include "renderer/shadows/shadow_store.h"
 

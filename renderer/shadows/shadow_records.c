@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "renderer/shadows/shadows_internal.h"
 #include "shaders/shared/layout.h"
 

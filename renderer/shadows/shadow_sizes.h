@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-#include "renderer/plan/content_key.h"
+#include "renderer/base/content_key.h"
 
 enum {
     DEEP_CLASSES = 16, /* class c: lists of 2^c + 1 to 2^(c + 1) events; class 0: of 2, and with

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "renderer/shading/apart.h"
+#include "renderer/window/apart.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"

@@ -55,7 +55,7 @@ enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
                                            const struct pixel_lists *pixels, struct error *err);
 
 /* Afterwards, in their place, the points of the samples that are shaded apart: of `count` pixels of
- * the list (renderer/shading/apart.h) from the first-th on, a multiple of 64. apart_room: pixels
+ * the list (renderer/window/apart.h) from the first-th on, a multiple of 64. apart_room: pixels
  * that take no more points than those of the window, before its first call. */
 uint32_t traced_shadows_apart_room(const struct traced_shadows *traced, int samples);
 MUST_CHECK bool traced_shadows_collect_apart(struct traced_shadows *traced,

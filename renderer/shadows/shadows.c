@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
-#include "renderer/shading/band_clock.h"
+#include "renderer/base/matrix.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
@@ -17,6 +16,7 @@
 #include "renderer/shadows/shadow_probe.h"
 #include "renderer/shadows/shadow_reason.h"
 #include "renderer/shadows/shadows_internal.h"
+#include "renderer/window/band_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"

@@ -4,10 +4,10 @@
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOWS_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOWS_H
 
+#include "renderer/draw/scene_gpu.h"
 #include "renderer/frame_report.h"
 #include "renderer/gl/program.h"
 #include "renderer/gl/scope.h"
-#include "renderer/scene/scene_gpu.h"
 #include "renderer/shadows/shadow_guesses.h"
 #include "renderer/shadows/shadow_needs.h"
 

@@ -4,7 +4,7 @@
 #ifndef VITRAIL_RENDERER_TRANSPARENCY_LIST_SIZES_H
 #define VITRAIL_RENDERER_TRANSPARENCY_LIST_SIZES_H
 
-#include "renderer/plan/content_key.h"
+#include "renderer/base/content_key.h"
 
 struct list_sizes {
     uint64_t entries; /* of all lists of a window */

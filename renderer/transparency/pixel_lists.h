@@ -4,8 +4,8 @@
 #ifndef VITRAIL_RENDERER_TRANSPARENCY_PIXEL_LISTS_H
 #define VITRAIL_RENDERER_TRANSPARENCY_PIXEL_LISTS_H
 
-#include "renderer/shading/geometry.h"
 #include "renderer/transparency/list_sizes.h"
+#include "renderer/window/geometry.h"
 
 enum {
     PIXEL_LISTS_ENTRY_BYTES = 32,      /* of the widest buffers: two vec4 */

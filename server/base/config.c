@@ -16,7 +16,7 @@
 #include <unistd.h>
 
 #include "protocol/limits.h"
-#include "renderer/gl/device_choice.h"
+#include "renderer/base/device_choice.h"
 #include "server/front/warm_up.h"
 
 enum key_kind {

@@ -11,7 +11,7 @@
 
 #include "protocol/limits.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/import.h"
+#include "renderer/import/import.h"
 #include "renderer/scene/scene.h"
 #include "server/base/ipc.h"
 #include "server/decoder/sandbox.h"

@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "renderer/gl/device_choice.h"
+#include "renderer/base/device_choice.h"
 
 enum {
     DEVICE_TRIAL_DEATHS = 2, /* in a row: one may be the fault of the machine's memory */

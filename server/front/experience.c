@@ -7,8 +7,8 @@
 #include <stdlib.h>
 
 #include "protocol/utf8.h"
-#include "renderer/plan/content_key.h"
-#include "renderer/plan/learning.h"
+#include "renderer/base/content_key.h"
+#include "renderer/cost/learning.h"
 #include "server/mapping/lessons_file.h"
 
 enum { STANDING_MAX = 256, LESSONS_LEAST = 2, PATH_BYTES = 4096, KEY_BYTES = 1024 };

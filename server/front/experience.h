@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What frames that were chosen for a time or an error really took, and what that says of the next
- * ones: the times of settings (renderer/plan/learning), what compiling costs on this device, and
+ * ones: the times of settings (renderer/cost/learning), what compiling costs on this device, and
  * whose programs stand. Thread: any. */
 #ifndef VITRAIL_SERVER_FRONT_EXPERIENCE_H
 #define VITRAIL_SERVER_FRONT_EXPERIENCE_H
@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
-#include "renderer/plan/choice.h"
+#include "renderer/cost/choice.h"
 
 struct experience;
 

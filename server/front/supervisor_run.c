@@ -5,7 +5,7 @@
 #include <sys/eventfd.h>
 
 #include "protocol/utf8.h"
-#include "renderer/gl/device_choice.h"
+#include "renderer/base/device_choice.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
 #include "server/front/experience.h"

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 
 #include "protocol/error.h"
-#include "renderer/plan/learning.h"
+#include "renderer/cost/learning.h"
 
 /* False where it cannot be read, is of another key (speed_file_make_key), or holds what no lessons
  * make; `learned` is then what learning_init makes. */

@@ -9,11 +9,11 @@
 #include "protocol/frame_stats.h"
 #include "protocol/render_request.h"
 #include "protocol/scene_summary.h"
+#include "renderer/frame/texture_speed.h"
 #include "renderer/frame_report.h"
 #include "renderer/image/image.h"
 #include "renderer/image/tone_map.h"
 #include "renderer/renderer.h"
-#include "renderer/texture_speed.h"
 #include "renderer/scene/scene.h"
 #include "renderer/view.h"
 

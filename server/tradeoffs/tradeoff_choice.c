@@ -9,7 +9,7 @@
 
 #include "protocol/limits.h"
 #include "protocol/utf8.h"
-#include "renderer/plan/choice.h"
+#include "renderer/cost/choice.h"
 #include "server/base/processor.h"
 #include "server/front/experience.h"
 #include "server/mapping/view_mapping.h"
@@ -101,7 +101,7 @@ static void estimate(struct tradeoffs *tradeoffs, const struct render_request *r
         device_auto_to_settings(&device.automatic, &settings);
         frame.speed = settings.speed;
         is_software = device.is_software;
-        frame.shadow_bytes = (double)device.gpu_budget_bytes / 2; /* renderer/renderer.c */
+        frame.shadow_bytes = (double)device.gpu_budget_bytes / 2; /* renderer/frame/renderer.c */
     }
     json_t *summary = scene_store_get_summary(tradeoffs->desc.scenes, request->scene, NULL);
     frame.triangles = (uint64_t)json_integer_value(json_object_get(summary, "triangles"));
@@ -268,7 +268,7 @@ static void apply(struct request_quality *quality, const struct choice_setting *
 enum {
     MAP_TEXELS = 1024,
     MAP_TAPS_MAX = 4
-};                                    /* more is said of maps: renderer/plan/auto_technique.h */
+};                                    /* more is said of maps: renderer/cost/auto_technique.h */
 static const double SAME_ERROR = 1.1; /* a tenth more is seen by nobody */
 
 static const struct choice_row *find_row(const struct candidates *candidates,

@@ -5,8 +5,8 @@
 #define VITRAIL_SERVER_WORKER_DEVICE_SPEED_H
 
 #include "protocol/capabilities.h"
-#include "renderer/calibrate.h"
-#include "renderer/texture_speed.h"
+#include "renderer/frame/calibrate.h"
+#include "renderer/frame/texture_speed.h"
 
 struct device_speed_desc {
     struct renderer *renderer; /* required */

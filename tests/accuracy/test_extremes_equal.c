@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/extreme_scene.h"
 #include "tests/support/image_checks.h"

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/shadow_rig.h"
 

@@ -7,9 +7,9 @@
     vitrail-bench auto --scene fit --json > A.json;  fit_models.py auto A.json...
     vitrail-bench auto --json > A.json;      fit_models.py keep A.json > auto_timings.json
 
-costs: what each unit of work takes in ns of processor time, for renderer/plan/forecast.c: least
+costs: what each unit of work takes in ns of processor time, for renderer/cost/forecast.c: least
 squares without negative costs, in which each case weighs by its own time, so that a case of 5 ms
-counts as much as one of 500. errors: the RMSE of each kind of setting, for renderer/plan/choice.c:
+counts as much as one of 500. errors: the RMSE of each kind of setting, for renderer/cost/choice.c:
 the value below which four of five measured settings are. auto: from the costs that stand in
 forecast.c, those that frames of generated scenes ask for: descent over Huber's loss of logarithms,
 in which each cost is drawn to its old value. keep: the times that tests/data/auto_timings.json
@@ -162,7 +162,7 @@ def read_costs():
 
 
 def drawn_units(case, speed, has_maps):
-    """{cost: units} of the rasterised picture, by renderer/plan/forecast.c."""
+    """{cost: units} of the rasterised picture, by renderer/cost/forecast.c."""
     work, more = case["workload"], 1.0 if case["samples"] > 1 else 0.0
     pixels, shade = work["pixels"], NS * speed["shade"]
     layers, covered = pixels * work["layers"], pixels * work["covered"]

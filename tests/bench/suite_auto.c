@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/calibrate.h"
+#include "renderer/frame/calibrate.h"
 #include "tests/bench/frames.h"
 #include "tests/support/auto_replay.h"
 #include "tests/support/generated_scene.h"
@@ -20,7 +20,7 @@ static const enum shadow_technique techniques[FORECAST_TECHNIQUES] = {
     [FORECAST_TRACED_SHADOWS] = SHADOWS_RAYTRACED_SHADOWS,
 };
 
-/* --scene fit: other seeds, which the costs of renderer/plan/forecast.c were fitted to. */
+/* --scene fit: other seeds, which the costs of renderer/cost/forecast.c were fitted to. */
 static bool is_of_fit(const struct bench_options *options)
 {
     return options->scene && strcmp(options->scene, "fit") == 0;

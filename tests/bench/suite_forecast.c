@@ -2,15 +2,15 @@
 /* Suite `forecast`: how well the models behind `auto` tell time. Each scene as a request without
  * camera and lights sees it, rasterised, ray traced, and rasterised with traced shadows, cold and
  * warm, with 1 and 4 samples; beside it what was counted and what was forecast after measuring this
- * device. tests/bench/fit_models.py fits the costs of renderer/plan/forecast.c to the JSON. */
+ * device. tests/bench/fit_models.py fits the costs of renderer/cost/forecast.c to the JSON. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "glb/demo_scene.h"
-#include "renderer/calibrate.h"
-#include "renderer/plan/forecast.h"
+#include "renderer/cost/forecast.h"
+#include "renderer/frame/calibrate.h"
 #include "tests/bench/frames.h"
 #include "tests/support/render_support.h"
 
@@ -115,7 +115,7 @@ static json_t *describe_times(const struct timed *timed)
                      timed->forecast_ms[1]);
 }
 
-/* As renderer/plan/auto_technique.c has it. */
+/* As renderer/cost/auto_technique.c has it. */
 static enum technique choose(const struct timed timed[TECHNIQUES], int warm)
 {
     double forecast_ms[TECHNIQUES];

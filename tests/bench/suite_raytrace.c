@@ -7,9 +7,9 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_packet.h"
-#include "renderer/scene/matrix.h"
 #include "tests/bench/frames.h"
 #include "tests/bench/scenes.h"
 

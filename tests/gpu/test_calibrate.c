@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Measuring a device, and what `auto` makes of it: renderer/calibrate. */
+/* Measuring a device, and what `auto` makes of it: renderer/frame/calibrate. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/calibrate.h"
+#include "renderer/frame/calibrate.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
 

@@ -10,9 +10,9 @@
 #include <cmocka.h>
 #include <epoxy/gl.h>
 
+#include "renderer/base/wall_clock.h"
 #include "renderer/gl/scope.h"
 #include "renderer/gl/selftest.h"
-#include "renderer/wall_clock.h"
 #include "tests/support/gl_hooks.h"
 #include "tests/support/render_support.h"
 

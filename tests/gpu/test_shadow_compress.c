@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "tests/support/shadow_rig.h"
 

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/renderer_internal.h"
+#include "renderer/frame/renderer_internal.h"
 #include "renderer/shadows/shadows_internal.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/gl_counts.h"

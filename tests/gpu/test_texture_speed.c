@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/texture_speed.h"
+#include "renderer/frame/texture_speed.h"
 #include "tests/support/image_checks.h"
 
 static void samples_are_measured(void **state)

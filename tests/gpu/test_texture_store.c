@@ -13,7 +13,7 @@
 #include <epoxy/gl.h>
 
 #include "renderer/gl/context.h"
-#include "renderer/scene/texture_store_internal.h"
+#include "renderer/textures/texture_store_internal.h"
 #include "tests/support/gl_hooks.h"
 
 enum { IMAGES = 16, SIDE = 512, BUDGET = 4 << 20, SKIPPED = 77, KEYS = 2 * IMAGES };

@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
-#include "renderer/renderer_internal.h"
-#include "renderer/scene/texture_store_internal.h"
+#include "renderer/frame/renderer_internal.h"
 #include "renderer/shadows/shadows_internal.h"
+#include "renderer/textures/texture_store_internal.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
 

@@ -14,11 +14,11 @@
 #include <cmocka.h>
 
 #include "glb/demo_scene.h"
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_job.h"
 #include "renderer/raytrace/rt_light.h"
 #include "renderer/raytrace/rt_packet.h"
 #include "renderer/raytrace/rt_surface.h"
-#include "renderer/scene/matrix.h"
 #include "tests/support/accuracy_log.h"
 #include "tests/support/import_support.h"
 #include "tests/support/light_scene.h"

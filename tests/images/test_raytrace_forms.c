@@ -10,10 +10,10 @@
 
 #include <cmocka.h>
 
-#include "renderer/plan/camera.h"
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/raytrace.h"
 #include "renderer/raytrace/rt_scene.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/scene/camera.h"
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/image_checks.h"
 

@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "renderer/plan/camera.h"
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/raytrace.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/scene/camera.h"
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/import_support.h"
 #include "tests/support/render_support.h"

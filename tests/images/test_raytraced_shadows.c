@@ -11,9 +11,9 @@
 #include <cmocka.h>
 
 #include "glb/shapes.h"
-#include "renderer/plan/camera.h"
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/raytrace.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/scene/camera.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/closed_form_media.h"

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "renderer/accuracy/flip.h"
-#include "renderer/texture_speed.h"
+#include "renderer/frame/texture_speed.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/image_checks.h"
 

@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/interlude.h"
+#include "renderer/base/interlude.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/image_checks.h"
 

@@ -26,7 +26,7 @@ ARROWS = {
 HOMES = [
     ("microhttpd.h", ["server/http/http*"]),
     ("tiny_gltf.h", ["renderer/*_shim.cpp"]),
-    ("stb_dxt.h", ["renderer/scene/texture_blocks.c"]),
+    ("stb_dxt.h", ["renderer/textures/texture_blocks.c"]),
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
     ("draco/*", ["renderer/*_shim.cpp"]),
     ("meshoptimizer.h", ["renderer/*_shim.cpp"]),
@@ -153,7 +153,7 @@ class PlantedFaultsAreCaught(unittest.TestCase):
 
     def test_third_party_apis_away_from_home(self):
         self.assert_refused("server/routes.c", "<microhttpd.h>")
-        self.assert_refused("renderer/scene/import.c", "<tiny_gltf.h>")
+        self.assert_refused("renderer/import/import.c", "<tiny_gltf.h>")
         self.assert_refused("server/a.c", "<OpenImageIO/imageio.h>")
         self.assert_refused("server/a.c", "<epoxy/gl.h>")
         self.assert_refused("tests/unit/test_a.c", "<epoxy/gl.h>")
@@ -182,14 +182,14 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_allowed("renderer/gl/a.c", '"protocol/error.h"')
         self.assert_allowed("renderer/gl/a.c", '"shaders/shared/light.h"')
         self.assert_allowed("renderer/gl/a.c", "<epoxy/gl.h>")
-        self.assert_allowed("renderer/scene/gltf_shim.cpp", "<tiny_gltf.h>")
+        self.assert_allowed("renderer/import/gltf_shim.cpp", "<tiny_gltf.h>")
         self.assert_allowed("server/http/http_daemon.c", "<microhttpd.h>")
         self.assert_allowed("clients/compare/a.c", '"renderer/accuracy/metrics.h"')
         self.assert_allowed("clients/compare/a.c", '"renderer/image/image.h"')
         self.assert_allowed("clients/vitrail/http.c", "<curl/curl.h>")
         self.assert_allowed("renderer/a.c", "<stdio.h>")
         self.assert_allowed("server/a.c", "<sys/socket.h>")
-        self.assert_allowed("renderer/scene/gltf_shim.cpp", "<vector>")
+        self.assert_allowed("renderer/import/gltf_shim.cpp", "<vector>")
         self.assert_allowed("shaders/draw.glsl", '"shared/records.h"')
 
 

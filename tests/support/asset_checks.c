@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 struct view asset_view(const double eye[3], const double target[3], double fov_y_deg)
 {

@@ -140,7 +140,7 @@ static void make_frames(const struct replay *replay, const struct replay_case *o
     }
 }
 
-/* As renderer/runner_up.c between two pictures. */
+/* As renderer/frame/runner_up.c between two pictures. */
 static void time_runner_up(const struct replay_case *one,
                            const struct learning_case frames[FORECAST_TECHNIQUES], double slower,
                            bool was_timed[FORECAST_TECHNIQUES], struct learning *learned)

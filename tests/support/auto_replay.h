@@ -6,7 +6,7 @@
 
 #include <jansson.h>
 
-#include "renderer/plan/auto_technique.h"
+#include "renderer/cost/auto_technique.h"
 
 enum { REPLAY_FRAMES = 4, REPLAY_CASES_MAX = 128, REPLAY_LATER = 10, REPLAY_TIMED = 3 };
 

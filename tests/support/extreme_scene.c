@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "glb/shapes.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "tests/support/image_checks.h"
 
 static const double degree = 0.017453292519943295;

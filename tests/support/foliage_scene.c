@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "tests/support/closed_form_internal.h"
 
 enum { PIECES = 5 }; /* of a strand */

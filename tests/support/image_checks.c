@@ -12,7 +12,7 @@
 
 #include "glb/demo_scene.h"
 #include "renderer/accuracy/metrics.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 static const double pi = 3.14159265358979323846;
 

@@ -3,7 +3,7 @@
 #ifndef VITRAIL_TESTS_SUPPORT_IMPORT_SUPPORT_H
 #define VITRAIL_TESTS_SUPPORT_IMPORT_SUPPORT_H
 
-#include "renderer/scene/import.h"
+#include "renderer/import/import.h"
 #include "renderer/scene/scene.h"
 
 /* An imported scene with its blob. Zeroed = empty. */

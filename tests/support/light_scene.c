@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 uint64_t random_next(uint64_t *state)
 {

@@ -4,7 +4,7 @@
 #ifndef VITRAIL_TESTS_SUPPORT_LIGHT_SCENE_H
 #define VITRAIL_TESTS_SUPPORT_LIGHT_SCENE_H
 
-#include "renderer/plan/camera.h"
+#include "renderer/scene/camera.h"
 
 enum { LIGHT_SCENE_LIGHTS = 48 };
 

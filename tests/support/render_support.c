@@ -7,9 +7,9 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/image/tone_map.h"
-#include "renderer/plan/camera.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/scene/camera.h"
 
 struct renderer *render_rig_create_as(const struct renderer_desc *desc)
 {

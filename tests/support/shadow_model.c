@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "shaders/shared/layout.h"
 #include "tests/support/shadow_rig.h"
 

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 
 enum {
     SMALL_VERTICES = 12, /* of the rectangle and the box */

@@ -9,12 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/frame/scene_selftest.h"
 #include "renderer/gl/loop_probe.h"
 #include "renderer/gl/object.h"
 #include "renderer/gl/program.h"
 #include "renderer/gl/selftest.h"
 #include "renderer/gl/wide_floats.h"
-#include "renderer/scene_selftest.h"
 #include "tests/support/gl_hostile.h"
 
 bool __real_gl_selftest(struct gl_context *context, struct program_cache *programs,

@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
-#include "renderer/shading/band_pace.h"
-#include "renderer/shading/bands.h"
+#include "renderer/window/band_pace.h"
+#include "renderer/window/bands.h"
 
 enum { PIXELS = 100000 };
 

@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/gl/device_choice.h"
+#include "renderer/base/device_choice.h"
 
 /* As EGL lists them, the surfaceless platform last. */
 static const struct gl_device_list workstation = {

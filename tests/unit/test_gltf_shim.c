@@ -11,7 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "renderer/scene/gltf_shim.h"
+#include "renderer/import/gltf_shim.h"
 
 /* The importer takes buffers out of documents before the library sees them; here one is left in. */
 static void the_library_opens_no_file(void **state)

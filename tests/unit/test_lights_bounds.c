@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/lights/light_bounds.h"
-#include "renderer/scene/matrix.h"
 
 static const struct camera straight = {.right = {1, 0, 0},
                                        .up = {0, 1, 0},

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/plan/auto_technique.h"
+#include "renderer/cost/auto_technique.h"
 #include "tests/support/import_support.h"
 
 /* A square of 2 m in the plane z = 0, seen from the front; its material is the argument. */

@@ -10,8 +10,8 @@
 
 #include <math.h>
 
-#include "renderer/plan/camera.h"
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
+#include "renderer/scene/camera.h"
 #include "tests/support/light_scene.h"
 
 enum { SIDES = 7 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Choosing a setting by error and time: renderer/plan/choice. */
+/* Choosing a setting by error and time: renderer/cost/choice. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/plan/choice.h"
+#include "renderer/cost/choice.h"
 
 #define MAP(resolution, taps, samples)                \
     {                                                 \

@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/matrix.h"
-#include "renderer/plan/frustum.h"
+#include "renderer/base/matrix.h"
+#include "renderer/scene/frustum.h"
 #include "tests/support/light_scene.h"
 
 enum { SCENES = 200, ITEMS = 200 };

@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/plan/shader_needs.h"
+#include "renderer/draw/shader_needs.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "renderer/scene/polygon_clip.h"
 
 static double random_in(uint64_t *seed, double low, double high)

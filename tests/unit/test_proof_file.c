@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/proof_file.h"
+#include "renderer/frame/proof_file.h"
 
 enum { NOW = 1800000000, PROVEN = 0x25 };
 

@@ -9,10 +9,10 @@
 
 #include <cmocka.h>
 
+#include "renderer/base/matrix.h"
+#include "renderer/raytrace/raytrace.h"
 #include "renderer/raytrace/rt_lamps.h"
 #include "renderer/raytrace/rt_scene.h"
-#include "renderer/raytrace/raytrace.h"
-#include "renderer/scene/matrix.h"
 #include "tests/support/light_scene.h"
 
 enum { LIGHTS = 3 * RT_BLOCK_LIGHTS + 5, POINTS = 4000 };

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
+#include "renderer/base/matrix.h"
 #include "renderer/raytrace/rt_footprint.h"
-#include "renderer/scene/matrix.h"
 
 enum { /* numbers of glTF */
        NEAREST = 9728,

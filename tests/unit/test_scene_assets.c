@@ -14,7 +14,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "renderer/scene/matrix.h"
+#include "renderer/base/matrix.h"
 #include "tests/support/import_support.h"
 
 enum { SKIPPED = 77 };

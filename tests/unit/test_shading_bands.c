@@ -6,7 +6,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/shading/bands.h"
+#include "renderer/window/bands.h"
 
 /* Walks a pass whose unit takes ms_per_unit, and ten times that from `dear` on. Returns the pieces.
  */

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/texture_blocks.h"
+#include "renderer/textures/texture_blocks.h"
 
 enum { BC1_BYTES = 8, BC3_BYTES = 16 };
 

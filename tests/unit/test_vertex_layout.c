@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/scene/vertex_layout.h"
+#include "renderer/draw/vertex_layout.h"
 
 enum { PRIMITIVES = 12, VERTICES = 160, INDICES_EACH = 30 };
 

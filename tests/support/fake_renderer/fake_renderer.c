@@ -21,11 +21,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "renderer/calibrate.h"
+#include "renderer/base/wall_clock.h"
+#include "renderer/frame/calibrate.h"
+#include "renderer/frame/texture_speed.h"
+#include "renderer/import/import.h"
 #include "renderer/renderer.h"
-#include "renderer/texture_speed.h"
-#include "renderer/wall_clock.h"
-#include "renderer/scene/import.h"
 
 enum { SCENES_MAX = 8 };
 

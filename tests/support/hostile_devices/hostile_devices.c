@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "renderer/calibrate.h"
+#include "renderer/frame/calibrate.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/display.h"
 #include "renderer/gl/selftest.h"

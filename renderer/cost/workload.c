@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: MIT */
+/* Counts of lights, shadow maps and what is drawn into them. */
+#include "renderer/cost/workload.h"
+
+#include "renderer/base/matrix.h"
+#include "renderer/lights/clusters.h"
+#include "renderer/shadows/shadow_frame.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
+
+enum {
+    LIGHTS_SAMPLED = 8,        /* whose casters are looked at, at equal steps; the others are taken
+                                  to be alike */
+    TRIANGLES_SAMPLED = 256,   /* of the transparent casters of one light */
+    LIST_TESTS_MAX = 4096,     /* of a light against the cluster of a surface: 0.3 ms */
+    AREA_SAMPLES_DEFAULT = 16, /* renderer/view.h */
+};
+static const double PI = 3.14159265358979323846;
+
+/* Whether a light shines on a surface, seen from its upper side. */
+static bool shines_on(const struct state_light *light, const struct survey_point *point)
+{
+    double to_light[3];
+    if (light->type == SCENE_LIGHT_DIRECTIONAL)
+        return vec3_dot(light->direction, point->normal) < 0;
+    vec3_sub(light->position, point->position, to_light);
+    double distance = vec3_length(to_light);
+    double along = -vec3_dot(to_light, light->direction);
+    if (vec3_dot(to_light, point->normal) <= 0 ||
+        (light->range > 0 && distance > (double)light->range))
+        return false;
+    if (state_light_is_area(light))
+        return along > 0;
+    return light->type != SCENE_LIGHT_SPOT || along > distance * cos((double)light->outer_cone_rad);
+}
+
+static double count_lit(const struct workload_desc *desc, const struct survey *survey,
+                        const struct light_reach *reach)
+{
+    int area_samples = desc->view->quality.area_samples;
+    double lit = 0, points = 0;
+    for (int p = 0; p < survey->point_count; p++)
+        points += survey->points[p].weight;
+    for (size_t i = 0; i < desc->state->light_count; i++) {
+        const struct state_light *light = &desc->state->lights[i];
+        double rays = !state_light_is_area(light) ? 1
+                      : area_samples              ? area_samples
+                                                  : AREA_SAMPLES_DEFAULT;
+        for (int p = 0; p < survey->point_count && reach->is_in_view[i]; p++)
+            if (shines_on(light, &survey->points[p]))
+                lit += rays * survey->points[p].weight / points;
+    }
+    return lit;
+}
+
+/* Half of the depth of a cluster over the depth of its middle, as renderer/lights/clusters.c cuts
+ * the depths that lights span. */
+static double slice_share(const struct light_bounds *bounds, const struct camera *camera)
+{
+    double begin = INFINITY, end = 0;
+    for (size_t i = 0; i < bounds->count; i++) {
+        begin = fmin(begin, bounds->items[i].z_lo);
+        end = fmax(end, bounds->items[i].z_hi);
+    }
+    begin = fmax(fmax(begin, camera->z_near), 1e-4 * end);
+    return end > begin ? (pow(end / begin, 1. / CLUSTER_SLICES) - 1) / 2 : 0;
+}
+
+/* The middle of the image's tile that shows the point, widened to hold the tile. */
+static struct view_ray tile_around(const struct workload_desc *desc, const double point[3],
+                                   double *depth)
+{
+    const struct camera *camera = desc->camera;
+    double offset[3], half_tile = CLUSTER_TILE_PX * sqrt(0.5);
+    vec3_sub(point, camera->eye, offset);
+    double x = vec3_dot(offset, camera->right), y = vec3_dot(offset, camera->up);
+    double spread = half_tile * 2 * camera->half_height / desc->view->height_px;
+    *depth = -vec3_dot(offset, camera->back);
+    if (camera->is_orthographic)
+        return (struct view_ray){.origin = {x, y}, .spread_m = spread};
+    double per_m = 1 / fmax(*depth, 1e-9);
+    return (struct view_ray){.slope = {x * per_m, y * per_m}, .spread_per_m = spread};
+}
+
+/* Lights in the lists of visible surfaces. */
+static double count_listed(const struct workload_desc *desc, const struct survey *survey,
+                           const struct light_reach *reach)
+{
+    const struct light_bounds *bounds = &reach->bounds;
+    double share = slice_share(bounds, desc->camera), listed = 0, points = 0;
+    size_t step = bounds->count * (size_t)survey->point_count / LIST_TESTS_MAX + 1;
+    for (int p = 0; p < survey->point_count; p++)
+        points += survey->points[p].weight;
+    for (int p = 0; p < survey->point_count; p++) {
+        const struct survey_point *point = &survey->points[p];
+        double depth, front, back;
+        const struct view_ray ray = tile_around(desc, point->position, &depth);
+        for (size_t i = (size_t)p % step; i < bounds->count; i += step)
+            if (reach->is_in_view[bounds->items[i].light] &&
+                light_bound_interval(&bounds->items[i], &ray, &front, &back) &&
+                depth * (1 + share) >= front && depth * (1 - share) <= back)
+                listed += (double)step * point->weight / points;
+    }
+    return listed + (double)bounds->global_count;
+}
+
+/* ---- shadow maps ---- */
+
+static double triangles_of(const struct scene_state *state, const struct state_item *item)
+{
+    uint32_t count = state->scene->primitives[item->primitive].index_count / 3;
+    return count;
+}
+
+/* Share of one face's texels that a triangle covers: its solid angle as a flat patch, or its shadow
+ * on the plane of parallel rays. */
+static double share_of_face(const struct shadow_frame *frame, double corners[3][3])
+{
+    double edges[2][3], normal[3], middle[3], to_light[3];
+    vec3_sub(corners[1], corners[0], edges[0]);
+    vec3_sub(corners[2], corners[0], edges[1]);
+    vec3_cross(edges[0], edges[1], normal); /* twice the area */
+    if (frame->shape == SHADOW_ORTHOGRAPHIC)
+        return 0.5 * fabs(vec3_dot(normal, frame->axis[2])) * frame->scale[0] * frame->scale[1] / 4;
+    for (int k = 0; k < 3; k++)
+        middle[k] = (corners[0][k] + corners[1][k] + corners[2][k]) / 3;
+    vec3_sub(middle, frame->origin, to_light);
+    double distance = vec3_length(to_light);
+    bool is_out = frame->range_m > 0 && distance > frame->range_m;
+    if (!(distance > 0) || is_out ||
+        vec3_dot(to_light, frame->cone) < distance * cos(frame->cone_rad))
+        return 0;
+    double angle = 0.5 * fabs(vec3_dot(normal, to_light)) / (distance * distance * distance);
+    double face =
+        frame->shape == SHADOW_CUBE ? 4 * PI / 6 : 4 / (frame->scale[0] * frame->scale[1]);
+    return fmin(angle, 2 * PI) / face;
+}
+
+/* What one light's maps hold. */
+struct map_load {
+    double faces, opaque, transparent, events; /* events: in units of a face's texels */
+};
+
+static void add_events(const struct workload_desc *desc, const struct shadow_frame *frame,
+                       const struct state_item *item, double budget, struct map_load *load)
+{
+    const struct state_geometry geometry = state_geometry_of(desc->state, item);
+    double triangles = triangles_of(desc->state, item), corners[3][3];
+    double step = fmax(1, floor(triangles / fmax(budget, 1))), sum = 0, taken = 0;
+    for (uint32_t t = 0; t < (uint32_t)triangles; t += (uint32_t)step) {
+        for (uint32_t i = 0; i < 3; i++)
+            state_geometry_corner(&geometry, 3 * (size_t)t + i, corners[i]);
+        sum += share_of_face(frame, corners);
+        taken++;
+    }
+    load->events += sum * triangles / fmax(taken, 1);
+}
+
+static bool load_map(const struct workload_desc *desc, const struct state_light *light,
+                     struct map_load *load)
+{
+    struct shadow_frame frame;
+    double transparent = 0;
+    *load = (struct map_load){0};
+    if (!light->casts_shadow || !shadow_frame_init(&frame, light, desc->state, 1024))
+        return false;
+    for (int pass = 0; pass < 2; pass++) /* counted first, to know how many to sample of each */
+        for (size_t i = 0; i < desc->state->whole_count; i++) {
+            const struct state_item *item = &desc->state->items[i];
+            uint32_t faces = item->casts_shadow ? shadow_frame_faces(&frame, item) : 0;
+            double drawn = triangles_of(desc->state, item);
+            if (!faces)
+                continue;
+            if (pass == 0 && item->class_ == STATE_TRANSPARENT)
+                transparent += drawn;
+            if (pass == 0)
+                continue;
+            if (item->class_ == STATE_TRANSPARENT)
+                add_events(desc, &frame, item, TRIANGLES_SAMPLED * drawn / transparent, load);
+            *(item->class_ == STATE_TRANSPARENT ? &load->transparent : &load->opaque) +=
+                drawn * __builtin_popcount(faces);
+        }
+    load->faces = frame.face_count;
+    return load->opaque + load->transparent > 0;
+}
+
+static void measure_maps(struct workload *workload, const struct workload_desc *desc,
+                         const struct light_reach *reach)
+{
+    double events = 0;
+    size_t step = workload->lights / LIGHTS_SAMPLED + 1, visible = 0, taken = 0;
+    double shadowed = 0, deep = 0;
+    for (size_t i = 0; i < desc->state->light_count; i++) {
+        struct map_load load;
+        if (!reach->is_in_view[i] || visible++ % step != 0)
+            continue;
+        taken++;
+        if (!load_map(desc, &desc->state->lights[i], &load))
+            continue;
+        shadowed++;
+        deep += load.transparent > 0;
+        workload->map_faces += load.faces;
+        workload->deep_faces += load.transparent > 0 ? load.faces : 0;
+        workload->map_triangles += load.opaque;
+        workload->deep_triangles += load.transparent;
+        events += load.events;
+    }
+    double scale = taken ? (double)workload->lights / (double)taken : 0;
+    workload->deep_share = workload->deep_faces > 0 ? events / workload->deep_faces : 0;
+    workload->shadowed_lights = (size_t)round(shadowed * scale);
+    workload->deep_lights = (size_t)round(deep * scale);
+    workload->map_faces *= scale;
+    workload->deep_faces *= scale;
+    workload->map_triangles *= scale;
+    workload->deep_triangles *= scale;
+}
+
+bool workload_measure(struct workload *workload, const struct workload_desc *desc,
+                      struct error *err)
+{
+    struct survey survey;
+    struct light_reach own = {0}, *reach = desc->reach ? desc->reach : &own;
+    *workload = (struct workload){.pixels = (double)desc->view->width_px * desc->view->height_px};
+    bool ok = survey_view(&survey, desc, err) &&
+              light_reach_collect(reach, desc->state, desc->camera, err);
+    if (ok) {
+        workload->covered = survey.covered;
+        workload->layers = survey.layers;
+        workload->textures = survey.textures;
+        workload->triangles = survey.triangles;
+        workload->triangles_in_view = survey.triangles_in_view;
+        workload->lights = desc->state->light_count - reach->unseen_count;
+        workload->lit = count_lit(desc, &survey, reach);
+        workload->listed = count_listed(desc, &survey, reach);
+        measure_maps(workload, desc, reach);
+    }
+    light_reach_finish(&own);
+    return ok;
+}

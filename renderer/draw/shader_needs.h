@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/* What the shaders of a scene must be able to do: the kinds of material and light that it has. The
+ * rest is left out of their programs (Lexolights: Peciva 2012, 3.2). They are those of the whole
+ * scene, not of what is in view, so that a camera that moves compiles nothing. Thread: any. */
+#ifndef VITRAIL_RENDERER_DRAW_SHADER_NEEDS_H
+#define VITRAIL_RENDERER_DRAW_SHADER_NEEDS_H
+
+#include "renderer/scene/scene_state.h"
+
+enum { SHADER_NEEDS_TEXT_BYTES = 96 };
+
+struct shader_needs {
+    uint32_t surface_kinds; /* MATERIAL_* of opaque and masked drawables, and MATERIAL_KIND_METAL */
+    uint32_t layer_kinds;   /* likewise of transparent ones and of media */
+    uint32_t light_kinds;   /* bit 1 << LIGHT_* */
+    bool has_ranges;        /* some light ends at its range */
+    bool has_smooth; /* opaque or masked drawables whose triangles stand for curved surfaces */
+    bool lifts;      /* and shadow maps are looked up above them; left to the plan */
+    uint32_t area_samples; /* points taken of each area light; 0: its centre stands for it.
+                              shader_needs_of leaves it to the plan */
+};
+
+struct shader_needs shader_needs_of(const struct scene_state *state);
+
+/* #define items of the programs that evaluate such materials, with a blank before each. */
+void shader_needs_material_defines(uint32_t kinds, char text[SHADER_NEEDS_TEXT_BYTES]);
+/* Likewise of lights; empty without any. */
+void shader_needs_light_defines(const struct shader_needs *needs,
+                                char text[SHADER_NEEDS_TEXT_BYTES]);
+
+#endif

@@ -1,0 +1,541 @@
+/* SPDX-License-Identifier: MIT */
+/* The door to frames: the view is checked, its plan made or found, and run. */
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "renderer/base/wall_clock.h"
+#include "renderer/frame/frame_budget.h"
+#include "renderer/frame/frame_flight.h"
+#include "renderer/frame/frame_pause.h"
+#include "renderer/frame/frame_programs.h"
+#include "renderer/frame/frame_run.h"
+#include "renderer/frame/light_batches.h"
+#include "renderer/frame/proofs.h"
+#include "renderer/frame/scene_parts.h"
+#include "renderer/plan/view_key.h"
+
+static bool check_quality(const struct view_quality *quality, struct error *err)
+{
+    int samples = quality->samples;
+    char others[SHADOW_TECHNIQUES_TEXT_BYTES];
+    bool is_traced =
+        quality->reference || shadow_technique_can(quality->shadows, SHADOW_CAN_MANY_SAMPLES);
+    if (quality->reference && !shadow_technique_can(quality->shadows, SHADOW_CAN_REFERENCE)) {
+        shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, others);
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "the reference is ray traced: shadows must be %s", others);
+    }
+    if (samples != 0 && samples != 1 && samples != 4 &&
+        !(is_traced && (samples == 16 || samples == 64 || samples == 256)))
+        return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4",
+                         samples);
+    if (quality->area_samples < 0 || quality->area_samples > 4096)
+        return error_set(err, ERROR_INVALID_REQUEST, "%d area samples, choose 1 to 4096",
+                         quality->area_samples);
+    return true;
+}
+
+static bool check_view(const struct view *view, struct error *err)
+{
+    if (view->width_px < 1 || view->height_px < 1 || view->width_px > 16384 ||
+        view->height_px > 16384)
+        return error_set(err, ERROR_INVALID_REQUEST, "image size %dx%d is outside [1, 16384]",
+                         view->width_px, view->height_px);
+    if (view->first_row_px < 0 || view->row_count_px < 0 ||
+        view->row_count_px > view->height_px - view->first_row_px)
+        return error_set(err, ERROR_INVALID_REQUEST, "%d rows from row %d of an image of %d rows",
+                         view->row_count_px, view->first_row_px, view->height_px);
+    if ((view->screen.channels || view->screen.has_backdrop) &&
+        !isfinite(view->screen.mapping.exposure_ev))
+        return error_set(err, ERROR_INVALID_REQUEST, "exposure_ev is not finite");
+    if (view->clip_plane_count > VIEW_CLIP_PLANES_MAX)
+        return error_set(err, ERROR_INVALID_REQUEST, "%zu clip planes, limit is %d",
+                         view->clip_plane_count, VIEW_CLIP_PLANES_MAX);
+    return check_quality(&view->quality, err);
+}
+
+static bool create_outputs(const struct view *view, struct frame *frame, struct error *err)
+{
+    for (int i = 0; i < VIEW_OUTPUT_COUNT; i++) {
+        int channels;
+        enum image_component component;
+        aov_shape((enum view_output)i, &channels, &component);
+        if (i == VIEW_OUTPUT_COLOR && view->screen.channels) {
+            channels = view->screen.channels;
+            component = IMAGE_U8;
+        }
+        if (view->outputs & 1u << i && !image_init(&frame->outputs[i], view->width_px,
+                                                   view->height_px, channels, component, err))
+            return false;
+    }
+    return true;
+}
+
+static void fill_report(const struct plan *plan, const struct resident_scene *scene,
+                        const struct scene_state *state, struct frame_report *report)
+{
+    report->counts.lights = state->light_count;
+    if (plan->requirements[PLAN_NEED_COLOR].is_met ||
+        plan->requirements[PLAN_NEED_AUXILIARY].is_met)
+        report_add_bytes(report, "scene", scene_gpu_size_bytes(scene->gpu));
+    if (state->has_default_lights)
+        report_warn(report,
+                    "neither the scene nor the request has a light: default lighting is used");
+    if (state->has_idle_animation)
+        report_warn(report, "the animation moves no mesh, light or camera: skins and morph targets "
+                            "are not evaluated");
+    if (state->open_section_count)
+        report_warn(report, "%zu meshes that a clip plane cuts are not closed: they have no cap",
+                    state->open_section_count);
+    if (state->open_volume_count)
+        report_warn(report,
+                    "%zu attenuating volumes have no closed surface that faces outward: the "
+                    "thickness of their material is used",
+                    state->open_volume_count);
+}
+
+/* A view of a scene, checked and evaluated: what a plan is made from. */
+struct opened_view {
+    struct resident_scene *scene;
+    struct view view;                /* with its defaults */
+    const struct scene_state *state; /* of the renderer, as the plan */
+    struct camera camera;
+    const struct frame_plan *plan;
+    bool is_state_kept;
+};
+
+/* Of frames whose forecasts are off alike: whatever the camera, and about as large. */
+static uint64_t lesson_key_of(const struct opened_view *opened)
+{
+    const struct view *view = &opened->view;
+    struct content_key key = content_key_begin();
+    int size = ilogb((double)view->width_px * view->height_px) / 2;
+    content_key_add_text(&key, opened->scene->key);
+    content_key_add_word(&key, opened->state->light_count);
+    content_key_add_word(&key, (uint64_t)size);
+    content_key_add_word(&key, (uint64_t)view->quality.samples);
+    content_key_add_word(&key, (uint64_t)view->quality.shadow_taps);
+    return key.words[0];
+}
+
+static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
+                                           const struct opened_view *opened)
+{
+    uint64_t share_bytes = renderer->use.shadow_bytes;
+    return (struct frame_plan_desc){
+        .view = &opened->view,
+        .state = opened->state,
+        .camera = &opened->camera,
+        .limits = gl_context_limits(renderer->context),
+        .automatic = &renderer->automatic,
+        .shadow_budget_bytes = share_bytes ? share_bytes : 1, /* 0 would be any */
+        .view_key = lesson_key_of(opened),
+    };
+}
+
+/* What is drawn over the picture, and compared with others, is linear. A software rasteriser would
+ * only take the time of the processor that encodes meanwhile. */
+static bool shows_on_device(const struct renderer *renderer, const struct plan *plan)
+{
+    return !gl_context_limits(renderer->context)->is_software &&
+           plan->requirements[PLAN_NEED_COLOR].is_met &&
+           !plan->requirements[PLAN_NEED_OVERLAY].is_met;
+}
+
+/* err names what is wrong. */
+static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      struct opened_view *opened, struct error *err)
+{
+    *opened = (struct opened_view){.view = *view};
+    renderer_publish_lessons(renderer);
+    opened->scene = renderer_find_scene(renderer, scene_key, view, err);
+    if (!opened->scene)
+        return false;
+    if (!opened->view.outputs)
+        opened->view.outputs = 1u << VIEW_OUTPUT_COLOR;
+    if (!check_view(&opened->view, err))
+        return false;
+    struct content_key key = view_state_key(opened->scene->key, &opened->view);
+    opened->state = kept_state_get(&renderer->kept_state, key, &opened->scene->scene, &opened->view,
+                                   &opened->is_state_kept, err);
+    if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
+        return false;
+    frame_budget_share(renderer, opened->scene);
+    const struct frame_plan_desc desc = plan_desc_of(renderer, opened);
+    struct content_key plan_key = view_plan_key(key, &opened->view);
+    content_key_add_word(&plan_key, desc.shadow_budget_bytes);
+    content_key_add_word(&plan_key, renderer->automatic.learned_print);
+    content_key_add_word(&plan_key, (uint64_t)renderer->automatic.timed);
+    opened->plan = plan_cache_get(&renderer->plans, plan_key, &desc, err);
+    if (opened->plan && !shows_on_device(renderer, &opened->plan->plan))
+        opened->view.screen.channels = 0;
+    return opened->plan;
+}
+
+static struct frame_programs_desc programs_of(const struct renderer *renderer,
+                                              const struct opened_view *opened,
+                                              const struct frame_plan *plan)
+{
+    return (struct frame_programs_desc){
+        .plan = plan,
+        .view = &opened->view,
+        .state = opened->state,
+        .camera = &opened->camera,
+        .limits = gl_context_limits(renderer->context),
+        .gpu = opened->scene->gpu,
+        .loop_steps = renderer->shade.loop_steps,
+        .shadow_ways = shadow_system_ways(renderer->shadows),
+        .is_in_batches = light_batches_are_known(renderer, opened->scene->key, &opened->view,
+                                                 opened->state, plan),
+    };
+}
+
+bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      struct plan *plan, struct error *err)
+{
+    struct opened_view opened;
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_explain(renderer, scene_key, view, plan, err);
+    if (!open_view(renderer, scene_key, view, &opened, err))
+        return false;
+    *plan = opened.plan->plan;
+    return true;
+}
+
+bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
+                            const struct view *view, struct program_list *list, struct error *err)
+{
+    struct opened_view opened;
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_list_programs(renderer, scene_key, view, list, err);
+    if (!open_view(renderer, scene_key, view, &opened, err))
+        return false;
+    const struct frame_programs_desc desc = programs_of(renderer, &opened, opened.plan);
+    if (!frame_programs_list(&desc, list, err))
+        return false;
+    snprintf(list->device_defines, sizeof list->device_defines, "%s",
+             program_cache_device_defines(renderer->programs));
+    for (size_t i = 0; i < list->count; i++) {
+        const struct program_desc program = program_list_desc(&list->items[i]);
+        list->items[i].place = program_cache_find(renderer->programs, &program);
+    }
+    return true;
+}
+
+/* Has the driver begin with all that a new plan needs for certain, where that costs no time of
+ * ours: a frame meets its programs one after the other. */
+static void prepare_programs(struct renderer *renderer, const struct opened_view *opened)
+{
+    struct program_list list = {0};
+    struct error ignored = {0}; /* passes tell of it */
+    const struct frame_programs_desc desc = programs_of(renderer, opened, opened->plan);
+    bool is_good = frame_programs_list(&desc, &list, &ignored);
+    for (size_t i = 0; is_good && i < list.count; i++) {
+        const struct program_desc program = program_list_desc(&list.items[i]);
+        if (!list.items[i].is_conditional)
+            program_cache_prepare(renderer->programs, &program);
+    }
+    program_list_finish(&list);
+}
+
+static bool list_all(struct renderer *renderer, const struct opened_view *opened,
+                     struct program_list *list, struct error *err)
+{
+    struct frame_plan plan;
+    struct frame_plan_desc desc = plan_desc_of(renderer, opened);
+    desc.sees_all = true;
+    if (!frame_plan_init(&plan, &desc, err))
+        return false;
+    const struct frame_programs_desc programs = programs_of(renderer, opened, &plan);
+    bool is_good = frame_programs_list_all(&programs, list, err);
+    frame_plan_finish(&plan);
+    return is_good;
+}
+
+/* What pictures of the view may be drawn by, the likeliest first; a camera elsewhere may have
+ * `auto` choose another. None where all are traced. */
+static size_t list_techniques(const struct renderer *renderer, const struct view *view,
+                              const struct plan *plan, enum shadow_technique techniques[2])
+{
+    bool is_open = plan->choice.is_open && renderer->automatic.policy == AUTO_MEASURED;
+    techniques[0] = view->quality.shadows;
+    if (techniques[0] != SHADOWS_AUTO)
+        return 1;
+    if (!is_open && plan->requirements[PLAN_NEED_TRACED].is_met)
+        return 0;
+    bool has_traced_shadows = is_open && plan->choice.takes_traced_shadows;
+    techniques[0] = has_traced_shadows ? SHADOWS_RAYTRACED_SHADOWS : SHADOWS_DEEP;
+    techniques[1] = has_traced_shadows ? SHADOWS_DEEP : SHADOWS_RAYTRACED_SHADOWS;
+    return is_open ? 2 : 1;
+}
+
+/* Compiles what is listed, until it shall stop. */
+static bool compile(struct renderer *renderer, const struct program_list *list,
+                    const struct renderer_warm_up_desc *desc, bool *is_complete, struct error *err)
+{
+    bool is_good = true, has_built = false;
+    bool is_parallel = gl_context_limits(renderer->context)->compiles_in_parallel;
+    for (size_t i = 0; is_parallel && i < list->count; i++) {
+        const struct program_desc program = program_list_desc(&list->items[i]);
+        program_cache_prepare(renderer->programs, &program);
+    }
+    for (size_t i = 0; is_good && *is_complete && i < list->count; i++) {
+        const struct program_desc program = program_list_desc(&list->items[i]);
+        if (program_cache_find(renderer->programs, &program) == PROGRAM_IN_MEMORY)
+            continue;
+        *is_complete = !has_built || !desc->shall_stop(desc->context);
+        is_good = !*is_complete || program_cache_get(renderer->programs, &program, err);
+        has_built = true;
+    }
+    if (!is_good)
+        gl_context_blame(renderer->context, "compiling programs", err);
+    return is_good;
+}
+
+bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      const struct renderer_warm_up_desc *desc, bool *is_complete,
+                      struct error *err)
+{
+    struct opened_view opened;
+    struct program_list list = {0};
+    enum shadow_technique techniques[2];
+    struct view drawn = *view;
+    assert(!renderer->is_paused);
+    *is_complete = true;
+    if (!open_view(renderer, scene_key, view, &opened, err))
+        return false;
+    size_t count = list_techniques(renderer, view, &opened.plan->plan, techniques);
+    bool is_good = true;
+    for (size_t i = 0; is_good && i < 2 * count; i++) { /* with a background, and without */
+        drawn.quality.shadows = techniques[i / 2];
+        drawn.screen.has_backdrop = i % 2 != view->screen.has_backdrop;
+        is_good = open_view(renderer, scene_key, &drawn, &opened, err) &&
+                  list_all(renderer, &opened, &list, err);
+    }
+    is_good = is_good && compile(renderer, &list, desc, is_complete, err);
+    program_list_finish(&list);
+    return is_good;
+}
+
+static void report_choice(const struct auto_choice *choice, struct frame_report *report)
+{
+    if (!choice->is_open)
+        return;
+    report->chosen.is_traced = choice->takes_traced;
+    report->chosen.has_traced_shadows = choice->takes_traced_shadows;
+    report->chosen.expected_ms = auto_choice_ms(choice);
+    snprintf(report->chosen.because, sizeof report->chosen.because, "%s", choice->because);
+}
+
+/* What the caches gave since `before`. */
+static void count_caches(const struct renderer *renderer, const struct program_cache_stats *before,
+                         uint64_t plans_made, struct frame_report *report)
+{
+    struct program_cache_stats after;
+    program_cache_get_stats(renderer->programs, &after);
+    report->counts.programs_built = after.misses - before->misses - renderer->aside.misses;
+    report->counts.programs_reused = after.hits - before->hits - renderer->aside.hits;
+    report->counts.programs_loaded = after.loaded - before->loaded - renderer->aside.loaded;
+    report->counts.plans_made = renderer->plans.misses - plans_made;
+    report->counts.plans_reused = 1 - report->counts.plans_made;
+}
+
+/* Of a rasterised colour: whether each light's shadow is the product of all that filters it. Ray
+ * tracing tells by itself. */
+static bool is_exact(const struct opened_view *opened, const struct frame_report *report)
+{
+    const struct plan *plan = &opened->plan->plan;
+    const struct view_quality *quality = &opened->view.quality;
+    const struct shadow_needs *shadows = &opened->plan->shadows;
+    if (!plan->requirements[PLAN_NEED_COLOR].is_met || quality->shadows == SHADOWS_NONE)
+        return false;
+    if (report->compression.maps || (plan->linked_lights && quality->faithful))
+        return false;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_need *light = &shadows->lights[i];
+        if (light->has_structure && light->kind == SHADOW_MAP && light->casters.transparent_count)
+            return false; /* asked for, and knows no colours */
+        if (light->is_traced && state_light_is_area(&opened->state->lights[i]))
+            return false;
+    }
+    return true;
+}
+
+struct making {
+    bool only_builds; /* of struct frame_run */
+    bool *is_done;    /* NULL where the frame is to end in the call */
+    double begin_ms;  /* wall_ms, and what it was paused before it had to be made again */
+};
+
+/* Of frames whose pixels take about as long. */
+static struct content_key pace_key_of(const struct opened_view *opened)
+{
+    struct content_key key = content_key_begin();
+    struct view_quality quality = opened->view.quality;
+    quality.may_be_coarse = quality.expects_reuse = false;
+    content_key_add_text(&key, opened->scene->key);
+    content_key_add_word(&key, opened->state->light_count);
+    content_key_add(&key, &quality, sizeof quality);
+    return key;
+}
+
+/* One of many frames of a view, at rest. */
+static bool may_keep_picture(const struct renderer *renderer, const struct opened_view *opened,
+                             const struct making *making)
+{
+    const struct view *view = &opened->view;
+    return !renderer->is_beside && !renderer->redraws_surfaces && !making->only_builds &&
+           view->quality.expects_reuse && !view->quality.may_be_coarse &&
+           view->outputs == 1u << VIEW_OUTPUT_COLOR && !view->row_count_px;
+}
+
+/* What is chosen for the view follows what was learned, too. Of the budget only compressed maps
+ * are, whose pictures are not kept. */
+static struct content_key picture_key_of(const struct renderer *renderer,
+                                         const struct opened_view *opened)
+{
+    struct content_key key =
+        view_picture_key(view_state_key(opened->scene->key, &opened->view), &opened->view);
+    content_key_add_word(&key, renderer->automatic.learned_print);
+    return key;
+}
+
+/* *elapsed_ms: of the self-test, where this frame is the first that needs it; no frame of its kind
+ * takes that again. */
+static bool prove(struct renderer *renderer, const struct opened_view *opened, double *elapsed_ms,
+                  struct error *err)
+{
+    double begin_ms = wall_ms();
+    bool is_ours = !renderer->proofs || renderer->is_measuring;
+    uint32_t needs = scene_selftest_needs(&opened->plan->plan, &opened->view.quality);
+    bool ok = is_ours || proofs_ensure(renderer->proofs, needs, err);
+    *elapsed_ms = wall_ms() - begin_ms;
+    return ok;
+}
+
+static bool make_once(struct renderer *renderer, const char *scene_key, const struct view *view,
+                      const struct making *making, struct frame *frame, struct error *err)
+{
+    struct opened_view opened;
+    struct program_cache_stats before;
+    uint64_t plans_made = renderer->plans.misses;
+    double proof_ms;
+    renderer->aside = (struct program_cache_stats){0};
+    if (!open_view(renderer, scene_key, view, &opened, err) ||
+        !prove(renderer, &opened, &proof_ms, err))
+        return false;
+    struct frame_lesson lesson = frame_lesson_begin();
+    program_cache_get_stats(renderer->programs, &before);
+    if (gl_context_limits(renderer->context)->compiles_in_parallel &&
+        renderer->plans.misses > plans_made)
+        prepare_programs(renderer, &opened);
+    for (int i = 0; i < opened.plan->plan.pass_count; i++)
+        report_order_pass(&frame->report, opened.plan->plan.passes[i].pass);
+    const struct content_key pace_key = pace_key_of(&opened);
+    bool may_keep = may_keep_picture(renderer, &opened, making);
+    const struct content_key picture = picture_key_of(renderer, &opened);
+    if (may_keep && kept_picture_is(&renderer->kept_picture, picture) &&
+        !renderer->kept_picture.is_on_device)
+        opened.view.screen.channels = 0; /* as it is kept */
+    const struct frame_run run = {
+        .renderer = renderer,
+        .scene = opened.scene,
+        .frame_plan = opened.plan,
+        .view = &opened.view,
+        .placement = view_placement_key(opened.scene->key, &opened.view),
+        .state = opened.state,
+        .camera = &opened.camera,
+        .frame = frame,
+        .only_builds = making->only_builds,
+        .shadow_frame = shadow_system_number_frame(renderer->shadows),
+        .pace = band_history_find(&renderer->band_history, pace_key),
+        .may_keep = may_keep,
+        .picture = picture,
+    };
+    bool ok =
+        (making->only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
+    if (ok)
+        fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
+    report_choice(&opened.plan->plan.choice, &frame->report);
+    frame_lesson_of_choice(&lesson, &opened.plan->plan.choice);
+    count_caches(renderer, &before, plans_made, &frame->report);
+    frame->report.counts.states_reused = opened.is_state_kept;
+    frame->report.error_is_exact |= is_exact(&opened, &frame->report);
+    if (frame->report.is_kept_picture) { /* what was expected is not what was done */
+        frame->report.chosen.expected_ms = 0;
+        lesson.is_open = false;
+    }
+    const struct frame_ending ending = {.frame = frame,
+                                        .plan = &opened.plan->plan,
+                                        .begin_ms = making->begin_ms + proof_ms,
+                                        .scene_key = scene_key,
+                                        .view = view,
+                                        .pace_key = pace_key,
+                                        .picture = run.picture,
+                                        .lesson = lesson,
+                                        .has_failed = !ok};
+    ok = frame_flight_end(renderer, &ending, making->is_done, err);
+    renderer_end_frame(renderer);
+    /* textures that it brought; not within a frame, whose state and plan would go too */
+    bool is_within = renderer->other && renderer->other->is_paused;
+    if (!is_within && !frame_flight_is_cut(renderer))
+        renderer_evict_beside(renderer, opened.scene);
+    if (ok)
+        frame->report.resident_bytes = renderer_used_bytes(renderer);
+    return ok;
+}
+
+/* Once more where lists were larger than was guessed, with their sizes read first. */
+static bool make_frame(struct renderer *renderer, const char *scene_key, const struct view *view,
+                       const struct making *making, struct frame *frame, struct error *err)
+{
+    bool reads_sizes = renderer->reads_sizes;
+    bool ok = make_once(renderer, scene_key, view, making, frame, err);
+    bool is_here = ok && (!making->is_done || *making->is_done);
+    if (is_here && frame->report.has_cut_lists) {
+        struct making again = *making;
+        again.begin_ms += frame->report.paused_ms;
+        frame_finish(frame);
+        renderer->reads_sizes = true;
+        ok = make_once(renderer, scene_key, view, &again, frame, err);
+        renderer->reads_sizes = reads_sizes;
+    }
+    if (!renderer->is_beside)
+        frame_flight_deliver(renderer);
+    return ok;
+}
+
+bool renderer_submit(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct frame *frame, bool *is_done, struct error *err)
+{
+    *frame = (struct frame){0};
+    *is_done = true;
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_submit(renderer, scene_key, view, frame, is_done, err);
+    const struct making making = {.is_done = is_done, .begin_ms = wall_ms()};
+    return make_frame(renderer, scene_key, view, &making, frame, err);
+}
+
+bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
+                     struct frame *frame, struct error *err)
+{
+    *frame = (struct frame){0};
+    if (renderer->is_paused)
+        return (renderer = frame_pause_other(renderer, err)) &&
+               renderer_render(renderer, scene_key, view, frame, err);
+    return make_frame(renderer, scene_key, view, &(struct making){.begin_ms = wall_ms()}, frame,
+                      err);
+}
+
+bool renderer_build(struct renderer *renderer, const char *scene_key, const struct view *view,
+                    struct frame *frame, struct error *err)
+{
+    assert(!renderer->is_paused);
+    *frame = (struct frame){0};
+    const struct making making = {.only_builds = true, .begin_ms = wall_ms()};
+    return make_frame(renderer, scene_key, view, &making, frame, err);
+}

@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: MIT */
+/* The color output without the GPU. */
+#include "renderer/frame/frame_raytrace.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "renderer/frame/frame_budget.h"
+#include "renderer/frame/frame_pause.h"
+
+static size_t count_areas(const struct scene_state *state)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < state->light_count; i++)
+        count += state_light_is_area(&state->lights[i]);
+    return count;
+}
+
+bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
+                        const struct auto_choice *choice, char because[REPORT_TEXT_BYTES])
+{
+    const struct view_quality *quality = &view->quality;
+    size_t areas = count_areas(state);
+    because[0] = 0;
+    if (!(view->outputs & 1u << VIEW_OUTPUT_COLOR))
+        return false;
+    if (quality->reference)
+        snprintf(because, REPORT_TEXT_BYTES, "quality.reference asks for the ground truth");
+    else if (quality->shadows == SHADOWS_RAYTRACED)
+        snprintf(because, REPORT_TEXT_BYTES, "quality.shadows is raytraced");
+    else if (quality->shadows == SHADOWS_AUTO && areas)
+        snprintf(because, REPORT_TEXT_BYTES, "%zu area light%s: soft shadows are ray traced", areas,
+                 areas == 1 ? "" : "s");
+    else if (choice->takes_traced)
+        snprintf(because, REPORT_TEXT_BYTES, "%s", choice->because);
+    return because[0];
+}
+
+/* Lights towards which shadow rays go. */
+static size_t count_casting(const struct view *view, const struct scene_state *state)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < state->light_count; i++)
+        count += state->lights[i].casts_shadow;
+    return view->quality.shadows == SHADOWS_NONE ? 0 : count;
+}
+
+static int grid_side(int samples)
+{
+    return samples == 0 ? 2 : (int)lround(sqrt(samples));
+}
+
+static const char *form_of(const struct view *view)
+{
+    return view->quality.reference ? "reference" : "raytraced";
+}
+
+static void report_build(const struct raytrace_stats *stats, const char *form, const char *because,
+                         struct frame_report *report)
+{
+    if (stats->is_scene_reused)
+        report_add_reused(report, "raytrace.build");
+    else
+        report_add_pass(report, "raytrace.build", because, form, stats->build_ms, REPORT_SHADOW);
+}
+
+static void report_trace(const struct raytrace_stats *stats, const struct view *view,
+                         const struct scene_state *state, const char *because,
+                         struct frame_report *report)
+{
+    const char *form = form_of(view);
+    report_build(stats, form, because, report);
+    report_add_pass(report, "raytrace.trace", because, form, stats->trace_ms, REPORT_SHADE);
+    report_add_bytes(report, "raytrace", stats->scene_bytes);
+    report->counts.shadowed_lights = count_casting(view, state);
+    report->counts.lookups += stats->shadow_rays;
+    report->counts.shadow_rays += stats->shadow_rays;
+    report->error_is_exact = count_areas(state) == 0;
+}
+
+void frame_claim_traced(struct renderer *renderer, const char *scene_key)
+{
+    if (strcmp(renderer->traced_key, scene_key) != 0)
+        renderer_forget_traced(renderer, NULL);
+    snprintf(renderer->traced_key, sizeof renderer->traced_key, "%s", scene_key);
+}
+
+bool frame_raytrace(const struct frame_run *run, const char *because, const uint8_t *texture_levels,
+                    struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    const struct view *view = run->view;
+    struct frame *frame = run->frame;
+    struct raytrace_stats stats;
+    struct frame_pause pause = {.renderer = renderer, .report = &frame->report};
+    const struct interlude interlude = frame_pause_interlude(&pause);
+    struct raytrace_desc desc = {
+        .view = view,
+        .state = run->state,
+        .camera = run->camera,
+        .texture_levels = texture_levels,
+        .samples_per_side = grid_side(view->quality.samples),
+        .cache = renderer->traced,
+        .progress = frame_pause_ends_rays,
+        .context = renderer,
+        .interlude = renderer->interlude ? &interlude : NULL,
+    };
+    frame_claim_traced(renderer, run->scene->key);
+    image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
+    renderer_begin_piece(renderer, (struct frame_piece){FRAME_STAGE_RAYS, 0, 1});
+    bool ok = raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err);
+    if (ok)
+        report_trace(&stats, view, run->state, because, &frame->report);
+    frame_budget_end_rays(run);
+    return ok;
+}
+
+bool frame_raytrace_build(const struct frame_run *run, const char *because, struct error *err)
+{
+    struct renderer *renderer = run->renderer;
+    struct raytrace_stats stats;
+    const struct raytrace_desc desc = {
+        .view = run->view, .state = run->state, .camera = run->camera, .cache = renderer->traced};
+    frame_claim_traced(renderer, run->scene->key);
+    if (!raytrace_build(&desc, &stats, err))
+        return false;
+    report_build(&stats, form_of(run->view), because, &run->frame->report);
+    frame_budget_end_rays(run);
+    return true;
+}
+
+void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report)
+{
+    size_t areas = count_areas(state);
+    if (areas)
+        report_warn(report,
+                    "%zu area light%s drawn from the centre, with hard shadows; shadows "
+                    "raytraced, raytraced-shadows or auto draws all of it",
+                    areas, areas == 1 ? " is" : "s are");
+}

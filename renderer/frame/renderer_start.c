@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: MIT */
+/* The renderer's start: a device that draws what it must, what is chosen for it, and what frames
+ * hold. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include "renderer/frame/frame_budget.h"
+#include "renderer/frame/frame_flight.h"
+#include "renderer/frame/frame_lessons.h"
+#include "renderer/frame/proofs.h"
+#include "renderer/frame/renderer_internal.h"
+#include "renderer/frame/scene_selftest.h"
+#include "renderer/gl/loop_probe.h"
+#include "renderer/gl/memory_budget.h"
+#include "renderer/gl/selftest.h"
+#include "renderer/window/bands.h"
+
+static const uint64_t selftest_budget_bytes = 4ull << 30;
+static const uint64_t default_program_bytes = 256ull << 20;
+
+/* ---- parts ---- */
+
+static struct texture_pool *create_textures(const struct renderer_desc *desc,
+                                            uint64_t gpu_budget_bytes, bool is_software,
+                                            struct error *err)
+{
+    return texture_pool_create(
+        &(struct texture_pool_desc){.budget_bytes = desc->texture_budget_bytes
+                                                        ? desc->texture_budget_bytes
+                                                        : gpu_budget_bytes / 2,
+                                    .upload_bytes = desc->texture_upload_bytes,
+                                    .upload_ms = desc->texture_upload_ms,
+                                    .waits = is_software},
+        err);
+}
+
+/* After the self-test: a device that is refused leaves nothing there, and none of its files is
+ * tried. Without a folder that can be used, programs are compiled at every start. */
+static void keep_programs(struct renderer *renderer, const struct renderer_desc *desc)
+{
+    const struct gl_limits *limits = gl_context_limits(renderer->context);
+    struct error problem = {0};
+    char driver[512];
+    if (!desc->program_folder || limits->program_formats <= 0)
+        return;
+    snprintf(driver, sizeof driver, "%s|%s|%s|%s|%d", limits->vendor, limits->renderer,
+             limits->version, limits->platform, limits->is_robust);
+    renderer->program_store = program_store_open(
+        &(struct program_store_desc){.folder = desc->program_folder,
+                                     .driver = driver,
+                                     .budget_bytes = desc->program_budget_bytes
+                                                         ? desc->program_budget_bytes
+                                                         : default_program_bytes},
+        &problem);
+    if (renderer->program_store)
+        program_cache_set_store(renderer->programs, renderer->program_store, NULL);
+    else
+        fprintf(stderr, "<4>%s\n", problem.message);
+}
+
+/* All but context and programs: of a renderer that may hold so much. */
+static bool create_parts(struct renderer *renderer, const struct renderer_desc *desc,
+                         uint64_t budget_bytes, struct error *err)
+{
+    renderer->budget_bytes = budget_bytes;
+    renderer->shadow_most_bytes = budget_bytes / 2;
+    renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
+    renderer->shade.loop_steps =
+        desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
+    renderer->own_scenes.textures =
+        create_textures(desc, budget_bytes, gl_context_limits(renderer->context)->is_software, err);
+    renderer->timeline = gpu_timeline_create(renderer->context, err);
+    renderer->readback = readback_create(desc->defers_frames, err);
+    if (!renderer->own_scenes.textures || !renderer->timeline || !renderer->readback ||
+        !renderer_create_own(renderer, err))
+        return false;
+    frame_flight_init(renderer);
+    renderer->shadows = shadow_system_create(
+        &(struct shadow_system_desc){
+            .programs = renderer->programs,
+            .timeline = renderer->timeline,
+            .limits = gl_context_limits(renderer->context),
+            .budget_bytes = renderer->shadow_most_bytes,
+            .claim = frame_budget_claim,
+            .context = renderer,
+        },
+        err);
+    renderer->traced = raytrace_cache_create(err);
+    renderer->lessons = frame_lessons_create();
+    return renderer->shadows && renderer->traced &&
+           (renderer->lessons || error_set(err, ERROR_NO_MEMORY, "forecasts"));
+}
+
+/* ---- the device ---- */
+
+static uint64_t choose_budget(struct renderer *renderer, const struct renderer_desc *desc)
+{
+    struct gl_memory memory;
+    renderer->budget_source = "as asked for";
+    if (desc->gpu_budget_bytes)
+        return desc->gpu_budget_bytes;
+    /* llvmpipe 25.0 answers questions about its card, of which it has none, by chance */
+    gl_memory_read(gl_context_limits(renderer->context)->is_software || desc->poses_as_hardware,
+                   &memory);
+    return gl_memory_budget(&memory, &renderer->budget_source);
+}
+
+/* How layers are added up, and how a pixel's samples walk them. */
+static bool choose_arithmetic(struct renderer *renderer, const struct renderer_desc *desc,
+                              struct error *err)
+{
+    char defines[DEVICE_DEFINES_BYTES];
+    const struct gl_limits *limits = gl_context_limits(renderer->context);
+    bool in_turn = shade_takes_samples_in_turn(limits);
+    const struct wide_floats_desc wide = {.programs = renderer->programs,
+                                          .asked = desc->wide_floats,
+                                          .is_software =
+                                              limits->is_software || desc->poses_as_hardware};
+    if (!wide_floats_choose(&wide, &renderer->wide_floats, err))
+        return false;
+    const char *form = wide_floats_defines(renderer->wide_floats.form);
+    snprintf(defines, sizeof defines, "%s%s%s", form, *form && in_turn ? " " : "",
+             in_turn ? "SAMPLES_IN_TURN" : "");
+    program_cache_set_device_defines(renderer->programs, defines);
+    return true;
+}
+
+/* ---- the self-test ---- */
+
+/* By a renderer of its own, so that nothing of it is left to those that serve. */
+static bool test_structures(void *context, uint32_t structures, bool *is_wrong, struct error *err)
+{
+    const struct renderer *renderer = context;
+    const struct renderer_desc defaults = {.loop_steps = renderer->shade.loop_steps};
+    struct renderer *tested = calloc(1, sizeof *tested);
+    struct error loss = {0};
+    *is_wrong = false;
+    if (!tested)
+        return error_set(err, ERROR_NO_MEMORY, "renderer");
+    *tested = (struct renderer){
+        .context = renderer->context,
+        .programs = renderer->programs,
+        .scenes = &tested->own_scenes,
+        .is_strict = renderer->is_strict,
+        .loop_end = renderer->loop_end,
+        .wide_floats = renderer->wide_floats,
+    };
+    bool ok = create_parts(tested, &defaults, selftest_budget_bytes, err) &&
+              scene_selftest(tested, structures, err);
+    renderer_destroy(tested->other);
+    renderer_finish_parts(tested);
+    free(tested);
+    if (ok)
+        return true;
+    *is_wrong = gl_context_check(renderer->context, "testing the device", &loss) &&
+                err->code == ERROR_NO_DEVICE;
+    if (loss.code == ERROR_NO_DEVICE)
+        *err = loss;
+    return false;
+}
+
+/* Variables of the environment by which drivers are told what to do; options of Mesa's drirc have
+ * names in lower case. */
+static bool tells_driver(const char *entry)
+{
+    static const char *const prefixes[] = {"MESA",   "LIBGL", "GALLIUM",  "LP_",     "ST_",
+                                           "NIR_",   "TGSI_", "SOFTPIPE", "INTEL_",  "AMD_",
+                                           "RADEON", "R600_", "RADV_",    "NOUVEAU", "ZINK_",
+                                           "VK_",    "EGL_",  "__GL",     "__EGL"};
+    if (*entry >= 'a' && *entry <= 'z')
+        return true;
+    for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++)
+        if (!strncmp(entry, prefixes[i], strlen(prefixes[i])))
+            return true;
+    return false;
+}
+
+/* All that pictures of the self-test may depend on. The kernel has a part of the driver. */
+static struct content_key proof_key(const struct renderer *renderer,
+                                    const struct renderer_desc *desc)
+{
+    struct content_key key = content_key_begin();
+    const struct gl_device_list *list = gl_context_devices(renderer->context);
+    struct utsname system;
+    content_key_add_text(&key, desc->build);
+    content_key_add(&key, gl_context_limits(renderer->context), sizeof(struct gl_limits));
+    for (int i = 0; i < list->count; i++)
+        if (list->items[i].is_taken) {
+            content_key_add_word(&key, (uint64_t)list->items[i].number);
+            content_key_add_text(&key, list->items[i].node);
+            content_key_add_text(&key, list->items[i].pci);
+        }
+    content_key_add_text(&key, program_cache_device_defines(renderer->programs));
+    content_key_add_word(&key, renderer->loop_end);
+    if (uname(&system) == 0) {
+        content_key_add_text(&key, system.release);
+        content_key_add_text(&key, system.version);
+    }
+    for (char **entry = environ; *entry; entry++)
+        if (tells_driver(*entry))
+            content_key_add_text(&key, *entry);
+    return key;
+}
+
+/* Behind software no other device is left to be taken: there a start gains nothing by a test that
+ * the first picture can wait for. */
+static uint32_t proven_at_start(const struct renderer *renderer, const struct renderer_desc *desc)
+{
+    if (desc->self_test == RENDERER_SELFTEST_ALWAYS)
+        return SELFTEST_ALL;
+    bool is_last = gl_context_limits(renderer->context)->is_software;
+    return desc->self_test == RENDERER_SELFTEST_KEPT && is_last ? 0 : SELFTEST_START;
+}
+
+static bool prove(struct renderer *renderer, const struct renderer_desc *desc, struct error *err)
+{
+    renderer->proofs =
+        proofs_create(&(struct proofs_desc){.policy = desc->self_test,
+                                            .at_start = proven_at_start(renderer, desc),
+                                            .path = desc->build ? desc->proof_file : NULL,
+                                            .key = proof_key(renderer, desc),
+                                            .test = test_structures,
+                                            .context = renderer},
+                      err);
+    return renderer->proofs;
+}
+
+/* ---- the start ---- */
+
+static bool test_device(struct renderer *renderer, const struct renderer_desc *desc,
+                        struct error *err)
+{
+    if (!gl_selftest(renderer->context, renderer->programs, err))
+        return false;
+    keep_programs(renderer, desc);
+    return choose_arithmetic(renderer, desc, err) &&
+           loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err) &&
+           prove(renderer, desc, err);
+}
+
+/* On the first device that has no reason on the list. *is_its_fault: one was opened, and does not
+ * do what it must; it has one now. */
+static struct renderer *start(const struct renderer_desc *desc, struct gl_device_list *devices,
+                              bool *is_its_fault, struct error *err)
+{
+    struct renderer *renderer = calloc(1, sizeof *renderer);
+    *is_its_fault = false;
+    if (!renderer) {
+        error_set(err, ERROR_NO_MEMORY, "renderer");
+        return NULL;
+    }
+    renderer->is_strict = desc->is_strict;
+    renderer->redraws_surfaces = desc->redraws_surfaces;
+    renderer->scenes = &renderer->own_scenes;
+    renderer->context =
+        gl_context_create(&(struct gl_context_desc){.device = desc->device,
+                                                    .is_strict = desc->is_strict,
+                                                    .hides_coverage = desc->hides_coverage,
+                                                    .poses_as_hardware = desc->poses_as_hardware,
+                                                    .devices = devices,
+                                                    .watch = desc->watch},
+                          err);
+    if (!renderer->context)
+        goto fail;
+    renderer->programs = program_cache_create(desc->shader_dump_dir, err);
+    if (!renderer->programs)
+        goto fail;
+    gl_context_tell(renderer->context, desc->watch, GL_DEVICE_TESTING);
+    if (!test_device(renderer, desc, err)) {
+        gl_context_blame(renderer->context, "starting", err);
+        *is_its_fault = gl_context_pass_over(renderer->context, err->message, devices);
+        goto fail;
+    }
+    if (create_parts(renderer, desc, choose_budget(renderer, desc), err))
+        return renderer;
+    gl_context_blame(renderer->context, "starting", err);
+
+fail:
+    renderer_destroy(renderer);
+    return NULL;
+}
+
+/* A device that fails the self-test is passed over as one that cannot be opened; one that was asked
+ * for has no other. */
+struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
+{
+    struct gl_device_list devices = {0};
+    if (desc->devices)
+        devices = *desc->devices;
+    for (;;) {
+        struct error problem = {0};
+        bool is_its_fault;
+        struct renderer *renderer = start(desc, &devices, &is_its_fault, &problem);
+        if (renderer)
+            return renderer;
+        if (!is_its_fault) {
+            if (desc->devices)
+                *desc->devices = devices;
+            error_pass(err, &problem);
+            return NULL;
+        }
+        fprintf(stderr, "<4>a device is passed over: %s\n", problem.message);
+    }
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+/* Times the technique that `auto` would take second, for nobody to see. */
+#include "renderer/frame/renderer_internal.h"
+
+/* Frames of one timing: the first may compile and build, and then teaches nothing, or of building
+ * alone. */
+enum { FRAMES_MOST = 4, LESSONS_ENOUGH = 3 };
+
+static bool is_due(void *context)
+{
+    const struct runner_up_desc *desc = context;
+    return desc->shall_stop(desc->context);
+}
+
+static bool serve(void *context)
+{
+    (void)context;
+    return false; /* nothing goes before it: it ends */
+}
+
+/* What `auto` has to choose from, and by what is known now. */
+static bool find(struct renderer *renderer, const char *scene_key, const struct view *view,
+                 struct learning_case *frame)
+{
+    struct plan plan;
+    struct error ignored = {0}; /* told to whoever asks for the picture */
+    if (renderer->is_paused || renderer->automatic.policy != AUTO_MEASURED ||
+        !renderer_explain(renderer, scene_key, view, &plan, &ignored) || !plan.choice.is_open)
+        return false;
+    const struct auto_pick pick =
+        auto_pick(plan.choice.frames, frame_lessons_live(renderer->lessons));
+    *frame = plan.choice.frames[pick.runner_up];
+    return pick.has_runner_up;
+}
+
+static bool was_timed(struct timed_views *timed, const struct learning_case *frame)
+{
+    const struct timed_view one = {frame->view, frame->technique};
+    for (int i = 0; i < TIMED_VIEWS_MAX; i++)
+        if (timed->views[i].view == one.view && timed->views[i].technique == one.technique)
+            return true;
+    timed->views[timed->next] = one;
+    timed->next = (timed->next + 1) % TIMED_VIEWS_MAX;
+    return false;
+}
+
+/* True where nothing stopped it. */
+static bool draw(struct renderer *renderer, const char *scene_key, const struct view *view,
+                 const struct learning_case *runner_up)
+{
+    bool ok = true;
+    for (int i = 0; ok && i < FRAMES_MOST; i++) {
+        struct frame frame;
+        struct error ignored = {0};
+        if (learning_expect(frame_lessons_live(renderer->lessons), runner_up).lessons >=
+            LESSONS_ENOUGH)
+            break;
+        ok = renderer_render(renderer, scene_key, view, &frame, &ignored);
+        if (ok)
+            frame_finish(&frame);
+    }
+    return ok;
+}
+
+enum runner_up_outcome renderer_time_runner_up(struct renderer *renderer, const char *scene_key,
+                                               const struct view *view,
+                                               const struct runner_up_desc *desc)
+{
+    struct runner_up_desc own = *desc;
+    const struct interlude stop = {
+        .context = &own, .is_due = is_due, .serve = serve, .is_unwanted = is_due};
+    const struct interlude *interlude = renderer->interlude;
+    bool redraws_surfaces = renderer->redraws_surfaces;
+    struct learning_case runner_up;
+    if (!find(renderer, scene_key, view, &runner_up) || was_timed(&renderer->timed, &runner_up))
+        return RUNNER_UP_NONE;
+    renderer->interlude = &stop;
+    renderer->redraws_surfaces = true; /* kept ones would take no time */
+    renderer->automatic.timed = 1 + (int)runner_up.technique;
+    bool is_whole = draw(renderer, scene_key, view, &runner_up);
+    renderer->automatic.timed = 0;
+    renderer->redraws_surfaces = redraws_surfaces;
+    renderer->interlude = interlude;
+    renderer_publish_lessons(renderer);
+    return is_whole ? RUNNER_UP_TIMED : RUNNER_UP_STOPPED;
+}

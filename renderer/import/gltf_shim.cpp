@@ -1,0 +1,483 @@
+// SPDX-License-Identifier: MIT
+// The one home of tinygltf (2.7 to 2.9): from glTF JSON to the plain C arrays of gltf_shim.h.
+//
+// Known traps of these versions and why they cannot bite: it opens any URI (CVE-2022-3008, issue
+// 373) and copies the BIN chunk once per buffer, but is given a document without buffers and
+// images; its GLB reader (issue 372) is not called; its recursive conversions are bounded by the
+// depth that gltf_json.c allows. The callbacks below refuse everything, as the second line of
+// defence.
+#include "renderer/import/gltf_shim.h"
+
+#include <exception>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <tiny_gltf.h>
+
+static_assert(int(GLTF_FLOAT) == TINYGLTF_COMPONENT_TYPE_FLOAT,
+              "components keep the numbers of glTF");
+
+namespace
+{
+
+struct holder {
+    gltf_document document; // first: gltf_document_destroy casts back
+    tinygltf::Model model;
+    std::vector<const char *> used, required;
+    std::vector<gltf_buffer_view> views;
+    std::vector<gltf_accessor> accessors;
+    std::vector<std::vector<gltf_primitive>> primitives;
+    std::vector<gltf_mesh> meshes;
+    std::vector<gltf_node> nodes;
+    std::vector<gltf_scene> scenes;
+    std::vector<gltf_material> materials;
+    std::vector<gltf_texture> textures;
+    std::vector<gltf_sampler> samplers;
+    std::vector<gltf_light> lights;
+    std::vector<gltf_camera> cameras;
+    std::vector<std::vector<double>> numbers; // arrays that came out of extensions and extras
+};
+
+bool refuse_exists(const std::string &, void *)
+{
+    return false;
+}
+std::string refuse_expand(const std::string &, void *)
+{
+    return std::string();
+}
+
+bool refuse_read(std::vector<unsigned char> *, std::string *, const std::string &, void *)
+{
+    return false;
+}
+
+bool refuse_write(std::string *, const std::string &, const std::vector<unsigned char> &, void *)
+{
+    return false;
+}
+
+// tinygltf has a fifth callback since 2.9, and then takes all of them or none.
+template <typename callbacks>
+auto refuse_sizes(callbacks &fs, int) -> decltype(fs.GetFileSizeInBytes, void())
+{
+    fs.GetFileSizeInBytes = [](size_t *, std::string *, const std::string &, void *) {
+        return false;
+    };
+}
+
+template <typename callbacks> void refuse_sizes(callbacks &, long) {}
+
+// The result of SetFsCallbacks, which older versions do not have.
+template <typename loader>
+auto take_callbacks(loader &gltf, const tinygltf::FsCallbacks &fs, int)
+    -> decltype(bool(gltf.SetFsCallbacks(fs)))
+{
+    return gltf.SetFsCallbacks(fs);
+}
+
+template <typename loader> bool take_callbacks(loader &gltf, const tinygltf::FsCallbacks &fs, long)
+{
+    gltf.SetFsCallbacks(fs);
+    return true;
+}
+
+// False where tinygltf would go on opening files by itself.
+bool refuse_files(tinygltf::TinyGLTF &loader)
+{
+    tinygltf::FsCallbacks fs{};
+    fs.FileExists = refuse_exists;
+    fs.ExpandFilePath = refuse_expand;
+    fs.ReadWholeFile = refuse_read;
+    fs.WriteWholeFile = refuse_write;
+    refuse_sizes(fs, 0);
+    return take_callbacks(loader, fs, 0);
+}
+
+bool refuse_image(tinygltf::Image *, const int, std::string *, std::string *, int, int,
+                  const unsigned char *, int, void *)
+{
+    return false;
+}
+
+gltf_numbers numbers_of(const std::vector<double> &values)
+{
+    return {values.data(), values.size()};
+}
+gltf_indices indices_of(const std::vector<int> &values)
+{
+    return {values.data(), values.size()};
+}
+
+const tinygltf::Value *member(const tinygltf::Value *object, const char *name)
+{
+    return object && object->IsObject() && object->Has(name) ? &object->Get(name) : nullptr;
+}
+
+const tinygltf::Value *extension(const tinygltf::ExtensionMap &map, const char *name)
+{
+    auto found = map.find(name);
+    return found == map.end() ? nullptr : &found->second;
+}
+
+double number(const tinygltf::Value *object, const char *name, double fallback)
+{
+    const tinygltf::Value *value = member(object, name);
+    return value && value->IsNumber() ? value->GetNumberAsDouble() : fallback;
+}
+
+int integer(const tinygltf::Value *object, const char *name, int fallback)
+{
+    const tinygltf::Value *value = member(object, name);
+    return value && value->IsInt() ? value->GetNumberAsInt() : fallback;
+}
+
+gltf_numbers number_array(holder &h, const tinygltf::Value *object, const char *name)
+{
+    const tinygltf::Value *value = member(object, name);
+    if (!value || !value->IsArray())
+        return {nullptr, 0};
+    std::vector<double> values;
+    for (size_t i = 0; i < value->ArrayLen(); i++) {
+        const tinygltf::Value &element = value->Get(int(i));
+        if (element.IsNumber())
+            values.push_back(element.GetNumberAsDouble());
+    }
+    h.numbers.push_back(std::move(values));
+    return numbers_of(h.numbers.back());
+}
+
+void read_transform(holder &h, gltf_texture_ref &ref, const tinygltf::Value *transform)
+{
+    if (!transform)
+        return;
+    ref.has_transform = true;
+    ref.offset = number_array(h, transform, "offset");
+    ref.scale = number_array(h, transform, "scale");
+    ref.rotation_rad = number(transform, "rotation", 0);
+    ref.texcoord = integer(transform, "texCoord", ref.texcoord);
+}
+
+template <typename info> gltf_texture_ref texture_ref(holder &h, const info &texture)
+{
+    gltf_texture_ref ref = {};
+    ref.texture = texture.index;
+    ref.texcoord = texture.texCoord;
+    read_transform(h, ref, extension(texture.extensions, "KHR_texture_transform"));
+    return ref;
+}
+
+gltf_texture_ref texture_ref_in(holder &h, const tinygltf::Value *object, const char *name)
+{
+    const tinygltf::Value *info = member(object, name);
+    gltf_texture_ref ref = {};
+    ref.texture = integer(info, "index", -1);
+    ref.texcoord = integer(info, "texCoord", 0);
+    read_transform(h, ref, member(member(info, "extensions"), "KHR_texture_transform"));
+    return ref;
+}
+
+void convert_textures(holder &h, const tinygltf::Material &m, gltf_material &out)
+{
+    const tinygltf::PbrMetallicRoughness &pbr = m.pbrMetallicRoughness;
+    out.textures[GLTF_TEXTURE_BASE_COLOR] = texture_ref(h, pbr.baseColorTexture);
+    out.textures[GLTF_TEXTURE_METALLIC_ROUGHNESS] = texture_ref(h, pbr.metallicRoughnessTexture);
+    out.textures[GLTF_TEXTURE_NORMAL] = texture_ref(h, m.normalTexture);
+    out.textures[GLTF_TEXTURE_OCCLUSION] = texture_ref(h, m.occlusionTexture);
+    out.textures[GLTF_TEXTURE_EMISSIVE] = texture_ref(h, m.emissiveTexture);
+    out.textures[GLTF_TEXTURE_TRANSMISSION] = texture_ref_in(
+        h, extension(m.extensions, "KHR_materials_transmission"), "transmissionTexture");
+    out.textures[GLTF_TEXTURE_THICKNESS] =
+        texture_ref_in(h, extension(m.extensions, "KHR_materials_volume"), "thicknessTexture");
+}
+
+void convert_material(holder &h, const tinygltf::Material &m)
+{
+    const tinygltf::PbrMetallicRoughness &pbr = m.pbrMetallicRoughness;
+    const tinygltf::Value *volume = extension(m.extensions, "KHR_materials_volume");
+    const tinygltf::Value *pass = member(member(&m.extras, "vitrail"), "pass_through");
+    const tinygltf::Value *model = member(pass, "model");
+    gltf_material out = {};
+    out.name = m.name.c_str();
+    out.alpha_mode = m.alphaMode.c_str();
+    out.alpha_cutoff = m.alphaCutoff;
+    out.is_double_sided = m.doubleSided;
+    out.is_unlit = extension(m.extensions, "KHR_materials_unlit") != nullptr;
+    out.base_color = numbers_of(pbr.baseColorFactor);
+    out.emissive = numbers_of(m.emissiveFactor);
+    out.metallic = pbr.metallicFactor;
+    out.roughness = pbr.roughnessFactor;
+    out.normal_scale = m.normalTexture.scale;
+    out.occlusion_strength = m.occlusionTexture.strength;
+    out.emissive_strength =
+        number(extension(m.extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
+    out.transmission =
+        number(extension(m.extensions, "KHR_materials_transmission"), "transmissionFactor", 0);
+    out.ior = number(extension(m.extensions, "KHR_materials_ior"), "ior", 1.5);
+    out.thickness = number(volume, "thicknessFactor", 0);
+    out.has_attenuation_distance = member(volume, "attenuationDistance") != nullptr;
+    out.attenuation_distance = number(volume, "attenuationDistance", 0);
+    out.attenuation_color = number_array(h, volume, "attenuationColor");
+    out.pass_through = model && model->IsString() ? model->Get<std::string>().c_str()
+                       : pass                     ? "?"
+                                                  : "";
+    out.edge_color = number_array(h, pass, "edge_color");
+    out.edge_exponent = number(pass, "edge_exponent", 1);
+    convert_textures(h, m, out);
+    h.materials.push_back(out);
+}
+
+int component_count(int type)
+{
+    switch (type) {
+    case TINYGLTF_TYPE_SCALAR:
+        return 1;
+    case TINYGLTF_TYPE_VEC2:
+        return 2;
+    case TINYGLTF_TYPE_VEC3:
+        return 3;
+    case TINYGLTF_TYPE_VEC4:
+        return 4;
+    default:
+        return 0;
+    }
+}
+
+void convert_accessor(holder &h, const tinygltf::Accessor &a)
+{
+    gltf_accessor out = {};
+    out.buffer_view = a.bufferView;
+    out.byte_offset = a.byteOffset;
+    out.count = a.count;
+    out.component = a.componentType;
+    out.components = component_count(a.type);
+    out.is_normalized = a.normalized;
+    out.is_sparse = a.sparse.isSparse;
+    if (out.is_sparse) {
+        out.sparse_count = a.sparse.count;
+        out.sparse_index_view = a.sparse.indices.bufferView;
+        out.sparse_index_offset = a.sparse.indices.byteOffset;
+        out.sparse_index_component = a.sparse.indices.componentType;
+        out.sparse_value_view = a.sparse.values.bufferView;
+        out.sparse_value_offset = a.sparse.values.byteOffset;
+    }
+    h.accessors.push_back(out);
+}
+
+gltf_primitive convert_primitive(const tinygltf::Primitive &p)
+{
+    static const char *const names[GLTF_ATTRIBUTE_COUNT] = {"POSITION",   "NORMAL",     "TANGENT",
+                                                            "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
+    gltf_primitive out = {};
+    for (int i = 0; i < GLTF_ATTRIBUTE_COUNT; i++) {
+        auto found = p.attributes.find(names[i]);
+        out.attributes[i] = found == p.attributes.end() ? -1 : found->second;
+    }
+    out.indices = p.indices;
+    out.material = p.material;
+    out.mode = p.mode;
+    out.target_count = p.targets.size();
+    out.is_draco = extension(p.extensions, "KHR_draco_mesh_compression") != nullptr;
+    return out;
+}
+
+/* An extension that names no light is not the same as none. */
+int light_of(const tinygltf::Node &n)
+{
+    const tinygltf::Value *punctual = extension(n.extensions, "KHR_lights_punctual");
+    int light = integer(punctual, "light", -1);
+    return punctual && light < 0 ? GLTF_BAD_LIGHT : light;
+}
+
+void convert_node(holder &h, const tinygltf::Node &n)
+{
+    gltf_node out = {};
+    out.name = n.name.c_str();
+    out.mesh = n.mesh;
+    out.camera = n.camera;
+    out.light = light_of(n);
+    out.skin = n.skin;
+    out.is_instanced = extension(n.extensions, "EXT_mesh_gpu_instancing") != nullptr;
+    out.children = indices_of(n.children);
+    out.matrix = numbers_of(n.matrix);
+    out.translation = numbers_of(n.translation);
+    out.rotation = numbers_of(n.rotation);
+    out.scale = numbers_of(n.scale);
+    h.nodes.push_back(out);
+}
+
+void convert_camera(holder &h, const tinygltf::Camera &c)
+{
+    gltf_camera out = {};
+    out.name = c.name.c_str();
+    out.is_orthographic = c.type == "orthographic";
+    out.y_fov_rad = c.perspective.yfov;
+    out.aspect = c.perspective.aspectRatio;
+    out.x_mag = c.orthographic.xmag;
+    out.y_mag = c.orthographic.ymag;
+    out.z_near = out.is_orthographic ? c.orthographic.znear : c.perspective.znear;
+    out.z_far = out.is_orthographic ? c.orthographic.zfar : c.perspective.zfar;
+    h.cameras.push_back(out);
+}
+
+void convert_light(holder &h, const tinygltf::Light &l)
+{
+    gltf_light out = {};
+    out.name = l.name.c_str();
+    out.type = l.type.c_str();
+    out.color = numbers_of(l.color);
+    out.intensity = l.intensity;
+    out.range = l.range;
+    out.inner_cone_rad = l.spot.innerConeAngle;
+    out.outer_cone_rad = l.spot.outerConeAngle;
+    h.lights.push_back(out);
+}
+
+void convert_meshes(holder &h)
+{
+    for (const tinygltf::Mesh &m : h.model.meshes) {
+        std::vector<gltf_primitive> list;
+        for (const tinygltf::Primitive &p : m.primitives)
+            list.push_back(convert_primitive(p));
+        h.primitives.push_back(std::move(list));
+        h.meshes.push_back(
+            {m.name.c_str(), h.primitives.back().data(), h.primitives.back().size()});
+    }
+}
+
+void convert(holder &h)
+{
+    const tinygltf::Model &m = h.model;
+    for (const std::string &name : m.extensionsUsed)
+        h.used.push_back(name.c_str());
+    for (const std::string &name : m.extensionsRequired)
+        h.required.push_back(name.c_str());
+    for (const tinygltf::BufferView &v : m.bufferViews)
+        h.views.push_back({v.buffer, v.byteOffset, v.byteLength, v.byteStride});
+    for (const tinygltf::Accessor &a : m.accessors)
+        convert_accessor(h, a);
+    convert_meshes(h);
+    for (const tinygltf::Node &n : m.nodes)
+        convert_node(h, n);
+    for (const tinygltf::Scene &s : m.scenes)
+        h.scenes.push_back({s.name.c_str(), indices_of(s.nodes)});
+    for (const tinygltf::Material &material : m.materials)
+        convert_material(h, material);
+    for (const tinygltf::Texture &t : m.textures)
+        h.textures.push_back({t.name.c_str(), t.source, t.sampler});
+    for (const tinygltf::Sampler &s : m.samplers)
+        h.samplers.push_back({s.magFilter, s.minFilter, s.wrapS, s.wrapT});
+    for (const tinygltf::Light &l : m.lights)
+        convert_light(h, l);
+    for (const tinygltf::Camera &c : m.cameras)
+        convert_camera(h, c);
+}
+
+void publish(holder &h)
+{
+    gltf_document &d = h.document;
+    d.extensions_used = h.used.data();
+    d.extension_used_count = h.used.size();
+    d.extensions_required = h.required.data();
+    d.extension_required_count = h.required.size();
+    d.views = h.views.data();
+    d.view_count = h.views.size();
+    d.accessors = h.accessors.data();
+    d.accessor_count = h.accessors.size();
+    d.meshes = h.meshes.data();
+    d.mesh_count = h.meshes.size();
+    d.nodes = h.nodes.data();
+    d.node_count = h.nodes.size();
+    d.scenes = h.scenes.data();
+    d.scene_count = h.scenes.size();
+    d.materials = h.materials.data();
+    d.material_count = h.materials.size();
+    d.textures = h.textures.data();
+    d.texture_count = h.textures.size();
+    d.samplers = h.samplers.data();
+    d.sampler_count = h.samplers.size();
+    d.lights = h.lights.data();
+    d.light_count = h.lights.size();
+    d.cameras = h.cameras.data();
+    d.camera_count = h.cameras.size();
+    d.default_scene = h.model.defaultScene;
+}
+
+bool check_required(const tinygltf::Model &model, const char *const *known, struct error *err)
+{
+    for (const std::string &name : model.extensionsRequired) {
+        const char *const *at = known;
+        while (*at && name != *at)
+            at++;
+        if (!*at)
+            return error_set(err, ERROR_UNSUPPORTED,
+                             "the file requires the extension %s, which is not supported",
+                             name.c_str());
+    }
+    return true;
+}
+
+bool check_version(const tinygltf::Asset &asset, struct error *err)
+{
+    if (asset.version.compare(0, 2, "2.") != 0)
+        return error_set(err, ERROR_UNSUPPORTED, "asset.version is '%s', only glTF 2 is read",
+                         asset.version.c_str());
+    if (!asset.minVersion.empty() && asset.minVersion != "2.0")
+        return error_set(err, ERROR_UNSUPPORTED, "asset.minVersion is '%s', this program reads 2.0",
+                         asset.minVersion.c_str());
+    return true;
+}
+
+// tinygltf adds to its error text also where it goes on (a primitive it leaves out, say): any text
+// is a failure.
+bool load(holder &h, const char *json, size_t length, const char *const *known, struct error *err)
+{
+    tinygltf::TinyGLTF loader;
+    if (!refuse_files(loader))
+        return error_set(err, ERROR_INTERNAL, "tinygltf does not let its file access be replaced");
+    loader.SetImageLoader(refuse_image, nullptr);
+    std::string problem, warning;
+    bool is_loaded = loader.LoadASCIIFromString(&h.model, &problem, &warning, json,
+                                                unsigned(length), "", tinygltf::REQUIRE_VERSION);
+    if (!check_required(h.model, known, err))
+        return false;
+    if (!is_loaded || !problem.empty()) {
+        problem = problem.substr(0, problem.find('\n'));
+        return error_set(err, ERROR_INVALID_SCENE, "glTF: %s",
+                         problem.empty() ? "malformed" : problem.c_str());
+    }
+    return check_version(h.model.asset, err);
+}
+
+} // namespace
+
+gltf_document *gltf_document_create(const char *json, size_t json_length, const char *const *known,
+                                    struct error *err)
+{
+    holder *h = new (std::nothrow) holder();
+    if (!h) {
+        error_set(err, ERROR_NO_MEMORY, "glTF document");
+        return nullptr;
+    }
+    try {
+        if (load(*h, json, json_length, known, err)) {
+            convert(*h);
+            publish(*h);
+            return &h->document;
+        }
+    } catch (const std::bad_alloc &) {
+        error_set(err, ERROR_NO_MEMORY, "glTF document of %zu bytes of JSON", json_length);
+    } catch (const std::exception &e) {
+        error_set(err, ERROR_INVALID_SCENE, "glTF: %s", e.what());
+    } catch (...) {
+        error_set(err, ERROR_INTERNAL, "glTF: unknown exception");
+    }
+    delete h;
+    return nullptr;
+}
+
+void gltf_document_destroy(gltf_document *document)
+{
+    delete reinterpret_cast<holder *>(document);
+}

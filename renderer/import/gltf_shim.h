@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT */
+/* The glTF document as plain C, parsed by tinygltf. The only home of tinygltf is gltf_shim.cpp.
+ *
+ * tinygltf gets nothing but JSON: buffers, images, skins and animations were taken out by
+ * gltf_json.h, so that it never copies, decodes or opens anything. What it accepts is not yet
+ * checked: every index, count and number of a document is whatever the file says, and the
+ * import_*.c files check each where they use it. Thread: any. */
+#ifndef VITRAIL_RENDERER_IMPORT_GLTF_SHIM_H
+#define VITRAIL_RENDERER_IMPORT_GLTF_SHIM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Indices are -1 where the file has none. Text is never NULL. All of it lives as long as the
+ * document. */
+
+struct gltf_numbers { /* a JSON array of numbers; count 0 when absent */
+    const double *values;
+    size_t count;
+};
+
+struct gltf_indices {
+    const int *values;
+    size_t count;
+};
+
+struct gltf_buffer_view {
+    int buffer;
+    uint64_t byte_offset, byte_length, byte_stride; /* stride 0 = tightly packed */
+};
+
+enum gltf_component { /* the numbers of glTF, which are those of OpenGL */
+                      GLTF_BYTE = 5120,
+                      GLTF_UNSIGNED_BYTE = 5121,
+                      GLTF_SHORT = 5122,
+                      GLTF_UNSIGNED_SHORT = 5123,
+                      GLTF_UNSIGNED_INT = 5125,
+                      GLTF_FLOAT = 5126,
+};
+
+struct gltf_accessor {
+    int buffer_view;
+    uint64_t byte_offset, count;
+    int component;  /* enum gltf_component, or an invalid number */
+    int components; /* 1 to 4; 0 for matrices */
+    bool is_normalized, is_sparse;
+    int sparse_count;
+    int sparse_index_view, sparse_index_offset, sparse_index_component;
+    int sparse_value_view, sparse_value_offset;
+};
+
+enum gltf_attribute {
+    GLTF_POSITION,
+    GLTF_NORMAL,
+    GLTF_TANGENT,
+    GLTF_TEXCOORD_0,
+    GLTF_TEXCOORD_1,
+    GLTF_COLOR_0,
+    GLTF_ATTRIBUTE_COUNT
+};
+
+struct gltf_primitive {
+    int attributes[GLTF_ATTRIBUTE_COUNT]; /* accessors */
+    int indices, material, mode;
+    size_t target_count; /* morph targets */
+    bool is_draco;       /* carries KHR_draco_mesh_compression */
+};
+
+struct gltf_mesh {
+    const char *name;
+    const struct gltf_primitive *primitives;
+    size_t primitive_count;
+};
+
+enum { GLTF_BAD_LIGHT = -2 }; /* of a node: KHR_lights_punctual without an index of a light */
+
+struct gltf_node {
+    const char *name;
+    int mesh, camera, light, skin;
+    bool is_instanced; /* carries EXT_mesh_gpu_instancing */
+    struct gltf_indices children;
+    struct gltf_numbers matrix, translation, rotation, scale;
+};
+
+struct gltf_scene {
+    const char *name;
+    struct gltf_indices nodes;
+};
+
+struct gltf_texture_ref {
+    int texture, texcoord;
+    bool has_transform; /* KHR_texture_transform; its texCoord is already in texcoord */
+    struct gltf_numbers offset, scale;
+    double rotation_rad;
+};
+
+enum gltf_texture_slot { /* same order as enum scene_texture_slot */
+                         GLTF_TEXTURE_BASE_COLOR,
+                         GLTF_TEXTURE_METALLIC_ROUGHNESS,
+                         GLTF_TEXTURE_NORMAL,
+                         GLTF_TEXTURE_OCCLUSION,
+                         GLTF_TEXTURE_EMISSIVE,
+                         GLTF_TEXTURE_TRANSMISSION,
+                         GLTF_TEXTURE_THICKNESS,
+                         GLTF_TEXTURE_SLOT_COUNT
+};
+
+struct gltf_material {
+    const char *name;
+    const char *alpha_mode;
+    double alpha_cutoff;
+    bool is_double_sided, is_unlit;
+    struct gltf_numbers base_color, emissive;
+    double metallic, roughness, normal_scale, occlusion_strength;
+    double emissive_strength, transmission, ior, thickness;
+    bool has_attenuation_distance; /* false = infinite */
+    double attenuation_distance;
+    struct gltf_numbers attenuation_color;
+    const char *pass_through; /* extras vitrail.pass_through.model, or "" */
+    struct gltf_numbers edge_color;
+    double edge_exponent; /* 1 when absent */
+    struct gltf_texture_ref textures[GLTF_TEXTURE_SLOT_COUNT];
+};
+
+struct gltf_texture {
+    const char *name;
+    int image, sampler;
+};
+
+struct gltf_sampler {
+    int mag_filter, min_filter; /* -1 when absent */
+    int wrap_s, wrap_t;
+};
+
+struct gltf_light {
+    const char *name, *type;
+    struct gltf_numbers color;
+    double intensity, range, inner_cone_rad, outer_cone_rad;
+};
+
+struct gltf_camera {
+    const char *name;
+    bool is_orthographic;
+    double y_fov_rad, aspect, x_mag, y_mag, z_near, z_far;
+};
+
+struct gltf_document {
+    const char *const *extensions_used;
+    size_t extension_used_count;
+    const char *const *extensions_required;
+    size_t extension_required_count;
+    const struct gltf_buffer_view *views;
+    size_t view_count;
+    const struct gltf_accessor *accessors;
+    size_t accessor_count;
+    const struct gltf_mesh *meshes;
+    size_t mesh_count;
+    const struct gltf_node *nodes;
+    size_t node_count;
+    const struct gltf_scene *scenes;
+    size_t scene_count;
+    const struct gltf_material *materials;
+    size_t material_count;
+    const struct gltf_texture *textures;
+    size_t texture_count;
+    const struct gltf_sampler *samplers;
+    size_t sampler_count;
+    const struct gltf_light *lights;
+    size_t light_count;
+    const struct gltf_camera *cameras;
+    size_t camera_count;
+    int default_scene; /* -1 when absent */
+};
+
+/* `known` is a NULL-terminated list: any other required extension is ERROR_UNSUPPORTED by name,
+ * whatever else is wrong with the file. json need not be NUL-terminated and is not kept. */
+struct gltf_document *gltf_document_create(const char *json, size_t json_length,
+                                           const char *const *known, struct error *err);
+void gltf_document_destroy(struct gltf_document *document); /* accepts NULL */
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT */
+/* From an uploaded glTF and its files to a scene blob. Thread: any. Runs inside the sandboxed
+ * decoder: it opens no file, touches no network, and finds every URI only among the files it was
+ * handed. */
+#ifndef VITRAIL_RENDERER_IMPORT_IMPORT_H
+#define VITRAIL_RENDERER_IMPORT_IMPORT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/error.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct scene_file {
+    const char *name;  /* relative name as uploaded, UTF-8, '/' separated; "" for a single GLB */
+    const void *bytes; /* borrowed */
+    size_t size_bytes;
+};
+
+struct scene_import_desc {
+    const struct scene_file *files; /* required; one, by name or GLB magic, is the .gltf or .glb */
+    size_t file_count;
+    uint64_t max_blob_bytes;   /* 0 means 8 GiB */
+    uint64_t max_image_pixels; /* per image; 0 means 64 Mi */
+    /* Optional: takes pixels at their offset in the blob, an image at a time, so that memory need
+     * not hold them all. Only the blob's head comes back then (scene_open_head). Called on the
+     * caller's thread. */
+    bool (*write)(void *context, uint64_t offset_bytes, const void *bytes, size_t size_bytes,
+                  struct error *err);
+    void *context; /* for write */
+};
+
+/* Writes a new blob, or its head, to *blob (malloc'ed, caller frees). Errors: ERROR_INVALID_SCENE
+ * naming file, element and reason; ERROR_UNSUPPORTED naming a required extension that is not known;
+ * ERROR_TOO_LARGE; ERROR_NO_MEMORY. */
+MUST_CHECK bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
+                             struct error *err);
+
+/* The extensions that are evaluated, NULL-terminated. */
+const char *const *scene_import_extensions(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT */
+/* What the import_*.c files share: one import under way. Private to scene_import. Thread: any. */
+#ifndef VITRAIL_RENDERER_IMPORT_IMPORTER_H
+#define VITRAIL_RENDERER_IMPORT_IMPORTER_H
+
+#include "renderer/import/accessor.h"
+#include "renderer/import/gltf_json.h"
+#include "renderer/import/import.h"
+#include "renderer/scene/blob_writer.h"
+
+struct importer {
+    struct gltf_package package;
+    struct gltf_json json;
+    struct gltf_document *document; /* owned */
+    struct gltf_bytes *buffers;     /* owned, json.buffer_count of them */
+    struct accessor_source source;
+    struct blob_writer writer;
+    struct scene_header header;
+    uint64_t max_image_pixels;
+
+    int32_t *mesh_of;       /* owned: blob mesh of each glTF mesh, -1 when no shown node uses it */
+    bool *is_texture_used;  /* owned: by an evaluated slot of some material */
+    uint32_t *image_source; /* owned: glTF image of each of the blob's */
+    uint32_t *node_order;   /* owned: glTF nodes of the scene, parents first */
+    uint32_t node_count;
+    struct geometry_scratch *scratch; /* owned by import_geometry.c */
+
+    /* Counted while importing, told once at the end. */
+    uint64_t degenerate_triangles, repaired_normals, clamped_colors, morphed_primitives,
+        skinned_nodes;
+    uint64_t instanced_nodes, missing_texcoords, far_texcoords, open_volumes;
+    uint64_t unmoved_channels; /* of animations, that move no node */
+};
+
+/* Each returns false with err set, and fills the sections of its name. In the order of the calls in
+ * import.c: materials also is_texture_used; textures also images and image_source, and takes room
+ * for their pixels; hierarchy node_order and mesh_of; meshes all vertex sections; nodes also the
+ * bounds and counts of the header; animations also poses, channels and keys; skins nothing but
+ * warnings. */
+MUST_CHECK bool import_materials(struct importer *importer, struct error *err);
+MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
+MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
+MUST_CHECK bool import_cameras(struct importer *importer, struct error *err);
+MUST_CHECK bool import_hierarchy(struct importer *importer, struct error *err);
+MUST_CHECK bool import_meshes(struct importer *importer, struct error *err);
+MUST_CHECK bool import_nodes(struct importer *importer, struct error *err);
+MUST_CHECK bool import_animations(struct importer *importer, struct error *err);
+MUST_CHECK bool import_skins(struct importer *importer, struct error *err);
+
+/* Translation, rotation and scale of a node without a matrix, into a zeroed pose. */
+MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pose,
+                            struct error *err);
+
+/* Decodes the images, builds their levels, and has both written where the blob in the making, or
+ * its head, has room for them; completes the blob's image records. `write` may be NULL: the blob is
+ * whole. */
+MUST_CHECK bool import_pixels(struct importer *importer, const struct scene_import_desc *desc,
+                              void *blob, struct error *err);
+
+void importer_free_scratch(struct geometry_scratch *scratch);
+
+/* Appends a sentence to SCENE_WARNINGS. */
+MUST_CHECK bool importer_warn(struct importer *importer, struct error *err, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Copies `count` numbers to floats after checking their number and range [low, high]; an absent
+ * array leaves `out` as it is. `what` names the field in the message. */
+MUST_CHECK bool import_numbers(struct gltf_numbers numbers, size_t count, double low, double high,
+                               float *out, const char *what, struct error *err);
+MUST_CHECK bool import_number(double number, double low, double high, float *out, const char *what,
+                              struct error *err);
+
+#endif

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+/* The view's camera resolved against a scene: eye, axes, projection, and the window of one tile.
+ * f64, CPU only. */
+#ifndef VITRAIL_RENDERER_SCENE_CAMERA_H
+#define VITRAIL_RENDERER_SCENE_CAMERA_H
+
+#include "renderer/scene/scene_state.h"
+
+/* View space: +x right, +y up, looks along -z. view_z in shaders is the positive distance along the
+ * view direction. */
+struct camera {
+    double eye[3];
+    double right[3], up[3], back[3]; /* world, orthonormal */
+    bool is_orthographic;
+    double half_width, half_height; /* perspective: tangents of the half angles; orthographic:
+                                       metres */
+    double z_near; /* perspective: m; infinite far, reversed Z: ndc z = z_near / view_z */
+    double z_far;  /* orthographic only; ndc z = (z_far - view_z) / (z_far - z_near), z_near >= 0 */
+};
+
+/* A rectangle of the image that is rendered at once, first row on top. */
+struct camera_window {
+    int x, y, width, height, image_width, image_height;
+};
+
+MUST_CHECK bool camera_resolve(struct camera *camera, const struct view *view,
+                               const struct scene_state *state, struct error *err);
+
+/* Rows right, up, back: view_from_world. */
+void camera_axes(const struct camera *camera, double axes[3][3]);
+
+/* Right, up and the depth along the view direction [m] of a point of the world. */
+void camera_to_view(const struct camera *camera, const double world[3], double view[3]);
+
+/* A sphere against the sides of the frustum, which is `wider` times as wide and high (1: as it is),
+ * and the plane of the eye; true is no promise. */
+bool camera_may_see(const struct camera *camera, const double center[3], double radius_m,
+                    double wider);
+
+/* From view space in units of unit_m to clip space of the image, whatever the window (GL
+ * convention: y up; the renderer flips rows on readback), as shaders/geometry.vert.glsl takes it:
+ *   w' = depth[2] + depth[3] * z, z' = depth[0] + depth[1] * z,
+ *   x' = across[0] * x, y' = across[1] * y */
+void camera_clip(const struct camera *camera, double unit_m, float across[2], float depth[4]);
+
+#endif

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: MIT */
+/* Creation of the render targets. */
+#include "renderer/window/targets.h"
+
+#include <epoxy/gl.h>
+
+static bool create_textures(struct targets *t, struct error *err)
+{
+    int samples = t->samples > 1 ? t->samples : 0;
+    struct gl_texture_desc desc = {.width = t->width, .height = t->height, .samples = samples};
+    desc.label = "gbuffer.surface_0";
+    desc.format = GL_RGBA32UI;
+    if (!gl_texture_init(&t->surface_0, &desc, err))
+        return false;
+    desc.label = "gbuffer.surface_1";
+    if (!gl_texture_init(&t->surface_1, &desc, err))
+        return false;
+    desc.label = "gbuffer.signature";
+    desc.format = GL_R32UI;
+    if (samples && !gl_texture_init(&t->signature, &desc, err))
+        return false;
+    desc.label = "gbuffer.depth";
+    desc.format = GL_DEPTH_COMPONENT32F;
+    if (!gl_texture_init(&t->depth, &desc, err))
+        return false;
+    desc.label = "frame.image";
+    desc.format = GL_RGBA32F;
+    desc.samples = 0;
+    return gl_texture_init(&t->image, &desc, err);
+}
+
+bool targets_prepare(struct targets *t, int width, int height, int samples, struct error *err)
+{
+    if (t->gbuffer.name && t->width == width && t->height == height && t->samples == samples)
+        return true;
+    targets_finish(t);
+    t->width = width;
+    t->height = height;
+    t->samples = samples;
+    bool ok =
+        create_textures(t, err) &&
+        gl_framebuffer_init(
+            &t->gbuffer,
+            &(struct gl_framebuffer_desc){
+                .label = "gbuffer",
+                .colors = {&t->surface_0, &t->surface_1, samples > 1 ? &t->signature : NULL},
+                .depth = &t->depth,
+            },
+            err) &&
+        gl_framebuffer_init(
+            &t->depth_only,
+            &(struct gl_framebuffer_desc){.label = "gbuffer.depth_only", .depth = &t->depth}, err);
+    if (!ok)
+        targets_finish(t);
+    return ok;
+}
+
+bool targets_prepare_parts(struct targets *t, struct error *err)
+{
+    return t->parts.name || gl_texture_init(&t->parts,
+                                            &(struct gl_texture_desc){.label = "frame.parts",
+                                                                      .format = GL_RGBA32F,
+                                                                      .width = t->width,
+                                                                      .height = t->height,
+                                                                      .layers = t->samples},
+                                            err);
+}
+
+uint64_t targets_apart_list_bytes(const struct targets *t)
+{
+    uint64_t bytes = (uint64_t)t->width * (uint64_t)t->height * 4, unit = GL_BUFFER_ALIGNMENT;
+    return TARGETS_APART_HEAD_BYTES + (bytes + unit - 1) / unit * unit;
+}
+
+/* What two lists take for pixels, without heads. */
+static uint64_t apart_bytes(const struct targets *t)
+{
+    return t->apart.name ? 8 * (uint64_t)t->width * (uint64_t)t->height : 0;
+}
+
+bool targets_prepare_apart(struct targets *t, struct error *err)
+{
+    return (t->light.name || gl_texture_init(&t->light,
+                                             &(struct gl_texture_desc){.label = "frame.light",
+                                                                       .format = GL_R32UI,
+                                                                       .width = t->width,
+                                                                       .height = t->height,
+                                                                       .layers = t->samples},
+                                             err)) &&
+           (t->apart.name ||
+            gl_buffer_init(&t->apart,
+                           &(struct gl_buffer_desc){.label = "frame.apart",
+                                                    .size_bytes = 2 * targets_apart_list_bytes(t)},
+                           err));
+}
+
+uint64_t targets_pixel_bytes(int samples)
+{
+    uint64_t depth = 4, surfaces = 32, signature = samples > 1 ? 4 : 0, image = 16;
+    uint64_t apart = samples > 1 ? 16 + 8 : 0; /* light, and places in two lists */
+    return (surfaces + signature + depth) * (uint64_t)samples + image + apart;
+}
+
+uint64_t targets_parts_pixel_bytes(int samples)
+{
+    return 16 * (uint64_t)samples;
+}
+
+void targets_finish(struct targets *t)
+{
+    gl_framebuffer_finish(&t->gbuffer);
+    gl_framebuffer_finish(&t->depth_only);
+    gl_texture_finish(&t->surface_0);
+    gl_texture_finish(&t->surface_1);
+    gl_texture_finish(&t->signature);
+    gl_texture_finish(&t->depth);
+    gl_texture_finish(&t->image);
+    gl_texture_finish(&t->parts);
+    gl_texture_finish(&t->light);
+    gl_buffer_finish(&t->apart);
+    *t = (struct targets){0};
+}
+
+uint64_t targets_size_bytes(const struct targets *t)
+{
+    return t->surface_0.size_bytes + t->surface_1.size_bytes + t->signature.size_bytes +
+           t->depth.size_bytes + t->image.size_bytes + t->parts.size_bytes + t->light.size_bytes +
+           apart_bytes(t);
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+/* The render targets of one window: G-buffer, depth, and the linear image. Thread: GL. */
+#ifndef VITRAIL_RENDERER_WINDOW_TARGETS_H
+#define VITRAIL_RENDERER_WINDOW_TARGETS_H
+
+#include "renderer/gl/object.h"
+
+struct targets {
+    int width, height, samples;             /* of what is allocated */
+    struct gl_texture surface_0, surface_1; /* RGBA32UI: shaders/surface.glsl */
+    struct gl_texture signature; /* R32UI: tells surfaces apart; only when multisampled */
+    struct gl_texture depth;     /* D32F, reversed: 0 is infinitely far */
+    struct gl_texture image;     /* RGBA32F, linear, associated alpha */
+    struct gl_texture parts; /* RGBA32F, a layer per sample: opaque light so far, where the lights
+                                take several dispatches */
+    struct gl_texture light; /* R32UI, a layer per sample: light of opaque surfaces */
+    struct gl_buffer apart;  /* pixels whose samples are shaded apart (renderer/window/apart.h) */
+    struct gl_framebuffer gbuffer;    /* surfaces, signature and depth */
+    struct gl_framebuffer depth_only; /* depth alone: list passes must have no colour attachment
+                                         (llvmpipe) */
+};
+
+/* Re-creates the targets when size or samples differ. */
+MUST_CHECK bool targets_prepare(struct targets *targets, int width, int height, int samples,
+                                struct error *err);
+/* Makes targets->parts where it is absent. */
+MUST_CHECK bool targets_prepare_parts(struct targets *targets, struct error *err);
+/* Of targets.apart: two lists, each of a head and what all pixels take. */
+enum { TARGETS_APART_HEAD_BYTES = GL_BUFFER_ALIGNMENT };
+uint64_t targets_apart_list_bytes(const struct targets *targets);
+/* Makes targets->light and targets->apart where they are absent. */
+MUST_CHECK bool targets_prepare_apart(struct targets *targets, struct error *err);
+/* What targets with so many samples take for a pixel, and their parts beside them. */
+uint64_t targets_pixel_bytes(int samples);
+uint64_t targets_parts_pixel_bytes(int samples);
+void targets_finish(struct targets *targets);
+uint64_t targets_size_bytes(const struct targets *targets);
+
+#endif
