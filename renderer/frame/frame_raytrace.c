@@ -8,34 +8,7 @@
 
 #include "renderer/frame/frame_budget.h"
 #include "renderer/frame/frame_pause.h"
-
-static size_t count_areas(const struct scene_state *state)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < state->light_count; i++)
-        count += state_light_is_area(&state->lights[i]);
-    return count;
-}
-
-bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
-                        const struct auto_choice *choice, char because[REPORT_TEXT_BYTES])
-{
-    const struct view_quality *quality = &view->quality;
-    size_t areas = count_areas(state);
-    because[0] = 0;
-    if (!(view->outputs & 1u << VIEW_OUTPUT_COLOR))
-        return false;
-    if (quality->reference)
-        snprintf(because, REPORT_TEXT_BYTES, "quality.reference asks for the ground truth");
-    else if (quality->shadows == SHADOWS_RAYTRACED)
-        snprintf(because, REPORT_TEXT_BYTES, "quality.shadows is raytraced");
-    else if (quality->shadows == SHADOWS_AUTO && areas)
-        snprintf(because, REPORT_TEXT_BYTES, "%zu area light%s: soft shadows are ray traced", areas,
-                 areas == 1 ? "" : "s");
-    else if (choice->takes_traced)
-        snprintf(because, REPORT_TEXT_BYTES, "%s", choice->because);
-    return because[0];
-}
+#include "renderer/plan/traced.h"
 
 /* Lights towards which shadow rays go. */
 static size_t count_casting(const struct view *view, const struct scene_state *state)
@@ -76,7 +49,7 @@ static void report_trace(const struct raytrace_stats *stats, const struct view *
     report->counts.shadowed_lights = count_casting(view, state);
     report->counts.lookups += stats->shadow_rays;
     report->counts.shadow_rays += stats->shadow_rays;
-    report->error_is_exact = count_areas(state) == 0;
+    report->error_is_exact = plan_area_lights(state) == 0;
 }
 
 void frame_claim_traced(struct renderer *renderer, const char *scene_key)
@@ -132,7 +105,7 @@ bool frame_raytrace_build(const struct frame_run *run, const char *because, stru
 
 void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report)
 {
-    size_t areas = count_areas(state);
+    size_t areas = plan_area_lights(state);
     if (areas)
         report_warn(report,
                     "%zu area light%s drawn from the centre, with hard shadows; shadows "

@@ -1,16 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Frames whose color is ray traced: which ones are, and how they are made. Thread: GL. */
+/* Frames whose color is ray traced: how they are made. Thread: GL. */
 #ifndef VITRAIL_RENDERER_FRAME_FRAME_RAYTRACE_H
 #define VITRAIL_RENDERER_FRAME_FRAME_RAYTRACE_H
 
-#include "renderer/cost/auto_technique.h"
 #include "renderer/frame/renderer_internal.h"
 #include "renderer/raytrace/raytrace.h"
-
-/* Whether the color output is ray traced; because: the requirement that asks for it, "" where it is
- * not. choice: what `auto` chose for the view. */
-bool frame_is_raytraced(const struct view *view, const struct scene_state *state,
-                        const struct auto_choice *choice, char because[REPORT_TEXT_BYTES]);
 
 struct frame_run; /* renderer/frame/frame_run.h */
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/import/extensions.h"
 #include "renderer/import/importer.h"
 #include "renderer/scene/scene.h"
 
@@ -15,26 +16,9 @@
 #define IMAGE_PIXELS_DEFAULT (64ull << 20)
 #define RANGE_TOLERANCE 1e-6 /* factors written through f32 may miss 0 or 1 by so much */
 
-static const char *const known_extensions[] = {
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-    NULL,
-};
-
-const char *const *scene_import_extensions(void)
-{
-    return known_extensions;
-}
-
 static bool is_known(const char *extension)
 {
-    for (const char *const *at = known_extensions; *at; at++)
+    for (const char *const *at = scene_import_extensions(); *at; at++)
         if (strcmp(*at, extension) == 0)
             return true;
     return false;
@@ -119,7 +103,7 @@ static bool open_document(struct importer *importer, const struct scene_import_d
                         err))
         return false;
     importer->document = gltf_document_create(importer->json.rest, importer->json.rest_length,
-                                              known_extensions, err);
+                                              scene_import_extensions(), err);
     if (!importer->document)
         return false;
     free(importer->json.rest);

@@ -39,9 +39,6 @@ struct scene_import_desc {
 MUST_CHECK bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *size_bytes,
                              struct error *err);
 
-/* The extensions that are evaluated, NULL-terminated. */
-const char *const *scene_import_extensions(void);
-
 #ifdef __cplusplus
 }
 #endif

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "renderer/frame/frame_raytrace.h"
+#include "renderer/plan/traced.h"
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows.h"
@@ -101,7 +101,7 @@ static bool require_outputs(struct frame_plan *made, const struct frame_plan_des
                                          .reach = &made->reach},
                      err))
         return false;
-    bool is_traced = frame_is_raytraced(desc->view, desc->state, &plan->choice, because);
+    bool is_traced = plan_is_raytraced(desc->view, desc->state, &plan->choice, because);
     set_need(plan, PLAN_NEED_COLOR, outputs & color && !is_traced, "%s",
              is_traced         ? "the color output is ray traced"
              : outputs & color ? "the color output was asked for"

@@ -17,7 +17,6 @@
 
 #include "protocol/limits.h"
 #include "renderer/base/device_choice.h"
-#include "server/front/warm_up.h"
 
 enum key_kind {
     KEY_TEXT,

@@ -15,6 +15,9 @@
 
 enum { CONFIG_PATH_BYTES = 4096, CONFIG_TEXT_BYTES = 512, CONFIG_KEYS_MAX = 32 };
 
+/* Scenes that wait to be warmed up; above it the least wanted one is dropped. */
+enum { WARM_UPS_MAX = 4 };
+
 /* What `shadows: auto` goes by; in the order of enum auto_policy. */
 enum config_auto { CONFIG_AUTO_RASTER, CONFIG_AUTO_MEASURED, CONFIG_AUTO_RAYTRACED };
 

@@ -15,7 +15,7 @@
 #include "renderer/scene/scene.h"
 #include "server/base/ipc.h"
 #include "server/decoder/sandbox.h"
-#include "server/mapping/view_mapping.h"
+#include "server/mapping/scene_mapping.h"
 
 enum { FD_SPOOL, FD_BLOB, FD_SUMMARY, FD_COUNT };
 

@@ -25,7 +25,7 @@ struct device_trials {
     enum gl_device_step step;
 };
 
-/* Of the worker's message (below). */
+/* Of the worker's message (server/mapping/device_messages.h). */
 void device_trials_begin(struct device_trials *trials, const json_t *message);
 /* The worker serves, and what its device did before is forgiven; or it said itself what fails. */
 void device_trials_succeed(struct device_trials *trials);
@@ -38,19 +38,5 @@ const struct gl_device *device_trials_end(struct device_trials *trials, const ch
                                           bool is_hang);
 
 int device_trials_passed_over(const struct device_trials *trials); /* their number */
-
-/* ---- messages ---- */
-
-/* What the worker says: {"op": "trying", "step", "device"}. */
-json_t *device_trials_message(const struct gl_device *device, enum gl_device_step step);
-
-/* Those with a reason, as the worker is told of them; and back. */
-json_t *device_reasons_to_json(const struct gl_device_list *devices);
-void device_reasons_from_json(const json_t *json, struct gl_device_list *devices);
-
-/* One line on each, as gl_device_describe has it: of a worker that finds no device. */
-json_t *device_lines_to_json(const struct gl_device_list *devices);
-/* "EGL device 1: passed over: ...; EGL device 2: ...": to be freed; NULL where memory runs out. */
-char *device_lines_join(const json_t *lines);
 
 #endif

@@ -12,6 +12,7 @@
 #include "server/base/clock.h"
 #include "server/front/experience.h"
 #include "server/front/supervisor_internal.h"
+#include "server/mapping/questions.h"
 
 const struct error supervisor_nobody_waits = {ERROR_OVERLOADED, "the client left before its turn",
                                               ""};

@@ -5,6 +5,7 @@
 
 #include "server/base/clock.h"
 #include "server/front/supervisor_internal.h"
+#include "server/mapping/device_messages.h"
 
 /* Ends what waits; no worker is started any more. Takes the text, which may be NULL. */
 static void give_up(struct supervisor *supervisor, char *why)

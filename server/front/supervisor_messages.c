@@ -10,6 +10,7 @@
 #include "server/base/ipc.h"
 #include "server/front/experience.h"
 #include "server/front/supervisor_internal.h"
+#include "server/mapping/questions.h"
 
 enum { FORGOTTEN_PER_MESSAGE = 1000 };
 

@@ -10,6 +10,7 @@
 #include "server/base/ipc.h"
 #include "server/front/experience.h"
 #include "server/front/supervisor_internal.h"
+#include "server/mapping/device_messages.h"
 
 enum {
     START_MS = 180000, /* a cold shader cache on a software rasteriser, with room */

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The list of scenes to warm up, and what a worker does for one. */
+/* The list of scenes to warm up. */
 #include "server/front/warm_up.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "server/base/ipc.h"
-#include "server/mapping/view_mapping.h"
+#include "server/mapping/questions.h"
 
 static void nobody_waits(void *context, struct render_outcome *outcome)
 {
@@ -40,12 +39,6 @@ struct render_task *warm_up_task(struct scene_store *store, uint64_t ticket,
     return NULL;
 }
 
-static const char *asked(const json_t *question)
-{
-    const char *what = json_string_value(json_object_get(question, "warm_up"));
-    return what ? what : "";
-}
-
 static struct render_task *take(struct warm_ups *warm_ups, int index)
 {
     struct render_task *task = warm_ups->tasks[index];
@@ -60,7 +53,7 @@ static int least_wanted(const struct warm_ups *warm_ups)
 {
     int at_start = -1;
     for (int i = 0; i < warm_ups->count; i++) {
-        if (strcmp(asked(warm_ups->tasks[i]->question), "all") != 0)
+        if (strcmp(warm_up_asked(warm_ups->tasks[i]->question), "all") != 0)
             return i;
         if (json_is_true(json_object_get(warm_ups->tasks[i]->question, "at_start")))
             at_start = i;
@@ -99,7 +92,7 @@ void warm_ups_note_drawn(struct warm_ups *warm_ups, const char *scene)
 {
     for (int i = 0; i < warm_ups->count; i++)
         if (strcmp(warm_ups->tasks[i]->scene, scene) == 0 &&
-            strcmp(asked(warm_ups->tasks[i]->question), "all") == 0)
+            strcmp(warm_up_asked(warm_ups->tasks[i]->question), "all") == 0)
             ask_for(warm_ups->tasks[i], "structures");
 }
 
@@ -129,181 +122,4 @@ void warm_up_count(struct warm_up_totals *totals, const json_t *answer)
     totals->shadow_maps_built += number(answer, "shadow_maps_built");
     totals->ray_structures_built += number(answer, "ray_structures_built");
     totals->programs_built += number(answer, "programs_built");
-}
-
-bool warm_up_is_step(const json_t *question)
-{
-    return json_object_get(question, "warm_up") != NULL;
-}
-
-/* ---- in the worker ---- */
-
-enum {
-    SMALL_WIDTH = 64,  /* of a picture of the default size's shape: its lights and casters are */
-    SMALL_HEIGHT = 36, /* those of that */
-    TECHNIQUES = SHADOWS_RAYTRACED_SHADOWS + 1,
-};
-
-/* What is asked of a scene first: a picture, and a view at rest and in motion, whose pictures have
- * one sample per pixel (protocol/view_document.h). */
-static const struct view_quality occasions[] = {
-    {.expects_reuse = false},
-    {.expects_reuse = true},
-    {.expects_reuse = true, .samples = 1, .shadow_taps = 1},
-};
-
-struct warming {
-    const struct warm_up_step_desc *desc;
-    const struct view *view;                            /* of the default size */
-    bool is_small[TECHNIQUES][2], is_built[TECHNIQUES]; /* drawn, by whether in motion; built */
-    struct warm_up_totals done;
-    const char *left; /* NULL: nothing, so far */
-};
-
-/* Whoever comes goes before what nobody asked for: the picture ends. */
-static bool gives_way(void *desc)
-{
-    (void)desc;
-    return false;
-}
-
-static bool is_due(void *desc)
-{
-    const struct warm_up_step_desc *step = desc;
-    return step->shall_stop(step->context);
-}
-
-static void count(const struct frame_report *report, struct warm_up_totals *done)
-{
-    done->shadow_maps_built += report->counts.shadow_maps_built;
-    for (int i = 0; i < report->pass_count; i++)
-        done->ray_structures_built += strcmp(report->passes[i].pass, "raytrace.build") == 0;
-}
-
-/* Draws the view, or only builds what pictures like it keep. */
-static bool make(struct warming *warming, const struct view *view, bool draws, struct error *err)
-{
-    const struct warm_up_step_desc *desc = warming->desc;
-    const struct interlude interlude = {
-        .context = (void *)(uintptr_t)desc, .is_due = is_due, .serve = gives_way};
-    struct frame frame = {0};
-    const char *scene = desc->request->scene;
-    renderer_set_interlude(desc->renderer, &interlude);
-    bool is_good = draws ? renderer_render(desc->renderer, scene, view, &frame, err)
-                         : renderer_build(desc->renderer, scene, view, &frame, err);
-    renderer_set_interlude(desc->renderer, NULL);
-    count(&frame.report, &warming->done);
-    warming->done.pictures += is_good && draws;
-    frame_finish(&frame);
-    return is_good;
-}
-
-/* What `auto` takes for the view. */
-static bool choose(const struct warming *warming, const struct view *view,
-                   enum shadow_technique *technique, struct error *err)
-{
-    const struct warm_up_step_desc *desc = warming->desc;
-    struct plan *plan = calloc(1, sizeof *plan);
-    if (!plan)
-        return error_set(err, ERROR_NO_MEMORY, "plan");
-    bool is_good = renderer_explain(desc->renderer, desc->request->scene, view, plan, err);
-    *technique = plan->requirements[PLAN_NEED_TRACED].is_met           ? SHADOWS_RAYTRACED
-                 : plan->requirements[PLAN_NEED_TRACED_SHADOWS].is_met ? SHADOWS_RAYTRACED_SHADOWS
-                                                                       : SHADOWS_DEEP;
-    free(plan);
-    return is_good;
-}
-
-/* One occasion: by the technique that it has at full size, as small as can be. */
-static bool meet(struct warming *warming, const struct view_quality *occasion, bool draws,
-                 struct error *err)
-{
-    struct view view = *warming->view;
-    enum shadow_technique technique = SHADOWS_DEEP;
-    bool is_in_motion = occasion->samples == 1;
-    view.quality.expects_reuse = occasion->expects_reuse;
-    view.quality.samples = occasion->samples;
-    view.quality.shadow_taps = occasion->shadow_taps;
-    if (!choose(warming, &view, &technique, err))
-        return false;
-    bool *is_done = draws && technique != SHADOWS_RAYTRACED
-                        ? &warming->is_small[technique][is_in_motion]
-                        : &warming->is_built[technique];
-    if (*is_done)
-        return true;
-    view.width_px = SMALL_WIDTH;
-    view.height_px = SMALL_HEIGHT;
-    view.quality.shadows = technique;
-    *is_done = make(warming, &view, draws, err);
-    return *is_done;
-}
-
-static bool compile(struct warming *warming, bool is_in_motion, struct error *err)
-{
-    const struct warm_up_step_desc *desc = warming->desc;
-    const struct renderer_warm_up_desc programs = {.shall_stop = desc->shall_stop,
-                                                   .context = desc->context};
-    struct view view = *warming->view;
-    bool is_complete;
-    if (is_in_motion)
-        view.quality.samples = view.quality.shadow_taps = 1;
-    if (!renderer_warm_up(desc->renderer, desc->request->scene, &view, &programs, &is_complete,
-                          err))
-        return false;
-    warming->left = is_complete ? NULL : "programs";
-    return true;
-}
-
-static bool warm_up(struct warming *warming, struct error *err)
-{
-    const char *what = asked(warming->desc->question);
-    const int count = sizeof occasions / sizeof occasions[0];
-    bool draws = strcmp(what, "all") == 0;
-    for (int i = 0; i < count && strcmp(what, "programs") != 0; i++) {
-        struct error problem = {0};
-        warming->left = i > 0 && is_due((void *)(uintptr_t)warming->desc) ? what : NULL;
-        if (warming->left)
-            return true;
-        if (meet(warming, &occasions[i], draws, &problem))
-            continue;
-        if (problem.code != ERROR_OVERLOADED) /* it gave way */
-            return error_pass(err, &problem);
-        warming->left = what;
-        return true;
-    }
-    for (int in_motion = 0; in_motion < 2 && !warming->left; in_motion++)
-        if (!compile(warming, in_motion, err))
-            return false;
-    return true;
-}
-
-/* Compiled so far, or taken from the program folder. */
-static uint64_t programs_made(const struct renderer *renderer)
-{
-    struct renderer_info info;
-    renderer_get_info(renderer, &info);
-    return info.programs_built + info.programs_loaded;
-}
-
-json_t *warm_up_step(const struct warm_up_step_desc *desc, struct error *err)
-{
-    struct view view;
-    struct view_storage storage = {0};
-    struct warming warming = {.desc = desc, .view = &view};
-    uint64_t before = programs_made(desc->renderer);
-    bool is_good = view_from_request(desc->request, &storage, &view, err);
-    if (is_good)
-        view.screen = view_screen_from_request(desc->request, IMAGE_FORMAT_PNG);
-    is_good = is_good && warm_up(&warming, err);
-    view_storage_finish(&storage);
-    if (!is_good)
-        return NULL;
-    json_t *answer = json_pack("{s:s*,s:I,s:I,s:I,s:I}", "left", warming.left, "pictures",
-                               (json_int_t)warming.done.pictures, "shadow_maps_built",
-                               (json_int_t)warming.done.shadow_maps_built, "ray_structures_built",
-                               (json_int_t)warming.done.ray_structures_built, "programs_built",
-                               (json_int_t)(programs_made(desc->renderer) - before));
-    if (!answer)
-        error_set(err, ERROR_NO_MEMORY, "warm-up");
-    return answer;
 }

@@ -1,21 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /* Warming up scenes that were just stored, and those last used before a start: while the worker
- * idles, it finds out what pictures that name nothing but the scene take by default (once, and as a
- * view at rest and in motion), draws each kind once, small, and compiles what such pictures need
- * from anywhere else. Its programs are compiled, its shadows or the ray tracer's scene built by the
- * time someone asks. Who asks meanwhile goes first: a picture that is under way ends. Not locked:
- * its owner locks. */
+ * (server/worker/warm_up_step.h) idles, it finds out what pictures that name nothing but the scene
+ * take by default (once, and as a view at rest and in motion), draws each kind once, small, and
+ * compiles what such pictures need from anywhere else. Its programs are compiled, its shadows or
+ * the ray tracer's scene built by the time someone asks. Who asks meanwhile goes first: a picture
+ * that is under way ends. Not locked: its owner locks. */
 #ifndef VITRAIL_SERVER_FRONT_WARM_UP_H
 #define VITRAIL_SERVER_FRONT_WARM_UP_H
 
 #include "protocol/render_request.h"
+#include "server/base/config.h"
 #include "server/front/render_queue.h"
 #include "server/front/scene_store.h"
 
-struct renderer;
-
 enum {
-    WARM_UPS_MAX = 4,      /* of what waits; the least wanted is dropped above it */
     WARM_UP_IDLE_MS = 300, /* the worker has had nothing to do for so long */
     WARM_UP_TRIES = 4,     /* one that gave way so often only compiles */
 };
@@ -59,19 +57,5 @@ void warm_ups_note_drawn(struct warm_ups *warm_ups, const char *scene);
 bool warm_up_continue(struct render_task *task);
 /* Adds what an answer says that it did. */
 void warm_up_count(struct warm_up_totals *totals, const json_t *answer);
-
-/* In the worker: whether that is asked, and the answer: {"left": what is to be asked again, or
- * absent; "pictures", "shadow_maps_built", "ray_structures_built", "programs_built": numbers}.
- * Thread: GL. */
-bool warm_up_is_step(const json_t *question);
-struct warm_up_step_desc { /* all required */
-    struct renderer *renderer;
-    const struct render_request *request;
-    const json_t *question;            /* {"warm_up": "all", or where less is to be done
-                                          "structures", which draws nothing, or "programs"} */
-    bool (*shall_stop)(void *context); /* any thread, often */
-    void *context;
-};
-json_t *warm_up_step(const struct warm_up_step_desc *desc, struct error *err);
 
 #endif

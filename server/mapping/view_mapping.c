@@ -291,19 +291,3 @@ struct view_screen view_screen_from_request(const struct render_request *request
     tone_map_from_request(request, &screen.mapping);
     return screen;
 }
-
-enum image_format image_format_from_request(const struct render_request *request)
-{
-    switch (request->format) {
-    case REQUEST_FORMAT_JPEG:
-        return IMAGE_FORMAT_JPEG;
-    case REQUEST_FORMAT_WEBP:
-        return IMAGE_FORMAT_WEBP;
-    case REQUEST_FORMAT_EXR:
-        return IMAGE_FORMAT_EXR;
-    case REQUEST_FORMAT_ANY:
-    case REQUEST_FORMAT_PNG:
-        break;
-    }
-    return IMAGE_FORMAT_PNG;
-}

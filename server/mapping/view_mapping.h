@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Between the wire's structs and the renderer's: requests to views, reports to stats, scenes to
- * summaries. Thread: any; nothing here touches GL or the network. */
+/* Between the wire's structs and the renderer's: requests to views, reports to stats. Thread: any;
+ * nothing here touches GL or the network. */
 #ifndef VITRAIL_SERVER_MAPPING_VIEW_MAPPING_H
 #define VITRAIL_SERVER_MAPPING_VIEW_MAPPING_H
 
@@ -8,13 +8,11 @@
 #include "protocol/error.h"
 #include "protocol/frame_stats.h"
 #include "protocol/render_request.h"
-#include "protocol/scene_summary.h"
 #include "renderer/frame/texture_speed.h"
 #include "renderer/frame_report.h"
 #include "renderer/image/image.h"
 #include "renderer/image/tone_map.h"
 #include "renderer/renderer.h"
-#include "renderer/scene/scene.h"
 #include "renderer/view.h"
 
 /* The arrays that a view points into. Zeroed = empty. */
@@ -39,7 +37,6 @@ void tone_map_from_request(const struct render_request *request, struct tone_map
 /* What an answer in the format needs of the picture, at most. */
 struct view_screen view_screen_from_request(const struct render_request *request,
                                             enum image_format format);
-enum image_format image_format_from_request(const struct render_request *request); /* ANY: PNG */
 
 /* Copies the report of a frame and what the request says about it. Queue, encode, total, id, view
  * and revision are left to those who know them: total is the renderer's until then. device names
@@ -48,17 +45,9 @@ void frame_stats_from_report(const struct render_request *request,
                              const struct frame_report *report, const char *device,
                              struct frame_stats *stats);
 
-/* Everything the blob knows: the id, name, upload size and time of creation are the caller's to
- * fill in. The summary must be zeroed; on failure it is zeroed again. */
-MUST_CHECK bool scene_summary_from_scene(const struct scene *scene, struct scene_summary *summary,
-                                         struct error *err);
-
 void device_capabilities_from_info(const struct renderer_info *info,
                                    struct device_capabilities *device);
 
-/* What `shadows: auto` goes by, to be told and read back. The note is the caller's to fill in. */
-void device_auto_from_settings(const struct auto_settings *settings, struct device_auto *automatic);
 void device_blocks_from_speed(const struct texture_speed *speed, struct device_blocks *blocks);
-void device_auto_to_settings(const struct device_auto *automatic, struct auto_settings *settings);
 
 #endif

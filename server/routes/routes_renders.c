@@ -12,11 +12,10 @@
 #include "server/base/ipc.h"
 #include "server/front/task_scenes.h"
 #include "server/http/negotiate.h"
-#include "server/mapping/view_mapping.h"
+#include "server/mapping/format_mapping.h"
 #include "server/routes/router.h"
 #include "server/routes/text_body.h"
 #include "server/views/image_tag.h"
-#include "server/worker/frame_image.h"
 
 /* A POST on its way: the exchange owns it. */
 struct render_post {

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "protocol/capabilities.h"
-#include "renderer/import/import.h"
+#include "renderer/import/extensions.h"
 #include "server/base/embedded.h"
 #include "server/routes/router.h"
 

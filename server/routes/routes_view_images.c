@@ -6,9 +6,9 @@
 
 #include "server/front/task_scenes.h"
 #include "server/http/negotiate.h"
+#include "server/mapping/format_mapping.h"
 #include "server/routes/routes_views.h"
 #include "server/views/live.h"
-#include "server/worker/frame_image.h"
 
 /* A GET on its way: the exchange owns it. */
 struct image_get {

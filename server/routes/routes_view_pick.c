@@ -7,8 +7,8 @@
 #include "protocol/limits.h"
 #include "server/base/ipc.h"
 #include "server/front/task_scenes.h"
+#include "server/mapping/questions.h"
 #include "server/routes/routes_views.h"
-#include "server/worker/pick.h"
 
 /* A GET on its way: the exchange owns it. */
 struct pick_get {

@@ -12,7 +12,7 @@
 #include "renderer/cost/choice.h"
 #include "server/base/processor.h"
 #include "server/front/experience.h"
-#include "server/mapping/view_mapping.h"
+#include "server/mapping/auto_mapping.h"
 #include "server/tradeoffs/tradeoffs_internal.h"
 
 enum { ROWS_MAX = TRADEOFF_ROWS_MAX };

@@ -8,6 +8,7 @@
 
 #include "renderer/gl/program_source.h"
 #include "server/base/ipc.h"
+#include "server/mapping/format_mapping.h"
 #include "server/mapping/plan_mapping.h"
 #include "server/mapping/view_mapping.h"
 

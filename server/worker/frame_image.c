@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "renderer/image/tone_map.h"
+#include "server/mapping/format_mapping.h"
 #include "server/mapping/view_mapping.h"
 
 static_assert((int)REQUEST_OUTPUT_COUNT == (int)VIEW_OUTPUT_COUNT,
@@ -27,19 +28,6 @@ static const char *const channel_names[VIEW_OUTPUT_COUNT][5] = {
     [VIEW_OUTPUT_LIGHTS] = {"lights.count"},
     [VIEW_OUTPUT_LAYERS] = {"layers.count"},
 };
-
-static const uint32_t ID_OUTPUTS = 1u << VIEW_OUTPUT_NODE | 1u << VIEW_OUTPUT_MATERIAL;
-
-unsigned frame_image_formats(uint32_t outputs)
-{
-    if (outputs & (outputs - 1))
-        return 1u << IMAGE_FORMAT_EXR;
-    if (outputs & 1u << VIEW_OUTPUT_POSITION)
-        return 1u << IMAGE_FORMAT_EXR; /* metres of any size have no place on a screen */
-    if (outputs & ID_OUTPUTS)
-        return 1u << IMAGE_FORMAT_PNG | 1u << IMAGE_FORMAT_EXR;
-    return (1u << IMAGE_FORMAT_COUNT) - 1;
-}
 
 static size_t pixel_count(const struct image *image)
 {

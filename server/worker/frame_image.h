@@ -8,10 +8,6 @@
 #include "renderer/image/image.h"
 #include "renderer/renderer.h"
 
-/* The formats that can hold these outputs, as a bit set of 1u << enum image_format: several outputs
- * need EXR, and ids want a lossless one. */
-unsigned frame_image_formats(uint32_t outputs);
-
 /* Builds the image for a format; it may take pixels out of the frame. What each output looks like
  * in each format is written down in docs/api.md. */
 MUST_CHECK bool frame_image_init(struct image *image, struct frame *frame,

@@ -8,32 +8,10 @@
 
 #include "protocol/limits.h"
 #include "server/base/ipc.h"
+#include "server/mapping/questions.h"
 #include "server/mapping/view_mapping.h"
 
 enum { PATH_MAX_NODES = 256 /* deeper ones are cut at the root's end */ };
-
-json_t *pick_make_step(const struct pick_desc *desc)
-{
-    return json_pack("{s:s,s:f,s:f,s:i,s:i,s:b}", "step", "pick", "x", desc->x, "y", desc->y,
-                     "width", desc->width, "height", desc->height, "through", desc->is_through);
-}
-
-bool pick_is_step(const json_t *step)
-{
-    const char *name = json_string_value(json_object_get(step, "step"));
-    return name && strcmp(name, "pick") == 0;
-}
-
-static void read_step(const json_t *step, struct pick_desc *desc)
-{
-    *desc = (struct pick_desc){
-        .x = json_number_value(json_object_get(step, "x")),
-        .y = json_number_value(json_object_get(step, "y")),
-        .width = (int)json_integer_value(json_object_get(step, "width")),
-        .height = (int)json_integer_value(json_object_get(step, "height")),
-        .is_through = json_is_true(json_object_get(step, "through")),
-    };
-}
 
 /* ---- JSON; each a new reference, NULL without memory ---- */
 
@@ -154,7 +132,7 @@ json_t *pick_step(const struct pick_step_desc *desc, int *file_fd, struct error 
     struct pick_desc pick;
     struct pick_result result = {0};
     char *text = NULL;
-    read_step(desc->step, &pick);
+    pick_read_step(desc->step, &pick);
     if (!view_from_request(desc->request, &storage, &view, err))
         return NULL;
     const struct scene *scene = NULL;

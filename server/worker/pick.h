@@ -10,11 +10,6 @@
 #include "protocol/render_request.h"
 #include "renderer/renderer.h"
 
-/* A step says {"step": "pick", "x", "y", "width", "height", "through"}; width 0 is a point. */
-MUST_CHECK json_t *pick_make_step(const struct pick_desc *desc); /* new reference; NULL: no memory
-                                                                  */
-bool pick_is_step(const json_t *step);
-
 struct pick_step_desc {
     struct renderer *renderer;            /* required */
     const struct render_request *request; /* required */

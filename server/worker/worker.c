@@ -13,8 +13,8 @@
 #include "server/base/build_id.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
-#include "server/front/device_trials.h"
-#include "server/front/warm_up.h"
+#include "server/mapping/device_messages.h"
+#include "server/mapping/questions.h"
 #include "server/mapping/view_mapping.h"
 #include "server/worker/encoder.h"
 #include "server/worker/explain.h"
@@ -23,6 +23,7 @@
 #include "server/worker/mapped_scenes.h"
 #include "server/worker/measure.h"
 #include "server/worker/pick.h"
+#include "server/worker/warm_up_step.h"
 #include "server/worker/worker_device.h"
 
 enum {

@@ -16,21 +16,16 @@
  *             as JSON (memfd), the scene's blob, those of `parts` in their order
  *   ask       {id, scene, urgent, parts, question, forget}, descriptors: the same and perhaps a
  *             reference: one step of a trade-off (server/worker/measure.h), a plan
- * (server/worker/explain.h), a pick, a warm-up (server/front/warm_up.h); or, without descriptors,
- * that the speed be known cancel    {id}: a render that is not wanted any more; it ends with an
- * error, or is done forget    {forget}: ids of scenes that were deleted, here and in render and ask
- *   rest      {}: nobody has asked for a while; memory of structures that the last frame did not
- *             use is given back
- * out:
- *   trying    {step, device}: before the device is opened, tested, measured
- *             (server/front/device_trials.h)
- *   measured  {device: {...}}: again, once its speed is known that was pending
- *   hello     {device: {...}, depth}: ready; at most `depth` urgent renders and `depth` others may
- *             be on their way at once
- *   failed    {error, devices}: no device, and why none of them; the worker ends
- *   begin     {id}: the GL thread works on it
- *   paused    {id}: urgent ones, on scenes that the worker has, go before the rest of it
- *   resumed   {id}: it goes on
+ * (server/worker/explain.h), a pick, a warm-up (server/worker/warm_up_step.h); or, without
+ * descriptors, that the speed be known cancel    {id}: a render that is not wanted any more; it
+ * ends with an error, or is done forget    {forget}: ids of scenes that were deleted, here and in
+ * render and ask rest      {}: nobody has asked for a while; memory of structures that the last
+ * frame did not use is given back out: trying    {step, device}: before the device is opened,
+ * tested, measured (server/mapping/device_messages.h) measured  {device: {...}}: again, once its
+ * speed is known that was pending hello     {device: {...}, depth}: ready; at most `depth` urgent
+ * renders and `depth` others may be on their way at once failed    {error, devices}: no device, and
+ * why none of them; the worker ends begin     {id}: the GL thread works on it paused    {id}:
+ * urgent ones, on scenes that the worker has, go before the rest of it resumed   {id}: it goes on
  *   progress  {id, stage, share}: how far one is that takes long, at most four times a second
  *   submitted {id}: the device works on it, and the GL thread may go on with another
  *   rendered  {id}: the encode pool works on it

@@ -6,6 +6,7 @@
 
 #include "protocol/utf8.h"
 #include "server/base/config.h"
+#include "server/mapping/auto_mapping.h"
 #include "server/mapping/lessons_file.h"
 #include "server/mapping/view_mapping.h"
 #include "server/worker/device_speed.h"

@@ -11,6 +11,8 @@
 
 #include <cmocka.h>
 
+#include "server/mapping/format_mapping.h"
+#include "server/mapping/scene_mapping.h"
 #include "server/mapping/view_mapping.h"
 
 #define ID "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"

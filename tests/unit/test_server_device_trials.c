@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "server/front/device_trials.h"
+#include "server/mapping/device_messages.h"
 
 static const struct gl_device card = {
     .number = 1, .node = "/dev/dri/renderD128", .pci = "0000:65:00.0"};

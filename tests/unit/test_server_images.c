@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "server/mapping/format_mapping.h"
 #include "server/worker/frame_image.h"
 
 /* A frame of 2 by 1 pixels with every output. */

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT */
+/* The names of the extensions. */
+#include "renderer/import/extensions.h"
+
+#include <stddef.h>
+
+static const char *const known_extensions[] = {
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    NULL,
+};
+
+const char *const *scene_import_extensions(void)
+{
+    return known_extensions;
+}

@@ -1,0 +1,8 @@
+/* SPDX-License-Identifier: MIT */
+/* The extensions of glTF that are evaluated. Thread: any. */
+#ifndef VITRAIL_RENDERER_IMPORT_EXTENSIONS_H
+#define VITRAIL_RENDERER_IMPORT_EXTENSIONS_H
+
+const char *const *scene_import_extensions(void); /* NULL-terminated */
+
+#endif
