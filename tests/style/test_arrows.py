@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Includes point one way between the folders, and each third-party API has one home."""
+"""Includes point one way between folders, a process has what it needs, and each third-party API
+has one home."""
 
 import fnmatch
 import pathlib
@@ -22,6 +23,97 @@ ARROWS = {
     "tests": FOLDERS,
 }
 
+# The rooms of server/ and renderer/: folders, and single files ("renderer/frame_report" is both .h
+# and .c). A room may include what it lists, and lists only rooms above it in this table, so that no
+# arrow runs back. An arrow that no include needs does not stand here.
+#
+# "server/x" and "renderer/x" are rooms, or parts of them: "renderer/image/image.h" is that header
+# alone.
+ROOMS = {
+    "renderer/base": "",
+    "renderer/image": "",
+    "renderer/accuracy": "renderer/image",
+    "renderer/scene/scene_blob.h": "",
+    "renderer/frame_report": "",
+    "renderer/view.h": "renderer/image renderer/scene/scene_blob.h",
+    "renderer/scene": "renderer/base renderer/image renderer/scene/scene_blob.h renderer/view.h",
+    "renderer/import":
+        "renderer/base renderer/image renderer/scene renderer/scene/scene_blob.h",
+    "renderer/gl": "renderer/base renderer/frame_report",
+    "renderer/textures": "renderer/base renderer/frame_report renderer/scene renderer/gl",
+    "renderer/draw": "renderer/base renderer/scene renderer/gl renderer/textures",
+    "renderer/window":
+        "renderer/base renderer/frame_report renderer/scene renderer/gl renderer/draw",
+    "renderer/lights": "renderer/base renderer/frame_report renderer/scene renderer/gl",
+    "renderer/raytrace":
+        "renderer/base renderer/image renderer/view.h renderer/scene renderer/lights",
+    "renderer/overlay":
+        "renderer/base renderer/image renderer/view.h renderer/scene renderer/raytrace",
+    "renderer/transparency": "renderer/base renderer/window",
+    "renderer/shadows":
+        "renderer/base renderer/frame_report renderer/scene renderer/gl renderer/draw"
+        " renderer/window renderer/lights renderer/raytrace renderer/transparency",
+    "renderer/shading":
+        "renderer/base renderer/image renderer/gl renderer/window renderer/lights"
+        " renderer/transparency renderer/shadows",
+    "renderer/cost":
+        "renderer/base renderer/frame_report renderer/view.h renderer/scene renderer/lights"
+        " renderer/shadows",
+    "renderer/plan":
+        "renderer/base renderer/frame_report renderer/view.h renderer/scene renderer/gl"
+        " renderer/draw renderer/window renderer/lights renderer/raytrace renderer/shadows"
+        " renderer/cost",
+    "renderer/renderer.h":
+        "renderer/base renderer/image renderer/frame_report renderer/view.h renderer/scene"
+        " renderer/gl renderer/raytrace renderer/plan",
+    "renderer/frame":
+        "renderer/base renderer/image renderer/frame_report renderer/scene renderer/gl"
+        " renderer/textures renderer/draw renderer/window renderer/raytrace renderer/overlay"
+        " renderer/shadows renderer/shading renderer/cost renderer/plan renderer/renderer.h",
+
+    # what every process has
+    "server/base": "renderer/base",
+    "server/mapping": "renderer",
+    # the front: HTTP, store, queue
+    "server/http": "server/base renderer/image/image.h",
+    "server/front":
+        "server/base server/mapping server/http renderer/base renderer/image/image.h"
+        " renderer/scene/scene_blob.h renderer/cost",
+    "server/tradeoffs": "server/base server/mapping server/front renderer/cost",
+    "server/views":
+        "server/base server/http server/front server/tradeoffs renderer/image/image.h",
+    "server/routes":
+        "server/base server/mapping server/http server/front server/tradeoffs server/views"
+        " renderer/import/extensions.h",
+    # the decoder
+    "server/decoder":
+        "server/base server/mapping renderer/image/image.h renderer/import/import.h"
+        " renderer/scene/scene.h",
+    # the worker
+    "server/worker": "server/base server/mapping renderer",
+    "server/main.c": "server/base server/routes server/decoder server/worker",
+}
+
+GL = {"epoxy", "renderer/gl", "renderer/textures", "renderer/draw", "renderer/window",
+      "renderer/transparency", "renderer/shadows", "renderer/shading", "renderer/plan",
+      "renderer/renderer.h", "renderer/frame"}
+HTTP = {"microhttpd.h", "wslay", "server/http"}
+FRONT = {"server/front", "server/tradeoffs", "server/views", "server/routes"}
+DECODING = {"server/decoder", "tiny_gltf.h", "renderer/import/import.h",
+            "renderer/import/importer.h"}
+
+# rooms of a process -> what is never reached from there: by an include, or by one of an included
+# header, or of the file of server/ behind such a header
+NEVER_REACHED = {
+    "server/http": GL | DECODING | FRONT | {"server/worker"},
+    "server/front": GL | DECODING | {"server/worker"},
+    "server/tradeoffs": GL | DECODING | {"server/worker"},
+    "server/views": GL | DECODING | {"server/worker"},
+    "server/routes": GL | DECODING | {"server/worker"},
+    "server/decoder": GL | HTTP | FRONT | {"server/worker", "ini.h", "openssl"},
+    "server/worker": HTTP | FRONT | DECODING,
+}
+
 # third-party header -> the only files that may include it; the first pattern that fits decides
 HOMES = [
     ("microhttpd.h", ["server/http/http*"]),
@@ -31,8 +123,10 @@ HOMES = [
     ("draco/*", ["renderer/*_shim.cpp"]),
     ("meshoptimizer.h", ["renderer/*_shim.cpp"]),
     ("curl/*", ["clients/vitrail/http.c"]),
-    ("epoxy/*", ["renderer/*", "tests/gpu/*", "tests/bench/*", "tests/drivers/*",
-                 "tests/support/gl_*"]),
+    ("epoxy/*", ["renderer/gl/*", "renderer/textures/*", "renderer/draw/*", "renderer/window/*",
+                 "renderer/lights/*", "renderer/transparency/*", "renderer/shadows/*",
+                 "renderer/shading/*", "renderer/frame/*", "tests/gpu/*", "tests/bench/*",
+                 "tests/drivers/*", "tests/support/gl_*"]),
     ("GL/glu.h", ["renderer/scene/section_resolve.c"]),
     ("GL/*", []),
     ("GLES*/*", []),
@@ -67,6 +161,54 @@ def may_include(folder, target):
     return any(target == allowed or target.startswith(allowed + "/") for allowed in ARROWS[folder])
 
 
+def room_of(path):
+    """The room that the file lies in, or None."""
+    found = [room for room in ROOMS
+             if path == room or path.startswith(room + "/") or path.rsplit(".", 1)[0] == room]
+    return max(found, key=len, default=None)
+
+
+def is_part(path, whole):
+    """Whether the file is that file, or header without its ending, or lies in that folder."""
+    return path in (whole, whole + ".h") or path.startswith(whole + "/")
+
+
+def arrow_of(room, target):
+    """The entry of ROOMS that lets the room include the target, or None."""
+    allowed = [entry for entry in ROOMS[room].split() if is_part(target, entry)
+               # a single file within a folder is a room of its own
+               and not (room_of(target) != entry and is_part(room_of(target), entry)
+                        and entry in ROOMS)]
+    return max(allowed, key=len, default=None)
+
+
+def rooms_fault(path, target):
+    """Why the file `path` must not include the header `target` of server/ or renderer/, or None."""
+    room, other = room_of(path), room_of(target)
+    if not room or not other or room == other or arrow_of(room, target):
+        return None
+    return f"{room} may not include {target}"
+
+
+def includes_of(text):
+    return [found[2] for line in text.splitlines() if (found := INCLUDE.match(line))]
+
+
+def reached_from(path, includes):
+    """Every header that the file includes, itself or through others, with the file that does."""
+    reached, waiting = {}, [path]
+    while waiting:
+        at = waiting.pop()
+        for target in includes.get(at, []):
+            if target in reached:
+                continue
+            reached[target] = at
+            waiting.append(target)
+            if target.startswith("server/"):
+                waiting.append(target[:-2] + ".c")
+    return reached
+
+
 def include_fault(path, quote, target):
     """Why the file `path` must not include `target`, or None."""
     folder = path.split("/")[0]
@@ -75,7 +217,7 @@ def include_fault(path, quote, target):
     if target.split("/")[0] in FOLDERS:
         if not may_include(folder, target):
             return f"{folder} may not include {target}"
-        return None
+        return rooms_fault(path, target)
     for header, homes in HOMES:
         if fnmatch.fnmatchcase(target, header):
             if not any(fnmatch.fnmatchcase(path, home) for home in homes):
@@ -129,6 +271,42 @@ class Arrows(unittest.TestCase):
         self.assertEqual([], strays)
 
 
+class Rooms(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.includes = {str(path): includes_of(sources.read(path)) for path in sources.files()
+                        if path.suffix in sources.C_SUFFIXES
+                        and path.parts[0] in {"server", "renderer"}}
+
+    def test_every_source_has_a_room(self):
+        self.assertGreater(len(self.includes), 300, "the scanner must have found the sources")
+        self.assertEqual([], [path for path in self.includes if not room_of(path)])
+
+    def test_no_room_lists_one_below_itself(self):
+        order = list(ROOMS)
+        for room, allowed in ROOMS.items():
+            for entry in allowed.split():
+                if entry != "renderer":
+                    self.assertLess(order.index(room_of(entry + ".h") or room_of(entry + "/")),
+                                    order.index(room), f"{room} lists {entry}")
+
+    def test_every_listed_arrow_is_needed(self):
+        used = {(room_of(path), arrow_of(room_of(path), target))
+                for path, targets in self.includes.items() for target in targets
+                if room_of(target) and room_of(target) != room_of(path)}
+        listed = {(room, entry) for room, allowed in ROOMS.items() for entry in allowed.split()}
+        self.assertEqual(set(), listed - used)
+
+    def test_no_process_reaches_the_work_of_another(self):
+        faults = []
+        for path in self.includes:
+            reached = reached_from(path, self.includes)
+            for never in sorted(NEVER_REACHED.get(room_of(path), ())):
+                faults += [f"{path} reaches {target} through {by}"
+                           for target, by in reached.items() if is_part(target, never)]
+        self.assertEqual([], faults, "\n" + "\n".join(faults[:40]))
+
+
 class PlantedFaultsAreCaught(unittest.TestCase):
     def assert_refused(self, path, include):
         self.assertEqual(1, len(faults_of(path, f"#include {include}\n")), f"{path} {include}")
@@ -150,6 +328,28 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_refused("server/a.c", '"tests/support/a.h"')
         self.assert_refused("shaders/shared/a.h", '"renderer/view.h"')
         self.assert_refused("renderer/a.c", "<server/worker/worker.h>")
+
+    def test_arrows_that_run_back_between_rooms(self):
+        self.assert_refused("server/http/a.c", '"server/front/scene_store.h"')
+        self.assert_refused("server/routes/a.c", '"server/worker/worker.h"')
+        self.assert_refused("server/routes/a.c", '"renderer/renderer.h"')
+        self.assert_refused("server/front/a.c", '"renderer/image/tone_map.h"')
+        self.assert_refused("server/worker/a.c", '"server/front/render_queue.h"')
+        self.assert_refused("server/worker/a.c", '"server/http/negotiate.h"')
+        self.assert_refused("server/decoder/a.c", '"renderer/gl/context.h"')
+        self.assert_refused("server/base/a.c", '"server/mapping/questions.h"')
+        self.assert_refused("renderer/plan/a.c", '"renderer/frame/frame_run.h"')
+        self.assert_refused("renderer/gl/a.c", '"renderer/plan/plan.h"')
+        self.assert_refused("renderer/gl/a.c", '"renderer/renderer.h"')
+        self.assert_refused("renderer/window/a.c", '"renderer/shading/shade.h"')
+        self.assert_refused("renderer/shadows/a.h", '"renderer/cost/forecast.h"')
+        self.assert_refused("renderer/view.h", '"renderer/scene/scene.h"')
+
+    def test_what_is_reached_through_other_headers(self):
+        includes = {"server/front/a.c": ["server/mapping/b.h"], "server/mapping/b.h": [],
+                    "server/mapping/b.c": ["renderer/view.h", "renderer/gl/c.h"]}
+        self.assertEqual({"server/mapping/b.h", "renderer/view.h", "renderer/gl/c.h"},
+                         set(reached_from("server/front/a.c", includes)))
 
     def test_third_party_apis_away_from_home(self):
         self.assert_refused("server/routes.c", "<microhttpd.h>")
