@@ -3,7 +3,7 @@
  * Pure functions. Thread: any.
  *
  * The cost of each unit of work was fitted once, over shared scenes on a software rasteriser
- * (docs/tradeoffs.md, "The models"; tests/bench/fit_costs.py repeats it). A device is known by how
+ * (docs/tradeoffs.md, "The models"; tests/bench/fit_models.py repeats it). A device is known by how
  * much longer than there it takes for four kinds of work, which renderer/frame/calibrate.h
  * measures. */
 #ifndef VITRAIL_RENDERER_COST_FORECAST_H
