@@ -368,6 +368,11 @@ void gl_framebuffer_finish(struct gl_framebuffer *framebuffer)
     *framebuffer = (struct gl_framebuffer){0};
 }
 
+void gl_framebuffer_apply_clears(void)
+{
+    glFlush();
+}
+
 void gl_vertex_array_init(struct gl_vertex_array *array, const char *label)
 {
     assert(!array->name);

@@ -117,6 +117,9 @@ struct gl_framebuffer_desc {
 MUST_CHECK bool gl_framebuffer_init(struct gl_framebuffer *framebuffer,
                                     const struct gl_framebuffer_desc *desc, struct error *err);
 void gl_framebuffer_finish(struct gl_framebuffer *framebuffer);
+/* For a framebuffer that was cleared and not drawn to. zink (Mesa 25.0.7) keeps such a clear until
+ * the next draw, and compute shaders meanwhile read what the textures held before. */
+void gl_framebuffer_apply_clears(void);
 
 struct gl_vertex_array {
     uint32_t name;

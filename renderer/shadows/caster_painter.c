@@ -499,6 +499,8 @@ static bool paint_apart(struct paint_job *job, struct error *err)
             if (!paint_face(job, number, first, err))
                 return false;
     }
+    if (job->desc->pass == CASTER_DEPTH && !job->painter->faces[number - 1].range.count)
+        gl_framebuffer_apply_clears(); /* nothing was drawn to the last face */
     return true;
 }
 

@@ -432,7 +432,10 @@ bool geometry_draw_opaque(const struct window_frame *frame, const struct geometr
     glClearNamedFramebufferfv(frame->targets->gbuffer.name, GL_DEPTH, 0, &far_);
     frame->report->counts.culled = items->culled_count;
     const struct pass pass = opaque_pass(items);
+    uint64_t calls = frame->report->counts.draw_calls;
     bool ok = submit(frame, items, &pass, err);
+    if (calls == frame->report->counts.draw_calls)
+        gl_framebuffer_apply_clears();
     gpu_scope_end(frame->timeline);
     return ok;
 }
