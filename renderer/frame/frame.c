@@ -14,6 +14,7 @@
 #include "renderer/frame/proofs.h"
 #include "renderer/frame/scene_parts.h"
 #include "renderer/plan/view_key.h"
+#include "renderer/shadows/technique.h"
 
 static bool check_quality(const struct view_quality *quality, struct error *err)
 {
@@ -356,7 +357,8 @@ static bool is_exact(const struct opened_view *opened, const struct frame_report
         return false;
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_need *light = &shadows->lights[i];
-        if (light->has_structure && light->kind == SHADOW_MAP && light->casters.transparent_count)
+        if (light->has_structure && light->casters.transparent_count &&
+            !shadow_technique_can(light->method->id, SHADOW_CAN_COLOR))
             return false; /* asked for, and knows no colours */
         if (light->is_traced && state_light_is_area(&opened->state->lights[i]))
             return false;

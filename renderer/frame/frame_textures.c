@@ -7,6 +7,9 @@
 #include <string.h>
 
 #include "renderer/textures/texture_need.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
 
 static const uint32_t all_slots = (1u << SCENE_TEXTURE_SLOT_COUNT) - 1;
 

@@ -206,7 +206,7 @@ static struct view_light light_of(int index, int count)
  * sight passes, and light, too, where its shadows have colours. */
 static double seen_of_floor(const struct picture *picture, const double floor[3], int channel)
 {
-    bool has_colors = picture->structure->quality.shadows != SHADOWS_MAP;
+    bool has_colors = shadow_technique_can(picture->structure->quality.shadows, SHADOW_CAN_COLOR);
     double panes =
         (double)sheets[LOWER_PANE].color[channel] * (double)sheets[UPPER_PANE].color[channel];
     double sum = 0;

@@ -11,9 +11,7 @@
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows.h"
-#include "shaders/shared/layout.h"
-
-#include "shaders/shared/records.h"
+#include "renderer/shadows/technique.h"
 
 enum { SAMPLES_DEFAULT = 4 };
 
@@ -44,9 +42,8 @@ static bool needs(const struct plan *plan, enum plan_need need)
 /* What follows a count is left out where the count is 0: only drawing can tell. */
 static bool follows_count(const char *pass)
 {
-    static const char *const names[] = {"shadow.deep.scatter",  "shadow.deep.sort",
-                                        "transparency.scatter", "transparency.sort",
-                                        "shade.transparent",    "shade.apart"};
+    static const char *const names[] = {"transparency.scatter", "transparency.sort",
+                                        "shade.transparent", "shade.apart"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (!strcmp(names[i], pass))
             return true;
@@ -160,22 +157,24 @@ static void count_light(struct plan *plan, const struct shadow_need *light, int 
                         struct shadow_census census[2])
 {
     size_t *counts[] = {&plan->map_lights, &plan->deep_lights, &plan->linked_lights};
-    plan->traced_lights += light->is_traced;
-    if (light->is_traced)
+    if (light->is_traced) {
+        plan->traced_lights++;
+        plan->window_shadows = light->method;
         return;
-    plan->unfiltered_lights += light->casters.transparent_count > 0 &&
-                               !(light->has_structure && light->kind != SHADOW_MAP);
+    }
+    plan->unfiltered_lights +=
+        light->casters.transparent_count > 0 && !(light->has_structure && light->method->has_lists);
     if (!light->has_structure) {
         plan->unshadowed_lights++;
         return;
     }
-    ++*counts[light->kind];
+    ++*counts[light->method->kind];
     plan->shadow_texels +=
         (uint64_t)light->frame.face_count * (uint64_t)resolution * (uint64_t)resolution;
     census[0].lights += light->casters.opaque_count > 0;
     census[0].casters += light->casters.opaque_count;
-    census[1].lights += light->kind != SHADOW_MAP;
-    census[1].casters += light->kind != SHADOW_MAP ? light->casters.transparent_count : 0;
+    census[1].lights += light->method->has_lists;
+    census[1].casters += light->method->has_lists ? light->casters.transparent_count : 0;
 }
 
 /* Points that shading takes of each area light: where rays find the shadows of each. */
@@ -184,7 +183,7 @@ static uint32_t area_samples(const struct frame_plan_desc *desc)
     const struct view_quality *quality = &desc->view->quality;
     for (size_t i = 0; i < desc->state->light_count; i++)
         if (state_light_is_area(&desc->state->lights[i]))
-            return quality->shadows == SHADOWS_RAYTRACED_SHADOWS
+            return shadow_is_per_window(quality->shadows)
                        ? rt_light_sample_count(&desc->state->lights[i], quality)
                        : 0;
     return 0;
@@ -192,8 +191,8 @@ static uint32_t area_samples(const struct frame_plan_desc *desc)
 
 static bool has_maps(const struct view_quality *quality)
 {
-    enum shadow_technique shadows = quality->shadows;
-    return shadows != SHADOWS_NONE && shadows != SHADOWS_RAYTRACED_SHADOWS;
+    const struct shadow_method *method = shadow_method_of(quality->shadows);
+    return method && method->scope == SHADOW_PER_LIGHT;
 }
 
 static bool require_lights(struct frame_plan *made, const struct frame_plan_desc *desc,
@@ -262,31 +261,50 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
 static bool check_lists(const struct plan *plan, const struct view_quality *quality,
                         struct error *err)
 {
-    if (needs(plan, PLAN_NEED_TRACED_SHADOWS) && quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
+    if (needs(plan, PLAN_NEED_TRACED_SHADOWS) && quality->light_lists == VIEW_LIGHT_LISTS_LINKED &&
+        !shadow_technique_can(quality->shadows, SHADOW_CAN_LINKED_LISTS))
         return error_set(err, ERROR_INVALID_REQUEST,
-                         "raytraced-shadows follow the clustered light lists: light_lists must be "
-                         "auto or clustered");
+                         "%s follow the clustered light lists: light_lists must be auto or "
+                         "clustered",
+                         shadow_technique_name((int)quality->shadows));
     return true;
 }
 
 /* ---- passes ---- */
 
+static void add_shadow_pass(struct plan *plan, enum plan_need need, enum plan_step step,
+                            const struct shadow_method *method, const struct shadow_pass *pass)
+{
+    int before = plan->pass_count;
+    add_pass(plan, need, step, pass->name, shadow_technique_name((int)method->id), 0);
+    if (plan->pass_count > before)
+        plan->passes[before].is_conditional = pass->is_conditional;
+}
+
 static void plan_shadows(struct plan *plan)
 {
-    static const char *const deep[] = {"shadow.deep.count", "shadow.deep.scan",
-                                       "shadow.deep.scatter", "shadow.deep.sort"};
-    static const char *const linked[] = {"shadow.linked", "shadow.linked.walk"};
-    const enum plan_step step = PLAN_STEP_SHADOWS;
+    const size_t lights[SHADOW_KINDS] = {plan->map_lights, plan->deep_lights, plan->linked_lights};
     /* the depth is drawn for every structure, even where nothing opaque casts or none reads it */
     enum plan_need depth = needs(plan, PLAN_NEED_OPAQUE_SHADOWS) ? PLAN_NEED_OPAQUE_SHADOWS
                                                                  : PLAN_NEED_FILTERED_SHADOWS;
-    add_pass(plan, depth, step, "shadow.depth", "map", plan->shadow_texels * 4);
-    for (int i = 0; i < 4 && plan->deep_lights; i++)
-        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, deep[i], "deep", 0);
-    if (plan->compressed_lights)
-        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, "shadow.deep.compress", "deep", 0);
-    for (int i = 0; i < 2 && plan->linked_lights; i++)
-        add_pass(plan, PLAN_NEED_FILTERED_SHADOWS, step, linked[i], "deep-linked", 0);
+    add_pass(plan, depth, PLAN_STEP_SHADOWS, shadow_depth_pass.name, "map",
+             plan->shadow_texels * 4);
+    for (uint32_t kind = 0; kind < SHADOW_KINDS; kind++) {
+        const struct shadow_method *method = shadow_method_of_kind(kind);
+        for (const struct shadow_pass *pass = method->passes; lights[kind] && pass->name; pass++)
+            if (!pass->is_of_nodes || plan->compressed_lights)
+                add_shadow_pass(plan, PLAN_NEED_FILTERED_SHADOWS, PLAN_STEP_SHADOWS, method, pass);
+    }
+}
+
+/* The passes of a technique that looks at windows: before them, or with each. */
+static void plan_rays(struct plan *plan, enum plan_step step)
+{
+    const struct shadow_method *method = plan->window_shadows;
+    for (const struct shadow_pass *pass = method ? method->passes : NULL; pass && pass->name;
+         pass++)
+        if (pass->is_of_windows == (step == PLAN_STEP_SHADOW_POINTS))
+            add_shadow_pass(plan, PLAN_NEED_TRACED_SHADOWS, step, method, pass);
 }
 
 static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
@@ -319,18 +337,16 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     const char *lists = is_linked ? "linked" : "clustered";
     if (is_linked && quality->faithful)
         lists = "linked-faithful";
-    const char *rays = "raytraced-shadows";
     const char *form = quality->reference ? "reference" : "raytraced";
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.build", form, 0);
     add_pass(plan, PLAN_NEED_TRACED, PLAN_STEP_TRACE, "raytrace.trace", form, 0);
     plan_shadows(plan);
-    add_pass(plan, PLAN_NEED_TRACED_SHADOWS, PLAN_STEP_RAYS, "raytrace.build", rays, 0);
+    plan_rays(plan, PLAN_STEP_RAYS);
     add_pass(plan, PLAN_NEED_SURFACES, PLAN_STEP_SURFACES, "gbuffer", "",
              targets_bytes(plan, desc->view));
     plan_layers(plan);
     add_pass(plan, PLAN_NEED_LIGHTS, PLAN_STEP_LIGHT_LISTS, "light_list", lists, 0);
-    add_pass(plan, PLAN_NEED_TRACED_SHADOWS, PLAN_STEP_SHADOW_POINTS, "shadow.points", rays, 0);
-    add_pass(plan, PLAN_NEED_TRACED_SHADOWS, PLAN_STEP_SHADOW_POINTS, "shadow.trace", rays, 0);
+    plan_rays(plan, PLAN_STEP_SHADOW_POINTS);
     if (needs(plan, PLAN_NEED_COLOR))
         add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_SHADE, "shade.transparent", "lists", 0);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",

@@ -27,6 +27,8 @@ enum plan_need {                           /* about in the order in which passes
                  PLAN_NEED_COUNT
 };
 
+struct shadow_method;
+
 struct plan_requirement {
     enum plan_need need;
     bool is_met;                     /* false: what it would call for is left out */
@@ -68,6 +70,7 @@ struct plan {
     size_t opaque_items, transparent_items;        /* in view */
     size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
     size_t traced_lights;                          /* shadowed by rays */
+    const struct shadow_method *window_shadows;    /* that of traced_lights; NULL without any */
     size_t unshadowed_lights;                      /* shine without a structure */
     size_t unfiltered_lights; /* plain maps let their light pass transparent casters unchanged */
     size_t unseen_lights;     /* brighten nothing in view */

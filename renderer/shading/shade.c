@@ -10,6 +10,7 @@
 #include "renderer/base/matrix.h"
 #include "renderer/window/apart.h"
 #include "renderer/window/band_clock.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -480,10 +481,11 @@ static uint64_t steps_of_layers(const struct window_frame *frame, uint64_t longe
 /* Without what only drawing tells. */
 static struct loop_lights loops_before(const struct window_frame *frame, bool is_traced)
 {
+    const struct shadow_method *method = shadow_method_of(frame->view->quality.shadows);
     struct loop_lights loops = {
         .taps = is_traced ? 0 : count_taps(frame, false),
         .points = (uint32_t)frame->needs->area_samples,
-        .walks_lists = frame->view->quality.shadows == SHADOWS_DEEP_LINKED,
+        .walks_lists = method && method->is_walked,
         .surfaces = (uint32_t)frame->targets->samples,
     };
     for (uint32_t i = 0; i < frame->state->scene->material_count; i++)

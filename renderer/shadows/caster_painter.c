@@ -146,7 +146,7 @@ static void fill_face(const struct paint_job *job, const struct shadow_build *bu
                       struct face_record *r)
 {
     const struct shadow_map *map = build->map;
-    bool is_linked = map->kind == SHADOW_LINKED;
+    bool is_linked = job->desc->pass == CASTER_LINK || job->desc->pass == CASTER_LINK_FAITHFUL;
     uint64_t face_texels = (uint64_t)map->resolution * (uint64_t)map->resolution;
     const struct shadow_range *counts = is_linked ? &map->heads : &map->depths;
     uint64_t first = face * face_texels;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -88,21 +89,11 @@ void shadow_casters_cut(const struct shadow_casters *casters, const struct scene
                         struct shadow_map *map)
 {
     uint32_t through =
-        casters->opaque_planes | (map->kind == SHADOW_MAP ? 0 : casters->transparent_planes);
+        casters->opaque_planes |
+        (shadow_method_of_kind(map->kind)->has_lists ? casters->transparent_planes : 0);
     for (size_t i = 0; i < state->shadow_plane_count; i++)
         if (through >> i & 1)
             memcpy(map->planes[map->plane_count++], state->shadow_planes[i], sizeof *map->planes);
-}
-
-bool shadow_casters_kind(const struct shadow_casters *casters, const struct view_quality *quality,
-                         uint32_t *kind)
-{
-    bool is_linked = quality->shadows == SHADOWS_DEEP_LINKED;
-    bool has_filters = casters->transparent_count > 0 && quality->shadows != SHADOWS_MAP;
-    *kind = has_filters ? (is_linked ? SHADOW_LINKED : SHADOW_DEEP) : SHADOW_MAP;
-    if (is_linked && quality->faithful && casters->count > 0)
-        *kind = SHADOW_LINKED; /* as published: opaque casters are elements too */
-    return has_filters || casters->opaque_count > 0;
 }
 
 void shadow_casters_finish(struct shadow_casters *casters)

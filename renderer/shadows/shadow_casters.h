@@ -21,9 +21,4 @@ void shadow_casters_cut(const struct shadow_casters *casters, const struct scene
 void shadow_casters_count(const struct shadow_casters *casters, uint32_t face_count,
                           const struct scene_state *state, uint64_t *drawn, uint64_t *culled);
 
-/* SHADOW_MAP, SHADOW_DEEP or SHADOW_LINKED for a light with these casters. False: it needs no
- * structure. */
-bool shadow_casters_kind(const struct shadow_casters *casters, const struct view_quality *quality,
-                         uint32_t *kind);
-
 #endif

@@ -40,7 +40,7 @@ void shadow_compress_choose(struct shadow_map *map, const struct shadow_casters 
         error = allowed;
     if (error <= 0 && prefilter > 1)
         error = SHADOW_COMPRESSION_LEAST;
-    if (map->kind != SHADOW_DEEP || casters->has_exclusions || error <= 0)
+    if (casters->has_exclusions || error <= 0)
         return;
     map->flags = SHADOW_FLAG_NODES;
     map->has_media = casters->has_media;

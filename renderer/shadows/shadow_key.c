@@ -2,6 +2,7 @@
 /* Hashing of what decides a shadow structure. */
 #include "renderer/shadows/shadow_key.h"
 
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -39,7 +40,7 @@ struct content_key shadow_key_of_map(const struct shadow_map *map,
     add_doubles(&key, map->planes[0], 4 * (size_t)map->plane_count);
     for (size_t i = 0; i < casters->count; i++) {
         const struct state_item *item = &state->items[casters->items[i]];
-        if (map->kind == SHADOW_MAP && item->class_ == STATE_TRANSPARENT)
+        if (item->class_ == STATE_TRANSPARENT && !shadow_method_of_kind(map->kind)->has_lists)
             continue; /* a plain map does not show it */
         content_key_add_word(&key, item->shadow_hash);
         content_key_add_word(&key, casters->faces[i] | (uint64_t)item->class_ << 32);

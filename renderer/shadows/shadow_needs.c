@@ -5,9 +5,7 @@
 #include <stdlib.h>
 
 #include "renderer/shadows/shadow_casters.h"
-#include "shaders/shared/layout.h"
-
-#include "shaders/shared/records.h"
+#include "renderer/shadows/technique.h"
 
 static bool decide(struct shadow_need *need, const struct shadow_needs_desc *desc, size_t light,
                    struct error *err)
@@ -19,10 +17,9 @@ static bool decide(struct shadow_need *need, const struct shadow_needs_desc *des
         return true;
     if (!shadow_casters_collect(&need->casters, &need->frame, desc->state, err))
         return false;
-    if (desc->quality->shadows == SHADOWS_RAYTRACED_SHADOWS)
-        need->is_traced = need->casters.opaque_count + need->casters.transparent_count > 0;
-    else
-        need->has_structure = shadow_casters_kind(&need->casters, desc->quality, &need->kind);
+    need->method = shadow_method_choose(&need->casters, desc->quality);
+    need->has_structure = need->method && need->method->scope == SHADOW_PER_LIGHT;
+    need->is_traced = need->method && need->method->scope == SHADOW_PER_WINDOW;
     return true;
 }
 
@@ -43,10 +40,15 @@ bool shadow_needs_init(struct shadow_needs *needs, const struct shadow_needs_des
     return true;
 }
 
+bool shadow_need_may_compress(const struct shadow_need *need)
+{
+    return need->has_structure && shadow_technique_has(need->method->id, SHADOW_HAS_COMPRESSION) &&
+           !need->casters.has_exclusions;
+}
+
 uint64_t shadow_need_least_bytes(const struct shadow_need *need, int resolution)
 {
-    uint64_t words = need->kind == SHADOW_MAP ? 1 : 2; /* a texel */
-    return need->has_structure ? 4 * words * (uint64_t)need->frame.face_count *
+    return need->has_structure ? need->method->texel_bytes * (uint64_t)need->frame.face_count *
                                      (uint64_t)resolution * (uint64_t)resolution
                                : 0;
 }

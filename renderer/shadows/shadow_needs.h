@@ -5,24 +5,20 @@
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_NEEDS_H
 
 #include "renderer/shadows/shadow_map.h"
-#include "shaders/shared/layout.h"
 
-#include "shaders/shared/records.h"
+struct shadow_method;
 
-struct shadow_need {           /* of one light */
-    bool is_unseen;            /* it brightens nothing in view; all else is empty */
-    bool has_structure;        /* else it shines without one */
-    bool is_traced;            /* its shadow is found by rays; has_structure is false then */
-    uint32_t kind;             /* SHADOW_MAP, SHADOW_DEEP, SHADOW_LINKED */
-    struct shadow_frame frame; /* how it looks at the scene */
+struct shadow_need {    /* of one light */
+    bool is_unseen;     /* it brightens nothing in view; all else is empty */
+    bool has_structure; /* else it shines without one */
+    bool is_traced;     /* its shadow is found by rays; has_structure is false then */
+    const struct shadow_method *method; /* of its shadow; NULL without one */
+    struct shadow_frame frame;          /* how it looks at the scene */
     struct shadow_casters casters;
 };
 
 /* Deep lists that a quality may approximate: none of their casters needs single events. */
-static inline bool shadow_need_may_compress(const struct shadow_need *need)
-{
-    return need->has_structure && need->kind == SHADOW_DEEP && !need->casters.has_exclusions;
-}
+bool shadow_need_may_compress(const struct shadow_need *need);
 
 /* Zeroed = empty. Indices are those of the state that it was made from. */
 struct shadow_needs {

@@ -6,24 +6,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "renderer/gl/buffer_fill.h"
-#include "renderer/shadows/caster_variants.h"
-#include "renderer/shadows/shadow_compress.h"
-#include "renderer/shadows/shadow_deep_job.h"
 #include "renderer/shadows/shadow_media.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
-
-/* Up to this many events of a list, halving it takes no more reads than its keys: four at most.
- * With keys it is three texels of them, and the event. */
-enum { SHORT_LIST = SHADOW_SHORT_LIST };
-
-/* Whether its lists are searched for an event. */
-static bool is_searched(const struct shadow_map *map)
-{
-    return map->kind == SHADOW_DEEP && !(map->flags & (SHADOW_FLAG_NODES | SHADOW_FLAG_RAW));
-}
 
 void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
                          const struct scene_state *state, const struct view_quality *quality,
@@ -31,43 +18,40 @@ void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
 {
     const struct shadow_casters *casters = &need->casters;
     map->frame = need->frame;
-    map->kind = need->kind;
+    map->kind = need->method->kind;
     shadow_casters_cut(casters, state, map);
-    map->is_faithful = map->kind == SHADOW_LINKED && quality->faithful;
-    if (map->kind == SHADOW_DEEP && casters->has_exclusions)
-        map->flags |= SHADOW_FLAG_RAW;
-    if (map->kind == SHADOW_DEEP && casters->has_media)
-        map->flags |= SHADOW_FLAG_MEDIA;
-    shadow_compress_choose(map, casters, quality, allowed_error);
+    if (need->method->describe)
+        need->method->describe(map, casters, quality, allowed_error);
 }
 
 void shadow_features_add(struct shadow_features *features, const struct shadow_map *map)
 {
-    const bool has[SHADOW_FEATURES] = {
-        true,
-        map->frame.shape == SHADOW_ORTHOGRAPHIC,
-        map->frame.shape != SHADOW_ORTHOGRAPHIC,
-        map->frame.shape == SHADOW_CUBE,
-        map->kind == SHADOW_DEEP,
-        (map->flags & SHADOW_FLAG_RAW) != 0,
-        map->kind == SHADOW_LINKED,
-        map->is_faithful,
-        (map->flags & SHADOW_FLAG_MEDIA) != 0,
-        (map->flags & SHADOW_FLAG_NODES) != 0,
-        [SHADOW_FEATURE_SEARCHED] = is_searched(map),
-        [SHADOW_FEATURE_LONG] = is_searched(map) && map->longest_list > SHORT_LIST,
-    };
-    for (int i = 0; i < SHADOW_FEATURES; i++)
-        features->has[i] |= has[i];
+    const struct shadow_method *method = shadow_method_of_kind(map->kind);
+    bool is_flat = map->frame.shape == SHADOW_ORTHOGRAPHIC;
+    features->has[SHADOW_FEATURE_MAPS] = true;
+    features->has[SHADOW_FEATURE_ORTHOGRAPHIC] |= is_flat;
+    features->has[SHADOW_FEATURE_PERSPECTIVE] |= !is_flat;
+    features->has[SHADOW_FEATURE_CUBES] |= map->frame.shape == SHADOW_CUBE;
+    if (method->add_features)
+        method->add_features(features, map);
 }
 
 void shadow_features_write(const struct shadow_features *features, char text[SHADOW_DEFINES_BYTES])
 {
     static const char *const items[SHADOW_FEATURES] = {
-        "SHADOW_HAS_MAPS",    " SHADOW_HAS_ORTHOGRAPHIC", " SHADOW_HAS_PERSPECTIVE",
-        " SHADOW_HAS_CUBES",  " SHADOW_HAS_DEEP",         " SHADOW_HAS_IDS",
-        " SHADOW_HAS_LINKED", " SHADOW_FAITHFUL",         " SHADOW_HAS_MEDIA",
-        " SHADOW_HAS_NODES",  "" /* searched */,          " SHADOW_HAS_LONG"};
+        [SHADOW_FEATURE_MAPS] = "SHADOW_HAS_MAPS",
+        [SHADOW_FEATURE_ORTHOGRAPHIC] = " SHADOW_HAS_ORTHOGRAPHIC",
+        [SHADOW_FEATURE_PERSPECTIVE] = " SHADOW_HAS_PERSPECTIVE",
+        [SHADOW_FEATURE_CUBES] = " SHADOW_HAS_CUBES",
+        [SHADOW_FEATURE_DEEP] = " SHADOW_HAS_DEEP",
+        [SHADOW_FEATURE_IDS] = " SHADOW_HAS_IDS",
+        [SHADOW_FEATURE_LINKED] = " SHADOW_HAS_LINKED",
+        [SHADOW_FEATURE_FAITHFUL] = " SHADOW_FAITHFUL",
+        [SHADOW_FEATURE_MEDIA] = " SHADOW_HAS_MEDIA",
+        [SHADOW_FEATURE_NODES] = " SHADOW_HAS_NODES",
+        [SHADOW_FEATURE_SEARCHED] = "",
+        [SHADOW_FEATURE_LONG] = " SHADOW_HAS_LONG",
+    };
     size_t length = 0;
     text[0] = 0;
     for (int i = 0; i < SHADOW_FEATURES; i++)
@@ -77,54 +61,20 @@ void shadow_features_write(const struct shadow_features *features, char text[SHA
     assert(length < SHADOW_DEFINES_BYTES);
 }
 
-static void list_deep(struct caster_view *view, const struct shadow_casters *casters,
-                      bool scans_on_host, struct program_list *list)
-{
-    view->pass = CASTER_COUNT;
-    if (!scans_on_host)
-        buffer_fill_list_programs("shadow.deep.count", list);
-    caster_list_programs(view, casters, "shadow.deep.count", false, list);
-    if (!scans_on_host)
-        deep_scan_list_programs(list);
-    view->pass = CASTER_SCATTER;
-    caster_list_programs(view, casters, "shadow.deep.scatter", true, list);
-    deep_sort_list_programs(view->map->flags, scans_on_host, list);
-}
-
-/* The exact lists are those of a map of their own. */
-static void list_compressed(struct caster_view *view, const struct shadow_casters *casters,
-                            bool scans_on_host, struct program_list *list)
-{
-    const struct shadow_map *map = view->map;
-    struct shadow_map fine = *map;
-    fine.flags = shadow_compress_fine_flags(map);
-    view->map = &fine;
-    list_deep(view, casters, scans_on_host, list);
-    view->map = map;
-    shadow_compress_list_programs(map, list);
-}
-
 static void list_light(const struct shadow_programs_desc *desc, const struct shadow_need *need,
                        const struct shadow_map *map, struct program_list *list)
 {
     const struct shadow_scene scene = {.gpu = desc->gpu,
                                        .state = desc->state,
                                        .blend_filter = (uint32_t)desc->quality->blend_filter};
-    struct caster_view view = {
-        .pass = CASTER_DEPTH, .is_layered = desc->ways.layers_faces, .map = map, .scene = &scene};
-    const struct shadow_casters *casters = &need->casters;
-    caster_list_programs(&view, casters, "shadow.depth", false, list);
-    if (map->flags & SHADOW_FLAG_NODES)
-        list_compressed(&view, casters, desc->ways.scans_on_host, list);
-    else if (map->kind == SHADOW_DEEP)
-        list_deep(&view, casters, desc->ways.scans_on_host, list);
-    if (map->kind != SHADOW_LINKED)
-        return;
-    view.pass = map->is_faithful ? CASTER_LINK_FAITHFUL : CASTER_LINK;
-    if (!desc->ways.scans_on_host)
-        buffer_fill_list_programs("shadow.linked", list);
-    caster_list_programs(&view, casters, "shadow.linked", false, list);
-    shadow_linked_list_programs(map->is_faithful, list);
+    const struct shadow_listing listing = {
+        .view = {.is_layered = desc->ways.layers_faces, .map = map, .scene = &scene},
+        .casters = &need->casters,
+        .scans_on_host = desc->ways.scans_on_host};
+    shadow_depth_pass.list_programs(&shadow_depth_pass, &listing, list);
+    for (const struct shadow_pass *pass = need->method->passes; pass->name; pass++)
+        if (!pass->is_of_nodes || map->flags & SHADOW_FLAG_NODES)
+            pass->list_programs(pass, &listing, list);
 }
 
 struct shadow_features shadow_list_programs(const struct shadow_programs_desc *desc,

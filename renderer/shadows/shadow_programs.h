@@ -15,12 +15,28 @@ void shadow_map_describe(struct shadow_map *map, const struct shadow_need *need,
 
 /* #define items of programs that look up shadows: only what the structures of a frame need, so that
  * an absent shape or kind leaves no code. Zeroed: none. */
-enum { SHADOW_FEATURES = 12, SHADOW_DEFINES_BYTES = 256 };
+enum shadow_feature { /* in the order of the items */
+                      SHADOW_FEATURE_MAPS,
+                      SHADOW_FEATURE_ORTHOGRAPHIC,
+                      SHADOW_FEATURE_PERSPECTIVE,
+                      SHADOW_FEATURE_CUBES,
+                      SHADOW_FEATURE_DEEP,
+                      SHADOW_FEATURE_IDS,
+                      SHADOW_FEATURE_LINKED,
+                      SHADOW_FEATURE_FAITHFUL,
+                      SHADOW_FEATURE_MEDIA,
+                      SHADOW_FEATURE_NODES,
+                      /* The second of these two follows from the first once lists are built: it may
+                       * be either before.
+                       */
+                      SHADOW_FEATURE_SEARCHED,
+                      SHADOW_FEATURE_LONG,
+                      SHADOW_FEATURES
+};
+enum { SHADOW_DEFINES_BYTES = 256 };
 struct shadow_features {
     bool has[SHADOW_FEATURES];
 };
-/* Of these two the second follows from the first once lists are built: it may be either before. */
-enum { SHADOW_FEATURE_SEARCHED = SHADOW_FEATURES - 2, SHADOW_FEATURE_LONG };
 void shadow_features_add(struct shadow_features *features, const struct shadow_map *map);
 void shadow_features_write(const struct shadow_features *features, char text[SHADOW_DEFINES_BYTES]);
 

@@ -6,6 +6,7 @@
 
 #include "renderer/base/matrix.h"
 #include "renderer/shadows/shadows_internal.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -27,13 +28,14 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
 {
     const struct shadow_frame *frame = &map->frame;
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
+    bool has_nodes = shadow_method_of_kind(map->kind)->has_nodes;
     double texel_width = 2 / (frame->scale[0] * map->resolution);
     *record = (struct shadow_record){
         .kind_shape_flags_resolution =
             map->kind | frame->shape << 4 | map->flags << 8 | (uint32_t)shadows->resolution << 16,
         .depth_base = (uint32_t)map->depths.first,
         .head_base = (uint32_t)map->heads.first,
-        .event_base = (uint32_t)(map->kind == SHADOW_LINKED ? map->nodes.first : map->events.first),
+        .event_base = (uint32_t)(has_nodes ? map->nodes.first : map->events.first),
         .projection = {{(float)frame->scale[0], (float)(is_flat ? frame->scale[1] : texel_width),
                         (float)(is_flat ? frame->depth_m : frame->near_m), map->keys_per_m}},
     };

@@ -4,6 +4,7 @@
 
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows_internal.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -99,8 +100,7 @@ static void report_locks(const struct shadow_system *shadows, struct frame_repor
 void shadow_report_fill(const struct shadow_system *shadows, const struct shadow_progress *progress,
                         struct frame_report *report)
 {
-    static const char *const names[] = {"shadow.map", "shadow.deep", "shadow.deep-linked"};
-    bool is_reused[3] = {false, false, false};
+    bool is_reused[SHADOW_KINDS] = {false};
     uint64_t occupied = 0;
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_map *map = shadows->light_maps[i];
@@ -117,7 +117,7 @@ void shadow_report_fill(const struct shadow_system *shadows, const struct shadow
             continue;
         report->counts.shadow_maps_reused++;
         if (!is_reused[map->kind])
-            report_add_reused(report, names[map->kind]);
+            report_add_reused(report, shadow_method_of_kind(map->kind)->reused);
         is_reused[map->kind] = true;
     }
     report_nodes(shadows, report);
@@ -127,10 +127,11 @@ void shadow_report_fill(const struct shadow_system *shadows, const struct shadow
                     "a lamp stands in more than %d media, in a part that is cut away: its maps "
                     "attenuate from the lamp on; traced shadows do from the cut on",
                     SHADOW_AROUND_MAX);
-    if (shadows->has_thick_media)
+    if (shadows->thick_media != SHADOWS_NONE)
         report_warn(report,
-                    "deep-linked has no room for media: closed volumes keep the thickness of "
-                    "their material; 'deep' follows the light inside");
+                    "%s has no room for media: closed volumes keep the thickness of "
+                    "their material; 'deep' follows the light inside",
+                    shadow_technique_name((int)shadows->thick_media));
     report->counts.shadow_maps_built += shadows->build_count;
     report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
     report_bytes(shadows, report);

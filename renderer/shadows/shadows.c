@@ -16,6 +16,7 @@
 #include "renderer/shadows/shadow_probe.h"
 #include "renderer/shadows/shadow_reason.h"
 #include "renderer/shadows/shadows_internal.h"
+#include "renderer/shadows/technique.h"
 #include "renderer/window/band_clock.h"
 #include "shaders/shared/layout.h"
 
@@ -185,7 +186,7 @@ static uint64_t nodes_before(const struct shadow_system *shadows, const struct s
     const struct shadow_map *last = NULL;
     for (size_t i = 0; i < shadows->map_count; i++) {
         const struct shadow_map *other = shadows->maps[i];
-        if (other->kind == SHADOW_LINKED && other->is_faithful == map->is_faithful &&
+        if (other->kind == map->kind && other->is_faithful == map->is_faithful &&
             other->light == map->light && content_key_equals(other->scene, map->scene) &&
             shadow_map_texels(other) == shadow_map_texels(map) &&
             (!last || other->last_frame >= last->last_frame))
@@ -271,12 +272,14 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     shadow_map_describe(&map, need, state, desc->quality, shadows->allowed_error);
     shadows->kept_exact += casters->has_exclusions && asks_nodes(shadows, desc->quality);
     map.keys_per_m = (float)(SHADOW_KEY_MOST / fmax(casters->farthest_m, 1e-6));
-    shadows->has_thick_media |= map.kind == SHADOW_LINKED && casters->has_media;
+    if (casters->has_media && shadow_technique_can(need->method->id, SHADOW_CAN_COLOR) &&
+        !shadow_technique_can(need->method->id, SHADOW_CAN_MEDIA))
+        shadows->thick_media = need->method->id;
     map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
     struct shadow_map *standing = find_standing(shadows, map.key, desc->frame > 0);
     if (!standing) {
         shadow_media_at(state, casters, &map);
-        if (map.kind == SHADOW_LINKED)
+        if (need->method->has_nodes)
             map.expected_nodes = nodes_before(shadows, &map);
         standing = add_map(shadows, &map, err);
         if (!standing)
@@ -341,10 +344,24 @@ static bool reserve_pools(struct shadow_system *shadows, struct error *err)
         if (map->flags & SHADOW_FLAG_NODES)
             continue;
         depths += shadow_map_texels(map);
-        heads += map->kind == SHADOW_MAP ? 0 : shadow_map_texels(map) + 1;
+        heads += shadow_method_of_kind(map->kind)->has_lists ? shadow_map_texels(map) + 1 : 0;
     }
     return shadow_store_reserve(&shadows->store, SHADOW_POOL_DEPTHS, depths, err) &&
            shadow_store_reserve(&shadows->store, SHADOW_POOL_HEADS, heads, err);
+}
+
+/* Of the techniques that need the opaque depths in the target, or do not any more. */
+static bool build_lists(struct shadow_builder *builder, const struct build_batch *batch,
+                        bool follows_depths, const struct shadow_scene *scene, const char *because,
+                        struct error *err)
+{
+    bool ok = true;
+    for (uint32_t kind = 0; ok && kind < SHADOW_KINDS; kind++) {
+        const struct shadow_method *method = shadow_method_of_kind(kind);
+        if (method->build && method->follows_depths == follows_depths)
+            ok = method->build(builder, batch->builds, batch->count, scene, because, err);
+    }
+    return ok;
 }
 
 static bool build_batch(struct shadow_system *shadows, const struct build_batch *batch,
@@ -354,11 +371,10 @@ static bool build_batch(struct shadow_system *shadows, const struct build_batch 
     struct shadow_builder *builder = &shadows->builder;
     struct shadow_build *builds = batch->builds;
     if (!shadow_depth_build(builder, builds, batch->count, scene, opaque, err) ||
-        !shadow_deep_build(builder, builds, batch->count, scene, transparent, err) ||
-        !shadow_compress_build(builder, builds, batch->count, scene, transparent, err))
+        !build_lists(builder, batch, false, scene, transparent, err))
         return false;
     shadow_depth_keep(builder, builds, batch->count, opaque);
-    return shadow_linked_build(builder, builds, batch->count, scene, transparent, err);
+    return build_lists(builder, batch, true, scene, transparent, err);
 }
 
 /* Lights that have a structure in this frame. */
@@ -459,7 +475,7 @@ static bool check_size(const struct shadow_system *shadows, struct error *err)
         const struct shadow_map *map = shadows->maps[i];
         uint64_t texels = map->last_frame == shadows->frame ? shadow_map_texels(map) : 0;
         depths += texels;
-        heads += map->kind == SHADOW_MAP ? 0 : texels;
+        heads += shadow_method_of_kind(map->kind)->has_lists ? texels : 0;
     }
     return shadow_store_check_frame(&shadows->store, depths, heads, err);
 }
@@ -477,7 +493,8 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
                          struct error *err)
 {
     finish_builds(shadows);
-    shadows->has_thick_media = shadows->has_cut_lamp = false;
+    shadows->thick_media = SHADOWS_NONE;
+    shadows->has_cut_lamp = false;
     shadows->kept_exact = 0;
     if (!reserve_lights(shadows, desc->state->light_count, err))
         return false;

@@ -31,9 +31,10 @@ struct shadow_system {
     bool is_frugal;       /* they are built one by one, each with no more memory than it needs */
     struct content_key refused;    /* of the maps whose exact lists last exceeded the budget, ... */
     uint64_t refused_budget_bytes; /* ... which was this */
-    size_t kept_exact;    /* lights that were to be compressed and have lists with objects */
-    bool has_cut_lamp;    /* a light stands in too many media, where they are cut away */
-    bool has_thick_media; /* a linked map has media among its casters */
+    size_t kept_exact; /* lights that were to be compressed and have lists with objects */
+    bool has_cut_lamp; /* a light stands in too many media, where they are cut away */
+    /* A technique without room for media that meets some; SHADOWS_NONE: none does. */
+    enum shadow_technique thick_media;
     struct gl_buffer records;
     struct gl_texture record_view;
     char defines[SHADOW_DEFINES_BYTES];

@@ -12,6 +12,9 @@
 
 #include "renderer/shadows/shadows_internal.h"
 #include "tests/support/shadow_rig.h"
+#include "shaders/shared/layout.h"
+
+#include "shaders/shared/records.h"
 
 enum { LIGHTS = 12, SIDE = 48 };
 

@@ -33,6 +33,18 @@ class Techniques(unittest.TestCase):
         row = re.search(r"^\| `shadows` \|([^|]*)\|", quality, re.MULTILINE)
         self.assertEqual(names(), re.findall(r"`([a-z-]+)`", row[1]))
 
+    def test_only_techniques_name_the_kinds_of_structures(self):
+        """All others ask the table: renderer/shadows/technique.h."""
+        kinds = re.compile(r"\bSHADOW_(MAP|DEEP|LINKED)\b")
+        homes = re.compile(
+            r"renderer/shadows/(technique_\w+|shadow_(deep|linked)\w*|shadow_compress)\.[ch]")
+        strays = [f"{path}:{number}: {line.strip()}" for path in sources.files()
+                  if path.suffix in sources.C_SUFFIXES and path.parts[0] in {"renderer", "server"}
+                  and not homes.fullmatch(str(path))
+                  for number, line in enumerate(sources.read(path).splitlines(), 1)
+                  if kinds.search(line.split("/*")[0])]
+        self.assertEqual([], strays)
+
 
 if __name__ == "__main__":
     sources.run_tests(__name__)

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+/* `raytraced-shadows`: rays on the processor find the shadow of every surface and layer of a window
+ * (shadow_traced.h). */
+#include "renderer/shadows/technique.h"
+
+static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
+{
+    (void)quality;
+    return casters->opaque_count + casters->transparent_count > 0;
+}
+
+static const struct shadow_pass passes[] = {
+    {.name = "raytrace.build"},
+    {.name = "shadow.points", .is_of_windows = true},
+    {.name = "shadow.trace", .is_of_windows = true},
+    {.name = NULL},
+};
+
+const struct shadow_method shadow_method_rays = {
+    .id = SHADOWS_RAYTRACED_SHADOWS, .scope = SHADOW_PER_WINDOW, .passes = passes, .wants = wants};
