@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "protocol/shadow_technique.h"
+
 enum {
     REPORT_PASSES_MAX = 64,
     REPORT_NAME_BYTES = 48,
@@ -113,9 +115,8 @@ struct frame_report {
     int warning_count;
     struct {                             /* what `shadows: auto` became; because "": nothing */
         char because[REPORT_TEXT_BYTES]; /* was open */
-        bool is_traced;
-        bool has_traced_shadows; /* rasterised, without maps */
-        double expected_ms;      /* 0: not known */
+        enum shadow_technique shadows;   /* `map` where no light has a transparent caster */
+        double expected_ms;              /* 0: not known */
     } chosen;
     bool is_kept_picture; /* nothing was drawn but what lies over it: it teaches nothing */
     bool has_cut_lists;   /* some did not find the room that was guessed: the frame is made again */

@@ -221,3 +221,12 @@ enum forecast_technique auto_choice_technique(const struct auto_choice *choice)
            : choice->takes_traced_shadows ? FORECAST_TRACED_SHADOWS
                                           : FORECAST_MAPS;
 }
+
+enum shadow_technique auto_choice_shadows(const struct auto_choice *choice)
+{
+    static const enum shadow_technique techniques[FORECAST_TECHNIQUES] = {
+        [FORECAST_MAPS] = SHADOWS_DEEP,
+        [FORECAST_RAYS] = SHADOWS_RAYTRACED,
+        [FORECAST_TRACED_SHADOWS] = SHADOWS_RAYTRACED_SHADOWS};
+    return techniques[auto_choice_technique(choice)];
+}

@@ -70,5 +70,7 @@ MUST_CHECK bool auto_choose(struct auto_choice *choice, const struct auto_desc *
                             struct error *err);
 double auto_choice_ms(const struct auto_choice *choice); /* what it is expected to take, or 0 */
 enum forecast_technique auto_choice_technique(const struct auto_choice *choice);
+/* The technique that a request would name for it: of maps `deep`. */
+enum shadow_technique auto_choice_shadows(const struct auto_choice *choice);
 
 #endif

@@ -321,12 +321,14 @@ bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const st
     return is_good;
 }
 
-static void report_choice(const struct auto_choice *choice, struct frame_report *report)
+static void report_choice(const struct plan *plan, struct frame_report *report)
 {
+    const struct auto_choice *choice = &plan->choice;
     if (!choice->is_open)
         return;
-    report->chosen.is_traced = choice->takes_traced;
-    report->chosen.has_traced_shadows = choice->takes_traced_shadows;
+    report->chosen.shadows = auto_choice_shadows(choice);
+    if (report->chosen.shadows == SHADOWS_DEEP && !plan->deep_lights)
+        report->chosen.shadows = SHADOWS_MAP;
     report->chosen.expected_ms = auto_choice_ms(choice);
     snprintf(report->chosen.because, sizeof report->chosen.because, "%s", choice->because);
 }
@@ -461,7 +463,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         (making->only_builds || create_outputs(&opened.view, frame, err)) && frame_run(&run, err);
     if (ok)
         fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
-    report_choice(&opened.plan->plan.choice, &frame->report);
+    report_choice(&opened.plan->plan, &frame->report);
     frame_lesson_of_choice(&lesson, &opened.plan->plan.choice);
     count_caches(renderer, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;

@@ -369,7 +369,7 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
         goto fail;
     chosen.view = &view;
     if (plan->plan.choice.takes_traced_shadows)
-        view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
+        view.quality.shadows = auto_choice_shadows(&plan->plan.choice);
     if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
         !check_lists(&plan->plan, &view.quality, err))
         goto fail;

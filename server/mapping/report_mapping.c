@@ -114,26 +114,17 @@ static void copy_lists(const struct frame_report *report, struct frame_stats *st
     stats->warning_count = report->warning_count;
 }
 
-/* A rasterised frame says "deep" where some light has a transparent caster. */
 static void copy_chosen(const struct render_request *request, const struct frame_report *report,
                         struct frame_stats_chosen *chosen)
 {
     const struct request_quality *quality = &request->quality;
-    bool has_deep = false;
+    enum shadow_technique shadows = report->chosen.shadows;
     if (!report->chosen.because[0])
         return;
-    for (int i = 0; i < report->pass_count; i++)
-        has_deep |= strncmp(report->passes[i].pass, "shadow.deep", 11) == 0;
-    for (int i = 0; i < report->reused_count; i++)
-        has_deep |= strncmp(report->reused[i], "shadow.deep", 11) == 0;
-    enum shadow_technique shadows = report->chosen.is_traced            ? SHADOWS_RAYTRACED
-                                    : report->chosen.has_traced_shadows ? SHADOWS_RAYTRACED_SHADOWS
-                                    : has_deep                          ? SHADOWS_DEEP
-                                                                        : SHADOWS_MAP;
     bool has_forecast = report->chosen.expected_ms > 0;
     chosen->source = has_forecast ? FRAME_CHOICE_CALIBRATED : FRAME_CHOICE_CONFIGURED;
     utf8_copy(chosen->shadows, sizeof chosen->shadows, shadow_technique_name((int)shadows));
-    if (!report->chosen.is_traced && !report->chosen.has_traced_shadows) {
+    if (shadow_technique_has(shadows, SHADOW_HAS_MAP)) {
         chosen->shadow_resolution = quality->shadow_resolution;
         chosen->shadow_taps = quality->shadow_taps;
     }

@@ -63,8 +63,9 @@ static void auto_has_the_bits_of_what_it_takes(void **state)
         assert_int_equal(report_has_pass(&frame.report, "raytrace.trace", NULL), is_traced);
         assert_int_equal(report_has_pass(&frame.report, "shadow.trace", NULL), has_traced_shadows);
         assert_int_equal(frame.report.chosen.because[0] != 0, i > 0);
-        assert_int_equal(frame.report.chosen.is_traced, is_traced);
-        assert_int_equal(frame.report.chosen.has_traced_shadows, has_traced_shadows);
+        assert_int_equal(frame.report.chosen.shadows == SHADOWS_RAYTRACED, is_traced);
+        assert_int_equal(frame.report.chosen.shadows == SHADOWS_RAYTRACED_SHADOWS,
+                         has_traced_shadows);
         if (i > 0)
             assert_string_equal(plan.requirements[PLAN_NEED_TRACED].because,
                                 frame.report.chosen.because);

@@ -68,7 +68,7 @@ static void expectations_follow_what_frames_take(void **unused)
     fixture_init(&fixture);
     assert_int_equal(print_of(&fixture), 0);
     double first = draw(&fixture, 0, &report); /* it may build */
-    assert_true(report.chosen.is_traced);
+    assert_int_equal(report.chosen.shadows, SHADOWS_RAYTRACED);
     draw(&fixture, 1, &report);
     assert_int_equal(print_of(&fixture), 0); /* two lessons at most: nothing is published */
     double last = first;
@@ -76,7 +76,7 @@ static void expectations_follow_what_frames_take(void **unused)
         last = draw(&fixture, step, &report);
     assert_int_not_equal(print_of(&fixture), 0);
     assert_true(last > 8 * first);
-    if (report.chosen.is_traced)
+    if (report.chosen.shadows == SHADOWS_RAYTRACED)
         assert_non_null(strstr(report.chosen.because, "like it"));
     fixture_finish(&fixture);
 }

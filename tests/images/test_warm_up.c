@@ -108,8 +108,8 @@ static void check_first_frame(const struct auto_settings *settings, struct built
     assert_int_equal(expected.trees, built.trees);
     compile(&fixture, &view);
     shoot(fixture.renderer, &fixture.demo, &view, &frame);
-    assert_int_equal(is_traced, frame.report.chosen.is_traced);
-    assert_int_equal(has_traced_shadows, frame.report.chosen.has_traced_shadows);
+    assert_int_equal(is_traced, frame.report.chosen.shadows == SHADOWS_RAYTRACED);
+    assert_int_equal(has_traced_shadows, frame.report.chosen.shadows == SHADOWS_RAYTRACED_SHADOWS);
     assert_int_equal(0, frame.report.counts.programs_built);
     assert_int_equal(0, frame.report.counts.shadow_maps_built);
     assert_int_equal(built.maps, frame.report.counts.shadow_maps_reused);

@@ -342,6 +342,25 @@ static void exact_techniques_state_no_error(void **state)
     render_request_finish(&request);
 }
 
+static void what_auto_chose_is_told_by_its_technique(void **state)
+{
+    (void)state;
+    struct render_request request = parse(BODY(""));
+    for (int i = SHADOWS_MAP; i < SHADOWS_COUNT; i++) {
+        struct frame_report report = {
+            .chosen = {.because = "auto", .shadows = (enum shadow_technique)i}};
+        struct frame_stats stats;
+        /* pieces of names tell nothing */
+        report_add_pass(&report, "shadow.deep.count", "", "deep", 1, REPORT_SHADOW);
+        frame_stats_from_report(&request, &report, "d", &stats);
+        assert_string_equal(stats.chosen.shadows, shadow_technique_name(i));
+        assert_int_equal(stats.chosen.shadow_taps > 0,
+                         request.quality.shadow_taps > 0 &&
+                             shadow_technique_has((enum shadow_technique)i, SHADOW_HAS_MAP));
+    }
+    render_request_finish(&request);
+}
+
 static void a_promise_goes_into_the_report_of_its_frame(void **state)
 {
     (void)state;
@@ -625,6 +644,7 @@ int main(void)
         cmocka_unit_test(formats_map_by_name),
         cmocka_unit_test(reports_reach_the_stats_whole),
         cmocka_unit_test(exact_techniques_state_no_error),
+        cmocka_unit_test(what_auto_chose_is_told_by_its_technique),
         cmocka_unit_test(a_promise_goes_into_the_report_of_its_frame),
         cmocka_unit_test(a_frame_far_beyond_what_was_expected_tells_why),
         cmocka_unit_test(scenes_reach_their_summary),
