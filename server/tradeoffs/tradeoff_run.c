@@ -294,14 +294,13 @@ static void close_slow(struct run *run, int index, const char *because)
     skip(run, &run->settings[index], because);
 }
 
+/* Others see the row when its image is stored. */
 static void add_row(struct run *run, const struct tradeoff_setting *setting,
                     struct step_result *result)
 {
     struct tradeoff *document = &run->entry->document;
     const json_t *flip = json_object_get(result->measured, "flip");
-    pthread_mutex_lock(&run->tradeoffs->mutex);
-    struct tradeoff_row *row = &document->rows[document->row_count];
-    *row = (struct tradeoff_row){
+    struct tradeoff_row row = {
         .setting = *setting,
         .rmse = number(result, "rmse"),
         .p999 = number(result, "p999"),
@@ -309,9 +308,11 @@ static void add_row(struct run *run, const struct tradeoff_setting *setting,
         .flip = flip ? json_number_value(flip) : -1,
         .bytes = count(result, "bytes"),
     };
+    add_image(run, result, &row.image_offset, &row.image_bytes);
+    pthread_mutex_lock(&run->tradeoffs->mutex);
+    document->rows[document->row_count] = row;
     run->frame_ms[document->row_count++] = number(result, "ms");
     pthread_mutex_unlock(&run->tradeoffs->mutex);
-    add_image(run, result, &row->image_offset, &row->image_bytes);
 }
 
 /* must_keep: with however little time; else what there is no room for stays open. False when the
