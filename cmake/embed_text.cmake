@@ -1,6 +1,18 @@
 # SPDX-License-Identifier: MIT
 # Writes one file as a C array NAME and its length NAME_bytes. Bytes as hex, because a C string literal is limited to 64 KiB.
+# With HEADER_OF_X, the header with the rows of the table X, "X" becomes the names of its rows: "auto", "none", ...
+file(READ ${FILE} TEXT)
 file(READ ${FILE} HEX HEX)
+foreach(TABLE SHADOW_TECHNIQUES TRANSPARENCIES)
+  if(HEADER_OF_${TABLE})
+    file(READ ${HEADER_OF_${TABLE}} HEADER_TEXT)
+    string(REGEX MATCHALL "ROW\\([A-Z_]+,[^\"]*\"[a-z-]+\"" ROWS "${HEADER_TEXT}")
+    list(TRANSFORM ROWS REPLACE ".*(\"[a-z-]+\")$" "\\1")
+    list(JOIN ROWS ", " NAMES)
+    string(REPLACE "\"${TABLE}\"" "${NAMES}" TEXT "${TEXT}")
+    string(HEX "${TEXT}" HEX)
+  endif()
+endforeach()
 string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," BYTES "${HEX}")
 set(BODY "/* Generated from ${FILE}; do not edit. */\n#include \"${HEADER}\"\n")
 string(APPEND BODY "const unsigned char ${NAME}[] = {${BYTES}0};\n")

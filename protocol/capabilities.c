@@ -11,6 +11,7 @@
 #include "protocol/limits.h"
 #include "protocol/render_request.h"
 #include "protocol/shadow_technique.h"
+#include "protocol/transparency.h"
 
 /* ---- device ---- */
 
@@ -280,10 +281,6 @@ struct technique_kind {
     const char *const *sentences;
 };
 
-static const char *const transparency_sentences[] = {
-    "the most exact available: lists",
-    "every transparent layer of a pixel, sorted; exact for any number of layers",
-};
 static const char *const light_list_sentences[] = {
     "the fastest that loses no light: clustered",
     "tiles by depth slices, filled on the CPU with tight tests",
@@ -295,7 +292,6 @@ static const char *const filter_sentences[] = {
     "(1 - alpha) * base_color",
 };
 static const struct technique_kind technique_kinds[] = {
-    {.key = "transparency", .name = request_transparency_name, .sentences = transparency_sentences},
     {.key = "light_lists", .name = request_light_lists_name, .sentences = light_list_sentences},
     {.key = "blend_filter", .name = request_blend_filter_name, .sentences = filter_sentences},
 };
@@ -342,6 +338,21 @@ static json_t *write_shadows(void)
     return json_take_unless(array, has_failed);
 }
 
+static json_t *write_transparency(void)
+{
+    json_t *array = json_array();
+    bool has_failed = !array;
+    for (int i = 0; i < TRANSPARENCIES_COUNT; i++) {
+        const struct transparency_row *row = &transparency_rows[i];
+        struct json_writer writer = json_writer_begin();
+        json_put_text(&writer, "name", row->name);
+        json_put_text(&writer, "does", row->sentence);
+        json_put(&writer, "can", write_names(transparency_can_name, row->can));
+        json_append(array, json_writer_take(&writer), &has_failed);
+    }
+    return json_take_unless(array, has_failed);
+}
+
 /* A whole-number parameter of quality. */
 static json_t *write_parameter(int min, int max, int value, const int *allowed)
 {
@@ -375,6 +386,7 @@ static json_t *write_techniques(void)
     static const int taps[] = {1, 4, 9, 16, 0}, samples[] = {1, 4, 16, 64, 256, 0};
     struct json_writer writer = json_writer_begin(), parameters = json_writer_begin();
     json_put(&writer, "shadows", write_shadows());
+    json_put(&writer, "transparency", write_transparency());
     for (size_t i = 0; i < sizeof technique_kinds / sizeof *technique_kinds; i++)
         json_put(&writer, technique_kinds[i].key, write_kind(&technique_kinds[i]));
     struct render_request defaults;
@@ -450,10 +462,4 @@ json_t *capabilities_to_json(const struct capabilities *capabilities)
     json_put(&writer, "formats", write_names(request_format_name, ALL_NAMES << REQUEST_FORMAT_PNG));
     json_put(&writer, "extensions", write_texts(capabilities->extensions));
     return json_writer_take(&writer);
-}
-
-char *capabilities_to_json_text(const struct capabilities *capabilities)
-{
-    return json_take_dump(capabilities_to_json(capabilities),
-                          JSON_COMPACT | JSON_REAL_PRECISION(15));
 }

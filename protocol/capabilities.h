@@ -25,7 +25,7 @@ struct device_auto {
     bool is_measured;                   /* the numbers are there */
     bool is_pending;                    /* they will be */
     double frame_ms;                    /* of a rasterised frame with nothing to do */
-    /* Times over those of the machine that the costs were fitted on (docs/tradeoffs.md). */
+    /* Times over those of the machine of the fit (docs/explanation/cost-model.md). */
     double shade, maps, trace, build;
     /* Of the work that decides, here; ns: a pixel without light, looking into a map for a light, a
      * texel and an event of a shadow map, a camera ray, a shadow ray, a triangle of the ray
@@ -79,9 +79,8 @@ struct capabilities {
 };
 
 /* Techniques, outputs, formats and the limits of a request are added from the tables that the
- * parser reads. A new reference, or malloc'ed text; NULL only when memory runs out. */
+ * parser reads. A new reference; NULL only when memory runs out. */
 MUST_CHECK json_t *capabilities_to_json(const struct capabilities *capabilities);
-MUST_CHECK char *capabilities_to_json_text(const struct capabilities *capabilities);
 
 /* The lines of devices that were passed over. */
 MUST_CHECK json_t *device_passed_over_to_json(const struct device_capabilities *device);

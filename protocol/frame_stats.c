@@ -536,17 +536,6 @@ bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error
     return false;
 }
 
-bool frame_stats_from_json_text(const char *json, size_t length, struct frame_stats *stats,
-                                struct error *err)
-{
-    enum { STATS_BYTES_MAX = 1 << 20 /* every list at its cap takes some 40 kB */ };
-    *stats = (struct frame_stats){0};
-    json_t *value = json_load_checked(json, length, STATS_BYTES_MAX, err);
-    bool is_read = value && frame_stats_from_json(value, stats, err);
-    json_decref(value);
-    return is_read;
-}
-
 /* ---- header ---- */
 
 int frame_stats_server_timing(const struct frame_stats *stats, char *text, size_t size_bytes)

@@ -84,7 +84,7 @@ struct frame_promise {
     double budget_ms; /* that was asked for; 0: none */
     double base_ms;   /* of the row that was chosen, before what was learned; 0: none was */
     double bytes;     /* likewise, of memory; 0: not known */
-    bool is_warm, is_measured; /* that row's time, and where from: server/front/experience.h */
+    bool is_warm, is_measured; /* that row's time, and where from: server/worker/experience.h */
     enum frame_error_source source;
     char warning[FRAME_STATS_TEXT_BYTES]; /* "" = none */
 };
@@ -159,8 +159,6 @@ MUST_CHECK char *frame_stats_to_json_text(const struct frame_stats *stats);
 /* Reads what frame_stats_to_json writes (worker to front, server to CLI). Members it does not know
  * are passed over, so that a newer server can be read; wrong types and ranges are refused. */
 MUST_CHECK bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error *err);
-MUST_CHECK bool frame_stats_from_json_text(const char *json, size_t length,
-                                           struct frame_stats *stats, struct error *err);
 
 const char *frame_timing_name(int timing); /* token; NULL past the last */
 

@@ -156,15 +156,27 @@ static json_t *passes_to_json(const struct plan_document *document)
     return json_take_unless(list, has_failed);
 }
 
+/* Those that have any. */
+static json_t *lights_to_json(const uint64_t lights[SHADOWS_COUNT])
+{
+    struct json_writer writer = json_writer_begin();
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (lights[i])
+            json_put_integer(&writer, shadow_technique_name(i), lights[i]);
+    return json_writer_take(&writer);
+}
+
+/* Three techniques have counters from before lights_by_technique, which has all of them. */
 static json_t *counts_to_json(const struct plan_document *document)
 {
+    const uint64_t *lights = document->counts.lights_by_technique;
     const struct program_totals programs = count_programs(document, -1);
     struct json_writer writer = json_writer_begin();
     json_put_integer(&writer, "opaque_items", document->counts.opaque_items);
     json_put_integer(&writer, "transparent_items", document->counts.transparent_items);
-    json_put_integer(&writer, "map_lights", document->counts.map_lights);
-    json_put_integer(&writer, "deep_lights", document->counts.deep_lights);
-    json_put_integer(&writer, "linked_lights", document->counts.linked_lights);
+    json_put_integer(&writer, "map_lights", lights[SHADOWS_MAP]);
+    json_put_integer(&writer, "deep_lights", lights[SHADOWS_DEEP]);
+    json_put_integer(&writer, "linked_lights", lights[SHADOWS_DEEP_LINKED]);
     json_put_integer(&writer, "unshadowed_lights", document->counts.unshadowed_lights);
     json_put_integer(&writer, "unseen_lights", document->counts.unseen_lights);
     json_put_integer(&writer, "shadow_texels", document->counts.shadow_texels);
@@ -186,6 +198,7 @@ static char *write_json(const struct plan_document *document)
     json_put(&writer, "requirements", requirements_to_json(document));
     json_put(&writer, "passes", passes_to_json(document));
     json_put(&writer, "counts", counts_to_json(document));
+    json_put(&writer, "lights_by_technique", lights_to_json(document->counts.lights_by_technique));
     return json_take_dump(json_writer_take(&writer), JSON_COMPACT);
 }
 
@@ -197,6 +210,14 @@ static void format_bytes(uint64_t bytes, char out[32])
         snprintf(out, 32, "%.1f MiB", (double)bytes / (1 << 20));
     else
         snprintf(out, 32, "%s", "");
+}
+
+static void write_lights(const uint64_t lights[SHADOWS_COUNT], FILE *out)
+{
+    fputs("\nShadows: ", out);
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (lights[i])
+            fprintf(out, "%" PRIu64 " %s, ", lights[i], shadow_technique_name(i));
 }
 
 static void write_programs(const struct plan_document *document, FILE *out)
@@ -246,12 +267,10 @@ static void write_text(const struct plan_document *document, FILE *out)
                 document->requirements[pass->requirement].name, bytes,
                 pass->is_conditional ? "  if the count finds any" : "");
     }
-    fprintf(out,
-            "\nShadows: %" PRIu64 " plain, %" PRIu64 " deep, %" PRIu64 " linked, %" PRIu64
-            " lights without, %" PRIu64 " out of view; %" PRIu64 " texels\n",
-            document->counts.map_lights, document->counts.deep_lights,
-            document->counts.linked_lights, document->counts.unshadowed_lights,
-            document->counts.unseen_lights, document->counts.shadow_texels);
+    write_lights(document->counts.lights_by_technique, out);
+    fprintf(out, "%" PRIu64 " lights without, %" PRIu64 " out of view; %" PRIu64 " texels\n",
+            document->counts.unshadowed_lights, document->counts.unseen_lights,
+            document->counts.shadow_texels);
     if (document->counts.light_batches > 1)
         fprintf(out, "in at least %" PRIu64 " batches: they exceed their budget together\n",
                 document->counts.light_batches);

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "protocol/error.h"
+#include "protocol/shadow_technique.h"
 
 enum {
     PLAN_DOCUMENT_REQUIREMENTS_MAX = 32,
@@ -62,9 +63,9 @@ struct plan_document {
     const struct plan_document_program *programs; /* borrowed; in the order of their passes */
     size_t program_count;
     struct {
-        uint64_t opaque_items, transparent_items; /* in view */
-        uint64_t map_lights, deep_lights, linked_lights, unshadowed_lights, unseen_lights,
-            shadow_texels, light_batches;
+        uint64_t opaque_items, transparent_items;    /* in view */
+        uint64_t lights_by_technique[SHADOWS_COUNT]; /* those with a shadow */
+        uint64_t unshadowed_lights, unseen_lights, shadow_texels, light_batches;
     } counts;
 };
 

@@ -13,9 +13,4 @@
  * malloc'ed, caller frees; NULL only when memory runs out. */
 MUST_CHECK char *problem_to_json(const struct error *err, const char *request_id);
 
-/* Fills err (which must hold no error) from a reply's body. A body that is no problem of ours
- * becomes ERROR_INTERNAL with http_status and its first characters. Always returns false, like
- * error_set. */
-bool problem_from_json(const char *json, size_t length, int http_status, struct error *err);
-
 #endif

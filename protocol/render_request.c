@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/quality_defaults.h"
+
 #define NAME_OF(index, ...)                           \
     static const char *const names[] = {__VA_ARGS__}; \
     return (index) >= 0 && (size_t)(index) < sizeof names / sizeof *names ? names[index] : NULL
@@ -32,11 +34,6 @@ const char *request_pass_through_name(int model)
 const char *request_tone_mapping_name(int mapping)
 {
     NAME_OF(mapping, "neutral", "none");
-}
-
-const char *request_transparency_name(int transparency)
-{
-    NAME_OF(transparency, "auto", "lists");
 }
 
 const char *request_light_lists_name(int light_lists)
@@ -70,7 +67,9 @@ void render_request_init_defaults(struct render_request *request)
     *request = (struct render_request){
         .width = 1280,
         .height = 720,
-        .quality = {.shadow_resolution = 1024, .shadow_taps = 4, .shadow_prefilter = 1},
+        .quality = {.shadow_resolution = SHADOW_RESOLUTION_DEFAULT,
+                    .shadow_taps = SHADOW_TAPS_DEFAULT,
+                    .shadow_prefilter = 1},
         .outputs = 1u << REQUEST_OUTPUT_COLOR,
     };
 }

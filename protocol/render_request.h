@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* A render request (the body of POST /v1/renders): plain C, and its JSON both ways. Thread: any.
- * The manual for clients is docs/requests.md. Units are in the names: degrees, metres,
+ * The manual for clients is docs/reference/requests.md. Units are in the names: degrees, metres,
  * milliseconds, pixels. */
 #ifndef VITRAIL_PROTOCOL_RENDER_REQUEST_H
 #define VITRAIL_PROTOCOL_RENDER_REQUEST_H
@@ -12,6 +12,7 @@
 #include "protocol/error.h"
 #include "protocol/limits.h"
 #include "protocol/shadow_technique.h"
+#include "protocol/transparency.h"
 
 enum request_camera_kind {
     REQUEST_CAMERA_DEFAULT, /* the scene's first camera; without one, fit from the front */
@@ -39,7 +40,6 @@ enum request_light_type {
 enum request_alpha_mode { REQUEST_ALPHA_OPAQUE, REQUEST_ALPHA_MASK, REQUEST_ALPHA_BLEND };
 enum request_pass_through { REQUEST_PASS_CONSTANT, REQUEST_PASS_SLAB, REQUEST_PASS_EDGE };
 enum request_tone_mapping { REQUEST_TONE_NEUTRAL, REQUEST_TONE_NONE };
-enum request_transparency { REQUEST_TRANSPARENCY_AUTO, REQUEST_TRANSPARENCY_LISTS };
 enum request_light_lists {
     REQUEST_LIGHT_LISTS_AUTO,
     REQUEST_LIGHT_LISTS_CLUSTERED,
@@ -150,19 +150,20 @@ struct request_animation {
     double time_s; /* [0, 1e9] */
 };
 
+/* Defaults: protocol/quality_defaults.h. */
 struct request_quality {
     enum shadow_technique shadows;
-    enum request_transparency transparency;
+    enum transparency transparency;
     enum request_light_lists light_lists;
     enum request_blend_filter blend_filter;
-    int shadow_resolution;                         /* texels per side, [1, 16384]; default 1024 */
-    int shadow_taps;                               /* 1, 4, 9 or 16; default 4 */
+    int shadow_resolution;                         /* texels per side, [1, 16384] */
+    int shadow_taps;                               /* 1, 4, 9 or 16 */
     bool says_shadow_resolution, says_shadow_taps; /* said beside max_error or budget_ms, so that
                                                       the server may not choose them */
-    int samples; /* per pixel, 1 or 4, raytraced also 16, 64 or 256; 0 = 4, or 1 where 4 cannot be
-                  */
+    int samples; /* per pixel, 1 or 4, raytraced also 16, 64 or 256; 0 = the default, or 1 where the
+                    device cannot */
     bool reference; /* ray traced in double precision with every light; shadows AUTO or RAYTRACED */
-    int area_samples; /* per area light and point, [1, 4096]; 0 = 16, or 256 with reference */
+    int area_samples;          /* per area light and point, [1, 4096]; 0 = the default */
     double shadow_compression; /* of deep lists: greatest error of a transmittance; [0.001, 0.5];
                                   0 = exact, but with a prefilter 0.001; shadows AUTO or DEEP */
     int shadow_prefilter;      /* of deep lists: rays averaged per side of a texel, [1, 4]; likewise
@@ -238,7 +239,7 @@ void render_request_init_defaults(struct render_request *request);
  * (pointer), what was found and what is allowed. `null` means the same as leaving a member out.
  * Unknown and duplicate members are refused. Several outputs without a format become EXR, the only
  * one that holds them. Canonical texts are read too, so the bound here is
- * LIMIT_CANONICAL_JSON_BYTES; LIMIT_REQUEST_JSON_BYTES is for the server's door to keep. */
+ * LIMIT_CANONICAL_JSON_BYTES; LIMIT_REQUEST_JSON_BYTES is for the HTTP server to enforce. */
 MUST_CHECK bool render_request_parse(const char *json, size_t length,
                                      struct render_request *request, struct error *err);
 
@@ -264,7 +265,6 @@ const char *request_light_type_name(int type);
 const char *request_alpha_mode_name(int mode);
 const char *request_pass_through_name(int model);
 const char *request_tone_mapping_name(int mapping);
-const char *request_transparency_name(int transparency);
 const char *request_light_lists_name(int light_lists);
 const char *request_blend_filter_name(int filter);
 const char *request_output_name(int output);

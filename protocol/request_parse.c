@@ -25,7 +25,7 @@ static bool read_techniques(const struct json_node *node, struct request_quality
 {
     const struct json_choice shadows = {.name = shadow_technique_name,
                                         .planned = shadow_techniques_planned};
-    const struct json_choice transparency = {.name = request_transparency_name};
+    const struct json_choice transparency = {.name = transparency_name};
     const struct json_choice light_lists = {.name = request_light_lists_name};
     const struct json_choice filters = {.name = request_blend_filter_name};
     struct json_node shadows_node = json_member(node, "shadows");
@@ -39,7 +39,7 @@ static bool read_techniques(const struct json_node *node, struct request_quality
         !json_read_choice(&filter_node, &filters, &filter))
         return false;
     quality->shadows = (enum shadow_technique)shadow;
-    quality->transparency = (enum request_transparency)transparent;
+    quality->transparency = (enum transparency)transparent;
     quality->light_lists = (enum request_light_lists)light_list;
     quality->blend_filter = (enum request_blend_filter)filter;
     return true;

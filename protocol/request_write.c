@@ -2,6 +2,7 @@
 /* Writing a render request as canonical JSON. */
 #include "protocol/json_write.h"
 #include "protocol/request_parts.h"
+#include "protocol/request_tree.h"
 
 /* A number for which 0 means "not given". */
 static void put_number_or_null(struct json_writer *writer, const char *key, double number)
@@ -253,14 +254,14 @@ static json_t *integer_or_null(int number)
     return number ? json_integer(number) : json_null();
 }
 
-static json_t *write_quality(const struct request_quality *quality)
+json_t *request_quality_to_tree(const struct request_quality *quality)
 {
     struct json_writer writer = json_writer_begin();
     bool asks = request_quality_asks(quality);
     bool is_open_resolution = asks && !quality->says_shadow_resolution;
     bool is_open_taps = asks && !quality->says_shadow_taps;
     json_put_text(&writer, "shadows", shadow_technique_name((int)quality->shadows));
-    json_put_text(&writer, "transparency", request_transparency_name((int)quality->transparency));
+    json_put_text(&writer, "transparency", transparency_name((int)quality->transparency));
     json_put_text(&writer, "light_lists", request_light_lists_name((int)quality->light_lists));
     json_put_text(&writer, "blend_filter", request_blend_filter_name((int)quality->blend_filter));
     json_put(&writer, "shadow_resolution",
@@ -288,7 +289,7 @@ static json_t *write_outputs(const struct render_request *request)
     return json_take_unless(outputs, has_failed);
 }
 
-char *render_request_to_json(const struct render_request *request)
+json_t *request_to_tree(const struct render_request *request)
 {
     bool has_format = request->format != REQUEST_FORMAT_ANY;
     struct json_writer writer = json_writer_begin();
@@ -308,10 +309,36 @@ char *render_request_to_json(const struct render_request *request)
     json_put_number(&writer, "exposure_ev", request->exposure_ev);
     json_put_text(&writer, "tone_mapping", request_tone_mapping_name((int)request->tone_mapping));
     json_put(&writer, "environment", write_environment(request));
-    json_put(&writer, "quality", write_quality(&request->quality));
+    json_put(&writer, "quality", request_quality_to_tree(&request->quality));
     json_put(&writer, "outputs", write_outputs(request));
     json_put(&writer, "format",
              has_format ? json_text(request_format_name((int)request->format)) : json_null());
     json_put(&writer, "quality_percent", integer_or_null(request->quality_percent));
-    return json_take_dump(json_writer_take(&writer), JSON_COMPACT | JSON_REAL_PRECISION(17));
+    return json_writer_take(&writer);
+}
+
+char *render_request_to_json(const struct render_request *request)
+{
+    return json_take_dump(request_to_tree(request), JSON_COMPACT | JSON_REAL_PRECISION(17));
+}
+
+char *request_reference_text(json_t *members, const struct request_quality *quality)
+{
+    struct request_quality plain = *quality;
+    plain.shadows = SHADOWS_AUTO;
+    plain.shadow_resolution = plain.shadow_taps = 1;
+    plain.samples = 0;
+    plain.reference = false;
+    plain.max_error = plain.budget_ms = 0;
+    plain.shadow_compression = plain.shadow_fallback = 0;
+    plain.shadow_prefilter = 1;
+    json_t *copy = json_copy(members);
+    struct json_writer writer = {.object = copy, .has_failed = !copy};
+    json_put(&writer, "quality", request_quality_to_tree(&plain));
+    json_put(&writer, "outputs", json_pack("[s]", request_output_name(REQUEST_OUTPUT_COLOR)));
+    json_put(&writer, "format", json_null());
+    json_put(&writer, "quality_percent", json_null());
+    json_put_text(&writer, "tone_mapping", request_tone_mapping_name(REQUEST_TONE_NEUTRAL));
+    return json_take_dump(json_writer_take(&writer),
+                          JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
 }

@@ -3,11 +3,16 @@
 #include "protocol/shadow_technique.h"
 
 #include <stdio.h>
+#include <string.h>
 
 const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT] = {
-#define ROW(id, wire_name, abilities, members, says) \
-    [SHADOWS_##id] = {                               \
-        .name = (wire_name), .can = (abilities), .parameters = (members), .sentence = (says)},
+#define ROW(id, wire_name, abilities, members, steps, words, says) \
+    [SHADOWS_##id] = {.name = (wire_name),                         \
+                      .can = (abilities),                          \
+                      .parameters = (members),                     \
+                      .distance = (steps),                         \
+                      .candidate = (words),                        \
+                      .sentence = (says)},
     SHADOW_TECHNIQUES(ROW)
 #undef ROW
 };
@@ -27,6 +32,14 @@ const char *shadow_technique_name(int technique)
     return row ? row->name : NULL;
 }
 
+enum shadow_technique shadow_technique_find(const char *name)
+{
+    int i = 0;
+    while (i < SHADOWS_COUNT && strcmp(shadow_technique_rows[i].name, name) != 0)
+        i++;
+    return (enum shadow_technique)i;
+}
+
 bool shadow_technique_can(enum shadow_technique technique, unsigned can)
 {
     const struct shadow_technique_row *row = row_of((int)technique);
@@ -37,6 +50,25 @@ bool shadow_technique_has(enum shadow_technique technique, unsigned parameters)
 {
     const struct shadow_technique_row *row = row_of((int)technique);
     return row && (row->parameters & parameters) == parameters;
+}
+
+enum shadow_family shadow_technique_family(enum shadow_technique technique)
+{
+    return shadow_technique_can(technique, SHADOW_CAN_MANY_SAMPLES)   ? SHADOW_FAMILY_RAYS
+           : shadow_technique_has(technique, SHADOW_HAS_RESOLUTION)   ? SHADOW_FAMILY_MAPS
+           : shadow_technique_has(technique, SHADOW_HAS_AREA_SAMPLES) ? SHADOW_FAMILY_POINTS
+                                                                      : SHADOW_FAMILY_NONE;
+}
+
+bool shadow_technique_is_renderer(enum shadow_technique technique)
+{
+    return shadow_technique_family(technique) == SHADOW_FAMILY_RAYS;
+}
+
+bool shadow_technique_is_candidate(enum shadow_technique technique)
+{
+    const struct shadow_technique_row *row = row_of((int)technique);
+    return row && row->candidate;
 }
 
 void shadow_techniques_text(unsigned can, unsigned parameters,

@@ -6,6 +6,7 @@
 #define VITRAIL_PROTOCOL_SHADOW_TECHNIQUE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 /* Sets of bits. */
 enum shadow_can {
@@ -30,51 +31,78 @@ enum shadow_parameter {
     SHADOW_HAS_ALL = (1 << 6) - 1,
 };
 
-/* ROW(id, name on the wire, enum shadow_can, enum shadow_parameter, one sentence) */
-#define SHADOW_TECHNIQUES(ROW)                                                                    \
-    ROW(AUTO, "auto",                                                                             \
-        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
-            SHADOW_CAN_LINKED_LISTS,                                                              \
-        SHADOW_HAS_ALL,                                                                           \
-        "the faster by forecast: rays, or deep where a light has a transparent caster, else map") \
-    ROW(NONE, "none", SHADOW_CAN_LINKED_LISTS, 0, "no shadows: every light passes everything")    \
-    ROW(MAP, "map", SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP,                                      \
-        "one depth per texel (Williams 1978); transparent casters cast none")                     \
-    ROW(DEEP, "deep", SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_LINKED_LISTS,              \
-        SHADOW_HAS_MAP | SHADOW_HAS_LISTS,                                                        \
-        "every transmittance event of a texel, sorted, in one contiguous list; exact")            \
-    ROW(DEEP_LINKED, "deep-linked", SHADOW_CAN_COLOR | SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP,   \
-        "linked lists sorted on insertion (Lindbeck 2015), for comparison")                       \
-    ROW(RAYTRACED, "raytraced",                                                                   \
-        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |     \
-            SHADOW_CAN_MANY_SAMPLES | SHADOW_CAN_LINKED_LISTS,                                    \
-        SHADOW_HAS_AREA_SAMPLES,                                                                  \
-        "rays on the CPU (Embree), no maps: the ground truth that the others are compared with")  \
-    ROW(RAYTRACED_SHADOWS, "raytraced-shadows",                                                   \
-        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS, SHADOW_HAS_AREA_SAMPLES,    \
+/* How far a technique is from the default in a trade-off, whose settings are measured from the
+ * nearest on: 0 is the default, 1 what may take its place, 4 is for comparison alone.
+ *
+ * The candidates of `auto` have the words by which it tells of their times; NULL: it does not
+ * choose the technique.
+ *
+ * ROW(id, name on the wire, enum shadow_can, enum shadow_parameter, distance, words of a candidate,
+ * one sentence) */
+#define SHADOW_TECHNIQUES(ROW)                                                                     \
+    ROW(AUTO, "auto",                                                                              \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |      \
+            SHADOW_CAN_LINKED_LISTS,                                                               \
+        SHADOW_HAS_ALL, 0, NULL,                                                                   \
+        "the faster by forecast: rays, or deep where a light has a transparent caster, else map")  \
+    ROW(NONE, "none", SHADOW_CAN_LINKED_LISTS, 0, 1, NULL,                                         \
+        "no shadows: every light passes everything")                                               \
+    ROW(MAP, "map", SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP, 3, NULL,                              \
+        "one depth per texel (Williams 1978); transparent casters cast none")                      \
+    ROW(DEEP, "deep", SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_LINKED_LISTS,               \
+        SHADOW_HAS_MAP | SHADOW_HAS_LISTS, 0, "rasterised",                                        \
+        "every transmittance event of a texel, sorted, in one contiguous list; exact")             \
+    ROW(DEEP_LINKED, "deep-linked", SHADOW_CAN_COLOR | SHADOW_CAN_LINKED_LISTS, SHADOW_HAS_MAP, 4, \
+        NULL, "linked lists sorted on insertion (Lindbeck 2015), for comparison")                  \
+    ROW(RAYTRACED, "raytraced",                                                                    \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS | SHADOW_CAN_REFERENCE |      \
+            SHADOW_CAN_MANY_SAMPLES | SHADOW_CAN_LINKED_LISTS,                                     \
+        SHADOW_HAS_AREA_SAMPLES, 1, "ray traced",                                                  \
+        "rays on the CPU (Embree), no maps: the ground truth that the others are compared with")   \
+    ROW(RAYTRACED_SHADOWS, "raytraced-shadows",                                                    \
+        SHADOW_CAN_COLOR | SHADOW_CAN_MEDIA | SHADOW_CAN_AREA_LIGHTS, SHADOW_HAS_AREA_SAMPLES, 1,  \
+        "with traced shadows",                                                                     \
         "rasterised surfaces and layers; rays on the CPU for the shadow of each light, no maps")
 
 enum shadow_technique {
-#define SHADOW_TECHNIQUE_ID(id, name, can, parameters, sentence) SHADOWS_##id,
+#define SHADOW_TECHNIQUE_ID(id, name, can, parameters, distance, candidate, sentence) SHADOWS_##id,
     SHADOW_TECHNIQUES(SHADOW_TECHNIQUE_ID)
 #undef SHADOW_TECHNIQUE_ID
-        SHADOWS_COUNT
+        SHADOWS_COUNT,
+    SHADOWS_RASTER_DEFAULT = SHADOWS_DEEP /* what `auto` is where nothing else gains: its distance
+                                             is 0 */
 };
 
 struct shadow_technique_row {
     const char *name; /* on the wire */
     unsigned can, parameters;
+    int distance;          /* from the default, in trade-offs */
+    const char *candidate; /* "rasterised"; NULL: none of `auto` */
     const char *sentence;
 };
 extern const struct shadow_technique_row shadow_technique_rows[SHADOWS_COUNT];
 
 /* "auto, none, map": a constant, for help texts. */
-#define SHADOW_TECHNIQUE_NEXT(id, name, can, parameters, sentence) ", " name
+#define SHADOW_TECHNIQUE_NEXT(id, name, can, parameters, distance, candidate, sentence) ", " name
 #define SHADOW_TECHNIQUE_NAMES (&(SHADOW_TECHNIQUES(SHADOW_TECHNIQUE_NEXT))[2])
 
-const char *shadow_technique_name(int technique); /* NULL: none has this number */
+const char *shadow_technique_name(int technique);              /* NULL: none has this number */
+enum shadow_technique shadow_technique_find(const char *name); /* SHADOWS_COUNT: none */
 bool shadow_technique_can(enum shadow_technique technique, unsigned can);        /* all of these */
 bool shadow_technique_has(enum shadow_technique technique, unsigned parameters); /* likewise */
+
+/* What finds the shadows, which decides what pictures cost. */
+enum shadow_family {
+    SHADOW_FAMILY_MAPS,   /* maps of each light; `auto`, too, where nothing is chosen yet */
+    SHADOW_FAMILY_RAYS,   /* rays draw the whole picture */
+    SHADOW_FAMILY_POINTS, /* rays from the points of a rasterised picture */
+    SHADOW_FAMILY_NONE,   /* no shadows */
+    SHADOW_FAMILIES
+};
+enum shadow_family shadow_technique_family(enum shadow_technique technique);
+/* Whether it makes the whole picture, and not the shadows of one that is rasterised. */
+bool shadow_technique_is_renderer(enum shadow_technique technique);
+bool shadow_technique_is_candidate(enum shadow_technique technique); /* `auto` may choose it */
 
 /* What the parser says of names that later versions will have; ended by NULL. */
 extern const char *const shadow_techniques_planned[];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A trade-off: one view measured at many settings, time against error. The body of
  * POST /v1/tradeoffs, and the document that GET answers and the server keeps. Thread: any. The
- * manual for clients is docs/tradeoffs.md. */
+ * manual for clients is docs/reference/tradeoffs.md. */
 #ifndef VITRAIL_PROTOCOL_TRADEOFF_H
 #define VITRAIL_PROTOCOL_TRADEOFF_H
 
@@ -13,7 +13,7 @@
 #include "protocol/render_request.h"
 
 enum {
-    TRADEOFF_ROWS_MAX = 160,   /* the whole ladder has 128 */
+    TRADEOFF_ROWS_MAX = 160,   /* the whole sweep has 128 */
     TRADEOFF_REPEATS_MAX = 20, /* timed runs of one setting */
     TRADEOFF_SKIPS_MAX = 64,
     TRADEOFF_WARNINGS_MAX = 16,
@@ -105,7 +105,7 @@ struct tradeoff_skip {
 struct tradeoff {
     char id[TRADEOFF_ID_BYTES];
     char scene[65];
-    char view_key[65]; /* digest of the request without what the ladder varies */
+    char view_key[65]; /* digest of the request without what the sweep varies */
     char device[TRADEOFF_DEVICE_BYTES];
     char created[TRADEOFF_TIME_BYTES]; /* RFC 3339, UTC */
     int width, height;                 /* px */

@@ -10,13 +10,16 @@
 #include "protocol/json_read.h"
 #include "protocol/json_write.h"
 #include "protocol/limits.h"
+#include "protocol/quality_defaults.h"
 #include "protocol/request_parts.h"
+#include "protocol/request_tree.h"
 #include "protocol/view_parts.h"
 
 enum { CANONICAL = JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17) };
 
 struct view_document {
-    json_t *members; /* owned; canonical, without stream */
+    json_t *members;                /* owned; canonical, without stream */
+    struct request_quality quality; /* what its member says */
     struct view_stream stream;
     char scene[65];
     size_t bytes, counted_bytes; /* an upper bound, and the count that it started from */
@@ -28,24 +31,17 @@ enum { OVERRIDE_LISTS = sizeof override_lists / sizeof override_lists[0] };
 
 /* ---- canonical form ---- */
 
-/* The canonical members of a request in JSON; a new reference. */
-static json_t *canonicalise(const json_t *request, size_t *bytes, struct error *err)
+/* The canonical members of a request in JSON, a new reference, and its quality. Neither is a text
+ * on the way: a patch is parsed once, and written when a picture is asked for. */
+static json_t *canonicalise(json_t *request, struct request_quality *quality, struct error *err)
 {
-    struct render_request parsed;
-    char *text = json_dumps(request, JSON_COMPACT | JSON_REAL_PRECISION(17));
-    if (!text) {
-        error_set(err, ERROR_NO_MEMORY, "view");
+    struct render_request read;
+    struct json_node root = json_root(request, err);
+    if (!request_read_root(&root, &read))
         return NULL;
-    }
-    bool is_good = render_request_parse(text, strlen(text), &parsed, err);
-    free(text);
-    if (!is_good)
-        return NULL;
-    text = render_request_to_json(&parsed);
-    render_request_finish(&parsed);
-    json_t *canonical = text ? json_loads(text, 0, NULL) : NULL;
-    *bytes = text ? strlen(text) : 0;
-    free(text);
+    json_t *canonical = request_to_tree(&read);
+    *quality = read.quality;
+    render_request_finish(&read);
     if (!canonical)
         error_set(err, ERROR_NO_MEMORY, "view");
     json_object_del(canonical, "outputs");
@@ -54,9 +50,15 @@ static json_t *canonicalise(const json_t *request, size_t *bytes, struct error *
     return canonical;
 }
 
+/* Of the text; nothing is written. */
+static size_t text_bytes(const json_t *json)
+{
+    return json_dumpb(json, NULL, 0, CANONICAL);
+}
+
 static void count_bytes(struct view_document *document)
 {
-    document->bytes = document->counted_bytes = json_dumpb(document->members, NULL, 0, CANONICAL);
+    document->bytes = document->counted_bytes = text_bytes(document->members);
 }
 
 /* ---- merging (RFC 7396) ---- */
@@ -483,7 +485,7 @@ bool view_document_patch(struct view_document *document, const struct view_patch
     struct json_node root = json_root(patch->json, err);
     struct view_stream stream = document->stream;
     struct json_node of_stream = json_member(&root, "stream");
-    size_t bytes = 0;
+    struct request_quality quality;
     json_t *value = json_object_get(patch->json, "stream");
     if (!json_is_object(patch->json))
         return json_refuse(&root, ERROR_INVALID_REQUEST, "a patch is an object");
@@ -492,7 +494,7 @@ bool view_document_patch(struct view_document *document, const struct view_patch
     if (!view_stream_read(&of_stream, &stream))
         return false;
     json_t *fragment = make_fragment(document, patch, err);
-    json_t *canonical = fragment ? canonicalise(fragment, &bytes, err) : NULL;
+    json_t *canonical = fragment ? canonicalise(fragment, &quality, err) : NULL;
     if (fragment && !canonical && json_is_object(json_object_get(patch->json, "lights")))
         view_lights_point(json_object_get(patch->json, "lights"), err);
     const json_t *old = json_object_get(document->members, "overrides");
@@ -505,7 +507,9 @@ bool view_document_patch(struct view_document *document, const struct view_patch
     if (is_good) {
         install(document, canonical, patch->json);
         document->stream = stream;
-        document->bytes += bytes;
+        if (json_object_get(patch->json, "quality"))
+            document->quality = quality;
+        document->bytes += text_bytes(canonical);
         if (document->bytes > 2 * document->counted_bytes + (64 << 10))
             count_bytes(document);
     }
@@ -526,14 +530,14 @@ static bool begin(struct view_document *document, json_t *body, struct error *er
     struct json_node root = json_root(body, err), scene = json_member(&root, "scene");
     struct json_node lights = json_member(&root, "lights");
     json_t *smallest = NULL;
-    size_t bytes, count;
+    size_t count;
     if (!json_is_object(body))
         return json_refuse(&root, ERROR_INVALID_REQUEST, "must be an object");
     if (!json_expect_present(&scene) ||
         !json_expect_array(&lights, LIMIT_REQUEST_LIGHTS, &count)) /* patches may name some */
         return false;
     smallest = json_pack("{s:O}", "scene", scene.value);
-    document->members = smallest ? canonicalise(smallest, &bytes, err) : NULL;
+    document->members = smallest ? canonicalise(smallest, &document->quality, err) : NULL;
     json_decref(smallest);
     if (!document->members)
         return error_set(err, ERROR_NO_MEMORY, "view");
@@ -635,33 +639,44 @@ static int scaled(int side_px, double scale)
 /* Samples and taps change no structure, so that shadow maps are the same moving and at rest; nor do
  * traced shadows need one for motion that others would have to build. The reference is ray-traced.
  */
-static json_t *quick_quality(const json_t *quality)
+static struct request_quality moving_quality(const struct request_quality *quality)
 {
-    json_t *quick = json_copy((json_t *)(uintptr_t)quality);
-    const char *shadows = json_string_value(json_object_get(quality, "shadows"));
-    bool is_traced = shadows && strcmp(shadows, "raytraced") == 0;
-    bool has_failed =
-        !quick || json_object_set_new(quick, "samples", json_integer(1)) != 0 ||
-        json_object_set_new(quick, "shadow_taps", json_integer(1)) != 0 ||
-        (is_traced && json_object_set_new(quick, "shadows", json_string("auto")) != 0) ||
-        (json_object_get(quick, "reference") && json_object_del(quick, "reference") != 0);
-    return json_take_unless(quick, has_failed);
+    struct request_quality moving = *quality;
+    moving.samples = moving.shadow_taps = 1;
+    moving.says_shadow_taps = request_quality_asks(quality);
+    if (shadow_technique_is_renderer(moving.shadows))
+        moving.shadows = SHADOWS_AUTO;
+    moving.reference = false;
+    return moving;
 }
 
-bool view_document_asks(const struct view_document *document)
+/* A view's members have every default written out, so resolution and taps at their defaults count
+ * as not said. */
+static struct request_quality open_quality(const struct request_quality *quality)
 {
-    const json_t *quality = json_object_get(document->members, "quality");
-    return json_is_number(json_object_get(quality, "max_error")) ||
-           json_is_number(json_object_get(quality, "budget_ms"));
+    struct request_quality open = *quality;
+    open.says_shadow_resolution &= open.shadow_resolution != SHADOW_RESOLUTION_DEFAULT;
+    open.says_shadow_taps &= open.shadow_taps != SHADOW_TAPS_DEFAULT;
+    return open;
 }
 
-char *view_document_shot(const struct view_document *document, const struct view_shot *shot,
-                         int *width_px, int *height_px)
+char *view_document_reference_text(const struct view_document *document)
+{
+    return request_reference_text(document->members, &document->quality);
+}
+
+const struct request_quality *view_document_quality(const struct view_document *document)
+{
+    return &document->quality;
+}
+
+char *view_document_frame(const struct view_document *document, const struct view_frame_desc *frame,
+                          int *width_px, int *height_px)
 {
     int width, height;
     view_document_get_size(document, &width, &height);
-    width = scaled(width, shot->scale);
-    height = scaled(height, shot->scale);
+    width = scaled(width, frame->scale);
+    height = scaled(height, frame->scale);
     if (width_px)
         *width_px = width;
     if (height_px)
@@ -670,11 +685,14 @@ char *view_document_shot(const struct view_document *document, const struct view
     struct json_writer writer = {.object = request, .has_failed = !request};
     json_put(&writer, "width", json_integer(width));
     json_put(&writer, "height", json_integer(height));
-    json_put(&writer, "outputs", json_pack("[s]", request_output_name((int)shot->output)));
-    json_put(&writer, "format", json_string(request_format_name((int)shot->format)));
+    json_put(&writer, "outputs", json_pack("[s]", request_output_name((int)frame->output)));
+    json_put(&writer, "format", json_string(request_format_name((int)frame->format)));
     json_put(&writer, "quality_percent",
-             shot->quality_percent ? json_integer(shot->quality_percent) : json_null());
-    if (shot->is_quick)
-        json_put(&writer, "quality", quick_quality(json_object_get(document->members, "quality")));
+             frame->quality_percent ? json_integer(frame->quality_percent) : json_null());
+    if (frame->is_moving || request_quality_asks(&document->quality)) {
+        const struct request_quality quality = frame->is_moving ? moving_quality(&document->quality)
+                                                                : open_quality(&document->quality);
+        json_put(&writer, "quality", request_quality_to_tree(&quality));
+    }
     return json_take_dump(json_writer_take(&writer), CANONICAL);
 }

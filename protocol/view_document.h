@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The members of a view: a render request without its outputs, kept as canonical JSON and changed
  * by merge patches (RFC 7396), and how its moving pictures are made. The manual for clients is
- * docs/views.md. Thread: any, one at a time. */
+ * docs/reference/views.md. Thread: any, one at a time. */
 #ifndef VITRAIL_PROTOCOL_VIEW_DOCUMENT_H
 #define VITRAIL_PROTOCOL_VIEW_DOCUMENT_H
 
@@ -73,22 +73,26 @@ uint64_t view_document_shape(const struct view_document *document);
 /* All members, in canonical form. A new reference that shares nothing; NULL: no memory. */
 MUST_CHECK json_t *view_document_to_json(const struct view_document *document);
 
-/* One picture of the view. */
-struct view_shot {
+/* A frame that is asked of the view. */
+struct view_frame_desc {
     enum request_output output;
     enum request_format format; /* required, not ANY */
     int quality_percent;        /* 0 = the default */
     double scale;               /* of width and height; 0 means 1 */
-    bool is_quick;              /* one sample, one shadow tap, nothing ray-traced but shadows of
-                                   "raytraced-shadows" */
+    bool is_moving;             /* one sample, one shadow tap, and no whole renderer: only shadows
+                                  may be ray-traced */
 };
 
-/* Whether its quality has max_error or budget_ms. */
-bool view_document_asks(const struct view_document *document);
+/* As request_reference_text has it. */
+MUST_CHECK char *view_document_reference_text(const struct view_document *document);
 
-/* The shot as the text of a render request: equal views give equal texts. malloc'ed; NULL: no
+/* What its member `quality` says. */
+const struct request_quality *view_document_quality(const struct view_document *document);
+
+/* The frame as the text of a render request: equal views give equal texts. malloc'ed; NULL: no
  * memory. *width_px, *height_px: of the picture; may be NULL. */
-MUST_CHECK char *view_document_shot(const struct view_document *document,
-                                    const struct view_shot *shot, int *width_px, int *height_px);
+MUST_CHECK char *view_document_frame(const struct view_document *document,
+                                     const struct view_frame_desc *frame, int *width_px,
+                                     int *height_px);
 
 #endif

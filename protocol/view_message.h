@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What a client says over the socket of a view, and what it is answered. Thread: any. The manual
- * for clients is docs/views.md. */
+ * for clients is docs/reference/views.md. */
 #ifndef VITRAIL_PROTOCOL_VIEW_MESSAGE_H
 #define VITRAIL_PROTOCOL_VIEW_MESSAGE_H
 

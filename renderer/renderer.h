@@ -8,7 +8,7 @@
 #include "protocol/error.h"
 #include "renderer/base/device_choice.h"
 #include "renderer/base/frame_progress.h"
-#include "renderer/base/interlude.h"
+#include "renderer/base/yield_point.h"
 #include "renderer/frame_report.h"
 #include "renderer/gl/program_list.h"
 #include "renderer/gl/wide_floats.h"
@@ -29,6 +29,18 @@ enum renderer_selftest {
     RENDERER_SELFTEST_ALWAYS, /* by all structures, at the start */
 };
 
+/* What tests make of a device; all zero elsewhere. */
+struct renderer_hooks {
+    /* Pixels or list entries of the first time slice of a shading pass that urgent frames may
+     * preempt; 0 means TIME_SLICE_FIRST (renderer/window/time_slices.h). */
+    uint32_t first_slice;
+    bool defers_frames;     /* what renderer_submit may leave under way is never there before it is
+                               waited for, as on the slowest device */
+    bool poses_as_hardware; /* a software rasteriser goes the ways of other devices */
+    bool hides_coverage;    /* as on a device without GL_ARB_post_depth_coverage */
+    enum wide_floats wide_floats; /* how layers are added up; 0 means as is quicker here */
+};
+
 struct renderer_desc {
     const char *device; /* optional, borrowed during create: "" and "0" choose, else what
                            gl_device_parse (renderer/base/device_choice.h) takes */
@@ -38,8 +50,7 @@ struct renderer_desc {
     const struct gl_device_watch *watch; /* optional, borrowed during create */
     uint64_t gpu_budget_bytes;           /* of all that grows with scenes and requests; 0 means what
                                             gl_memory_budget (renderer/gl/memory_budget.h) says */
-    uint64_t texture_budget_bytes; /* of that, the levels of textures resident at once; 0 means half
-                                    */
+    uint64_t texture_budget_bytes; /* of that, for resident levels of textures; 0 means half */
     uint64_t texture_upload_bytes; /* of levels written for a frame that may be coarse; 0 means 16
                                       MiB */
     double texture_upload_ms;      /* likewise, spent on them; 0 means 4 */
@@ -56,14 +67,8 @@ struct renderer_desc {
                                earlier frame is used again */
     uint32_t loop_steps; /* for measuring: steps that one shader invocation may take; 0 means what
                             the device allows (loop_steps_most of renderer/shading/loop_steps.h) */
-    uint32_t first_band; /* tests: pixels or list entries of the first piece of a shading pass that
-                            others may interrupt; 0 means BAND_FIRST (renderer/window/bands.h) */
-    bool defers_frames;  /* tests: what renderer_submit may leave under way is never there before it
-                            is waited for, as on the slowest device */
-    bool poses_as_hardware;       /* tests: a software rasteriser goes the ways of other devices */
-    bool hides_coverage;          /* tests: as on a device without GL_ARB_post_depth_coverage */
-    enum wide_floats wide_floats; /* tests: how layers are added up; 0 means as is quicker here */
-    bool is_strict;               /* tests: a GL error or undefined-behaviour message aborts */
+    bool is_strict;      /* a GL error or undefined-behaviour message aborts */
+    struct renderer_hooks hooks;
 };
 
 enum { RENDERER_DEVICES_TOLD = 8, RENDERER_TEXT_BYTES = 240 };
@@ -140,9 +145,9 @@ void renderer_detach_scene(struct renderer *renderer, const char *key); /* no-op
  * structures and surfaces anew: for measuring. No-op when absent. */
 void renderer_drop_structures(struct renderer *renderer, const char *key);
 
-/* Gives the memory of shadow structures that the last rasterised frame did not use back to the
- * device; for when nobody asks. Between frames. */
-void renderer_rest(struct renderer *renderer);
+/* Frees the shadow structures that the last rasterised frame did not use; for an idle server.
+ * Between frames. */
+void renderer_trim(struct renderer *renderer);
 
 /* While nobody asks: draws the view by the technique that may be faster than the one `auto` takes
  * and of which little is known, some frames that nobody sees, to learn what they take. Each
@@ -150,7 +155,7 @@ void renderer_rest(struct renderer *renderer);
  * Without effect where `auto` measures nothing. Between frames. */
 struct runner_up_desc {
     bool (*shall_stop)(void *context); /* required; any thread, often: ends it between two passes,
-                                          or pieces of one */
+                                          or time slices of one */
     void *context;
 };
 enum runner_up_outcome { RUNNER_UP_NONE, RUNNER_UP_TIMED, RUNNER_UP_STOPPED };
@@ -180,36 +185,37 @@ MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key
 /* The same in two halves: the first ends when the device has got all its work, so that the next
  * frame can be begun meanwhile, with the same bits. *is_done: the frame is finished, and nothing is
  * left to collect, as where the device works while it is asked, with auxiliary outputs, overlays
- * and rays, and within an interlude. Else `frame`, the view and what the view borrows are the
- * renderer's until renderer_collect, its scenes are not. One frame is in flight at a time: the next
- * one collects it through the arrival (below), or is finished at once itself. Failures as those of
- * renderer_render. */
+ * and rays, and for an urgent frame within another. Else `frame`, the view and what the view
+ * borrows are the renderer's until renderer_collect; its scenes are not. One frame is in flight at
+ * a time: the next one collects it through the arrival (below), or is finished at once itself.
+ * Failures as those of renderer_render. */
 MUST_CHECK bool renderer_submit(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, bool *is_done,
                                 struct error *err);
-/* Whether nothing is in flight that is not there, after waiting so long at most. */
+/* Waits at most so long for the frame in flight. True: it is complete, or there is none. */
 bool renderer_wait(struct renderer *renderer, int timeout_ms);
-/* Ends the frame in flight, of which there must be one: waits for what is not there. */
+/* Ends the frame in flight, of which there must be one, and waits for it if it is not complete. */
 MUST_CHECK bool renderer_collect(struct renderer *renderer, struct error *err);
 
-/* Called while a later frame is submitted, once the one in flight is there, and before the device
- * is waited for on other grounds: it must call renderer_collect and nothing else of this header.
- * Borrowed; NULL: none. */
-struct frame_arrival {
+/* Called while a later frame is submitted: between two of its steps once the one in flight is
+ * there, and before the device is waited for on other grounds. It must call renderer_collect and
+ * nothing else of this header. Borrowed; NULL: none. */
+struct frame_completion {
     void *context;
     void (*collect)(void *context); /* required */
 };
-void renderer_set_arrival(struct renderer *renderer, const struct frame_arrival *arrival);
+void renderer_set_completion(struct renderer *renderer, const struct frame_completion *completion);
 
-/* From now on frames stop for what is due, and go on with the same bits (but those of deep-linked
- * with `faithful`, which has no bits of its own): at most where a tile of rays is done, a band of
- * a shading pass, a pass of a window, some shadow structures, a window. Meanwhile `serve` may
- * render, explain and pick, on scenes that are attached already, and nothing else; such frames are
- * made in one piece. A frame that is not wanted any more fails with ERROR_OVERLOADED, or with
- * ERROR_TIMEOUT where its rays were ended. Borrowed; NULL: none. */
-void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude);
+/* From now on frames make way for urgent ones, and go on with the same bits (but those of
+ * deep-linked with `faithful`, which has no bits of its own): at most where a tile of rays is done,
+ * a time slice of a shading pass, a pass of a window, some shadow structures, a window. Meanwhile
+ * `run_urgent` may render, explain and pick, on scenes that are attached already, and nothing else;
+ * such frames are made in one piece. A frame that is not wanted any more fails with
+ * ERROR_OVERLOADED, or with ERROR_TIMEOUT where its rays were ended. Borrowed; NULL: none. */
+void renderer_set_yield_point(struct renderer *renderer, const struct yield_point *yield);
 
-/* From now on frames tell how far they are, but for those in an interlude. Borrowed; NULL: none. */
+/* From now on frames tell how far they are, but for urgent ones within another. Borrowed; NULL:
+ * none. */
 void renderer_set_progress(struct renderer *renderer, const struct frame_progress *progress);
 
 /* What is at a point of the view's image, or in a rectangle of it (renderer/raytrace/pick.h).
@@ -225,8 +231,8 @@ MUST_CHECK bool renderer_explain(struct renderer *renderer, const char *scene_ke
 
 /* Builds what frames of such a view keep for those after them, its shadow structures or the ray
  * tracer's scene, and draws no picture: the surfaces that are kept stay. frame: empty but for the
- * report, which says what was built. An interlude may end it as it ends a frame. Not while a frame
- * is paused. */
+ * report, which says what was built. A yield point may end it as it ends a frame. Not while a
+ * frame is paused. */
 MUST_CHECK bool renderer_build(struct renderer *renderer, const char *scene_key,
                                const struct view *view, struct frame *frame, struct error *err);
 

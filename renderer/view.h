@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "protocol/shadow_technique.h"
+#include "protocol/transparency.h"
 #include "renderer/image/tone_map.h"
 #include "renderer/scene/scene_blob.h"
 
@@ -106,24 +107,24 @@ struct view_part {
     double matrix[16]; /* parent_from_part */
 };
 
-enum view_transparency { VIEW_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_LISTS };
 enum view_light_lists {
     VIEW_LIGHT_LISTS_AUTO,
     VIEW_LIGHT_LISTS_CLUSTERED,
     VIEW_LIGHT_LISTS_LINKED
 };
 
-/* What t is for an alpha-blended surface seen by light (docs/shading.md). */
+/* What t is for an alpha-blended surface seen by light (docs/explanation/shading.md). */
 enum view_blend_filter { VIEW_BLEND_TINT, VIEW_BLEND_COVERAGE, VIEW_BLEND_KIM };
 
 struct view_quality {
     enum shadow_technique shadows;
-    enum view_transparency transparency;
+    enum transparency transparency;
     enum view_light_lists light_lists;
     enum view_blend_filter blend_filter;
-    int shadow_resolution; /* texels per side of one map face; 0 means 1024 */
-    int shadow_taps;       /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels; 0 means 4 */
-    int samples;    /* per pixel, 1 or 4; 0 means 4 (1 where the device lacks post-depth coverage);
+    /* 0 in the next three and in area_samples: the default (protocol/quality_defaults.h) */
+    int shadow_resolution; /* texels per side of one map face */
+    int shadow_taps;       /* 1, 4, 9, 16: nearest, or a tent of sqrt(taps) texels */
+    int samples;    /* per pixel, 1 or 4; by default 1 where the device lacks post-depth coverage;
                        raytraced: also 16, 64 and 256, on a regular grid */
     bool faithful;  /* the linked techniques exactly as published, with their approximations */
     bool reference; /* the ground truth: ray traced in f64, every light, pixels on a regular grid;
@@ -132,7 +133,7 @@ struct view_quality {
                            nothing (renderer/cost/auto_technique.h) */
     bool may_be_coarse; /* one of many frames in motion: drawn with the levels of textures that are
                            there, and some more are brought; else the frame waits for all */
-    int area_samples;   /* per area light and point, [1, 4096]; 0 means 16, with reference 256 */
+    int area_samples;   /* per area light and point, [1, 4096] */
     double shadow_compression;   /* deep: lists are approximated, nowhere farther off than this
                                    transmittance; [0.001, 0.5]; 0: they are exact, but with a
                                    prefilter 0.001 */

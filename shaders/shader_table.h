@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The GLSL sources, embedded at build time. Names are paths from the repository root:
- * "shaders/gbuffer.frag.glsl". */
+ * "shaders/window/gbuffer.frag.glsl". */
 #ifndef VITRAIL_SHADERS_SHADER_TABLE_H
 #define VITRAIL_SHADERS_SHADER_TABLE_H
 
@@ -13,5 +13,11 @@ struct shader_file {
 };
 
 extern const struct shader_file shader_table[]; /* ends with a NULL name */
+
+/* The file of that name, which is unique without its folder and may have it; NULL: there is none.
+ */
+const struct shader_file *shader_table_find(const struct shader_file *table, const char *name);
+/* In shader_table. Programs of tests have shaders besides (tests/support/test_device.c). */
+const struct shader_file *shader_find(const char *name);
 
 #endif

@@ -17,7 +17,7 @@ struct compare_picture {
 void comparison_print(const struct comparison *comparison, const struct compare_options *options,
                       const struct compare_picture *picture);
 
-/* The same as an object (docs/cli.md); NULL when there is no memory. */
+/* The same as an object (docs/reference/cli.md); NULL when there is no memory. */
 json_t *comparison_json(const struct comparison *comparison, const struct compare_options *options,
                         const struct compare_picture *picture);
 

@@ -25,8 +25,8 @@ export function mergePatch(from, to) {
   return Object.keys(patch).length ? patch : undefined;
 }
 
-/** The patch by index that makes one list of lights of another (docs/views.md), where what goes is
- * one piece; else the whole list. */
+/** The patch by index that makes one list of lights of another (docs/reference/views.md), where what
+ * goes is one piece; else the whole list. */
 function lightsPatch(from, to) {
   const gone = from.length - to.length;
   let start = 0;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 /**
  * The Vitrail client for JavaScript: scenes, renders, views, stats. For browsers and for Node 18 and
- * newer; no dependencies. Its manual, with examples, is docs/javascript.md.
+ * newer; no dependencies. Its manual, with examples, is docs/reference/javascript.md.
  */
 
 const LOOK_MS = 500; // between two looks at how far a render is
 
 /** A reply that says no: the members of its problem (RFC 9457). */
 export class VitrailError extends Error {
-  /** @param {object} problem members as in docs/api.md; what is missing is filled in */
+  /** @param {object} problem members as in docs/reference/http.md; what is missing is filled in */
   constructor(problem) {
     super(problem.detail || problem.title || `status ${problem.status}`);
     this.name = "VitrailError";
@@ -233,7 +233,7 @@ export class Vitrail {
 
   /**
    * Renders one image.
-   * @param {object} request as in docs/requests.md
+   * @param {object} request as in docs/reference/requests.md
    * @param {{accept?: string, etag?: string, signal?: AbortSignal,
    *   onProgress?: (progress: {stage: string, share: number, left_s: number|null}) => void}} [options]
    *   etag: as the last image had it; when nothing changed, the answer's blob is null.
@@ -271,7 +271,7 @@ export class Vitrail {
 
   // ---- trade-offs: time against error, measured ----
 
-  /** Has a view measured with every technique; members as in docs/tradeoffs.md. */
+  /** Has a view measured with every technique; members as in docs/reference/tradeoffs.md. */
   async createTradeoff(request) {
     return (await this.send("POST", "/v1/tradeoffs", request)).json();
   }
@@ -292,7 +292,7 @@ export class Vitrail {
     return (await this.json("/v1/views")).views;
   }
 
-  /** Makes a view; its members are those of docs/views.md. */
+  /** Makes a view; its members are those of docs/reference/views.md. */
   async createView(members) {
     const response = await this.send("POST", "/v1/views", members);
     return new View(this, await response.json());

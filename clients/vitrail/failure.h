@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Documented in docs/cli.md; numbers from 64 on are those of <sysexits.h>. 128 + N: ended by signal
- * N. */
+/* Documented in docs/reference/cli.md; numbers from 64 on are those of <sysexits.h>. 128 + N: ended
+ * by signal N. */
 enum exit_code {
     EXIT_CODE_OK = 0,
     EXIT_CODE_REFUSED = 1,      /* the scene or the render: the same call fails again */

@@ -75,6 +75,7 @@ _Noreturn void keeper_run(const struct keeper_desc *desc)
 
     setsid(); /* a terminal that goes away, or a group that is killed, must not take the keeper
                  along */
+    prctl(PR_SET_CHILD_SUBREAPER, 1); /* workers that a daemon leaves behind become ours to reap */
     keeper = getpid();
     dup2(null, STDIN_FILENO);
     dup2(null, STDOUT_FILENO);
@@ -94,7 +95,10 @@ _Noreturn void keeper_run(const struct keeper_desc *desc)
          * behind. */
         waitid(P_PID, (id_t)daemon, &ended, WEXITED | WNOWAIT);
         kill(-daemon, SIGKILL);
-        waitid(P_PID, (id_t)daemon, &ended, WEXITED);
+        /* A killed worker runs on for the moment that its end takes: the call returns after that.
+         */
+        while (waitpid(-daemon, NULL, 0) > 0 || errno == EINTR)
+            continue;
     }
     if (desc->temporary_dir)
         folder_remove(desc->temporary_dir);

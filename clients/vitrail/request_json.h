@@ -9,7 +9,9 @@
 
 #include "clients/vitrail/failure.h"
 #include "clients/vitrail/options.h"
+#include "protocol/quality_defaults.h"
 #include "protocol/shadow_technique.h"
+#include "protocol/transparency.h"
 
 /* The options of `vitrail render` that say what to render; NULL or zero: not given, so left to base
  * and server. */
@@ -68,8 +70,10 @@ struct request_options {
         REQUEST_OPTION(owner, NUMBER, "exposure", "EV", "in stops; default 0", exposure_ev),      \
         REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral or none", tone_mapping),     \
         REQUEST_OPTION(owner, TEXT, "shadows", "NAME", SHADOW_TECHNIQUE_NAMES, shadows),          \
-        REQUEST_OPTION(owner, NUMBER, "shadow-resolution", "N", "texels per side; default 1024",  \
-                       shadow_resolution),                                                        \
+        REQUEST_OPTION(                                                                           \
+            owner, NUMBER, "shadow-resolution", "N",                                              \
+            "texels per side; default " QUALITY_DEFAULT_TEXT(SHADOW_RESOLUTION_DEFAULT),          \
+            shadow_resolution),                                                                   \
         REQUEST_OPTION(owner, NUMBER, "shadow-compression", "E",                                  \
                        "deep: error of compressed lists, 0.001 to 0.5", shadow_compression),      \
         REQUEST_OPTION(owner, NUMBER, "shadow-prefilter", "K",                                    \
@@ -81,10 +85,12 @@ struct request_options {
         REQUEST_OPTION(owner, FLAG, "reference", NULL,                                            \
                        "the ray-traced ground truth, in double precision", reference),            \
         REQUEST_OPTION(owner, NUMBER, "area-samples", "N",                                        \
-                       "per area light and point: 1 to 4096; default 16", area_samples),          \
+                       "per area light and point: 1 to 4096; default " QUALITY_DEFAULT_TEXT(      \
+                           AREA_SAMPLES_DEFAULT),                                                 \
+                       area_samples),                                                             \
         REQUEST_OPTION(owner, TEXT, "light-lists", "NAME", "auto, clustered, linked",             \
                        light_lists),                                                              \
-        REQUEST_OPTION(owner, TEXT, "transparency", "NAME", "auto, lists", transparency),         \
+        REQUEST_OPTION(owner, TEXT, "transparency", "NAME", TRANSPARENCY_NAMES, transparency),    \
         REQUEST_OPTION(owner, TEXT, "blend-filter", "NAME", "tint, coverage, kim", blend_filter), \
         REQUEST_OPTION(owner, NUMBER, "max-error", "E", "the largest error that is acceptable",   \
                        max_error),                                                                \

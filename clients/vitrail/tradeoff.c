@@ -11,6 +11,7 @@
 #include "clients/vitrail/json_text.h"
 #include "clients/vitrail/request_json.h"
 #include "clients/vitrail/scene_source.h"
+#include "protocol/quality_defaults.h"
 
 enum { POLL_MS = 250, LAST_POLLS = 40 /* after a cancel: the server ends at once */ };
 
@@ -371,7 +372,8 @@ static const struct option OPTIONS[] = {
      AT(request.shadow_prefilter)},
     {OPTION_NUMBER, "samples", 0, "N", "measure these samples per pixel alone",
      AT(request.samples)},
-    {OPTION_NUMBER, "area-samples", 0, "N", "per area light and point; default 16",
+    {OPTION_NUMBER, "area-samples", 0, "N",
+     "per area light and point; default " QUALITY_DEFAULT_TEXT(AREA_SAMPLES_DEFAULT),
      AT(request.area_samples)},
     {OPTION_TEXT, "blend-filter", 0, "NAME", "tint, coverage, kim", AT(request.blend_filter)},
     {OPTION_TEXT, "request", 0, "FILE", "a whole request as JSON; the options go over it",

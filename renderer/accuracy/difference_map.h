@@ -7,8 +7,7 @@
 
 enum difference_map_kind {
     DIFFERENCE_MAP_FLIP,     /* 0 black, 1 pale yellow ("magma") */
-    DIFFERENCE_MAP_ABSOLUTE, /* the largest |image - reference| of the channels, in the same colours
-                              */
+    DIFFERENCE_MAP_ABSOLUTE, /* the largest |image - reference|, in the same colours */
     DIFFERENCE_MAP_SIGNED,   /* mean of image - reference over the channels: too dark is blue, equal
                                 is white, too bright is red */
 };

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Where shadows end: distance between the iso-contours of two images or probe grids, and the width
- * of a penumbra along a line. Geometry alone: what shading does on either side does not matter.
- * Thread: any. */
+/* Measures where shadows end: the distance between the iso-contours of two images or probe grids.
+ * It is a measure of geometry: the shading on either side does not matter. Thread: any. */
 #ifndef VITRAIL_RENDERER_ACCURACY_EDGES_H
 #define VITRAIL_RENDERER_ACCURACY_EDGES_H
 
@@ -30,19 +29,5 @@ struct edge_distance {
  * far they are apart. */
 MUST_CHECK bool edge_distance_measure(const struct edge_distance_desc *desc,
                                       struct edge_distance *distance, struct error *err);
-
-struct penumbra_desc {
-    const double *profile; /* required; samples at equal distances across one edge */
-    size_t count;          /* from 2 */
-    double dark, lit;      /* both 0: smallest and largest sample */
-    double low, high;      /* shares of the way from dark to lit; both 0: 0.1 and 0.9 */
-};
-
-/* Distance in samples between the outermost places where the profile, interpolated linearly,
- * crosses the two levels: noise rather widens a penumbra than narrows it. Falling profiles are read
- * backwards. ERROR_INVALID_REQUEST when it does not reach both levels, is not finite, or the levels
- * are not 0 < low < high <= 1. */
-MUST_CHECK bool penumbra_width(const struct penumbra_desc *desc, double *width_samples,
-                               struct error *err);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The filters of FLIP as separable kernels: what eyes blur at a distance, and edges and points.
- * Thread: any. */
+/* The filters of FLIP as separable kernels: the blur of the eye at a distance, and the detectors of
+ * edges and points. Thread: any. */
 #ifndef VITRAIL_RENDERER_ACCURACY_FLIP_KERNELS_H
 #define VITRAIL_RENDERER_ACCURACY_FLIP_KERNELS_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* How far an image, or transmittances at points, are from a reference: plain statistics,
- * accumulated in f64. Pure C, no GL. Thread: any. */
+/* Statistics of the difference between an image and a reference, or between transmittances at
+ * points, accumulated in f64. Pure C, no GL. Thread: any. */
 #ifndef VITRAIL_RENDERER_ACCURACY_METRICS_H
 #define VITRAIL_RENDERER_ACCURACY_METRICS_H
 
@@ -39,7 +39,8 @@ struct image_metrics_desc {
 
 /* All zero when the images are the same. ERROR_INVALID_REQUEST names both sizes, both channel
  * counts or the component type when they do not fit, an empty image, and a channel that is not
- * there. Three passes over the data and 0.5 MB per channel; docs/accuracy.md has the speed. */
+ * there. Three passes over the data and 0.5 MB per channel; docs/reference/accuracy.md has the
+ * speed. */
 MUST_CHECK bool image_metrics_measure(const struct image_metrics_desc *desc,
                                       struct image_metrics *metrics, struct error *err);
 

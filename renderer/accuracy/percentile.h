@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Percentiles of values >= 0 by counting the bits of their f32 form, upper half first: exact in
- * f32, in two passes, without a sorted copy. */
+/* Percentiles of values >= 0, by a histogram of the upper half of their f32 bits and then of the
+ * lower half. They are exact in f32, and take two passes and no sorted copy. */
 #ifndef VITRAIL_RENDERER_ACCURACY_PERCENTILE_H
 #define VITRAIL_RENDERER_ACCURACY_PERCENTILE_H
 

@@ -13,8 +13,7 @@ enum {
 };
 
 struct gl_device {
-    int number; /* it is the N-th that EGL lists; 0: the surfaceless platform, whose driver chooses
-                 */
+    int number; /* EGL's N-th device; 0: the surfaceless platform, whose driver chooses */
     char node[GL_DEVICE_NAME_BYTES]; /* "/dev/dri/renderD128"; "": not known */
     char pci[GL_DEVICE_NAME_BYTES];  /* "0000:65:00.0"; "": not known */
     bool is_software;                /* EGL says that it is no hardware */

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* How far a frame is, by what of it is finished. */
+/* The progress of a frame, by the share of its stages that is finished. */
 #ifndef VITRAIL_RENDERER_BASE_FRAME_PROGRESS_H
 #define VITRAIL_RENDERER_BASE_FRAME_PROGRESS_H
 
 enum frame_stage {
     FRAME_STAGE_SHADOWS, /* structures of lights; left out where lights come in batches */
     FRAME_STAGE_RAYS,    /* tiles or rows of a traced picture */
-    FRAME_STAGE_SHADING, /* windows, batches and slices of lights, traced shadows, bands of passes:
-                            pieces that need not take the same time */
+    FRAME_STAGE_SHADING, /* windows, batches and slices of lights, traced shadows, time slices of
+                            passes: parts that need not take the same time */
     FRAME_STAGE_COUNT
 };
 
@@ -18,17 +18,17 @@ struct frame_progress {
     void (*tell)(void *context, enum frame_stage stage, double share);
 };
 
-/* The part of a stage that is being made. */
-struct frame_piece {
+/* The span of a stage's progress that the work under way covers. */
+struct progress_span {
     enum frame_stage stage;
     double first, size; /* shares of the stage */
 };
 
-/* A part of a piece. */
-static inline struct frame_piece frame_piece_part(struct frame_piece piece, double first,
-                                                  double size)
+/* A part of a span. */
+static inline struct progress_span progress_span_part(struct progress_span span, double first,
+                                                      double size)
 {
-    return (struct frame_piece){piece.stage, piece.first + first * piece.size, size * piece.size};
+    return (struct progress_span){span.stage, span.first + first * span.size, size * span.size};
 }
 
 #endif

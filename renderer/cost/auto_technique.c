@@ -1,31 +1,33 @@
 /* SPDX-License-Identifier: MIT */
-/* Maps or rays, by forecast. */
+/* Maps or rays, by forecast. Candidates are those of the rows (protocol/shadow_technique.h). */
 #include "renderer/cost/auto_technique.h"
 
 #include <math.h>
 #include <stdio.h>
 
+#include "protocol/quality_defaults.h"
+#include "renderer/cost/technique_forecast.h"
+#include "renderer/cost/workload.h"
 #include "renderer/shadows/shadow_compress.h"
 
-enum { RESOLUTION_DEFAULT = 1024, TAPS_DEFAULT = 4, TRACED_SAMPLES_DEFAULT = 4 };
-
-static bool has_areas(const struct scene_state *state)
+static bool is_candidate(int technique)
 {
-    for (size_t i = 0; i < state->light_count; i++)
-        if (state_light_is_area(&state->lights[i]))
-            return true;
-    return false;
+    return shadow_technique_is_candidate((enum shadow_technique)technique);
+}
+
+bool auto_quality_is_open(const struct view_quality *quality)
+{
+    bool speaks_of_maps =
+        (quality->shadow_resolution && quality->shadow_resolution != SHADOW_RESOLUTION_DEFAULT) ||
+        quality->shadow_taps > SHADOW_TAPS_DEFAULT || quality->faithful ||
+        shadow_compress_is_asked(quality) || quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
+    return quality->shadows == SHADOWS_AUTO && !quality->reference && !speaks_of_maps;
 }
 
 static bool is_open(const struct auto_desc *desc)
 {
-    const struct view_quality *quality = &desc->view->quality;
-    bool speaks_of_maps =
-        (quality->shadow_resolution && quality->shadow_resolution != RESOLUTION_DEFAULT) ||
-        quality->shadow_taps > TAPS_DEFAULT || quality->faithful ||
-        shadow_compress_is_asked(quality) || quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
-    return desc->view->outputs & 1u << VIEW_OUTPUT_COLOR && !quality->reference &&
-           quality->shadows == SHADOWS_AUTO && !speaks_of_maps && !has_areas(desc->state);
+    return desc->view->outputs & 1u << VIEW_OUTPUT_COLOR &&
+           auto_quality_is_open(&desc->view->quality) && !scene_state_area_lights(desc->state);
 }
 
 /* Maps that do not all fit the budget are made in batches, anew for every frame. */
@@ -61,10 +63,10 @@ static const double TIMING_MOST = 2, TIMING_GAIN = 0.9, TIMING_DOUBT = 1.75;
 static void take_known(struct auto_pick *pick)
 {
     const struct learning_answer *chosen = &pick->answers[pick->technique];
-    for (int i = 0; i < FORECAST_TECHNIQUES && chosen->lessons; i++) {
+    for (int i = 0; i < SHADOWS_COUNT && chosen->lessons; i++) {
         const struct learning_answer *other = &pick->answers[i];
-        if (other->lessons && other->ms < chosen->ms) {
-            pick->technique = (enum forecast_technique)i;
+        if (is_candidate(i) && other->lessons && other->ms < chosen->ms) {
+            pick->technique = (enum shadow_technique)i;
             chosen = other;
         }
     }
@@ -74,17 +76,17 @@ static void take_known(struct auto_pick *pick)
 static bool stay(struct auto_pick *pick)
 {
     int shown = 0;
-    while (shown < FORECAST_TECHNIQUES && !pick->answers[shown].is_shown)
+    while (shown < SHADOWS_COUNT && !pick->answers[shown].is_shown)
         shown++;
-    if (shown == FORECAST_TECHNIQUES)
+    if (shown == SHADOWS_COUNT)
         return false;
-    pick->technique = (enum forecast_technique)shown;
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
+    pick->technique = (enum shadow_technique)shown;
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
         const struct learning_answer *other = &pick->answers[i];
         double most = other->lessons ? STAYS_KNOWN : STAYS_FORECAST;
-        if (i != shown && other->ms < most * pick->answers[shown].ms &&
+        if (is_candidate(i) && i != shown && other->ms < most * pick->answers[shown].ms &&
             other->ms < pick->answers[pick->technique].ms)
-            pick->technique = (enum forecast_technique)i;
+            pick->technique = (enum shadow_technique)i;
     }
     return true;
 }
@@ -95,62 +97,87 @@ static void find_runner_up(struct auto_pick *pick)
     double best = TIMING_GAIN * chosen->ms;
     if (chosen->lessons < TIMING_LESSONS)
         return;
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
         const struct learning_answer *other = &pick->answers[i];
         double least = other->ms * exp(-TIMING_DOUBT * other->doubt);
-        if (other == chosen || other->lessons >= TIMING_ENOUGH || !(least < best) ||
-            other->ms > TIMING_MOST * chosen->ms)
+        if (!is_candidate(i) || other == chosen || other->lessons >= TIMING_ENOUGH ||
+            !(least < best) || other->ms > TIMING_MOST * chosen->ms)
             continue;
         best = least;
-        pick->runner_up = (enum forecast_technique)i;
+        pick->runner_up = (enum shadow_technique)i;
         pick->has_runner_up = true;
     }
 }
 
-struct auto_pick auto_pick(const struct learning_case frames[FORECAST_TECHNIQUES],
+/* Forecasts are within a factor of 1.5 of each other's error, so a gain below a tenth is none. */
+static const double GAIN_LEAST = 0.9;
+
+enum shadow_technique auto_fastest(const double ms[SHADOWS_COUNT])
+{
+    int fastest = SHADOWS_COUNT;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (is_candidate(i) && i != SHADOWS_RASTER_DEFAULT &&
+            (fastest == SHADOWS_COUNT || ms[i] < ms[fastest]))
+            fastest = i;
+    bool gains = fastest < SHADOWS_COUNT && ms[fastest] < GAIN_LEAST * ms[SHADOWS_RASTER_DEFAULT];
+    return gains ? (enum shadow_technique)fastest : SHADOWS_RASTER_DEFAULT;
+}
+
+struct auto_pick auto_pick(const struct learning_case frames[SHADOWS_COUNT],
                            const struct learning *learned)
 {
     struct auto_pick pick = {.has_runner_up = false};
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
-        if (learned)
+    double ms[SHADOWS_COUNT];
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        if (learned && is_candidate(i))
             pick.answers[i] = learning_expect(learned, &frames[i]);
-        for (int k = 0; k < FORECAST_TERM_COUNT && !learned; k++)
-            pick.answers[i].ms += frames[i].terms[k];
+        else if (is_candidate(i))
+            pick.answers[i].ms = forecast_sum_ms(frames[i].terms);
+        ms[i] = pick.answers[i].ms;
     }
     if (!stay(&pick)) {
-        pick.technique =
-            forecast_choose(pick.answers[FORECAST_MAPS].ms, pick.answers[FORECAST_RAYS].ms,
-                            pick.answers[FORECAST_TRACED_SHADOWS].ms);
+        pick.technique = auto_fastest(ms);
         take_known(&pick);
     }
     find_runner_up(&pick);
     return pick;
 }
 
+/* Whole renderers first, then what they are compared with. */
+void auto_times_text(const double ms[SHADOWS_COUNT], char text[AUTO_TIMES_BYTES])
+{
+    size_t used = 0;
+    text[0] = 0;
+    for (int rasterises = 0; rasterises < 2; rasterises++)
+        for (int i = 0; i < SHADOWS_COUNT && used < AUTO_TIMES_BYTES; i++)
+            if (is_candidate(i) && ms[i] >= 0 &&
+                shadow_technique_is_renderer((enum shadow_technique)i) != rasterises)
+                used +=
+                    (size_t)snprintf(text + used, AUTO_TIMES_BYTES - used, "%s%.4g ms %s",
+                                     used ? ", " : "", ms[i], shadow_technique_rows[i].candidate);
+}
+
 static void explain(struct auto_choice *choice, const struct auto_pick *pick, const char *kept)
 {
     uint32_t lessons = pick->answers[pick->technique].lessons;
-    char source[64] = "calibrated";
+    char source[64] = "calibrated", times[AUTO_TIMES_BYTES];
     if (lessons)
         snprintf(source, sizeof source, "calibrated, %u frame%s like it", lessons,
                  lessons == 1 ? "" : "s");
-    snprintf(choice->because, sizeof choice->because,
-             "auto: forecast %.4g ms ray traced, %.4g ms rasterised, %.4g ms with traced shadows "
-             "(%s, %s)",
-             choice->traced_ms, choice->raster_ms, choice->traced_shadows_ms, kept, source);
+    auto_times_text(choice->ms, times);
+    snprintf(choice->because, sizeof choice->because, "auto: forecast %s (%s, %s)", times, kept,
+             source);
 }
 
 static void take(struct auto_choice *choice, const struct auto_settings *settings, const char *kept)
 {
     struct auto_pick pick = auto_pick(choice->frames, settings->learned);
-    choice->is_timed = settings->timed > 0;
+    choice->is_timed = settings->timed != SHADOWS_AUTO;
     if (choice->is_timed)
-        pick.technique = (enum forecast_technique)(settings->timed - 1);
-    choice->raster_ms = pick.answers[FORECAST_MAPS].ms;
-    choice->traced_ms = pick.answers[FORECAST_RAYS].ms;
-    choice->traced_shadows_ms = pick.answers[FORECAST_TRACED_SHADOWS].ms;
-    choice->takes_traced = pick.technique == FORECAST_RAYS;
-    choice->takes_traced_shadows = pick.technique == FORECAST_TRACED_SHADOWS;
+        pick.technique = settings->timed;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        choice->ms[i] = pick.answers[i].ms;
+    choice->technique = pick.technique;
     explain(choice, &pick, kept);
 }
 
@@ -159,9 +186,7 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
     struct workload workload;
     const struct view_quality *quality = &desc->view->quality;
     struct forecast_setting setting = {
-        .samples = desc->raster_samples,
-        .shadow_resolution = RESOLUTION_DEFAULT,
-        .shadow_taps = quality->shadow_taps ? quality->shadow_taps : TAPS_DEFAULT,
+        .shadow_taps = quality_or(quality->shadow_taps, SHADOW_TAPS_DEFAULT),
         .has_shadows = true,
     };
     if (!workload_measure(&workload,
@@ -171,24 +196,29 @@ static bool forecast(struct auto_choice *choice, const struct auto_desc *desc, s
                                                   .reach = desc->reach},
                           err))
         return false;
-    bool is_warm = quality->expects_reuse;
-    bool can_stay = is_warm && maps_can_stay(desc, &workload, &setting);
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
-        if (i == FORECAST_RAYS)
-            setting.samples = quality->samples ? quality->samples : TRACED_SAMPLES_DEFAULT;
-        else
-            setting.samples = desc->raster_samples;
-        choice->cold[i] = (struct learning_case){.technique = (enum forecast_technique)i,
-                                                 .view = desc->view_key & ~UINT64_C(1)};
-        forecast_terms(&workload, &setting, &desc->settings->speed, choice->cold[i].technique,
-                       choice->cold[i].terms);
-        bool is_kept = i == FORECAST_MAPS ? can_stay : is_warm;
-        choice->frames[i] = auto_case(&choice->cold[i], is_kept ? 0 : 1);
+    bool is_warm = quality->expects_reuse, all_stay = true;
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        enum shadow_technique technique = (enum shadow_technique)i;
+        bool has_maps = shadow_technique_has(technique, SHADOW_HAS_RESOLUTION);
+        if (!is_candidate(i))
+            continue;
+        setting.samples = shadow_technique_is_renderer(technique)
+                              ? quality_or(quality->samples, SAMPLES_DEFAULT)
+                              : desc->raster_samples;
+        setting.shadow_resolution = has_maps ? SHADOW_RESOLUTION_DEFAULT : 0;
+        choice->cold[i] =
+            (struct learning_case){.technique = technique, .view = desc->view_key & ~UINT64_C(1)};
+        technique_forecast_terms(
+            technique, &(struct forecast_frame){&workload, &setting, &desc->settings->speed},
+            choice->cold[i].terms);
+        bool can_stay = maps_can_stay(desc, &workload, &setting);
+        choice->frames[i] = auto_case(&choice->cold[i], is_warm && can_stay ? 0 : 1);
+        all_stay = all_stay && can_stay;
     }
     take(choice, desc->settings,
-         can_stay  ? "shadows kept"
-         : is_warm ? "too many maps to keep"
-                   : "shadows built");
+         !is_warm   ? "shadows built"
+         : all_stay ? "shadows kept"
+                    : "too many maps to keep");
     return true;
 }
 
@@ -198,7 +228,8 @@ bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc, struc
     if (!desc->settings || desc->settings->policy == AUTO_RASTER || !is_open(desc))
         return true;
     if (desc->settings->policy == AUTO_RAYTRACED) {
-        choice->is_open = choice->takes_traced = true;
+        choice->is_open = true;
+        choice->technique = SHADOWS_RAYTRACED;
         snprintf(choice->because, sizeof choice->because, "auto: the server is set to ray tracing");
         return true;
     }
@@ -206,27 +237,4 @@ bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc, struc
         return true;
     choice->is_open = true;
     return forecast(choice, desc, err);
-}
-
-double auto_choice_ms(const struct auto_choice *choice)
-{
-    return choice->takes_traced           ? choice->traced_ms
-           : choice->takes_traced_shadows ? choice->traced_shadows_ms
-                                          : choice->raster_ms;
-}
-
-enum forecast_technique auto_choice_technique(const struct auto_choice *choice)
-{
-    return choice->takes_traced           ? FORECAST_RAYS
-           : choice->takes_traced_shadows ? FORECAST_TRACED_SHADOWS
-                                          : FORECAST_MAPS;
-}
-
-enum shadow_technique auto_choice_shadows(const struct auto_choice *choice)
-{
-    static const enum shadow_technique techniques[FORECAST_TECHNIQUES] = {
-        [FORECAST_MAPS] = SHADOWS_DEEP,
-        [FORECAST_RAYS] = SHADOWS_RAYTRACED,
-        [FORECAST_TRACED_SHADOWS] = SHADOWS_RAYTRACED_SHADOWS};
-    return techniques[auto_choice_technique(choice)];
 }

@@ -22,17 +22,17 @@ struct auto_settings { /* zeroed = AUTO_RASTER */
     struct device_speed speed;
     const struct learning *learned; /* borrowed; NULL: nothing was */
     uint64_t learned_print;         /* of all that it holds */
-    int timed; /* 0, or 1 + the technique that is drawn to be timed, whatever is faster */
+    enum shadow_technique timed;    /* drawn to be timed, whatever is faster; AUTO: none */
 };
 
-struct auto_choice {           /* zeroed = nothing was chosen */
-    bool is_open;              /* the request left the choice to us, and there was one */
-    bool takes_traced;         /* the whole frame */
-    bool takes_traced_shadows; /* rasterised, as `raytraced-shadows` is */
-    bool is_timed;             /* auto_settings.timed took it */
-    double raster_ms, traced_ms, traced_shadows_ms;   /* forecast; 0 where the policy needed none */
-    struct learning_case cold[FORECAST_TECHNIQUES];   /* of frames that build what they need, */
-    struct learning_case frames[FORECAST_TECHNIQUES]; /* and of those that were forecast */
+/* Arrays are by technique; those that are no candidates have nothing there. */
+struct auto_choice {                 /* zeroed = nothing was chosen */
+    bool is_open;                    /* the request left the choice to us, and there was one */
+    enum shadow_technique technique; /* a candidate; AUTO where it was not open */
+    bool is_timed;                   /* auto_settings.timed took it */
+    double ms[SHADOWS_COUNT];        /* forecast; 0 where the policy needed none */
+    struct learning_case cold[SHADOWS_COUNT];   /* of frames that build what they need, */
+    struct learning_case frames[SHADOWS_COUNT]; /* and of those that were forecast */
     char because[REPORT_TEXT_BYTES];
 };
 
@@ -41,12 +41,12 @@ struct auto_choice {           /* zeroed = nothing was chosen */
  * pictures. Worth timing beside it is a technique of which little is known, which may gain a tenth
  * and is expected to take no more than twice as long. */
 struct auto_pick {
-    enum forecast_technique technique;
-    struct learning_answer answers[FORECAST_TECHNIQUES];
+    enum shadow_technique technique;
+    struct learning_answer answers[SHADOWS_COUNT];
     bool has_runner_up;
-    enum forecast_technique runner_up; /* worth timing */
+    enum shadow_technique runner_up; /* worth timing */
 };
-struct auto_pick auto_pick(const struct learning_case frames[FORECAST_TECHNIQUES],
+struct auto_pick auto_pick(const struct learning_case frames[SHADOWS_COUNT],
                            const struct learning *learned); /* NULL: nothing was learned */
 
 /* A frame of one technique that builds this share of its structures, [0, 1]. */
@@ -63,14 +63,22 @@ struct auto_desc {
     struct light_reach *reach; /* as workload_desc has it, where a forecast was needed; optional */
 };
 
-/* A request leaves the choice open when it asks for color with `shadows: auto`, says nothing that
- * only maps have (another resolution than 1024, more than 4 taps, compressed or averaged lists) nor
- * linked lists, and its lights are none that only rays can draw. */
+/* A quality leaves the choice open when it has `shadows: auto` and says nothing that only maps have
+ * (another resolution than the default, more taps than that, compressed or averaged lists) nor
+ * linked lists. */
+bool auto_quality_is_open(const struct view_quality *quality);
+
+/* Open is a view whose quality is, with color among its outputs, where no light is one that only
+ * rays can draw. */
 MUST_CHECK bool auto_choose(struct auto_choice *choice, const struct auto_desc *desc,
                             struct error *err);
-double auto_choice_ms(const struct auto_choice *choice); /* what it is expected to take, or 0 */
-enum forecast_technique auto_choice_technique(const struct auto_choice *choice);
-/* The technique that a request would name for it: of maps `deep`. */
-enum shadow_technique auto_choice_shadows(const struct auto_choice *choice);
+
+/* SHADOWS_RASTER_DEFAULT, unless another candidate gains by more than forecasts are off; of the
+ * others the fastest. */
+enum shadow_technique auto_fastest(const double ms[SHADOWS_COUNT]);
+
+/* "120 ms ray traced, 80 ms rasterised": of all candidates whose time is not below 0. */
+enum { AUTO_TIMES_BYTES = 128 };
+void auto_times_text(const double ms[SHADOWS_COUNT], char text[AUTO_TIMES_BYTES]);
 
 #endif

@@ -2,27 +2,33 @@
 /* Choosing a setting: one pass over the rows with an order, and the models for no rows. */
 #include "renderer/cost/choice.h"
 
+#include <assert.h>
 #include <math.h>
 
-bool choice_row_fits(const struct choice_row *row, const struct choice_wish *wish)
+#include "renderer/cost/technique_forecast.h"
+#include "renderer/shadows/technique.h"
+
+bool choice_row_fits(const struct choice_row *row, const struct quality_target *target)
 {
     const struct choice_setting *setting = &row->setting;
-    if (wish->shadows != SHADOWS_AUTO && wish->shadows != setting->shadows)
+    if (target->shadows != SHADOWS_AUTO && target->shadows != setting->shadows)
         return false;
-    if (wish->samples && wish->samples != setting->samples)
+    if (target->samples && target->samples != setting->samples)
         return false;
-    if (wish->has_linked_lists && setting->shadows == SHADOWS_RAYTRACED_SHADOWS)
+    if (target->has_linked_lists &&
+        !shadow_technique_can(setting->shadows, SHADOW_CAN_LINKED_LISTS))
         return false;
     if (setting->shadow_resolution == 0)
         return true;
-    bool has_lists = setting->shadows == SHADOWS_DEEP;
+    bool has_lists = shadow_technique_has(setting->shadows, SHADOW_HAS_COMPRESSION);
     if (has_lists &&
-        ((wish->shadow_compression > 0 &&
-          wish->shadow_compression != setting->shadow_compression) ||
-         (wish->shadow_prefilter && wish->shadow_prefilter != setting->shadow_prefilter)))
+        ((target->shadow_compression > 0 &&
+          target->shadow_compression != setting->shadow_compression) ||
+         (target->shadow_prefilter && target->shadow_prefilter != setting->shadow_prefilter)))
         return false;
-    return (!wish->shadow_resolution || wish->shadow_resolution == setting->shadow_resolution) &&
-           (!wish->shadow_taps || wish->shadow_taps == setting->shadow_taps);
+    return (!target->shadow_resolution ||
+            target->shadow_resolution == setting->shadow_resolution) &&
+           (!target->shadow_taps || target->shadow_taps == setting->shadow_taps);
 }
 
 /* How well a row serves: a higher class wins; within a class the lower first number, then the lower
@@ -32,26 +38,26 @@ struct rank {
     double first, second;
 };
 
-static bool keeps_error(const struct choice_row *row, const struct choice_wish *wish)
+static bool keeps_error(const struct choice_row *row, const struct quality_target *target)
 {
-    return wish->max_error <= 0 || row->error <= wish->max_error;
+    return target->max_error <= 0 || row->error <= target->max_error;
 }
 
-static bool keeps_budget(const struct choice_row *row, const struct choice_wish *wish)
+static bool keeps_budget(const struct choice_row *row, const struct quality_target *target)
 {
-    return wish->budget_ms <= 0 || row->ms <= wish->budget_ms;
+    return target->budget_ms <= 0 || row->ms <= target->budget_ms;
 }
 
-static struct rank rank_row(const struct choice_row *row, const struct choice_wish *wish)
+static struct rank rank_row(const struct choice_row *row, const struct quality_target *target)
 {
-    bool is_true = keeps_error(row, wish), is_quick = keeps_budget(row, wish);
-    if (wish->max_error > 0 && is_true && is_quick)
+    bool is_true = keeps_error(row, target), is_quick = keeps_budget(row, target);
+    if (target->max_error > 0 && is_true && is_quick)
         return (struct rank){3, row->ms, row->error};
-    if (is_quick && wish->budget_ms > 0) /* alone, or with an error that nothing keeps in time */
+    if (is_quick && target->budget_ms > 0) /* alone, or with an error that nothing keeps in time */
         return (struct rank){2, row->error, row->ms};
-    if (wish->budget_ms <= 0) /* an error that nothing keeps: the nearest is the smallest */
+    if (target->budget_ms <= 0) /* an error that nothing keeps: the nearest is the smallest */
         return (struct rank){1, row->error, row->ms};
-    if (wish->max_error > 0 && is_true)
+    if (target->max_error > 0 && is_true)
         return (struct rank){1, row->ms, row->error};
     return (struct rank){0, row->ms, row->error};
 }
@@ -75,28 +81,28 @@ static bool is_bare(const struct choice_row *row)
 /* Whether dropping all shadows would keep the budget, and is not worth it. Who names an error has
  * said what it is worth. */
 static bool drops_too_much(const struct choice_row *rows, size_t count,
-                           const struct choice_wish *wish, const struct choice_row *bare)
+                           const struct quality_target *target, const struct choice_row *bare)
 {
-    if (wish->budget_ms <= 0 || wish->shadows == SHADOWS_NONE || !is_bare(bare) ||
-        (wish->max_error > 0 && keeps_error(bare, wish)))
+    if (target->budget_ms <= 0 || target->shadows == SHADOWS_NONE || !is_bare(bare) ||
+        (target->max_error > 0 && keeps_error(bare, target)))
         return false;
     for (size_t i = 0; i < count; i++)
-        if (!is_bare(&rows[i]) && choice_row_fits(&rows[i], wish) &&
-            rows[i].ms <= LATE_MOST * wish->budget_ms && rows[i].error <= WORTH * bare->error &&
+        if (!is_bare(&rows[i]) && choice_row_fits(&rows[i], target) &&
+            rows[i].ms <= LATE_MOST * target->budget_ms && rows[i].error <= WORTH * bare->error &&
             isfinite(rows[i].error))
             return true;
     return false;
 }
 
-bool choice_make(const struct choice_row *rows, size_t count, const struct choice_wish *wish,
+bool choice_make(const struct choice_row *rows, size_t count, const struct quality_target *target,
                  struct choice *choice)
 {
     struct rank best = {.class_ = -1};
     *choice = (struct choice){0};
     for (size_t i = 0; i < count; i++) {
-        if (!choice_row_fits(&rows[i], wish) || drops_too_much(rows, count, wish, &rows[i]))
+        if (!choice_row_fits(&rows[i], target) || drops_too_much(rows, count, target, &rows[i]))
             continue;
-        struct rank rank = rank_row(&rows[i], wish);
+        struct rank rank = rank_row(&rows[i], target);
         if (choice->row && !is_before(&rank, &best))
             continue;
         best = rank;
@@ -104,20 +110,19 @@ bool choice_make(const struct choice_row *rows, size_t count, const struct choic
     }
     if (!choice->row)
         return false;
-    choice->keeps_error = keeps_error(choice->row, wish);
-    choice->keeps_budget = keeps_budget(choice->row, wish);
+    choice->keeps_error = keeps_error(choice->row, target);
+    choice->keeps_budget = keeps_budget(choice->row, target);
     return true;
 }
 
 /* ---- models ---- */
 
-/* RMSE where the image's side, the root of its pixels, is 480: docs/tradeoffs.md, "The models". */
+/* RMSE where the image's side, the root of its pixels, is 480: docs/explanation/cost-model.md. */
 static const double SIDE_PX = 480;
 static const double RASTER_ERROR[2] = {0.036, 0.0215}; /* 1 and 4 samples per pixel */
-enum { TRACED_RUNGS = 5 };
-static const int TRACED_SAMPLES[TRACED_RUNGS] = {1, 4, 16, 64, 256};
-static const double TRACED_ERROR[TRACED_RUNGS] = {0.036, 0.0155, 0.0075, 0.004, 0.0022};
-static const double TEXEL_ERROR = 0.15; /* of a map with one texel and tap */
+enum { TRACED_SETTINGS = 5 };
+static const int TRACED_SAMPLES[TRACED_SETTINGS] = {1, 4, 16, 64, 256};
+static const double TRACED_ERROR[TRACED_SETTINGS] = {0.036, 0.0155, 0.0075, 0.004, 0.0022};
 
 /* Costs were fitted to frames of 1 and 4 samples. With more, four of five scenes take at most this
  * many times what the sum says for a scene as in the mean: glass and edges are not counted. */
@@ -125,10 +130,10 @@ static const double TRACED_CAUTION = 4;
 
 static double traced_error(int samples)
 {
-    int rung = 0;
-    while (rung + 1 < TRACED_RUNGS && TRACED_SAMPLES[rung + 1] <= samples)
-        rung++;
-    return TRACED_ERROR[rung];
+    int i = 0;
+    while (i + 1 < TRACED_SETTINGS && TRACED_SAMPLES[i + 1] <= samples)
+        i++;
+    return TRACED_ERROR[i];
 }
 
 /* What the counts do not tell, as in the mean of the shared scenes. */
@@ -182,8 +187,7 @@ static double raster_bytes(const struct choice_frame *frame, const struct worklo
 static struct choice_row estimate(const struct choice_frame *frame,
                                   const struct choice_setting *setting)
 {
-    const struct device_speed *speed = speed_of(frame);
-    bool is_traced = setting->shadows == SHADOWS_RAYTRACED;
+    bool is_renderer = shadow_technique_is_renderer(setting->shadows);
     bool has_shadows = setting->shadows != SHADOWS_NONE;
     struct workload workload = guess_work(frame);
     struct forecast_setting cost = {
@@ -193,54 +197,47 @@ static struct choice_row estimate(const struct choice_frame *frame,
         .has_shadows = has_shadows,
     };
     cost.is_warm = frame->is_warm && can_stay(frame, &workload, &cost);
-    double camera = is_traced ? traced_error(setting->samples) : RASTER_ERROR[setting->samples > 1];
-    double shadow =
-        setting->shadow_resolution && frame->lights
-            ? TEXEL_ERROR * sqrt(sqrt((double)setting->shadow_taps) / setting->shadow_resolution)
-            : 0;
+    double camera =
+        is_renderer ? traced_error(setting->samples) : RASTER_ERROR[setting->samples > 1];
+    double shadow = frame->lights ? technique_forecast_error(setting->shadows, &cost) : 0;
     double side = sqrt(fmax(frame->pixels, 1));
-    double ms = (is_traced ? forecast_traced_ms : forecast_raster_ms)(&workload, &cost, speed);
+    double ms = technique_forecast_ms(setting->shadows,
+                                      &(struct forecast_frame){&workload, &cost, speed_of(frame)});
     return (struct choice_row){
         .setting = *setting,
         .ms = setting->samples > 4 ? TRACED_CAUTION * ms : ms,
         .error = !has_shadows ? INFINITY : hypot(camera, shadow) * sqrt(SIDE_PX / side),
-        .bytes = is_traced ? 0 : raster_bytes(frame, &workload, &cost),
+        .bytes = is_renderer ? 0 : raster_bytes(frame, &workload, &cost),
     };
 }
 
-/* The rasteriser's surfaces, and a ray to each light. */
-static struct choice_row estimate_traced_shadows(const struct choice_frame *frame, int samples)
-{
-    struct workload workload = guess_work(frame);
-    const struct forecast_setting cost = {
-        .samples = samples, .has_shadows = true, .is_warm = frame->is_warm};
-    const struct forecast_setting window = {.samples = samples};
-    return (struct choice_row){
-        .setting = {.shadows = SHADOWS_RAYTRACED_SHADOWS, .samples = samples},
-        .ms = forecast_traced_shadows_ms(&workload, &cost, speed_of(frame)),
-        .error = RASTER_ERROR[samples > 1] * sqrt(SIDE_PX / sqrt(fmax(frame->pixels, 1))),
-        .bytes = raster_bytes(frame, &workload, &window),
-    };
-}
-
-/* The rungs of one parameter: what was said alone, else the ladder's. */
-static int rungs(int said, const int *ladder, int count, int out[])
+/* The values of one parameter: the requested one alone, else those of the sweep. */
+static int values_of(int said, const int *swept, int count, int out[])
 {
     for (int i = 0; i < (said ? 1 : count); i++)
-        out[i] = said ? said : ladder[i];
+        out[i] = said ? said : swept[i];
     return said ? 1 : count;
 }
 
-static size_t estimate_maps(const struct choice_frame *frame, const struct choice_wish *wish,
-                            struct choice_row *rows)
+enum { TECHNIQUE_ROWS_MAX = 40 };
+
+/* Adds rows for all values of the parameters that the technique has. */
+static size_t estimate_technique(const struct choice_frame *frame,
+                                 const struct quality_target *target, enum shadow_technique shadows,
+                                 struct choice_row *rows)
 {
     static const int all_resolutions[] = {256, 512, 1024, 2048, 4096}, all_taps[] = {1, 4, 9, 16};
-    static const int all_samples[] = {1, 4};
-    int resolutions[5], taps[4], samples[2];
-    enum shadow_technique shadows = wish->shadows == SHADOWS_AUTO ? SHADOWS_DEEP : wish->shadows;
-    int resolution_count = rungs(wish->shadow_resolution, all_resolutions, 5, resolutions);
-    int taps_count = rungs(wish->shadow_taps, all_taps, 4, taps);
-    int samples_count = rungs(wish->samples, all_samples, 2, samples);
+    static const int none[] = {0};
+    bool is_renderer = shadow_technique_is_renderer(shadows);
+    bool has_maps = shadow_technique_has(shadows, SHADOW_HAS_MAP);
+    int resolutions[5], taps[4], samples[TRACED_SETTINGS];
+    int samples_count =
+        values_of(target->samples, TRACED_SAMPLES, is_renderer ? TRACED_SETTINGS : 2, samples);
+    int resolution_count =
+        has_maps ? values_of(target->shadow_resolution, all_resolutions, 5, resolutions)
+                 : values_of(0, none, 1, resolutions);
+    int taps_count =
+        has_maps ? values_of(target->shadow_taps, all_taps, 4, taps) : values_of(0, none, 1, taps);
     size_t count = 0;
     for (int s = 0; s < samples_count; s++)
         for (int r = 0; r < resolution_count; r++)
@@ -253,48 +250,29 @@ static size_t estimate_maps(const struct choice_frame *frame, const struct choic
     return count;
 }
 
-static size_t estimate_bare(const struct choice_frame *frame, const struct choice_wish *wish,
-                            struct choice_row *rows)
+static bool is_estimated(const struct quality_target *target, enum shadow_technique shadows)
 {
-    static const int all_samples[] = {1, 4};
-    int samples[2];
-    int count = rungs(wish->samples, all_samples, 2, samples);
-    for (int s = 0; s < count; s++)
-        rows[s] = estimate(
-            frame, &(struct choice_setting){.shadows = SHADOWS_NONE, .samples = samples[s]});
-    return (size_t)count;
+    bool goes_with_lists =
+        !target->has_linked_lists || shadow_technique_can(shadows, SHADOW_CAN_LINKED_LISTS);
+    return target->shadows == SHADOWS_AUTO
+               ? shadow_technique_is_candidate(shadows) && goes_with_lists
+               : target->shadows == shadows;
 }
 
-static size_t estimate_rays(const struct choice_frame *frame, const struct choice_wish *wish,
-                            struct choice_row *rows)
-{
-    static const int all_samples[] = {1, 4};
-    int samples[2];
-    int count = rungs(wish->samples, all_samples, 2, samples);
-    for (int s = 0; s < count; s++)
-        rows[s] = estimate_traced_shadows(frame, samples[s]);
-    return (size_t)count;
-}
-
-size_t choice_estimate(const struct choice_frame *frame, const struct choice_wish *wish,
+/* Whole renderers last: of equals the first counts. */
+size_t choice_estimate(const struct choice_frame *frame, const struct quality_target *target,
                        struct choice_row rows[CHOICE_ESTIMATES_MAX])
 {
-    int samples[TRACED_RUNGS];
     size_t count = 0;
-    if (wish->shadows == SHADOWS_NONE)
-        return estimate_bare(frame, wish, rows);
-    if (wish->shadows == SHADOWS_RAYTRACED_SHADOWS)
-        return estimate_rays(frame, wish, rows);
-    if (wish->shadows != SHADOWS_RAYTRACED)
-        count = estimate_maps(frame, wish, rows);
-    if (wish->shadows != SHADOWS_RAYTRACED && wish->shadows != SHADOWS_AUTO)
-        return count;
-    if (wish->shadows == SHADOWS_AUTO && !wish->has_linked_lists)
-        count += estimate_rays(frame, wish, rows + count);
-    int traced = rungs(wish->samples, TRACED_SAMPLES, TRACED_RUNGS, samples);
-    for (int s = 0; s < traced; s++)
-        rows[count++] = estimate(
-            frame, &(struct choice_setting){.shadows = SHADOWS_RAYTRACED, .samples = samples[s]});
+    for (int is_renderer = 0; is_renderer < 2; is_renderer++)
+        for (int i = 0; i < SHADOWS_COUNT; i++) {
+            enum shadow_technique shadows = (enum shadow_technique)i;
+            if (!is_estimated(target, shadows) ||
+                shadow_technique_is_renderer(shadows) != is_renderer)
+                continue;
+            assert(count + TECHNIQUE_ROWS_MAX <= CHOICE_ESTIMATES_MAX);
+            count += estimate_technique(frame, target, shadows, rows + count);
+        }
     return count;
 }
 
@@ -302,20 +280,32 @@ size_t choice_add_traced(struct choice_row *rows, size_t count, size_t capacity)
 {
     struct choice_row best = {.setting = {.samples = 0}};
     for (size_t i = 0; i < count; i++)
-        if (rows[i].setting.shadows == SHADOWS_RAYTRACED &&
+        if (shadow_technique_is_renderer(rows[i].setting.shadows) &&
             rows[i].setting.samples > best.setting.samples)
             best = rows[i];
-    for (int i = 0; best.setting.samples && i < TRACED_RUNGS && count < capacity; i++) {
+    for (int i = 0; best.setting.samples && i < TRACED_SETTINGS && count < capacity; i++) {
         int samples = TRACED_SAMPLES[i];
         if (samples <= best.setting.samples)
             continue;
         rows[count++] = (struct choice_row){
-            .setting = {.shadows = SHADOWS_RAYTRACED, .samples = samples},
+            .setting = {.shadows = best.setting.shadows, .samples = samples},
             .ms = best.ms * samples / best.setting.samples,
             .error = best.error * traced_error(samples) / traced_error(best.setting.samples),
         };
     }
     return count;
+}
+
+enum shadow_technique choice_candidate_of(enum shadow_technique drawn)
+{
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        const struct shadow_method *method = shadow_method_of((enum shadow_technique)i);
+        bool is_candidate = shadow_technique_is_candidate((enum shadow_technique)i) && method &&
+                            (int)method->id == i;
+        if (is_candidate && method->otherwise && method->otherwise->id == drawn)
+            return method->id;
+    }
+    return drawn;
 }
 
 struct choice_row choice_scale(const struct choice_row *row, double pixels_there,

@@ -12,7 +12,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "renderer/cost/forecast.h"
+#include "protocol/shadow_technique.h"
+#include "renderer/forecast/forecast.h"
 #include "renderer/view.h"
 
 struct choice_setting {
@@ -31,7 +32,7 @@ struct choice_row {
 };
 
 /* What is asked for, and what was said and must stay. */
-struct choice_wish {
+struct quality_target {
     double max_error, budget_ms;                 /* 0 = not asked for; at least one is */
     enum shadow_technique shadows;               /* AUTO = open */
     int shadow_resolution, shadow_taps, samples; /* 0 = open */
@@ -52,12 +53,12 @@ struct choice {
  * shadows is none for a budget where another takes at most half as long again as that and is half
  * as far off: then no row keeps the budget. With max_error it is one where it keeps that. False
  * when no row goes with what was said. */
-bool choice_make(const struct choice_row *rows, size_t count, const struct choice_wish *wish,
+bool choice_make(const struct choice_row *rows, size_t count, const struct quality_target *target,
                  struct choice *choice);
 
 /* Whether a row goes with what was said: open members go with all, and a map's parameters do not
  * hinder a technique that has none. */
-bool choice_row_fits(const struct choice_row *row, const struct choice_wish *wish);
+bool choice_row_fits(const struct choice_row *row, const struct quality_target *target);
 
 /* ---- without a measurement ---- */
 
@@ -73,23 +74,27 @@ struct choice_frame {
 };
 
 /* Models, so what they promise is called estimated.
- *   time: renderer/cost/forecast, for a scene of which only these counts are known: the rest is as
- *   in the mean of the shared scenes (choice.c).
+ *   time: renderer/cost/technique_forecast, for a scene of which only these counts are known: the
+ *   rest is as in the mean of the shared scenes (choice.c).
  *   error: a constant of the technique, below which four of five settings measured on shared
- *   scenes are (docs/tradeoffs.md, "The models"), over the root of the image's side: edges are
- * wrong, and their share of the pixels is one over the side. Camera edges by samples; shadow edges
- * by the width of a texel, sqrt(taps) / shadow_resolution. Fills rows for what was said, else for
- * the techniques DEEP (the rasteriser's default), RAYTRACED and RAYTRACED_SHADOWS; with what was
- * said of resolution, taps and samples, else with those of the ladder. Returns their number, which
- * is not 0. */
-enum { CHOICE_ESTIMATES_MAX = 64 };
-size_t choice_estimate(const struct choice_frame *frame, const struct choice_wish *wish,
+ *   scenes are (docs/explanation/cost-model.md), over the root of the image's side:
+ * edges are wrong, and their share of the pixels is one over the side. Camera edges by samples;
+ * shadow edges by the width of a texel, sqrt(taps) / shadow_resolution. Fills rows for the
+ * technique that was said, else for the candidates of `auto`; with what was said of resolution,
+ * taps and samples, else with those of the sweep. Returns their number, which is not 0. */
+enum { CHOICE_ESTIMATES_MAX = 128 }; /* 40 of each technique of maps */
+size_t choice_estimate(const struct choice_frame *frame, const struct quality_target *target,
                        struct choice_row rows[CHOICE_ESTIMATES_MAX]);
 
 /* Rows of more samples than any ray-traced one has, up to 256: its time by the samples (too careful
  * where building weighs), its error as the model's falls. Without a ray-traced row nothing is
  * added, nor beyond `capacity`. Returns the count. */
 size_t choice_add_traced(struct choice_row *rows, size_t count, size_t capacity);
+
+/* The candidate of `auto` that is drawn as that technique where no light wants the candidate's own
+ * (struct shadow_method.otherwise): deep shadow maps of opaque casters are plain maps. Without one,
+ * the technique itself. */
+enum shadow_technique choice_candidate_of(enum shadow_technique drawn);
 
 /* A row of another view of the same scene on the same device: time by the pixels (the shadow maps
  * cost the same, so this is too careful where the image shrinks), error as it was. */

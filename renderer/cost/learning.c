@@ -6,8 +6,8 @@
 
 /* Standard deviations of natural logarithms before any lesson. MACHINE: of all terms together, a
  * device that is slower than calibration found. TERM: of one term; fits of forecast.c are off by
- * 1.2 to 1.6. TECHNIQUE: what its terms do not tell. */
-static const double MACHINE = 0.3, TERM = 0.4, TECHNIQUE = 0.25;
+ * 1.2 to 1.6. FAMILY: what its terms do not tell. */
+static const double MACHINE = 0.3, TERM = 0.4, FAMILY = 0.25;
 static const double SCENE = 0.35;      /* what one scene is off by itself */
 static const double NOISE = 0.12;      /* of one frame's time */
 static const double FORGETS = 0.03;    /* each lesson adds this deviation to each factor's */
@@ -23,7 +23,7 @@ enum { RUN_MOST = 4 };
 static double prior(int i, int k)
 {
     bool are_terms = i < FORECAST_TERM_COUNT && k < FORECAST_TERM_COUNT;
-    double own = i < FORECAST_TERM_COUNT ? TERM : TECHNIQUE;
+    double own = i < FORECAST_TERM_COUNT ? TERM : FAMILY;
     return (are_terms ? MACHINE * MACHINE : 0) + (i == k ? own * own : 0);
 }
 
@@ -37,6 +37,14 @@ void learning_init(struct learning *learning)
 
 /* ---- expectation ---- */
 
+/* Whose factor a technique has: without shadows a picture takes what one with maps does, without
+ * their work. */
+static enum shadow_family family_of(const struct learning_case *frame)
+{
+    enum shadow_family family = shadow_technique_family(frame->technique);
+    return family == SHADOW_FAMILY_NONE ? SHADOW_FAMILY_MAPS : family;
+}
+
 /* The logarithm of the time by the factors alone, its slope over each factor, and the product of
  * the covariance with the slope. */
 struct estimate {
@@ -47,6 +55,7 @@ static bool estimate(const struct learning *learning, const struct learning_case
                      struct estimate *e)
 {
     double ms = 0;
+    int family = FORECAST_TERM_COUNT + (int)family_of(frame);
     *e = (struct estimate){.log_ms = 0};
     for (int i = 0; i < FORECAST_TERM_COUNT; i++) {
         if (!(frame->terms[i] >= 0))
@@ -58,13 +67,13 @@ static bool estimate(const struct learning *learning, const struct learning_case
         return false;
     for (int i = 0; i < FORECAST_TERM_COUNT; i++)
         e->slope[i] /= ms;
-    e->slope[FORECAST_TERM_COUNT + (int)frame->technique] = 1;
+    e->slope[family] = 1;
     for (int i = 0; i < LEARNING_STATES; i++)
         for (int k = 0; k < LEARNING_STATES; k++)
             e->spread[i] += learning->doubt[i][k] * e->slope[k];
     for (int i = 0; i < LEARNING_STATES; i++)
         e->variance += e->slope[i] * e->spread[i];
-    e->log_ms = log(ms) + learning->factor[FORECAST_TERM_COUNT + (int)frame->technique];
+    e->log_ms = log(ms) + learning->factor[family];
     return true;
 }
 
@@ -180,7 +189,7 @@ void learning_teach(struct learning *learning, const struct learning_case *frame
     learning->clock++;
     /* The more lessons of a view, the less each of them tells of others. */
     double noise = NOISE * NOISE + (view ? SCENE * SCENE * (1 + fmin(view->count, 8)) : 0);
-    correct(learning, &e, noise, off, cut(off, ODD, &learning->run[frame->technique]));
+    correct(learning, &e, noise, off, cut(off, ODD, &learning->run[family_of(frame)]));
     if (!view)
         return;
     /* The view's own expectation goes to what it took, by no more than the limit; of later lessons
@@ -202,8 +211,8 @@ void learning_show(struct learning *learning, const struct learning_case *frame)
 {
     const struct learning_view *shown = find_view(learning, entry_key(frame));
     struct learning_case other = *frame;
-    for (int i = 0; shown && i < FORECAST_TECHNIQUES; i++) {
-        other.technique = (enum forecast_technique)i;
+    for (int i = 0; shown && i < SHADOWS_COUNT; i++) {
+        other.technique = (enum shadow_technique)i;
         const struct learning_view *view = find_view(learning, entry_key(&other));
         if (view)
             learning->views[view - learning->views].is_shown = view == shown;
@@ -235,7 +244,7 @@ bool learning_is_sound(const struct learning *learning)
                        is_within(row[k] - learning->doubt[k][i], 1e-9);
         }
     }
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++)
+    for (int i = 0; i < LEARNING_FAMILIES; i++)
         is_sound = is_sound && is_run(&learning->run[i]);
     for (int i = 0; i < LEARNING_VIEWS_MAX; i++)
         is_sound = is_sound && is_within(learning->views[i].off, FACTOR_MOST) &&

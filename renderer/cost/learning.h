@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What frames really took corrects what renderer/cost/forecast says they take: each kind of work
- * and each technique by a factor of its own, and each view that was drawn before by what it took.
- * Pure functions over plain values. Thread: any.
+/* What frames really took corrects what renderer/cost/technique_forecast says they take: each kind
+ * of work and each family of techniques by a factor of its own, and each view that was drawn before
+ * by what it took. Pure functions over plain values. Thread: any.
  *
  * The factors are estimated by recursive least squares with forgetting (an extended Kalman filter:
  * Kalman 1960, "A New Approach to Linear Filtering and Prediction Problems") in the logarithm of
@@ -14,10 +14,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "renderer/cost/forecast.h"
+#include "protocol/shadow_technique.h"
+#include "renderer/forecast/forecast.h"
 
 enum {
-    LEARNING_STATES = FORECAST_TERM_COUNT + FORECAST_TECHNIQUES,
+    LEARNING_FAMILIES = SHADOW_FAMILY_NONE, /* pictures without shadows are of that of maps */
+    LEARNING_STATES = FORECAST_TERM_COUNT + LEARNING_FAMILIES,
     LEARNING_VIEWS_MAX = 256, /* the one not taught for longest makes room */
 };
 
@@ -38,9 +40,9 @@ struct learning_view {
 
 /* Copied, compared and kept as it is; learning_init makes one that corrects nothing. */
 struct learning {
-    double factor[LEARNING_STATES];                 /* natural logarithms: terms, then techniques */
+    double factor[LEARNING_STATES];                 /* natural logarithms: terms, then families */
     double doubt[LEARNING_STATES][LEARNING_STATES]; /* covariance of the factors */
-    struct learning_run run[FORECAST_TECHNIQUES];
+    struct learning_run run[LEARNING_FAMILIES];
     uint64_t clock; /* lessons so far */
     struct learning_view views[LEARNING_VIEWS_MAX];
 };
@@ -49,8 +51,8 @@ void learning_init(struct learning *learning);
 
 /* A frame, or one that may be drawn. */
 struct learning_case {
-    double terms[FORECAST_TERM_COUNT]; /* ms, of forecast_terms */
-    enum forecast_technique technique;
+    double terms[FORECAST_TERM_COUNT]; /* ms, of technique_forecast_terms */
+    enum shadow_technique technique;
     uint64_t view; /* key of what is drawn, whatever the camera; 0: none */
 };
 

@@ -2,6 +2,7 @@
 /* Counts of lights, shadow maps and what is drawn into them. */
 #include "renderer/cost/workload.h"
 
+#include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/lights/clusters.h"
 #include "renderer/shadows/shadow_frame.h"
@@ -10,16 +11,15 @@
 #include "shaders/shared/records.h"
 
 enum {
-    LIGHTS_SAMPLED = 8,        /* whose casters are looked at, at equal steps; the others are taken
-                                  to be alike */
-    TRIANGLES_SAMPLED = 256,   /* of the transparent casters of one light */
-    LIST_TESTS_MAX = 4096,     /* of a light against the cluster of a surface: 0.3 ms */
-    AREA_SAMPLES_DEFAULT = 16, /* renderer/view.h */
+    LIGHTS_SAMPLED = 8,      /* whose casters are looked at, at equal steps; the others are taken
+                                to be alike */
+    TRIANGLES_SAMPLED = 256, /* of the transparent casters of one light */
+    LIST_TESTS_MAX = 4096,   /* of a light against the cluster of a surface: 0.3 ms */
 };
 static const double PI = 3.14159265358979323846;
 
 /* Whether a light shines on a surface, seen from its upper side. */
-static bool shines_on(const struct state_light *light, const struct survey_point *point)
+static bool shines_on(const struct state_light *light, const struct scene_sample *point)
 {
     double to_light[3];
     if (light->type == SCENE_LIGHT_DIRECTIONAL)
@@ -35,21 +35,20 @@ static bool shines_on(const struct state_light *light, const struct survey_point
     return light->type != SCENE_LIGHT_SPOT || along > distance * cos((double)light->outer_cone_rad);
 }
 
-static double count_lit(const struct workload_desc *desc, const struct survey *survey,
+static double count_lit(const struct workload_desc *desc, const struct scene_sampling *sampling,
                         const struct light_reach *reach)
 {
     int area_samples = desc->view->quality.area_samples;
     double lit = 0, points = 0;
-    for (int p = 0; p < survey->point_count; p++)
-        points += survey->points[p].weight;
+    for (int p = 0; p < sampling->point_count; p++)
+        points += sampling->points[p].weight;
     for (size_t i = 0; i < desc->state->light_count; i++) {
         const struct state_light *light = &desc->state->lights[i];
-        double rays = !state_light_is_area(light) ? 1
-                      : area_samples              ? area_samples
-                                                  : AREA_SAMPLES_DEFAULT;
-        for (int p = 0; p < survey->point_count && reach->is_in_view[i]; p++)
-            if (shines_on(light, &survey->points[p]))
-                lit += rays * survey->points[p].weight / points;
+        double rays =
+            !state_light_is_area(light) ? 1 : quality_or(area_samples, AREA_SAMPLES_DEFAULT);
+        for (int p = 0; p < sampling->point_count && reach->is_in_view[i]; p++)
+            if (shines_on(light, &sampling->points[p]))
+                lit += rays * sampling->points[p].weight / points;
     }
     return lit;
 }
@@ -84,16 +83,16 @@ static struct view_ray tile_around(const struct workload_desc *desc, const doubl
 }
 
 /* Lights in the lists of visible surfaces. */
-static double count_listed(const struct workload_desc *desc, const struct survey *survey,
+static double count_listed(const struct workload_desc *desc, const struct scene_sampling *sampling,
                            const struct light_reach *reach)
 {
     const struct light_bounds *bounds = &reach->bounds;
     double share = slice_share(bounds, desc->camera), listed = 0, points = 0;
-    size_t step = bounds->count * (size_t)survey->point_count / LIST_TESTS_MAX + 1;
-    for (int p = 0; p < survey->point_count; p++)
-        points += survey->points[p].weight;
-    for (int p = 0; p < survey->point_count; p++) {
-        const struct survey_point *point = &survey->points[p];
+    size_t step = bounds->count * (size_t)sampling->point_count / LIST_TESTS_MAX + 1;
+    for (int p = 0; p < sampling->point_count; p++)
+        points += sampling->points[p].weight;
+    for (int p = 0; p < sampling->point_count; p++) {
+        const struct scene_sample *point = &sampling->points[p];
         double depth, front, back;
         const struct view_ray ray = tile_around(desc, point->position, &depth);
         for (size_t i = (size_t)p % step; i < bounds->count; i += step)
@@ -163,7 +162,8 @@ static bool load_map(const struct workload_desc *desc, const struct state_light 
     struct shadow_frame frame;
     double transparent = 0;
     *load = (struct map_load){0};
-    if (!light->casts_shadow || !shadow_frame_init(&frame, light, desc->state, 1024))
+    if (!light->casts_shadow ||
+        !shadow_frame_init(&frame, light, desc->state, SHADOW_RESOLUTION_DEFAULT))
         return false;
     for (int pass = 0; pass < 2; pass++) /* counted first, to know how many to sample of each */
         for (size_t i = 0; i < desc->state->whole_count; i++) {
@@ -219,20 +219,20 @@ static void measure_maps(struct workload *workload, const struct workload_desc *
 bool workload_measure(struct workload *workload, const struct workload_desc *desc,
                       struct error *err)
 {
-    struct survey survey;
+    struct scene_sampling sampling;
     struct light_reach own = {0}, *reach = desc->reach ? desc->reach : &own;
     *workload = (struct workload){.pixels = (double)desc->view->width_px * desc->view->height_px};
-    bool ok = survey_view(&survey, desc, err) &&
+    bool ok = scene_sampling_run(&sampling, desc, err) &&
               light_reach_collect(reach, desc->state, desc->camera, err);
     if (ok) {
-        workload->covered = survey.covered;
-        workload->layers = survey.layers;
-        workload->textures = survey.textures;
-        workload->triangles = survey.triangles;
-        workload->triangles_in_view = survey.triangles_in_view;
+        workload->covered = sampling.covered;
+        workload->layers = sampling.layers;
+        workload->textures = sampling.textures;
+        workload->triangles = sampling.triangles;
+        workload->triangles_in_view = sampling.triangles_in_view;
         workload->lights = desc->state->light_count - reach->unseen_count;
-        workload->lit = count_lit(desc, &survey, reach);
-        workload->listed = count_listed(desc, &survey, reach);
+        workload->lit = count_lit(desc, &sampling, reach);
+        workload->listed = count_listed(desc, &sampling, reach);
         measure_maps(workload, desc, reach);
     }
     light_reach_finish(&own);

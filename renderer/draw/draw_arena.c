@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What draws read: material records of a frame, and draw records relative to a space. */
+/* Holds what draws read: material records of a frame, and draw records relative to a space. */
 #include <epoxy/gl.h>
 #include <math.h>
 #include <stdlib.h>

@@ -185,7 +185,7 @@ static bool list_entries(const struct draw_desc *desc, size_t list_first, struct
     return true;
 }
 
-/* By batch; those of one keep their order. */
+/* Sorts entries by batch, and keeps the order within one. */
 static const struct draw_entry *sort_entries(const struct draw_desc *desc, size_t list_first)
 {
     struct draw_arena *arena = desc->arena;

@@ -33,8 +33,7 @@ static bool create_samplers(struct scene_gpu *gpu, struct error *err)
     return true;
 }
 
-/* What is sampled where a texture's image is missing: white, the neutral element of every
- * factor. */
+/* Creates the texture that stands for missing images: white, the neutral element of factors. */
 static bool create_white(struct scene_gpu *gpu, struct error *err)
 {
     static const unsigned char white[4] = {255, 255, 255, 255};

@@ -38,8 +38,8 @@ struct texture_passes {
  * levels are resident. */
 void scene_gpu_set_texture_passes(struct scene_gpu *gpu, const struct texture_passes *passes);
 
-/* Of a base colour texture, in [0, 1]: no filter of it samples less. 1 for -1 or a missing image.
- */
+/* The least alpha of a base colour texture, in [0, 1]: no filter samples less. 1 for -1 or a
+ * missing image. */
 float scene_gpu_least_alpha(const struct scene_gpu *gpu, int32_t texture);
 
 /* MATERIAL_* of a material's record, but those that depend on the item. */
@@ -52,11 +52,12 @@ void draw_arena_destroy(struct draw_arena *arena);
 /* Starts a frame: forgets all draws, uploads the material records of `state` (BIND_MATERIALS). */
 MUST_CHECK bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
                                  struct error *err);
-/* For passes without draws that read materials. */
+/* Binds the materials for passes that read them but draw nothing. */
 void draw_arena_bind_materials(const struct draw_arena *arena);
 
-/* What records are relative to. The matrices of a record are products in f64, rounded once: a scene
- * that is moved, turned or scaled together with its camera and lights has the same ones. */
+/* The space that records are relative to. The matrices of a record are products in f64, rounded
+ * once: a scene that is moved, turned or scaled together with its camera and lights has the same
+ * ones. */
 struct draw_space {
     double origin[3];  /* world */
     double axes[3][3]; /* rows of space_from_world, orthonormal */
@@ -81,8 +82,8 @@ uint32_t draw_arena_material(const struct draw_arena *arena, uint32_t item);
  * same space in the call before. */
 MUST_CHECK bool draw_arena_place(struct draw_arena *arena, const struct draw_place_desc *desc,
                                  struct draw_placement *placement, struct error *err);
-/* The same for several placements, which then hold together; what they lack goes up in one piece.
- */
+/* The same for several placements, which then hold together. All that they lack is uploaded at
+ * once. */
 MUST_CHECK bool draw_arena_place_all(struct draw_arena *arena, const struct draw_place_desc *descs,
                                      struct draw_placement *const *placements, size_t count,
                                      struct error *err);
@@ -119,8 +120,9 @@ struct draw_counts {
     uint64_t triangles;
 };
 /* Vertex attributes: 0 position, 1 normal, 2 tangent, 3 texcoord 0, 4 texcoord 1, 5 color, and from
- * ATTRIBUTE_DRAW on the draw record, one per instance (shaders/draw.glsl). Textures of the material
- * are at UNIT_MATERIAL_0.. where the hook asked for them. Adds to *counts when not NULL. */
+ * ATTRIBUTE_DRAW on the draw record, one per instance (shaders/draw/draw.glsl). Textures of the
+ * material are at UNIT_MATERIAL_0.. where the hook asked for them. Adds to *counts when not NULL.
+ */
 MUST_CHECK bool draws_submit(const struct draw_desc *desc, struct draw_counts *counts,
                              struct error *err);
 
@@ -134,7 +136,7 @@ void draws_begin(struct draw_arena *arena);
 MUST_CHECK bool draws_add(const struct draw_desc *desc, struct draw_range *range,
                           struct error *err);
 MUST_CHECK bool draws_upload(struct draw_arena *arena, struct error *err);
-/* Of desc only gpu, state and arena count. */
+/* Draws the range. Of desc only gpu, state and arena are used. */
 void draws_run(const struct draw_desc *desc, const struct draw_range *range);
 void draws_end(struct draw_arena *arena);
 /* Appends an instance to the list in the making, for draws without items. Returns its number. */

@@ -60,7 +60,7 @@ struct draw_record;
 struct draw_batch;
 struct draw_entry;
 
-/* Where arrays have the buffers of records and of instances: one behind the other. */
+/* The bindings of the buffers of records and of instances in vertex arrays. */
 enum { BINDING_RECORDS = 6, BINDING_INSTANCES };
 
 struct draw_instance { /* ATTRIBUTE_INSTANCE */
@@ -104,7 +104,7 @@ struct draw_arena {
     struct draw_bound bound;
 };
 
-/* Whose vertex array holds what the primitive counts from. */
+/* The scene whose vertex arrays hold the primitive's vertices. */
 static inline const struct scene_gpu *scene_gpu_of_part(const struct scene_gpu *gpu, uint32_t part)
 {
     return gpu->part_count ? gpu->parts[part] : gpu;

@@ -9,7 +9,7 @@
 
 #include "shaders/shared/records.h"
 
-/* Of these a shader has code; the other flags only sort drawables. */
+/* The flags that shaders have code for; the others only sort drawables. */
 static const uint32_t evaluated = MATERIAL_UNLIT | MATERIAL_BLEND | MATERIAL_TRANSMISSION |
                                   MATERIAL_PASS_SLAB | MATERIAL_PASS_EDGE |
                                   MATERIAL_NO_SELF_SHADOW | MATERIAL_KIND_METAL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the shaders of a scene must be able to do: the kinds of material and light that it has. The
- * rest is left out of their programs (Lexolights: Peciva 2012, 3.2). They are those of the whole
+/* The features that the shaders of a scene need: its kinds of materials and lights. All others are
+ * left out of its programs (Lexolights: Peciva 2012, 3.2). They are those of the whole
  * scene, not of what is in view, so that a camera that moves compiles nothing. Thread: any. */
 #ifndef VITRAIL_RENDERER_DRAW_SHADER_NEEDS_H
 #define VITRAIL_RENDERER_DRAW_SHADER_NEEDS_H
@@ -15,9 +15,9 @@ struct shader_needs {
     uint32_t light_kinds;   /* bit 1 << LIGHT_* */
     bool has_ranges;        /* some light ends at its range */
     bool has_smooth; /* opaque or masked drawables whose triangles stand for curved surfaces */
-    bool lifts;      /* and shadow maps are looked up above them; left to the plan */
-    uint32_t area_samples; /* points taken of each area light; 0: its centre stands for it.
-                              shader_needs_of leaves it to the plan */
+    bool has_normal_offset; /* shadow maps are looked up above smooth surfaces; set by the plan */
+    uint32_t area_samples;  /* points taken of each area light; 0: its centre stands for it.
+                               shader_needs_of leaves it to the plan */
 };
 
 struct shader_needs shader_needs_of(const struct scene_state *state);

@@ -217,7 +217,7 @@ struct candidate {
     float least, greatest;
 };
 
-/* From the narrowest on. */
+/* The candidates, from the narrowest on. */
 static const struct candidate candidates[] = {
     {VERTEX_U8, false, 1, 0, 255},
     {VERTEX_I8, false, 1, -128, 127},

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "renderer/base/wall_clock.h"
+#include "renderer/cost/workload.h"
 #include "renderer/frame/renderer_internal.h"
 #include "renderer/scene/blob_writer.h"
 
@@ -130,7 +131,7 @@ struct timing { /* the least so far */
     struct clocks cold[KINDS], warm[KINDS];
 };
 
-/* Of the whole process: on a rasteriser in software the device's work, too. */
+/* The processor time of the whole process, with the device's work on a software rasteriser. */
 static double processor_now_ms(void)
 {
     return clock_now_ms(CLOCK_PROCESS_CPUTIME_ID);
@@ -145,7 +146,7 @@ static struct view make_view(enum kind kind, const struct view_light *light)
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {0, 4, 3}, .fov_y_deg = 50},
         .lights = light,
         .light_count = 1,
-        .quality = {.shadows = kind == TRACED ? SHADOWS_RAYTRACED : SHADOWS_MAP,
+        .quality = {.shadows = kind == TRACED ? SHADOWS_RAYTRACED : SHADOWS_RASTER_DEFAULT,
                     .samples = 1,
                     .shadow_resolution = 512},
     };
@@ -203,7 +204,7 @@ double calibrate_alone_ms(double wall_ms, double processor_ms, bool is_on_proces
     return is_on_processors ? fmin(wall_ms, spread_ms) : wall_ms;
 }
 
-/* What was measured over what the machine of the fit would take. A clock may say 0. */
+/* The measured time over that of the machine of the fit. A clock may say 0. */
 static double over(double ms, double forecast_ms)
 {
     return fmax(ms, 1e-4) / forecast_ms;

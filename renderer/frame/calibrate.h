@@ -3,7 +3,7 @@
 #ifndef VITRAIL_RENDERER_FRAME_CALIBRATE_H
 #define VITRAIL_RENDERER_FRAME_CALIBRATE_H
 
-#include "renderer/cost/forecast.h"
+#include "renderer/forecast/forecast.h"
 #include "renderer/renderer.h"
 
 struct calibration {
@@ -12,8 +12,8 @@ struct calibration {
     int rounds;        /* of frames; the fastest of each kind counts */
 };
 
-/* What a frame takes when nothing else runs: its wall time, or where others had the processors and
- * the frame was made on them, its processor time spread over them. */
+/* The time of a frame when nothing else runs: its wall time. If it was drawn by processors that
+ * others used, too, it is its processor time spread over them. */
 double calibrate_alone_ms(double wall_ms, double processor_ms, bool is_on_processors);
 
 /* A first round compiles the programs of an opaque scene (which frames of others use, too); further

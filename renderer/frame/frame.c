@@ -1,36 +1,27 @@
 /* SPDX-License-Identifier: MIT */
-/* The door to frames: the view is checked, its plan made or found, and run. */
+/* The public functions of frames: they check the view, make or find its plan, and run it. */
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
 
 #include "renderer/base/wall_clock.h"
 #include "renderer/frame/frame_budget.h"
-#include "renderer/frame/frame_flight.h"
-#include "renderer/frame/frame_pause.h"
+#include "renderer/frame/frame_in_flight.h"
+#include "renderer/frame/frame_yield.h"
 #include "renderer/frame/frame_programs.h"
 #include "renderer/frame/frame_run.h"
 #include "renderer/frame/light_batches.h"
 #include "renderer/frame/proofs.h"
 #include "renderer/frame/scene_parts.h"
+#include "renderer/plan/technique_check.h"
 #include "renderer/plan/view_key.h"
 #include "renderer/shadows/technique.h"
 
+/* Checks the quality, but not what its technique can do, which the plan checks. */
 static bool check_quality(const struct view_quality *quality, struct error *err)
 {
-    int samples = quality->samples;
-    char others[SHADOW_TECHNIQUES_TEXT_BYTES];
-    bool is_traced =
-        quality->reference || shadow_technique_can(quality->shadows, SHADOW_CAN_MANY_SAMPLES);
-    if (quality->reference && !shadow_technique_can(quality->shadows, SHADOW_CAN_REFERENCE)) {
-        shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, others);
-        return error_set(err, ERROR_INVALID_REQUEST,
-                         "the reference is ray traced: shadows must be %s", others);
-    }
-    if (samples != 0 && samples != 1 && samples != 4 &&
-        !(is_traced && (samples == 16 || samples == 64 || samples == 256)))
-        return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4",
-                         samples);
+    if (!technique_check_samples(quality->samples, err))
+        return false;
     if (quality->area_samples < 0 || quality->area_samples > 4096)
         return error_set(err, ERROR_INVALID_REQUEST, "%d area samples, choose 1 to 4096",
                          quality->area_samples);
@@ -100,13 +91,13 @@ static void fill_report(const struct plan *plan, const struct resident_scene *sc
 struct opened_view {
     struct resident_scene *scene;
     struct view view;                /* with its defaults */
-    const struct scene_state *state; /* of the renderer, as the plan */
+    const struct scene_state *state; /* of the context, as the plan */
     struct camera camera;
     const struct frame_plan *plan;
     bool is_state_kept;
 };
 
-/* Of frames whose forecasts are off alike: whatever the camera, and about as large. */
+/* The key of frames whose forecasts are wrong alike: of about the same size, by any camera. */
 static uint64_t lesson_key_of(const struct opened_view *opened)
 {
     const struct view *view = &opened->view;
@@ -120,36 +111,39 @@ static uint64_t lesson_key_of(const struct opened_view *opened)
     return key.words[0];
 }
 
-static struct frame_plan_desc plan_desc_of(const struct renderer *renderer,
+static struct frame_plan_desc plan_desc_of(const struct frame_context *context,
                                            const struct opened_view *opened)
 {
-    uint64_t share_bytes = renderer->use.shadow_bytes;
+    const struct renderer *renderer = context->renderer;
+    uint64_t share_bytes = context->use.shadow_bytes;
     return (struct frame_plan_desc){
         .view = &opened->view,
         .state = opened->state,
         .camera = &opened->camera,
-        .limits = gl_context_limits(renderer->context),
+        .limits = gl_context_limits(renderer->gl),
         .automatic = &renderer->automatic,
         .shadow_budget_bytes = share_bytes ? share_bytes : 1, /* 0 would be any */
         .view_key = lesson_key_of(opened),
     };
 }
 
-/* What is drawn over the picture, and compared with others, is linear. A software rasteriser would
- * only take the time of the processor that encodes meanwhile. */
+/* Whether the device tone maps the picture. Overlays and comparisons need it linear, and a software
+ * rasteriser would only take processor time from the encoder. */
 static bool shows_on_device(const struct renderer *renderer, const struct plan *plan)
 {
-    return !gl_context_limits(renderer->context)->is_software &&
+    return !gl_context_limits(renderer->gl)->is_software &&
            plan->requirements[PLAN_NEED_COLOR].is_met &&
            !plan->requirements[PLAN_NEED_OVERLAY].is_met;
 }
 
 /* err names what is wrong. */
-static bool open_view(struct renderer *renderer, const char *scene_key, const struct view *view,
+static bool open_view(struct frame_context *context, const char *scene_key, const struct view *view,
                       struct opened_view *opened, struct error *err)
 {
+    struct renderer *renderer = context->renderer;
     *opened = (struct opened_view){.view = *view};
-    renderer_publish_lessons(renderer);
+    if (!context->is_urgent)
+        renderer_publish_lessons(renderer);
     opened->scene = renderer_find_scene(renderer, scene_key, view, err);
     if (!opened->scene)
         return false;
@@ -158,36 +152,37 @@ static bool open_view(struct renderer *renderer, const char *scene_key, const st
     if (!check_view(&opened->view, err))
         return false;
     struct content_key key = view_state_key(opened->scene->key, &opened->view);
-    opened->state = kept_state_get(&renderer->kept_state, key, &opened->scene->scene, &opened->view,
-                                   &opened->is_state_kept, err);
+    opened->state = scene_state_cache_get(&context->state_cache, key, &opened->scene->scene,
+                                          &opened->view, &opened->is_state_kept, err);
     if (!opened->state || !camera_resolve(&opened->camera, &opened->view, opened->state, err))
         return false;
-    frame_budget_share(renderer, opened->scene);
-    const struct frame_plan_desc desc = plan_desc_of(renderer, opened);
+    frame_budget_share(context, opened->scene);
+    const struct frame_plan_desc desc = plan_desc_of(context, opened);
     struct content_key plan_key = view_plan_key(key, &opened->view);
     content_key_add_word(&plan_key, desc.shadow_budget_bytes);
     content_key_add_word(&plan_key, renderer->automatic.learned_print);
     content_key_add_word(&plan_key, (uint64_t)renderer->automatic.timed);
-    opened->plan = plan_cache_get(&renderer->plans, plan_key, &desc, err);
+    opened->plan = plan_cache_get(&context->plans, plan_key, &desc, err);
     if (opened->plan && !shows_on_device(renderer, &opened->plan->plan))
         opened->view.screen.channels = 0;
     return opened->plan;
 }
 
-static struct frame_programs_desc programs_of(const struct renderer *renderer,
+static struct frame_programs_desc programs_of(const struct frame_context *context,
                                               const struct opened_view *opened,
                                               const struct frame_plan *plan)
 {
+    const struct renderer *renderer = context->renderer;
     return (struct frame_programs_desc){
         .plan = plan,
         .view = &opened->view,
         .state = opened->state,
         .camera = &opened->camera,
-        .limits = gl_context_limits(renderer->context),
+        .limits = gl_context_limits(renderer->gl),
         .gpu = opened->scene->gpu,
-        .loop_steps = renderer->shade.loop_steps,
+        .loop_steps = context->shade.loop_steps,
         .shadow_ways = shadow_system_ways(renderer->shadows),
-        .is_in_batches = light_batches_are_known(renderer, opened->scene->key, &opened->view,
+        .is_in_batches = light_batches_are_known(context, opened->scene->key, &opened->view,
                                                  opened->state, plan),
     };
 }
@@ -195,11 +190,9 @@ static struct frame_programs_desc programs_of(const struct renderer *renderer,
 bool renderer_explain(struct renderer *renderer, const char *scene_key, const struct view *view,
                       struct plan *plan, struct error *err)
 {
+    struct frame_context *context = renderer_next_context(renderer, err);
     struct opened_view opened;
-    if (renderer->is_paused)
-        return (renderer = frame_pause_other(renderer, err)) &&
-               renderer_explain(renderer, scene_key, view, plan, err);
-    if (!open_view(renderer, scene_key, view, &opened, err))
+    if (!context || !open_view(context, scene_key, view, &opened, err))
         return false;
     *plan = opened.plan->plan;
     return true;
@@ -208,13 +201,11 @@ bool renderer_explain(struct renderer *renderer, const char *scene_key, const st
 bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
                             const struct view *view, struct program_list *list, struct error *err)
 {
+    struct frame_context *context = renderer_next_context(renderer, err);
     struct opened_view opened;
-    if (renderer->is_paused)
-        return (renderer = frame_pause_other(renderer, err)) &&
-               renderer_list_programs(renderer, scene_key, view, list, err);
-    if (!open_view(renderer, scene_key, view, &opened, err))
+    if (!context || !open_view(context, scene_key, view, &opened, err))
         return false;
-    const struct frame_programs_desc desc = programs_of(renderer, &opened, opened.plan);
+    const struct frame_programs_desc desc = programs_of(context, &opened, opened.plan);
     if (!frame_programs_list(&desc, list, err))
         return false;
     snprintf(list->device_defines, sizeof list->device_defines, "%s",
@@ -228,11 +219,12 @@ bool renderer_list_programs(struct renderer *renderer, const char *scene_key,
 
 /* Has the driver begin with all that a new plan needs for certain, where that costs no time of
  * ours: a frame meets its programs one after the other. */
-static void prepare_programs(struct renderer *renderer, const struct opened_view *opened)
+static void prepare_programs(struct frame_context *context, const struct opened_view *opened)
 {
+    struct renderer *renderer = context->renderer;
     struct program_list list = {0};
     struct error ignored = {0}; /* passes tell of it */
-    const struct frame_programs_desc desc = programs_of(renderer, opened, opened->plan);
+    const struct frame_programs_desc desc = programs_of(context, opened, opened->plan);
     bool is_good = frame_programs_list(&desc, &list, &ignored);
     for (size_t i = 0; is_good && i < list.count; i++) {
         const struct program_desc program = program_list_desc(&list.items[i]);
@@ -242,35 +234,41 @@ static void prepare_programs(struct renderer *renderer, const struct opened_view
     program_list_finish(&list);
 }
 
-static bool list_all(struct renderer *renderer, const struct opened_view *opened,
+static bool list_all(struct frame_context *context, const struct opened_view *opened,
                      struct program_list *list, struct error *err)
 {
     struct frame_plan plan;
-    struct frame_plan_desc desc = plan_desc_of(renderer, opened);
+    struct frame_plan_desc desc = plan_desc_of(context, opened);
     desc.sees_all = true;
     if (!frame_plan_init(&plan, &desc, err))
         return false;
-    const struct frame_programs_desc programs = programs_of(renderer, opened, &plan);
+    const struct frame_programs_desc programs = programs_of(context, opened, &plan);
     bool is_good = frame_programs_list_all(&programs, list, err);
     frame_plan_finish(&plan);
     return is_good;
 }
 
-/* What pictures of the view may be drawn by, the likeliest first; a camera elsewhere may have
- * `auto` choose another. None where all are traced. */
+/* Lists the techniques that may draw the view, the likeliest first: from another camera `auto` may
+ * choose another one. None if all pictures are traced. */
 static size_t list_techniques(const struct renderer *renderer, const struct view *view,
-                              const struct plan *plan, enum shadow_technique techniques[2])
+                              const struct plan *plan, enum shadow_technique list[SHADOWS_COUNT])
 {
     bool is_open = plan->choice.is_open && renderer->automatic.policy == AUTO_MEASURED;
-    techniques[0] = view->quality.shadows;
-    if (techniques[0] != SHADOWS_AUTO)
+    bool is_drawn = is_open && !shadow_technique_is_renderer(plan->choice.technique);
+    size_t count = 1;
+    list[0] = view->quality.shadows;
+    if (list[0] != SHADOWS_AUTO)
         return 1;
     if (!is_open && plan->requirements[PLAN_NEED_TRACED].is_met)
         return 0;
-    bool has_traced_shadows = is_open && plan->choice.takes_traced_shadows;
-    techniques[0] = has_traced_shadows ? SHADOWS_RAYTRACED_SHADOWS : SHADOWS_DEEP;
-    techniques[1] = has_traced_shadows ? SHADOWS_DEEP : SHADOWS_RAYTRACED_SHADOWS;
-    return is_open ? 2 : 1;
+    list[0] = is_drawn ? plan->choice.technique : SHADOWS_RASTER_DEFAULT;
+    for (int i = 0; i < SHADOWS_COUNT && is_open; i++) {
+        enum shadow_technique other = (enum shadow_technique)i;
+        if (other != list[0] && shadow_technique_is_candidate(other) &&
+            !shadow_technique_is_renderer(other))
+            list[count++] = other;
+    }
+    return count;
 }
 
 /* Compiles what is listed, until it shall stop. */
@@ -278,7 +276,7 @@ static bool compile(struct renderer *renderer, const struct program_list *list,
                     const struct renderer_warm_up_desc *desc, bool *is_complete, struct error *err)
 {
     bool is_good = true, has_built = false;
-    bool is_parallel = gl_context_limits(renderer->context)->compiles_in_parallel;
+    bool is_parallel = gl_context_limits(renderer->gl)->compiles_in_parallel;
     for (size_t i = 0; is_parallel && i < list->count; i++) {
         const struct program_desc program = program_list_desc(&list->items[i]);
         program_cache_prepare(renderer->programs, &program);
@@ -292,7 +290,7 @@ static bool compile(struct renderer *renderer, const struct program_list *list,
         has_built = true;
     }
     if (!is_good)
-        gl_context_blame(renderer->context, "compiling programs", err);
+        gl_context_blame(renderer->gl, "compiling programs", err);
     return is_good;
 }
 
@@ -300,21 +298,22 @@ bool renderer_warm_up(struct renderer *renderer, const char *scene_key, const st
                       const struct renderer_warm_up_desc *desc, bool *is_complete,
                       struct error *err)
 {
+    struct frame_context *context = &renderer->frames;
     struct opened_view opened;
     struct program_list list = {0};
-    enum shadow_technique techniques[2];
+    enum shadow_technique techniques[SHADOWS_COUNT];
     struct view drawn = *view;
-    assert(!renderer->is_paused);
+    assert(!renderer_is_yielding(renderer));
     *is_complete = true;
-    if (!open_view(renderer, scene_key, view, &opened, err))
+    if (!open_view(context, scene_key, view, &opened, err))
         return false;
     size_t count = list_techniques(renderer, view, &opened.plan->plan, techniques);
     bool is_good = true;
     for (size_t i = 0; is_good && i < 2 * count; i++) { /* with a background, and without */
         drawn.quality.shadows = techniques[i / 2];
         drawn.screen.has_backdrop = i % 2 != view->screen.has_backdrop;
-        is_good = open_view(renderer, scene_key, &drawn, &opened, err) &&
-                  list_all(renderer, &opened, &list, err);
+        is_good = open_view(context, scene_key, &drawn, &opened, err) &&
+                  list_all(context, &opened, &list, err);
     }
     is_good = is_good && compile(renderer, &list, desc, is_complete, err);
     program_list_finish(&list);
@@ -326,28 +325,32 @@ static void report_choice(const struct plan *plan, struct frame_report *report)
     const struct auto_choice *choice = &plan->choice;
     if (!choice->is_open)
         return;
-    report->chosen.shadows = auto_choice_shadows(choice);
-    if (report->chosen.shadows == SHADOWS_DEEP && !plan->deep_lights)
-        report->chosen.shadows = SHADOWS_MAP;
-    report->chosen.expected_ms = auto_choice_ms(choice);
+    report->chosen.shadows = choice->technique;
+    const struct shadow_method *method = shadow_method_of(report->chosen.shadows);
+    if (method->id == report->chosen.shadows && !plan->lights_by_technique[method->id] &&
+        method->otherwise) /* no light wanted it */
+        report->chosen.shadows = method->otherwise->id;
+    report->chosen.expected_ms = choice->ms[choice->technique];
     snprintf(report->chosen.because, sizeof report->chosen.because, "%s", choice->because);
 }
 
-/* What the caches gave since `before`. */
-static void count_caches(const struct renderer *renderer, const struct program_cache_stats *before,
-                         uint64_t plans_made, struct frame_report *report)
+/* Counts what the program cache has returned since `before`. */
+static void count_caches(const struct frame_context *context,
+                         const struct program_cache_stats *before, uint64_t plans_made,
+                         struct frame_report *report)
 {
     struct program_cache_stats after;
-    program_cache_get_stats(renderer->programs, &after);
-    report->counts.programs_built = after.misses - before->misses - renderer->aside.misses;
-    report->counts.programs_reused = after.hits - before->hits - renderer->aside.hits;
-    report->counts.programs_loaded = after.loaded - before->loaded - renderer->aside.loaded;
-    report->counts.plans_made = renderer->plans.misses - plans_made;
+    program_cache_get_stats(context->renderer->programs, &after);
+    report->counts.programs_built = after.misses - before->misses - context->urgent_programs.misses;
+    report->counts.programs_reused = after.hits - before->hits - context->urgent_programs.hits;
+    report->counts.programs_loaded =
+        after.loaded - before->loaded - context->urgent_programs.loaded;
+    report->counts.plans_made = context->plans.misses - plans_made;
     report->counts.plans_reused = 1 - report->counts.plans_made;
 }
 
-/* Of a rasterised colour: whether each light's shadow is the product of all that filters it. Ray
- * tracing tells by itself. */
+/* Whether in a rasterised colour each light's shadow is the product of all its filters. Ray tracing
+ * reports that itself. */
 static bool is_exact(const struct opened_view *opened, const struct frame_report *report)
 {
     const struct plan *plan = &opened->plan->plan;
@@ -355,13 +358,16 @@ static bool is_exact(const struct opened_view *opened, const struct frame_report
     const struct shadow_needs *shadows = &opened->plan->shadows;
     if (!plan->requirements[PLAN_NEED_COLOR].is_met || quality->shadows == SHADOWS_NONE)
         return false;
-    if (report->compression.maps || (plan->linked_lights && quality->faithful))
+    if (report->compression.maps)
         return false;
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_need *light = &shadows->lights[i];
         if (light->has_structure && light->casters.transparent_count &&
             !shadow_technique_can(light->method->id, SHADOW_CAN_COLOR))
             return false; /* asked for, and knows no colours */
+        if (light->has_structure && light->method->structure->is_exact &&
+            !light->method->structure->is_exact(quality))
+            return false;
         if (light->is_traced && state_light_is_area(&opened->state->lights[i]))
             return false;
     }
@@ -374,7 +380,7 @@ struct making {
     double begin_ms;  /* wall_ms, and what it was paused before it had to be made again */
 };
 
-/* Of frames whose pixels take about as long. */
+/* The key of frames whose pixels take about the same time. */
 static struct content_key pace_key_of(const struct opened_view *opened)
 {
     struct content_key key = content_key_begin();
@@ -387,17 +393,17 @@ static struct content_key pace_key_of(const struct opened_view *opened)
 }
 
 /* One of many frames of a view, at rest. */
-static bool may_keep_picture(const struct renderer *renderer, const struct opened_view *opened,
+static bool may_keep_picture(const struct frame_context *context, const struct opened_view *opened,
                              const struct making *making)
 {
     const struct view *view = &opened->view;
-    return !renderer->is_beside && !renderer->redraws_surfaces && !making->only_builds &&
+    return !context->is_urgent && !context->renderer->redraws_surfaces && !making->only_builds &&
            view->quality.expects_reuse && !view->quality.may_be_coarse &&
            view->outputs == 1u << VIEW_OUTPUT_COLOR && !view->row_count_px;
 }
 
-/* What is chosen for the view follows what was learned, too. Of the budget only compressed maps
- * are, whose pictures are not kept. */
+/* The key of the picture. It holds what was learned, which choices follow, but not the budget: that
+ * decides only about compressed maps, whose pictures are not cached. */
 static struct content_key picture_key_of(const struct renderer *renderer,
                                          const struct opened_view *opened)
 {
@@ -420,32 +426,32 @@ static bool prove(struct renderer *renderer, const struct opened_view *opened, d
     return ok;
 }
 
-static bool make_once(struct renderer *renderer, const char *scene_key, const struct view *view,
+static bool make_once(struct frame_context *context, const char *scene_key, const struct view *view,
                       const struct making *making, struct frame *frame, struct error *err)
 {
+    struct renderer *renderer = context->renderer;
     struct opened_view opened;
     struct program_cache_stats before;
-    uint64_t plans_made = renderer->plans.misses;
+    uint64_t plans_made = context->plans.misses;
     double proof_ms;
-    renderer->aside = (struct program_cache_stats){0};
-    if (!open_view(renderer, scene_key, view, &opened, err) ||
+    context->urgent_programs = (struct program_cache_stats){0};
+    if (!open_view(context, scene_key, view, &opened, err) ||
         !prove(renderer, &opened, &proof_ms, err))
         return false;
     struct frame_lesson lesson = frame_lesson_begin();
     program_cache_get_stats(renderer->programs, &before);
-    if (gl_context_limits(renderer->context)->compiles_in_parallel &&
-        renderer->plans.misses > plans_made)
-        prepare_programs(renderer, &opened);
+    if (gl_context_limits(renderer->gl)->compiles_in_parallel && context->plans.misses > plans_made)
+        prepare_programs(context, &opened);
     for (int i = 0; i < opened.plan->plan.pass_count; i++)
         report_order_pass(&frame->report, opened.plan->plan.passes[i].pass);
     const struct content_key pace_key = pace_key_of(&opened);
-    bool may_keep = may_keep_picture(renderer, &opened, making);
+    bool may_keep = may_keep_picture(context, &opened, making);
     const struct content_key picture = picture_key_of(renderer, &opened);
-    if (may_keep && kept_picture_is(&renderer->kept_picture, picture) &&
-        !renderer->kept_picture.is_on_device)
+    if (may_keep && image_cache_has(&context->image_cache, picture) &&
+        !context->image_cache.is_on_device)
         opened.view.screen.channels = 0; /* as it is kept */
     const struct frame_run run = {
-        .renderer = renderer,
+        .context = context,
         .scene = opened.scene,
         .frame_plan = opened.plan,
         .view = &opened.view,
@@ -455,7 +461,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         .frame = frame,
         .only_builds = making->only_builds,
         .shadow_frame = shadow_system_number_frame(renderer->shadows),
-        .pace = band_history_find(&renderer->band_history, pace_key),
+        .pace = time_slice_history_find(&context->time_slice_history, pace_key),
         .may_keep = may_keep,
         .picture = picture,
     };
@@ -465,7 +471,7 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
         fill_report(&opened.plan->plan, opened.scene, opened.state, &frame->report);
     report_choice(&opened.plan->plan, &frame->report);
     frame_lesson_of_choice(&lesson, &opened.plan->plan.choice);
-    count_caches(renderer, &before, plans_made, &frame->report);
+    count_caches(context, &before, plans_made, &frame->report);
     frame->report.counts.states_reused = opened.is_state_kept;
     frame->report.error_is_exact |= is_exact(&opened, &frame->report);
     if (frame->report.is_kept_picture) { /* what was expected is not what was done */
@@ -481,34 +487,34 @@ static bool make_once(struct renderer *renderer, const char *scene_key, const st
                                         .picture = run.picture,
                                         .lesson = lesson,
                                         .has_failed = !ok};
-    ok = frame_flight_end(renderer, &ending, making->is_done, err);
-    renderer_end_frame(renderer);
+    ok = frame_in_flight_end(context, &ending, making->is_done, err);
+    frame_context_end_frame(context);
     /* textures that it brought; not within a frame, whose state and plan would go too */
-    bool is_within = renderer->other && renderer->other->is_paused;
-    if (!is_within && !frame_flight_is_cut(renderer))
-        renderer_evict_beside(renderer, opened.scene);
+    if (!context->is_urgent && !frame_in_flight_is_cut(renderer))
+        renderer_evict_others(renderer, opened.scene);
     if (ok)
         frame->report.resident_bytes = renderer_used_bytes(renderer);
     return ok;
 }
 
 /* Once more where lists were larger than was guessed, with their sizes read first. */
-static bool make_frame(struct renderer *renderer, const char *scene_key, const struct view *view,
-                       const struct making *making, struct frame *frame, struct error *err)
+static bool make_frame(struct frame_context *context, const char *scene_key,
+                       const struct view *view, const struct making *making, struct frame *frame,
+                       struct error *err)
 {
-    bool reads_sizes = renderer->reads_sizes;
-    bool ok = make_once(renderer, scene_key, view, making, frame, err);
+    bool reads_sizes = context->reads_sizes;
+    bool ok = make_once(context, scene_key, view, making, frame, err);
     bool is_here = ok && (!making->is_done || *making->is_done);
     if (is_here && frame->report.has_cut_lists) {
         struct making again = *making;
         again.begin_ms += frame->report.paused_ms;
         frame_finish(frame);
-        renderer->reads_sizes = true;
-        ok = make_once(renderer, scene_key, view, &again, frame, err);
-        renderer->reads_sizes = reads_sizes;
+        context->reads_sizes = true;
+        ok = make_once(context, scene_key, view, &again, frame, err);
+        context->reads_sizes = reads_sizes;
     }
-    if (!renderer->is_beside)
-        frame_flight_deliver(renderer);
+    if (!context->is_urgent)
+        frame_in_flight_deliver(context->renderer);
     return ok;
 }
 
@@ -517,29 +523,25 @@ bool renderer_submit(struct renderer *renderer, const char *scene_key, const str
 {
     *frame = (struct frame){0};
     *is_done = true;
-    if (renderer->is_paused)
-        return (renderer = frame_pause_other(renderer, err)) &&
-               renderer_submit(renderer, scene_key, view, frame, is_done, err);
+    struct frame_context *context = renderer_next_context(renderer, err);
     const struct making making = {.is_done = is_done, .begin_ms = wall_ms()};
-    return make_frame(renderer, scene_key, view, &making, frame, err);
+    return context && make_frame(context, scene_key, view, &making, frame, err);
 }
 
 bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,
                      struct frame *frame, struct error *err)
 {
     *frame = (struct frame){0};
-    if (renderer->is_paused)
-        return (renderer = frame_pause_other(renderer, err)) &&
-               renderer_render(renderer, scene_key, view, frame, err);
-    return make_frame(renderer, scene_key, view, &(struct making){.begin_ms = wall_ms()}, frame,
-                      err);
+    struct frame_context *context = renderer_next_context(renderer, err);
+    const struct making making = {.begin_ms = wall_ms()};
+    return context && make_frame(context, scene_key, view, &making, frame, err);
 }
 
 bool renderer_build(struct renderer *renderer, const char *scene_key, const struct view *view,
                     struct frame *frame, struct error *err)
 {
-    assert(!renderer->is_paused);
+    assert(!renderer_is_yielding(renderer));
     *frame = (struct frame){0};
     const struct making making = {.only_builds = true, .begin_ms = wall_ms()};
-    return make_frame(renderer, scene_key, view, &making, frame, err);
+    return make_frame(&renderer->frames, scene_key, view, &making, frame, err);
 }

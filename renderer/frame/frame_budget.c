@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* Shares of the budget, and what goes to keep them. */
+/* Computes the shares of the budget, and evicts what exceeds them. */
 #include "renderer/frame/frame_budget.h"
 
 #include "renderer/frame/scene_parts.h"
 
 enum {
     WINDOWS_LEAST = 8, /* of the budget: this part is not for shadow structures */
-    PAUSE_SHARE = 4,   /* of what windows could take: this part is for frames that go first */
+    PAUSE_SHARE = 4,   /* of what windows could take: this part is for urgent frames */
     IDEAL_PIXELS = 1 << 21,
 };
 
@@ -22,71 +22,68 @@ static uint64_t least(uint64_t a, uint64_t b)
 
 /* ---- what goes ---- */
 
-void frame_budget_drop_windows(struct renderer *renderer)
+void frame_budget_drop_windows(struct frame_context *context)
 {
-    targets_finish(&renderer->targets);
-    pixel_lists_finish(&renderer->pixels);
-    traced_shadows_free(&renderer->shadow_rays);
-    aov_finish(&renderer->aov);
-    readback_trim(renderer->readback);
-    light_lists_drop(renderer->lists);
-    renderer->kept = (struct kept_window){0};
+    targets_finish(&context->targets);
+    layers_finish(&context->layers);
+    traced_shadows_free(&context->shadow_rays);
+    aov_finish(&context->aov);
+    readback_trim(context->renderer->readback);
+    light_lists_drop(context->lists);
+    context->cached = (struct window_cache_keys){0};
 }
 
-/* The renderer whose frame runs, of the two that share scenes and structures. */
-static struct renderer *running_of(struct renderer *renderer)
+static bool holds_any(const struct frame_context *context)
 {
-    return renderer->is_paused && renderer->other ? renderer->other : renderer;
+    return frame_context_size_bytes(context) > 0 ||
+           readback_free_bytes(context->renderer->readback) > 0;
 }
 
-static bool holds_any(const struct renderer *renderer)
+/* Evicts the structure of rays, unless the frame that has yielded uses it. */
+static bool drop_rays(struct frame_context *context)
 {
-    return renderer_window_bytes(renderer) > 0 || readback_free_bytes(renderer->readback) > 0 ||
-           renderer->feature_edges.size_bytes > 0;
-}
-
-/* Not that of a frame that waits. */
-static bool drop_rays(struct renderer *renderer)
-{
+    struct renderer *renderer = context->renderer;
     uint64_t before = raytrace_cache_size_bytes(renderer->traced);
-    if (renderer->use.has_rays || !before)
+    if (context->use.has_rays || !before)
         return false;
     renderer_forget_traced(renderer, NULL);
     return raytrace_cache_size_bytes(renderer->traced) < before;
 }
 
-/* Of what no frame holds, the least dear: false where nothing is left but scenes. */
-static bool drop_kept(struct renderer *renderer)
+/* Evicts what is cheapest to build again and in no use. False if nothing is left but scenes. */
+static bool drop_kept(struct frame_context *context)
 {
-    struct renderer *other = renderer->is_beside ? NULL : renderer->other;
-    bool has_others = other && holds_any(other);
-    bool has_own = !renderer->use.has_windows && holds_any(renderer);
-    if (!has_others && !has_own)
-        return drop_rays(renderer);
-    struct renderer *holder = has_others ? other : renderer;
+    struct frame_context *urgent = &context->renderer->urgent;
+    bool has_urgent = urgent != context && urgent->renderer && holds_any(urgent);
+    bool has_own = !context->use.has_windows && holds_any(context);
+    if (!has_urgent && !has_own)
+        return drop_rays(context);
+    struct frame_context *holder = has_urgent ? urgent : context;
     frame_budget_drop_windows(holder);
     feature_edges_finish(&holder->feature_edges);
     return true;
 }
 
-/* With so many bytes more. */
-static void keep_within(struct renderer *renderer, uint64_t bytes)
+/* Evicts caches until so many bytes more fit the budget. */
+static void keep_within(struct frame_context *context, uint64_t bytes)
 {
+    const struct renderer *renderer = context->renderer;
     while (renderer_used_bytes(renderer) > less(renderer->budget_bytes, bytes) &&
-           drop_kept(renderer))
+           drop_kept(context))
         continue;
 }
 
-void frame_budget_claim(void *context, uint64_t bytes)
+void frame_budget_reserve(void *context, uint64_t bytes)
 {
-    keep_within(running_of(context), bytes);
+    struct renderer *renderer = context;
+    keep_within(renderer_context(renderer), bytes);
 }
 
-/* Nothing goes while a frame is paused: it may show what is the oldest here. */
-static bool drop_scene(struct renderer *renderer)
+/* Evicts the oldest scene, but not for an urgent frame: the frame that has yielded may show it. */
+static bool drop_scene(struct frame_context *context)
 {
-    return !renderer->is_beside && renderer->use.scene &&
-           renderer_evict_oldest_beside(renderer, renderer->use.scene);
+    return !context->is_urgent && context->use.scene &&
+           renderer_evict_oldest_other(context->renderer, context->use.scene);
 }
 
 /* ---- shares ---- */
@@ -103,51 +100,47 @@ static uint64_t scene_bytes(const struct resident_scene *scene)
     return bytes;
 }
 
-/* Of a frame that goes first, though the frame that waits holds all the rest: rays may. */
-static uint64_t least_beside(const struct renderer *renderer)
+/* The least share of an urgent frame, even if the frame that has yielded holds all the rest, as
+ * rays may. */
+static uint64_t least_of_urgent(const struct frame_context *context)
 {
-    return renderer->is_beside ? renderer->budget_bytes / WINDOWS_LEAST : 0;
+    return context->is_urgent ? context->renderer->budget_bytes / WINDOWS_LEAST : 0;
 }
 
-/* Within a pause, of what the frame that waits does not hold. */
-static uint64_t share_of(const struct renderer *renderer, const struct resident_scene *scene)
+/* An urgent frame has a share of the memory that the frame that has yielded does not hold. */
+static uint64_t share_of(const struct frame_context *context, const struct resident_scene *scene)
 {
+    const struct renderer *renderer = context->renderer;
     uint64_t all = renderer->budget_bytes;
-    if (!renderer->is_beside)
+    if (!context->is_urgent)
         return least(renderer->shadow_most_bytes,
                      less(all - all / WINDOWS_LEAST, scene_bytes(scene)));
     uint64_t held =
         less(renderer_used_bytes(renderer),
-             shadow_system_size_bytes(renderer->shadows) + renderer_window_bytes(renderer));
-    uint64_t share = less(all, held) / 4 * 3, floor = least_beside(renderer);
+             shadow_system_size_bytes(renderer->shadows) + frame_context_window_bytes(context));
+    uint64_t share = less(all, held) / 4 * 3, floor = least_of_urgent(context);
     return least(renderer->shadow_most_bytes, share > floor ? share : floor);
 }
 
-void frame_budget_resume(struct renderer *renderer)
+void frame_budget_resume(struct frame_context *context)
 {
+    const struct renderer *renderer = context->renderer;
     shadow_system_set_budget(renderer->shadows,
-                             least(renderer->use.shadow_bytes, renderer->shadow_most_bytes));
+                             least(context->use.shadow_bytes, renderer->shadow_most_bytes));
 }
 
-void frame_budget_share(struct renderer *renderer, const struct resident_scene *scene)
+void frame_budget_share(struct frame_context *context, const struct resident_scene *scene)
 {
-    renderer->use.shadow_bytes = share_of(renderer, scene);
+    context->use.shadow_bytes = share_of(context, scene);
 }
 
-static bool has_step(const struct frame_run *run, enum plan_step step)
-{
-    const struct plan *plan = &run->frame_plan->plan;
-    bool has = false;
-    for (int i = 0; i < plan->pass_count; i++)
-        has |= plan->passes[i].step == step;
-    return has;
-}
-
-/* The most that a frame would like to have for windows: lists as large as their targets. */
+/* The most memory that is of use to a frame's windows: lists as large as their targets. */
 static uint64_t wanted_bytes(const struct frame_run *run, uint64_t pixel_bytes)
 {
     uint64_t pixels = (uint64_t)run->view->width_px * (uint64_t)run->view->height_px;
-    return has_step(run, PLAN_STEP_SURFACES) ? 2 * pixel_bytes * least(pixels, IDEAL_PIXELS) : 0;
+    return plan_has_step(&run->frame_plan->plan, PLAN_STEP_SURFACES)
+               ? 2 * pixel_bytes * least(pixels, IDEAL_PIXELS)
+               : 0;
 }
 
 static uint64_t pixel_bytes_of(const struct frame_run *run)
@@ -161,106 +154,113 @@ static uint64_t pixel_bytes_of(const struct frame_run *run)
     return bytes + outputs + outputs / 2; /* their buffer grows by half */
 }
 
-/* That shadow structures will take for certain, beside what they hold. */
+/* The memory that shadow structures will certainly take beyond what they hold. */
 static uint64_t shadows_to_come(const struct frame_run *run)
 {
-    const struct renderer *renderer = run->renderer;
+    const struct frame_context *context = run->context;
+    const struct renderer *renderer = context->renderer;
     const struct shadow_needs *needs = &run->frame_plan->shadows;
-    int resolution = shadow_resolution(&run->view->quality, gl_context_limits(renderer->context));
+    int resolution = shadow_resolution(&run->view->quality, gl_context_limits(renderer->gl));
     uint64_t bytes = 0;
     for (size_t i = 0; i < needs->light_count; i++)
         bytes += shadow_need_least_bytes(&needs->lights[i], resolution);
-    return less(least(bytes, renderer->use.shadow_bytes),
+    return less(least(bytes, context->use.shadow_bytes),
                 shadow_system_size_bytes(renderer->shadows));
 }
 
 bool frame_budget_holds_all(const struct frame_run *run)
 {
-    const struct renderer *renderer = run->renderer;
+    const struct frame_context *context = run->context;
+    const struct renderer *renderer = context->renderer;
     uint64_t windows = wanted_bytes(run, pixel_bytes_of(run));
-    uint64_t to_come = shadows_to_come(run) + less(windows, renderer_window_bytes(renderer));
+    uint64_t to_come = shadows_to_come(run) + less(windows, frame_context_window_bytes(context));
     return renderer_used_bytes(renderer) + to_come <= renderer->budget_bytes;
 }
 
 void frame_budget_begin(const struct frame_run *run)
 {
-    struct renderer *renderer = run->renderer;
-    renderer->use.scene = run->scene;
-    renderer->use.has_windows = true; /* they are kept while scenes that nobody shows can go */
-    renderer->use.has_rays = has_step(run, PLAN_STEP_RAYS) || has_step(run, PLAN_STEP_TRACE);
-    frame_budget_share(renderer, run->scene); /* its textures are there now */
-    frame_budget_resume(renderer);
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
+    context->use.scene = run->scene;
+    context->use.has_windows = true; /* scenes that nobody shows are evicted first */
+    context->use.has_rays = plan_has_step(&run->frame_plan->plan, PLAN_STEP_RAYS) ||
+                            plan_has_step(&run->frame_plan->plan, PLAN_STEP_TRACE);
+    frame_budget_share(context, run->scene); /* its textures are resident now */
+    frame_budget_resume(context);
     uint64_t windows = wanted_bytes(run, pixel_bytes_of(run));
-    uint64_t to_come = shadows_to_come(run) + less(windows, renderer_window_bytes(renderer));
+    uint64_t to_come = shadows_to_come(run) + less(windows, frame_context_window_bytes(context));
     while (renderer_used_bytes(renderer) > less(renderer->budget_bytes, to_come) &&
-           (drop_kept(renderer) || drop_scene(renderer)))
+           (drop_kept(context) || drop_scene(context)))
         continue;
-    renderer->use.has_windows = false;
-    frame_budget_claim(renderer->is_beside ? renderer->other : renderer, shadows_to_come(run));
+    context->use.has_windows = false;
+    keep_within(context, shadows_to_come(run));
 }
 
 void frame_budget_end(const struct frame_run *run)
 {
-    struct renderer *renderer = run->renderer;
-    renderer->use.has_windows = false;
-    keep_within(renderer, 0);
-    renderer->use.has_rays = false;
+    struct frame_context *context = run->context;
+    context->use.has_windows = false;
+    keep_within(context, 0);
+    context->use.has_rays = false;
 }
 
 void frame_budget_end_rays(const struct frame_run *run)
 {
-    struct renderer *renderer = run->renderer;
-    renderer->use.has_rays = false;
-    keep_within(renderer, 0);
+    struct frame_context *context = run->context;
+    context->use.has_rays = false;
+    keep_within(context, 0);
 }
 
-/* What a frame may yet ask of its shadow structures: to be built once more, after a pause or batch
- * by batch. */
+/* The memory that a frame may still need for shadow structures, which may be built again after a
+ * pause, or in batches. */
 static uint64_t shadow_bytes(const struct frame_run *run)
 {
-    const struct renderer *renderer = run->renderer;
+    const struct frame_context *context = run->context;
+    const struct renderer *renderer = context->renderer;
     uint64_t now = shadow_system_size_bytes(renderer->shadows);
-    uint64_t share = renderer->use.shadow_bytes, peak = 0;
-    if (!has_step(run, PLAN_STEP_SHADOWS))
+    uint64_t share = context->use.shadow_bytes, peak = 0;
+    if (!plan_has_step(&run->frame_plan->plan, PLAN_STEP_SHADOWS))
         return now;
-    if (renderer->batches.most)
+    if (context->batches.most)
         peak = share;
-    else if (renderer->interlude)
+    else if (frame_context_yield(context))
         peak = least(shadow_system_peak_bytes(renderer->shadows), share);
     return peak > now ? peak : now;
 }
 
-/* What windows leave alone. */
-static uint64_t beside_bytes(const struct frame_run *run)
+/* The memory that windows may not use. */
+static uint64_t other_bytes(const struct frame_run *run)
 {
-    const struct renderer *renderer = run->renderer;
-    return renderer_used_bytes(renderer) - renderer_window_bytes(renderer) -
+    const struct frame_context *context = run->context;
+    const struct renderer *renderer = context->renderer;
+    return renderer_used_bytes(renderer) - frame_context_window_bytes(context) -
            readback_free_bytes(renderer->readback) - shadow_system_size_bytes(renderer->shadows) +
            shadow_bytes(run);
 }
 
 struct window_budget frame_budget_windows(const struct frame_run *run)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
     struct window_budget budget = {.pixel_bytes = pixel_bytes_of(run)};
     uint64_t room = less(renderer->budget_bytes, wanted_bytes(run, budget.pixel_bytes));
-    renderer->use.has_windows = true;
-    renderer->use.has_rays = has_step(run, PLAN_STEP_RAYS);
-    while (beside_bytes(run) > room && drop_kept(renderer))
+    context->use.has_windows = true;
+    context->use.has_rays = plan_has_step(&run->frame_plan->plan, PLAN_STEP_RAYS);
+    while (other_bytes(run) > room && drop_kept(context))
         continue;
-    bool has_structures = has_step(run, PLAN_STEP_SHADOWS);
-    if (beside_bytes(run) > room && !renderer->is_beside && !has_structures)
+    bool has_structures = plan_has_step(&run->frame_plan->plan, PLAN_STEP_SHADOWS);
+    if (other_bytes(run) > room && !context->is_urgent && !has_structures)
         shadow_system_set_budget(renderer->shadows, 0); /* none of the structures is this frame's */
-    budget.beside_bytes = beside_bytes(run);
-    budget.bytes = less(renderer->budget_bytes, budget.beside_bytes);
-    if (budget.bytes < least_beside(renderer))
-        budget.bytes = least_beside(renderer);
-    if (renderer->interlude)
+    budget.other_bytes = other_bytes(run);
+    budget.bytes = less(renderer->budget_bytes, budget.other_bytes);
+    if (budget.bytes < least_of_urgent(context))
+        budget.bytes = least_of_urgent(context);
+    if (frame_context_yield(context))
         budget.pause_bytes =
             least(budget.bytes / PAUSE_SHARE, renderer->budget_bytes / WINDOWS_LEAST);
     budget.bytes -= budget.pause_bytes;
-    renderer->use.shadow_bytes = shadow_bytes(run);
-    frame_budget_resume(renderer);
+    context->use.shadow_bytes = shadow_bytes(run);
+    frame_budget_resume(context);
     return budget;
 }
 
@@ -269,13 +269,14 @@ bool window_budget_has_room(const struct window_budget *budget, uint64_t pixels)
     return pixels * budget->pixel_bytes <= budget->bytes / 3 * 2;
 }
 
-/* For lists of surfaces and of lights, and traced shadows. */
+/* What is left for lists of surfaces and of lights, and for traced shadows. */
 static uint64_t lists_bytes(const struct window_budget *budget, uint64_t pixels)
 {
     return less(budget->bytes, pixels * budget->pixel_bytes);
 }
 
-/* Takes what a buffer of before holds from the bytes that are left, or is to drop it. */
+/* Subtracts a buffer of an earlier window from the bytes that are left. True: it does not fit, and
+ * has to be freed. */
 static bool is_in_the_way(uint64_t size_bytes, uint64_t *bytes)
 {
     bool is = size_bytes > *bytes / 4;
@@ -286,54 +287,55 @@ static bool is_in_the_way(uint64_t size_bytes, uint64_t *bytes)
 void window_budget_begin(const struct window_budget *budget, const struct frame_run *run,
                          uint64_t pixels)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
     uint64_t bytes = lists_bytes(budget, pixels), outputs = aov_pixel_bytes(run->view) * pixels;
     uint64_t readback = readback_free_bytes(renderer->readback);
     if (is_in_the_way(less(readback, readback_window_bytes(pixels)), &bytes))
         readback_trim(renderer->readback);
-    if (is_in_the_way(less(renderer->aov.words.size_bytes, outputs + outputs / 2), &bytes))
-        aov_finish(&renderer->aov);
-    if (is_in_the_way(light_lists_size_bytes(renderer->lists), &bytes))
-        light_lists_drop(renderer->lists);
-    uint64_t traced = traced_shadows_size_bytes(&renderer->shadow_rays);
-    if (renderer->use.has_rays)
+    if (is_in_the_way(less(context->aov.words.size_bytes, outputs + outputs / 2), &bytes))
+        aov_finish(&context->aov);
+    if (is_in_the_way(light_lists_size_bytes(context->lists), &bytes))
+        light_lists_drop(context->lists);
+    uint64_t traced = traced_shadows_size_bytes(&context->shadow_rays);
+    if (context->use.has_rays)
         bytes /= 2;
-    if (renderer->use.has_rays ? traced > bytes : is_in_the_way(traced, &bytes))
-        traced_shadows_free(&renderer->shadow_rays);
-    if (pixel_lists_size_bytes(&renderer->pixels) > bytes) {
-        pixel_lists_finish(&renderer->pixels);
-        renderer->kept.layers = (struct content_key){{0}};
+    if (context->use.has_rays ? traced > bytes : is_in_the_way(traced, &bytes))
+        traced_shadows_free(&context->shadow_rays);
+    if (layers_size_bytes(&context->layers) > bytes) {
+        layers_finish(&context->layers);
+        context->cached.layers = (struct content_key){{0}};
     }
-    renderer->pixels.most_bytes = bytes ? bytes : 1;
+    layers_set_budget(&context->layers, bytes);
 }
 
 bool window_budget_continue(const struct window_budget *budget, const struct frame_run *run,
                             uint64_t pixels)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
     uint64_t bytes = lists_bytes(budget, pixels);
-    uint64_t used =
-        light_lists_size_bytes(renderer->lists) + pixel_lists_size_bytes(&renderer->pixels);
-    renderer->shadow_rays.most_bytes = used < bytes ? bytes - used : 1;
+    uint64_t used = light_lists_size_bytes(context->lists) + layers_size_bytes(&context->layers);
+    traced_shadows_set_budget(&context->shadow_rays, less(bytes, used));
     return used <= bytes;
 }
 
 bool window_budget_refuse(const struct window_budget *budget, const struct frame_run *run,
-                          const struct camera_window *window, uint64_t lacked_bytes,
+                          const struct camera_window *window, uint64_t missing_bytes,
                           struct error *err)
 {
-    const struct renderer *renderer = run->renderer;
+    const struct frame_context *context = run->context;
+    const struct renderer *renderer = context->renderer;
     uint64_t targets = (uint64_t)window->width * (uint64_t)window->height * budget->pixel_bytes;
     return error_set(
         err, ERROR_OVER_BUDGET,
         "the frame needs %llu bytes: %llu of scenes, %llu of shadow structures, %llu of "
         "rays, %llu of targets and %llu of lists for no more than %dx%d pixels, and %llu "
         "for frames that go first; the budget is %llu bytes",
-        (unsigned long long)(budget->beside_bytes + targets + lacked_bytes + budget->pause_bytes),
-        (unsigned long long)scene_cache_size_bytes(renderer->scenes),
-        (unsigned long long)renderer->use.shadow_bytes,
+        (unsigned long long)(budget->other_bytes + targets + missing_bytes + budget->pause_bytes),
+        (unsigned long long)scene_cache_size_bytes(&renderer->scenes),
+        (unsigned long long)context->use.shadow_bytes,
         (unsigned long long)raytrace_cache_size_bytes(renderer->traced),
-        (unsigned long long)targets, (unsigned long long)lacked_bytes, window->width,
+        (unsigned long long)targets, (unsigned long long)missing_bytes, window->width,
         window->height, (unsigned long long)budget->pause_bytes,
         (unsigned long long)renderer->budget_bytes);
 }

@@ -9,50 +9,49 @@
 
 #include "renderer/frame/frame_run.h"
 
-/* Of a frame that shows the scene, before its plan: how much its shadow structures may take,
- * use.shadow_bytes. Drops nothing. */
-void frame_budget_share(struct renderer *renderer, const struct resident_scene *scene);
-/* That holds from now on, and again after other frames: structures beyond it go. */
-void frame_budget_resume(struct renderer *renderer);
+/* Sets use.shadow_bytes, how much the shadow structures of a frame with this scene may take. To be
+ * called before its plan is made. Evicts nothing. */
+void frame_budget_share(struct frame_context *context, const struct resident_scene *scene);
+/* Applies that share, now or again after urgent frames: structures beyond it are evicted. */
+void frame_budget_resume(struct frame_context *context);
 
-/* For struct shadow_system_desc; renderer: the one that is not beside another. */
-void frame_budget_claim(void *renderer, uint64_t bytes);
+/* The callback of struct shadow_system_desc. */
+void frame_budget_reserve(void *renderer, uint64_t bytes);
 
-/* Gives back what the renderer keeps of its last window. Not within one. */
-void frame_budget_drop_windows(struct renderer *renderer);
+/* Frees what the context holds of its last window. Not while a window is drawn. */
+void frame_budget_drop_windows(struct frame_context *context);
 
-/* A frame begins, its textures are there; and ends: in between, its scene stays. */
+/* Begin and end of a frame whose textures are resident. Its scene is not evicted in between. */
 void frame_budget_begin(const struct frame_run *run);
 void frame_budget_end(const struct frame_run *run);
-/* In between: whether what it will take for certain fits beside what there is, windows in one piece
- * among it. */
+/* In between: whether all that the frame will certainly allocate fits, with whole windows. */
 bool frame_budget_holds_all(const struct frame_run *run);
-/* Its rays are done: what they went through is kept where it fits beside the rest. */
+/* The frame's rays are traced: their structure stays if it fits beside the rest. */
 void frame_budget_end_rays(const struct frame_run *run);
 
-/* What a frame's windows may take, one after the other. */
+/* The memory of a frame's windows, which are drawn one after the other. */
 struct window_budget {
-    uint64_t bytes;        /* in all */
-    uint64_t pixel_bytes;  /* targets and outputs, for each pixel */
-    uint64_t beside_bytes; /* what scenes, shadow structures and rays take */
-    uint64_t pause_bytes;  /* left to frames that go first */
+    uint64_t bytes;       /* that a window may take in all */
+    uint64_t pixel_bytes; /* targets and outputs, for each pixel */
+    uint64_t other_bytes; /* what scenes, shadow structures and rays take */
+    uint64_t pause_bytes; /* left to urgent frames */
 };
 
-/* Before the first window; makes room for it. */
+/* To be called before the first window, for which it makes room. */
 struct window_budget frame_budget_windows(const struct frame_run *run);
 /* Whether targets and outputs of so many pixels leave room for lists. */
 bool window_budget_has_room(const struct window_budget *budget, uint64_t pixels);
-/* Says to lists what a window of so many pixels leaves them. What windows before left goes where it
- * is in their way. */
+/* Tells the lists how much memory a window of so many pixels leaves them, and frees buffers of
+ * earlier windows that are in the way. */
 void window_budget_begin(const struct window_budget *budget, const struct frame_run *run,
                          uint64_t pixels);
-/* The same for traced shadows, when the lists of surfaces and of lights are there. False where
- * these alone are too many. */
+/* The same for traced shadows, after the lists of surfaces and of lights are built. False if these
+ * lists alone exceed the budget. */
 bool window_budget_continue(const struct window_budget *budget, const struct frame_run *run,
                             uint64_t pixels);
-/* ERROR_OVER_BUDGET: the window, what it needs and what there is. lacked_bytes: of lists, or 0. */
+/* Sets ERROR_OVER_BUDGET with the window, its need and the budget. missing_bytes: of lists. */
 bool window_budget_refuse(const struct window_budget *budget, const struct frame_run *run,
-                          const struct camera_window *window, uint64_t lacked_bytes,
+                          const struct camera_window *window, uint64_t missing_bytes,
                           struct error *err);
 
 #endif

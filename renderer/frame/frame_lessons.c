@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What was learned so far, and the copy of it that choices go by. */
+/* Holds what was learned so far, and the copy of it that choices go by. */
 #include "renderer/frame/frame_lessons.h"
 
 #include <math.h>
@@ -101,9 +101,9 @@ struct frame_lesson frame_lesson_begin(void)
 
 void frame_lesson_of_choice(struct frame_lesson *lesson, const struct auto_choice *choice)
 {
-    lesson->is_open = choice->is_open && auto_choice_ms(choice) > 0;
+    lesson->is_open = choice->is_open && choice->ms[choice->technique] > 0;
     lesson->is_timed = choice->is_timed;
-    lesson->technique = auto_choice_technique(choice);
+    lesson->technique = choice->technique;
     memcpy(lesson->cold, choice->cold, sizeof lesson->cold);
     memcpy(lesson->frames, choice->frames, sizeof lesson->frames);
 }
@@ -116,12 +116,12 @@ static bool teaches(const struct frame_lesson *lesson, const struct frame_report
            !report->counts.pixel_lists_reused;
 }
 
-/* Of the structures of the frame's technique, those that it had to make. */
+/* The share of the technique's structures that the frame had to build. */
 static double built_share(const struct frame_lesson *lesson, const struct frame_report *report)
 {
     double built = (double)report->counts.shadow_maps_built;
     double all = built + (double)report->counts.shadow_maps_reused;
-    if (lesson->technique == FORECAST_MAPS)
+    if (shadow_technique_family(lesson->technique) == SHADOW_FAMILY_MAPS)
         return all > 0 ? built / all : 0;
     for (int i = 0; i < report->pass_count; i++)
         if (strcmp(report->passes[i].pass, "raytrace.build") == 0)
@@ -143,7 +143,7 @@ void frame_lessons_take(struct frame_lessons *lessons, const struct frame_lesson
 {
     if (!teaches(lesson, report))
         return;
-    bool is_ours = is_software || lesson->technique == FORECAST_RAYS;
+    bool is_ours = is_software || shadow_technique_is_renderer(lesson->technique);
     double processor_ms = processor_now_ms() - lesson->processor_begin_ms;
     const struct learning_case frame =
         auto_case(&lesson->cold[lesson->technique], built_share(lesson, report));

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What `shadows: auto` learns from frames: each one whose technique it chose teaches, and what is
- * learned is published where it changes something, since pixels follow it. Thread: GL. */
+/* Collects what `shadows: auto` learns from the frames whose technique it chose. What is learned is
+ * published only when it changes something, because pixels follow it. Thread: GL. */
 #ifndef VITRAIL_RENDERER_FRAME_FRAME_LESSONS_H
 #define VITRAIL_RENDERER_FRAME_FRAME_LESSONS_H
 
@@ -12,30 +12,32 @@ struct frame_lessons;
 struct frame_lessons *frame_lessons_create(void); /* NULL: no memory */
 void frame_lessons_destroy(struct frame_lessons *lessons);
 
-/* What choices go by. It changes in frame_lessons_publish and frame_lessons_set alone. */
+/* The published state, by which choices are made. Only frame_lessons_publish and frame_lessons_set
+ * change it. */
 const struct learning *frame_lessons_published(const struct frame_lessons *lessons);
-/* With what is not published yet. */
+/* The state with what is not published yet. */
 const struct learning *frame_lessons_live(const struct frame_lessons *lessons);
-/* Of all that it holds: equal, and choices are; 0: nothing was learned yet. */
+/* A print of the published state. Equal prints make equal choices; 0: nothing was learned yet. */
 uint64_t frame_lessons_print(const struct frame_lessons *lessons);
-/* Publishes what is due. Between frames. */
+/* Publishes what was learned, if that is due. Between frames. */
 void frame_lessons_publish(struct frame_lessons *lessons);
 /* learned: NULL forgets all. */
 void frame_lessons_set(struct frame_lessons *lessons, const struct learning *learned);
 
-/* A frame that may teach. Zeroed = it does not. */
+/* What may be learned from a frame. Zeroed = nothing. */
 struct frame_lesson {
     bool is_open;  /* the technique was chosen by a forecast, */
     bool is_timed; /* or drawn to be timed, for nobody to see */
-    enum forecast_technique technique;
-    struct learning_case cold[FORECAST_TECHNIQUES], frames[FORECAST_TECHNIQUES];
+    enum shadow_technique technique;
+    struct learning_case cold[SHADOWS_COUNT], frames[SHADOWS_COUNT];
     double processor_begin_ms; /* of the process */
 };
 struct frame_lesson frame_lesson_begin(void);
 void frame_lesson_of_choice(struct frame_lesson *lesson, const struct auto_choice *choice);
 
-/* The frame is done. Such teach nothing: those that compiled, loaded textures, were paused or cut,
- * or kept surfaces of another one. is_software: the device's work is the processor's. */
+/* Learns from a frame that is complete. Nothing is learned from frames that compiled, uploaded
+ * textures, were paused or cut, or reused surfaces. is_software: the processor does the device's
+ * work. */
 void frame_lessons_take(struct frame_lessons *lessons, const struct frame_lesson *lesson,
                         const struct frame_report *report, bool is_software);
 

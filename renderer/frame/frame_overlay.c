@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The overlay as a step of a frame: its rays, what is kept between frames, its lines of the report.
- */
+/* The overlay as a step of a frame: traces its rays, caches its edges between frames, reports. */
 #include "renderer/frame/frame_overlay.h"
 
 #include "renderer/base/wall_clock.h"
 #include "renderer/frame/frame_raytrace.h"
 #include "renderer/overlay/overlay.h"
 
-/* What is drawn over is mapped as the picture was. */
+/* The view of the overlay, which is tone mapped as the picture was. */
 static struct view overlay_view(const struct view *view)
 {
     struct view own = *view;
@@ -20,17 +19,18 @@ static struct view overlay_view(const struct view *view)
 
 bool frame_overlay(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
     struct frame_report *report = &run->frame->report;
     const char *because = run->frame_plan->plan.requirements[PLAN_NEED_OVERLAY].because;
     const struct view view = overlay_view(run->view);
     const struct raytrace_desc rays = {
         .view = &view, .state = run->state, .camera = run->camera, .cache = renderer->traced};
     const struct overlay_desc desc = {.rays = &rays,
-                                      .edges = &renderer->feature_edges,
+                                      .edges = &context->feature_edges,
                                       .color = &run->frame->outputs[VIEW_OUTPUT_COLOR]};
     struct overlay_stats stats = {0};
-    frame_claim_traced(renderer, run->scene->key);
+    frame_drop_other_traced(run->context, run->scene->key);
     double begin_ms = wall_ms();
     if (run->view->edges.is_drawn && !overlay_draw_edges(&desc, &stats, err))
         return false;
@@ -44,7 +44,7 @@ bool frame_overlay(const struct frame_run *run, struct error *err)
                         REPORT_SHADE);
     report->counts.feature_edges = stats.edges;
     report->counts.outlined_pixels = stats.outlined;
-    if (renderer->feature_edges.size_bytes)
-        report_add_bytes(report, "overlay.edges", renderer->feature_edges.size_bytes);
+    if (context->feature_edges.size_bytes)
+        report_add_bytes(report, "overlay.edges", context->feature_edges.size_bytes);
     return true;
 }

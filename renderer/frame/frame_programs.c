@@ -13,7 +13,7 @@ static bool needs(const struct frame_programs_desc *desc, enum plan_need need)
     return desc->plan->plan.requirements[need].is_met;
 }
 
-/* What a listing goes by. */
+/* The state of a listing. */
 struct listing {
     const struct frame_programs_desc *desc;
     struct targets targets; /* nothing is drawn to them */
@@ -48,7 +48,7 @@ static void listing_init(struct listing *listing, const struct frame_programs_de
 
 /* How the lights of a window come to it. */
 struct lit_parts {
-    bool may[SHADE_PARTS];
+    bool may[LIGHT_PARTS];
     int count;   /* of these */
     bool differ; /* batches, in the features of their structures */
 };
@@ -58,11 +58,10 @@ static struct lit_parts parts_of(const struct listing *listing, bool is_in_batch
     const struct frame_programs_desc *desc = listing->desc;
     const struct plan *plan = &desc->plan->plan;
     struct lit_parts parts = {.count = 0};
-    parts.count = shade_list_parts(
-        &(struct shade_parts_desc){.frame = &listing->frame,
+    parts.count = light_parts_list(
+        &(struct light_parts_desc){.frame = &listing->frame,
                                    .loop_steps = desc->loop_steps,
-                                   .shadowed_count = plan->map_lights + plan->deep_lights +
-                                                     plan->linked_lights + plan->traced_lights,
+                                   .shadowed_count = plan_shadowed_lights(plan),
                                    .is_traced = needs(desc, PLAN_NEED_TRACED_SHADOWS),
                                    .is_in_batches = is_in_batches,
                                    .has_layers = needs(desc, PLAN_NEED_LAYERS)},
@@ -82,6 +81,7 @@ static void list_lookups(const struct listing *listing, const struct shadow_feat
         has_layers || features->has[SHADOW_FEATURE_SEARCHED] || parts->count > 1 || parts->differ;
     struct shade_facts facts = {
         .lists = light_lists_technique_defines(desc->view->quality.light_lists),
+        .method = desc->plan->plan.transparency,
         .is_traced = listing->is_traced,
         .has_media = desc->plan->items.medium_count > 0,
         .may_surround = may_surround,
@@ -89,9 +89,9 @@ static void list_lookups(const struct listing *listing, const struct shadow_feat
     facts.shadows = facts.is_traced ? SHADE_TRACED_SHADOWS : shadows;
     for (int has_entries = 0; has_entries <= has_layers; has_entries++) {
         facts.has_entries = has_entries;
-        for (int i = 0; i < SHADE_PARTS && needs(desc, PLAN_NEED_COLOR); i++)
+        for (int i = 0; i < LIGHT_PARTS && needs(desc, PLAN_NEED_COLOR); i++)
             if (parts->may[i])
-                shade_list_programs(&listing->frame, &facts, (enum shade_parts)i, is_conditional,
+                shade_list_programs(&listing->frame, &facts, (enum light_parts)i, is_conditional,
                                     listing->list);
         if (needs(desc, PLAN_NEED_AUXILIARY))
             aov_list_programs(&listing->frame, &facts, has_layers, listing->list);
@@ -116,7 +116,7 @@ static void list_surfaces(const struct listing *listing, const struct geometry_i
     if (needs(desc, PLAN_NEED_SURFACES))
         geometry_list_opaque(&listing->frame, items, listing->list);
     if (has_layers)
-        pixel_lists_list_programs(&listing->frame, items, listing->list);
+        desc->plan->plan.transparency->list_programs(&listing->frame, items, listing->list);
     if (needs(desc, PLAN_NEED_LIGHTS))
         light_lists_list_programs(quality->light_lists, quality->faithful,
                                   listing->frame.limits->is_software, listing->list);
@@ -128,13 +128,13 @@ static void list_surfaces(const struct listing *listing, const struct geometry_i
         screen_list_programs(listing->list);
 }
 
-/* Of the lights that every choice has, and a choice, by its bits, of the others. */
+/* The features of the lights that every choice has, and of those others whose bits are set. */
 static struct shadow_features choose(const struct shadow_feature_sets *sets, size_t choice)
 {
     struct shadow_features features = sets->always;
     for (size_t i = 0; i < sets->optional_count; i++)
-        for (int k = 0; k < SHADOW_FEATURES; k++)
-            features.has[k] |= choice >> i & 1 && sets->optional[i].has[k];
+        if (choice >> i & 1)
+            shadow_features_join(&features, &sets->optional[i]);
     return features;
 }
 
@@ -164,15 +164,15 @@ bool frame_programs_list(const struct frame_programs_desc *desc, struct program_
     return program_list_check(list, err);
 }
 
-/* Of pictures that no light reaches: of drawables, and of nothing. */
+/* Lists the programs of pictures that no light reaches, with and without drawables. */
 static void list_dark(struct listing *listing)
 {
     char shadows[SHADOW_DEFINES_BYTES];
-    const struct shadow_features none = {{0}};
+    const struct shadow_features none = {.has = {false}};
     if (listing->is_traced) {
         listing->is_traced = false;
         list_shading(listing, none, listing->desc->plan->items.medium_count > 0,
-                     &(struct lit_parts){.may = {[SHADE_AT_ONCE] = true}, .count = 1});
+                     &(struct lit_parts){.may = {[LIGHTS_AT_ONCE] = true}, .count = 1});
     }
     const struct shade_facts facts = {
         .lists = light_lists_technique_defines(listing->desc->view->quality.light_lists),
@@ -180,7 +180,7 @@ static void list_dark(struct listing *listing)
     };
     shadow_features_write(&none, shadows);
     if (needs(listing->desc, PLAN_NEED_COLOR))
-        shade_list_programs(&listing->frame, &facts, SHADE_AT_ONCE, true, listing->list);
+        shade_list_programs(&listing->frame, &facts, LIGHTS_AT_ONCE, true, listing->list);
     if (needs(listing->desc, PLAN_NEED_AUXILIARY))
         aov_list_programs(&listing->frame, &facts, false, listing->list);
 }

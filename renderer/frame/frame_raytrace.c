@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "renderer/frame/frame_budget.h"
-#include "renderer/frame/frame_pause.h"
+#include "renderer/frame/frame_yield.h"
 #include "renderer/plan/traced.h"
 
 /* Lights towards which shadow rays go. */
@@ -49,25 +49,24 @@ static void report_trace(const struct raytrace_stats *stats, const struct view *
     report->counts.shadowed_lights = count_casting(view, state);
     report->counts.lookups += stats->shadow_rays;
     report->counts.shadow_rays += stats->shadow_rays;
-    report->error_is_exact = plan_area_lights(state) == 0;
+    report->error_is_exact = scene_state_area_lights(state) == 0;
 }
 
-void frame_claim_traced(struct renderer *renderer, const char *scene_key)
+void frame_drop_other_traced(struct frame_context *context, const char *scene_key)
 {
-    if (strcmp(renderer->traced_key, scene_key) != 0)
-        renderer_forget_traced(renderer, NULL);
-    snprintf(renderer->traced_key, sizeof renderer->traced_key, "%s", scene_key);
+    if (strcmp(context->traced_key, scene_key) != 0)
+        renderer_forget_traced(context->renderer, NULL);
+    snprintf(context->traced_key, sizeof context->traced_key, "%s", scene_key);
 }
 
 bool frame_raytrace(const struct frame_run *run, const char *because, const uint8_t *texture_levels,
                     struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct renderer *renderer = run->context->renderer;
     const struct view *view = run->view;
     struct frame *frame = run->frame;
     struct raytrace_stats stats;
-    struct frame_pause pause = {.renderer = renderer, .report = &frame->report};
-    const struct interlude interlude = frame_pause_interlude(&pause);
+    const struct yield_point yield = frame_yield_point(run);
     struct raytrace_desc desc = {
         .view = view,
         .state = run->state,
@@ -75,13 +74,13 @@ bool frame_raytrace(const struct frame_run *run, const char *because, const uint
         .texture_levels = texture_levels,
         .samples_per_side = grid_side(view->quality.samples),
         .cache = renderer->traced,
-        .progress = frame_pause_ends_rays,
-        .context = renderer,
-        .interlude = renderer->interlude ? &interlude : NULL,
+        .advance = frame_advance_rays,
+        .advance_context = run->context,
+        .yield = frame_yield_if_any(run, &yield),
     };
-    frame_claim_traced(renderer, run->scene->key);
+    frame_drop_other_traced(run->context, run->scene->key);
     image_finish(&frame->outputs[VIEW_OUTPUT_COLOR]);
-    renderer_begin_piece(renderer, (struct frame_piece){FRAME_STAGE_RAYS, 0, 1});
+    frame_context_begin_span(run->context, (struct progress_span){FRAME_STAGE_RAYS, 0, 1});
     bool ok = raytrace_render(&desc, &frame->outputs[VIEW_OUTPUT_COLOR], &stats, err);
     if (ok)
         report_trace(&stats, view, run->state, because, &frame->report);
@@ -91,24 +90,14 @@ bool frame_raytrace(const struct frame_run *run, const char *because, const uint
 
 bool frame_raytrace_build(const struct frame_run *run, const char *because, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct renderer *renderer = run->context->renderer;
     struct raytrace_stats stats;
     const struct raytrace_desc desc = {
         .view = run->view, .state = run->state, .camera = run->camera, .cache = renderer->traced};
-    frame_claim_traced(renderer, run->scene->key);
+    frame_drop_other_traced(run->context, run->scene->key);
     if (!raytrace_build(&desc, &stats, err))
         return false;
     report_build(&stats, form_of(run->view), because, &run->frame->report);
     frame_budget_end_rays(run);
     return true;
-}
-
-void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report)
-{
-    size_t areas = plan_area_lights(state);
-    if (areas)
-        report_warn(report,
-                    "%zu area light%s drawn from the centre, with hard shadows; shadows "
-                    "raytraced, raytraced-shadows or auto draws all of it",
-                    areas, areas == 1 ? " is" : "s are");
 }

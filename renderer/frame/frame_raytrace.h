@@ -16,10 +16,7 @@ MUST_CHECK bool frame_raytrace(const struct frame_run *run, const char *because,
 MUST_CHECK bool frame_raytrace_build(const struct frame_run *run, const char *because,
                                      struct error *err);
 
-/* Keeps the ray tracer's structure for this scene, and no other. */
-void frame_claim_traced(struct renderer *renderer, const char *scene_key);
-
-/* Warns of area lights that a rasterised frame shows as if they had no extent. */
-void frame_warn_of_areas(const struct scene_state *state, struct frame_report *report);
+/* Drops the ray tracer's structure if it is of another scene. */
+void frame_drop_other_traced(struct frame_context *context, const char *scene_key);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Walking a plan. A step is a function; which steps there are, and what they draw, the plan says.
- */
+/* Runs a plan. Each kind of step is a function; the plan says which steps there are, and what they
+ * draw. */
 #include "renderer/frame/frame_run.h"
 
 #include <assert.h>
@@ -8,12 +8,13 @@
 #include <stdlib.h>
 
 #include "renderer/frame/frame_budget.h"
-#include "renderer/frame/frame_flight.h"
+#include "renderer/frame/frame_in_flight.h"
 #include "renderer/frame/frame_overlay.h"
-#include "renderer/frame/frame_pause.h"
+#include "renderer/frame/frame_yield.h"
 #include "renderer/frame/frame_raytrace.h"
 #include "renderer/frame/frame_shadows.h"
 #include "renderer/frame/frame_textures.h"
+#include "renderer/frame/frame_warnings.h"
 #include "renderer/frame/light_batches.h"
 
 enum {
@@ -23,15 +24,15 @@ enum {
     WINDOWS_MAX = 8192,
 };
 
-/* What the steps of one window share. */
+/* The state that the steps of one window share. */
 struct window_run {
     const struct frame_run *run;
     struct window_frame frame;
     const struct window_budget *budget;
-    struct kept_window keys; /* of what it will hold */
-    bool is_counted;         /* its surfaces stand, and the sizes of its layers are on the device */
-    bool must_split;         /* it holds more than one pass can, ... */
-    uint64_t lacked_bytes;   /* ... or than the budget has room for: so many bytes of lists */
+    struct window_cache_keys keys; /* of what it will hold */
+    bool is_counted;        /* its surfaces stand, and the sizes of its layers are on the device */
+    bool overflows;         /* the window holds more than one pass can draw, ... */
+    uint64_t missing_bytes; /* ... or more than fits the budget: so many bytes of lists */
 };
 
 static bool needs(const struct frame_run *run, enum plan_need need)
@@ -45,7 +46,7 @@ static bool trace(const struct frame_run *run, struct error *err)
 {
     const char *because = run->frame_plan->plan.requirements[PLAN_NEED_TRACED].because;
     uint8_t *levels;
-    gpu_timeline_will_wait(run->renderer->timeline); /* rays take long */
+    gpu_timeline_will_wait(run->context->renderer->timeline); /* rays take long */
     if (run->only_builds)
         return frame_raytrace_build(run, because, err);
     bool ok =
@@ -54,29 +55,34 @@ static bool trace(const struct frame_run *run, struct error *err)
     return ok;
 }
 
-/* Of this frame; NULL where shadows are in structures. */
-static struct traced_shadows *rays_of(const struct frame_run *run)
+bool frame_run_is_rasterised(const struct frame_run *run)
 {
-    return needs(run, PLAN_NEED_TRACED_SHADOWS) ? &run->renderer->shadow_rays : NULL;
+    return needs(run, PLAN_NEED_COLOR) || needs(run, PLAN_NEED_AUXILIARY);
+}
+
+struct traced_shadows *frame_run_rays(const struct frame_run *run)
+{
+    return needs(run, PLAN_NEED_TRACED_SHADOWS) ? &run->context->shadow_rays : NULL;
 }
 
 /* ---- steps of one window ---- */
 
 static struct shade_desc shade_of(const struct window_run *window)
 {
-    struct renderer *renderer = window->run->renderer;
+    struct frame_context *context = window->run->context;
+    struct renderer *renderer = context->renderer;
     return (struct shade_desc){
         .frame = &window->frame,
-        .lists = renderer->lists,
+        .lists = context->lists,
         .shadows = renderer->shadows,
-        .pixels = &renderer->pixels,
-        .traced = rays_of(window->run),
+        .layers = &context->layers,
+        .traced = frame_run_rays(window->run),
     };
 }
 
 static bool draw_surfaces(struct window_run *window, struct error *err)
 {
-    struct kept_window *kept = &window->run->renderer->kept;
+    struct window_cache_keys *kept = &window->run->context->cached;
     struct frame_report *report = window->frame.report;
     if (content_key_equals(kept->surfaces, window->keys.surfaces)) {
         report->counts.gbuffers_reused += !window->is_counted;
@@ -84,11 +90,11 @@ static bool draw_surfaces(struct window_run *window, struct error *err)
             report_add_reused(report, "gbuffer");
         return true;
     }
-    *kept = (struct kept_window){0};
+    *kept = (struct window_cache_keys){0};
     if (!geometry_draw_opaque(&window->frame, &window->run->frame_plan->items, err))
         return false;
     kept->surfaces = window->keys.surfaces;
-    kept->has_lifts = window->run->frame_plan->shaders.lifts;
+    kept->has_normal_offsets = window->run->frame_plan->shaders.has_normal_offset;
     report->counts.gbuffers_drawn++;
     return true;
 }
@@ -98,13 +104,13 @@ static bool draw_surfaces(struct window_run *window, struct error *err)
  * draws over the picture, waits for the device anyway. */
 bool frame_run_may_guess(const struct frame_run *run)
 {
-    return !run->only_builds && !gl_context_limits(run->renderer->context)->is_software &&
-           !run->renderer->reads_sizes && needs(run, PLAN_NEED_COLOR) &&
+    return !run->only_builds && !gl_context_limits(run->context->renderer->gl)->is_software &&
+           !run->context->reads_sizes && needs(run, PLAN_NEED_COLOR) &&
            !needs(run, PLAN_NEED_AUXILIARY) && !needs(run, PLAN_NEED_OVERLAY) &&
            !needs(run, PLAN_NEED_TRACED_SHADOWS);
 }
 
-/* Windows whose lists are about as large from one frame to the next. */
+/* The key of windows whose lists have about the same size from one frame to the next. */
 static struct content_key window_key(const struct window_run *window)
 {
     struct content_key key = content_key_begin();
@@ -117,36 +123,36 @@ static struct content_key window_key(const struct window_run *window)
 static bool find_sizes(const struct window_run *window, struct list_sizes *room)
 {
     return frame_run_may_guess(window->run) &&
-           list_history_find(&window->run->renderer->list_history, window_key(window), room);
+           list_history_find(&window->run->context->list_history, window_key(window), room);
 }
 
 static bool build_layers(struct window_run *window, struct error *err)
 {
-    struct renderer *renderer = window->run->renderer;
+    struct frame_context *context = window->run->context;
     struct frame_report *report = window->frame.report;
     struct list_sizes room;
-    if (content_key_equals(renderer->kept.layers, window->keys.layers)) {
+    if (content_key_equals(context->cached.layers, window->keys.layers)) {
         report->counts.pixel_lists_reused++;
         report_add_reused(report, "transparency");
-        if (!renderer->pixels.is_guessed)
-            pixel_lists_report(&renderer->pixels, report);
+        if (!context->layers.is_guessed)
+            context->layers.method->report(&context->layers, report);
         return true;
     }
-    renderer->kept.layers = renderer->kept.counted = (struct content_key){{0}};
+    context->cached.layers = context->cached.counted = (struct content_key){{0}};
     bool is_known = find_sizes(window, &room);
-    enum pixel_lists_outcome outcome =
-        pixel_lists_build(&renderer->pixels, &window->frame, &window->run->frame_plan->items,
-                          is_known ? &room : NULL, err);
-    window->must_split = outcome == PIXEL_LISTS_TOO_MANY;
-    window->lacked_bytes = renderer->pixels.lacked_bytes;
-    if (outcome != PIXEL_LISTS_BUILT)
-        return window->must_split;
-    renderer->kept.layers = window->keys.layers;
+    enum layers_outcome outcome =
+        context->layers.method->find(&context->layers, &window->frame,
+                                     &window->run->frame_plan->items, is_known ? &room : NULL, err);
+    window->overflows = outcome == LAYERS_TOO_MANY;
+    window->missing_bytes = context->layers.missing_bytes;
+    if (outcome != LAYERS_FOUND)
+        return window->overflows;
+    context->cached.layers = window->keys.layers;
     report->counts.pixel_lists_built++;
-    if (!renderer->pixels.is_guessed)
-        list_history_note(&renderer->list_history, window_key(window),
-                          (struct list_sizes){.entries = renderer->pixels.entry_count,
-                                              .longest = renderer->pixels.longest});
+    if (!context->layers.is_guessed)
+        list_history_note(&context->list_history, window_key(window),
+                          (struct list_sizes){.entries = context->layers.entry_count,
+                                              .longest = context->layers.longest});
     return true;
 }
 
@@ -154,8 +160,9 @@ static bool build_layers(struct window_run *window, struct error *err)
 static void begin_window(struct window_run *window)
 {
     const struct frame_run *run = window->run;
-    struct renderer *renderer = run->renderer;
-    window->keys = kept_window_keys(&(struct kept_window_desc){
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
+    window->keys = window_cache_keys_of(&(struct window_cache_desc){
         .placement = run->placement,
         .view = run->view,
         .state = run->state,
@@ -164,21 +171,23 @@ static void begin_window(struct window_run *window)
         .samples = run->frame_plan->plan.target_samples,
     });
     /* drawn for a frame without maps, the surfaces do not say where those are looked up */
-    if (run->frame_plan->shaders.lifts && !renderer->kept.has_lifts)
-        renderer->kept = (struct kept_window){0};
+    if (run->frame_plan->shaders.has_normal_offset && !context->cached.has_normal_offsets)
+        context->cached = (struct window_cache_keys){0};
+    if (layers_change_method(&context->layers, run->frame_plan->plan.transparency))
+        context->cached.layers = context->cached.counted = (struct content_key){{0}};
     bool is_kept = needs(run, PLAN_NEED_LAYERS) && !renderer->redraws_surfaces &&
-                   (!renderer->pixels.is_guessed || frame_run_may_guess(run)) &&
-                   content_key_equals(renderer->kept.layers, window->keys.layers);
-    window->is_counted = needs(run, PLAN_NEED_LAYERS) && renderer->pixels.is_counted &&
-                         content_key_equals(renderer->kept.counted, window->keys.layers) &&
-                         content_key_equals(renderer->kept.surfaces, window->keys.surfaces);
+                   (!context->layers.is_guessed || frame_run_may_guess(run)) &&
+                   content_key_equals(context->cached.layers, window->keys.layers);
+    window->is_counted = needs(run, PLAN_NEED_LAYERS) && context->layers.is_counted &&
+                         content_key_equals(context->cached.counted, window->keys.layers) &&
+                         content_key_equals(context->cached.surfaces, window->keys.surfaces);
     if (!is_kept && !window->is_counted) {
-        pixel_lists_clear(&renderer->pixels);
-        renderer->kept.layers = (struct content_key){{0}};
+        layers_clear(&context->layers);
+        context->cached.layers = (struct content_key){{0}};
     }
-    renderer->kept.image = (struct content_key){{0}};
+    context->cached.image = (struct content_key){{0}};
     if (renderer->redraws_surfaces)
-        renderer->kept = (struct kept_window){0};
+        context->cached = (struct window_cache_keys){0};
 }
 
 static uint64_t pixels_of(const struct camera_window *window)
@@ -189,7 +198,7 @@ static uint64_t pixels_of(const struct camera_window *window)
 static bool build_lights(struct window_run *window, struct error *err)
 {
     const struct window_frame *frame = &window->frame;
-    return light_lists_prepare(window->run->renderer->lists,
+    return light_lists_prepare(window->run->context->lists,
                                &(struct light_lists_desc){
                                    .technique = frame->view->quality.light_lists,
                                    .faithful = frame->view->quality.faithful,
@@ -199,75 +208,65 @@ static bool build_lights(struct window_run *window, struct error *err)
                                    .window = &frame->window,
                                    .bounds = &window->run->frame_plan->reach.bounds,
                                    .limits = frame->limits,
-                                   .rebuilds = window->run->renderer->redraws_surfaces,
+                                   .rebuilds = window->run->context->renderer->redraws_surfaces,
                                },
                                frame->report, err);
 }
 
 static bool prepare_lights(struct window_run *window, struct error *err)
 {
-    const struct renderer *renderer = window->run->renderer;
+    const struct frame_context *context = window->run->context;
     if (!build_lights(window, err))
         return false;
-    window->must_split =
+    window->overflows =
         !window_budget_continue(window->budget, window->run, pixels_of(&window->frame.window));
-    if (window->must_split)
-        window->lacked_bytes =
-            light_lists_size_bytes(renderer->lists) + pixel_lists_size_bytes(&renderer->pixels);
+    if (window->overflows)
+        window->missing_bytes =
+            light_lists_size_bytes(context->lists) + layers_size_bytes(&context->layers);
     return true;
 }
 
 static bool collect_points(struct window_run *window, struct error *err)
 {
-    const struct renderer *renderer = window->run->renderer;
-    if (!frame_shadows_collect(window->run, &window->frame, &window->must_split, err))
+    const struct frame_context *context = window->run->context;
+    if (!frame_shadows_collect(window->run, &window->frame, &window->overflows, err))
         return false;
-    if (window->must_split && renderer->shadow_rays.lacked_bytes)
-        window->lacked_bytes = renderer->shadow_rays.lacked_bytes +
-                               light_lists_size_bytes(renderer->lists) +
-                               pixel_lists_size_bytes(&renderer->pixels);
+    if (window->overflows && context->shadow_rays.missing_bytes)
+        window->missing_bytes = context->shadow_rays.missing_bytes +
+                                light_lists_size_bytes(context->lists) +
+                                layers_size_bytes(&context->layers);
     return true;
-}
-
-static bool is_pause_due(const void *run)
-{
-    return frame_run_is_pause_due(run);
-}
-
-static bool serve_pause(const void *run, struct error *err)
-{
-    return frame_run_pause(run, true, err);
 }
 
 static bool shade(struct window_run *window, struct error *err)
 {
     struct shade_desc desc = shade_of(window);
-    const struct shade_pause pause = {
-        .context = window->run, .is_due = is_pause_due, .serve = serve_pause};
-    desc.pause = window->run->renderer->interlude ? &pause : NULL;
+    const struct yield_point yield = frame_yield_point(window->run);
+    desc.yield = frame_yield_if_any(window->run, &yield);
     desc.pace = window->run->pace;
     return light_batches_shade(window->run, &desc, err);
 }
 
 static bool read_color(struct window_run *window, struct error *err)
 {
-    struct renderer *renderer = window->run->renderer;
-    const struct readback_guess guess = {.lists = pixel_lists_guess_of(&renderer->pixels),
-                                         .sizes = &renderer->pixels.statistics,
-                                         .history = &renderer->list_history,
+    struct frame_context *context = window->run->context;
+    struct renderer *renderer = context->renderer;
+    const struct readback_guess guess = {.lists = pixel_lists_guess_of(&context->layers),
+                                         .sizes = &context->layers.lists.statistics,
+                                         .history = &context->list_history,
                                          .key = window_key(window)};
     const struct readback_desc desc = {.frame = &window->frame,
                                        .color = &window->run->frame->outputs[VIEW_OUTPUT_COLOR],
-                                       .guess = renderer->pixels.is_guessed ? &guess : NULL,
+                                       .guess = context->layers.is_guessed ? &guess : NULL,
                                        .shadows = renderer->shadows,
                                        .shadow_frame = window->run->shadow_frame};
-    return shade_send_color(&renderer->shade, renderer->readback, &desc, err);
+    return shade_send_color(&context->shade, renderer->readback, &desc, err);
 }
 
 static bool read_auxiliary(struct window_run *window, struct error *err)
 {
     struct shade_desc desc = shade_of(window);
-    return aov_read(&window->run->renderer->aov, &desc, window->run->frame->outputs, err);
+    return aov_read(&window->run->context->aov, &desc, window->run->frame->outputs, err);
 }
 
 /* ---- the walk ---- */
@@ -288,25 +287,17 @@ static const struct {
     [PLAN_STEP_AUXILIARY] = {.of_window = read_auxiliary},
 };
 
-static bool upload_lights(const struct frame_run *run, struct error *err)
+bool frame_run_upload_lights(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    return shade_upload_lights(&renderer->shade,
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
+    return shade_upload_lights(&context->shade,
                                &(struct shade_lights_desc){.state = run->state,
                                                            .needs = &run->frame_plan->shaders,
                                                            .shadows = renderer->shadows,
-                                                           .traced = rays_of(run),
+                                                           .traced = frame_run_rays(run),
                                                            .camera = run->camera},
                                err);
-}
-
-static bool has_step(const struct frame_run *run, enum plan_step step)
-{
-    const struct plan *plan = &run->frame_plan->plan;
-    bool has = false;
-    for (int i = 0; i < plan->pass_count; i++)
-        has |= plan->passes[i].step == step;
-    return has;
 }
 
 /* Passes of one step are neighbours: the step begins where the one before it was another. */
@@ -320,78 +311,31 @@ static bool walk_frame(const struct frame_run *run, struct error *err)
     const struct plan *plan = &run->frame_plan->plan;
     for (int i = 0; i < plan->pass_count; i++) {
         enum plan_step step = plan->passes[i].step;
-        if (begins_step(plan, i) && steps[step].of_frame && !steps[step].of_frame(run, err))
+        if (!begins_step(plan, i) || !steps[step].of_frame)
+            continue;
+        frame_in_flight_poll(run->context->renderer);
+        if (!steps[step].of_frame(run, err))
             return false;
     }
     return true;
 }
 
-/* What other frames replaced of the scene: the materials that are bound, levels of textures, and
- * what Embree's scene refers to. */
-static bool put_back_scene(const struct frame_run *run, struct error *err)
+/* Yields between two passes if an urgent frame waits. */
+static bool yield_if_due(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    draw_arena_bind_materials(renderer->arena);
-    if (!frame_textures_resume(renderer->textures, run, err))
-        return false;
-    if (rays_of(run) && renderer->shadow_rays.rays)
-        raytrace_shadows_resume(renderer->shadow_rays.rays);
-    return true;
-}
-
-/* The shadow structures, and the lights. */
-static bool put_back_shadows(const struct frame_run *run, struct error *err)
-{
-    struct renderer *renderer = run->renderer;
-    struct frame unseen = {0}; /* the report has all that from the first time */
-    struct frame_run again = *run;
-    if (!needs(run, PLAN_NEED_COLOR))
-        return true;
-    again.frame = &unseen;
-    again.is_again = true;
-    bool ok = shadow_system_prepare_none(renderer->shadows, run->state->light_count, err) &&
-              (!has_step(run, PLAN_STEP_SHADOWS) || light_batches_prepare(&again, err)) &&
-              upload_lights(run, err);
-    run->frame->report.paused_ms += unseen.report.paused_ms;
-    return ok;
-}
-
-bool frame_run_is_pause_due(const struct frame_run *run)
-{
-    const struct interlude *interlude = run->renderer->interlude;
-    return interlude &&
-           (frame_flight_is_cut(run->renderer) || interlude->is_due(interlude->context));
-}
-
-bool frame_run_pause(const struct frame_run *run, bool has_shadows, struct error *err)
-{
-    struct frame_pause pause = {.renderer = run->renderer, .report = &run->frame->report};
-    const struct interlude interlude = frame_pause_interlude(&pause);
-    const struct frame_textures *textures = run->renderer->textures;
-    if (has_shadows && textures && textures->is_inexact) /* its maps are not for others */
-        shadow_system_forget(run->renderer->shadows, resident_scene_shadow_key(run->scene));
-    bool was_pinned = run->scene->is_pinned; /* by a frame that waits for this one */
-    run->scene->is_pinned = true;
-    bool is_wanted = interlude.serve(interlude.context);
-    run->scene->is_pinned = was_pinned;
-    if (!is_wanted)
-        return error_set(err, ERROR_OVERLOADED, "the frame is not wanted any more");
-    return put_back_scene(run, err) && (!has_shadows || put_back_shadows(run, err));
-}
-
-/* Lets other frames go first where they are due. */
-static bool pause_frame(const struct frame_run *run, struct error *err)
-{
-    return !frame_run_is_pause_due(run) || frame_run_pause(run, true, err);
+    const struct yield_point point = frame_yield_point(run);
+    return !yield_point_is_due(&point) || yield_point_run(&point, err);
 }
 
 static bool walk_window(struct window_run *window, struct error *err)
 {
     const struct plan *plan = &window->run->frame_plan->plan;
-    for (int i = 0; i < plan->pass_count && !window->must_split; i++) {
+    for (int i = 0; i < plan->pass_count && !window->overflows; i++) {
         enum plan_step step = plan->passes[i].step;
-        if (begins_step(plan, i) && steps[step].of_window &&
-            (!pause_frame(window->run, err) || !steps[step].of_window(window, err)))
+        if (!begins_step(plan, i) || !steps[step].of_window)
+            continue;
+        frame_in_flight_poll(window->run->context->renderer);
+        if (!yield_if_due(window->run, err) || !steps[step].of_window(window, err))
             return false;
     }
     return true;
@@ -410,29 +354,30 @@ static void read_sample_positions(const struct targets *targets, float positions
 
 /* How a window ended. */
 struct window_result {
-    bool must_split;       /* more transparent fragments, or shadow rays, than one pass can hold, */
-    uint64_t lacked_bytes; /* or, not 0, than the budget has room for: bytes of its lists */
+    bool overflows; /* it has more transparent fragments or shadow rays than one pass can draw, */
+    uint64_t missing_bytes; /* or, if not 0, than fit the budget: bytes of its lists */
 };
 
 static struct window_run window_of(const struct frame_run *run,
                                    const struct camera_window *rectangle)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
     return (struct window_run){
         .run = run,
         .frame =
             {
                 .programs = renderer->programs,
                 .timeline = renderer->timeline,
-                .limits = gl_context_limits(renderer->context),
+                .limits = gl_context_limits(renderer->gl),
                 .view = run->view,
                 .state = run->state,
                 .gpu = run->scene->gpu,
-                .arena = renderer->arena,
+                .arena = context->arena,
                 .camera = run->camera,
                 .window = *rectangle,
                 .needs = &run->frame_plan->shaders,
-                .targets = &renderer->targets,
+                .targets = &context->targets,
                 .report = &run->frame->report,
             },
     };
@@ -453,19 +398,20 @@ static bool run_window(const struct frame_run *run, const struct window_budget *
                        const struct camera_window *rectangle, struct window_result *result,
                        struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
     struct window_run window = window_of(run, rectangle);
     window.budget = budget;
     window_budget_begin(budget, run, pixels_of(rectangle));
     if (!prepare_targets(&window, err) || !walk_window(&window, err))
         return false;
-    *result = (struct window_result){window.must_split, window.lacked_bytes};
-    if (!window.must_split)
-        report_raise_bytes(&run->frame->report, "targets", targets_size_bytes(&renderer->targets));
-    return window.must_split || gl_context_check(renderer->context, "rendering", err);
+    *result = (struct window_result){window.overflows, window.missing_bytes};
+    if (!window.overflows)
+        report_raise_bytes(&run->frame->report, "targets", targets_size_bytes(&context->targets));
+    return window.overflows || gl_context_check(renderer->gl, "rendering", err);
 }
 
-/* Halves, the one that is begun with, halves[1], no smaller than the other. */
+/* Splits a window into halves. halves[1], which is drawn first, is no smaller than the other. */
 static void split_window(const struct camera_window *w, struct camera_window halves[2])
 {
     halves[0] = halves[1] = *w;
@@ -483,7 +429,7 @@ static void split_window(const struct camera_window *w, struct camera_window hal
 /* Counts of lists, heads of traced points and words of outputs have a storage block each. */
 static uint64_t most_pixels(const struct frame_run *run)
 {
-    const struct gl_limits *limits = gl_context_limits(run->renderer->context);
+    const struct gl_limits *limits = gl_context_limits(run->context->renderer->gl);
     uint64_t words = 4, outputs = aov_pixel_bytes(run->view);
     uint64_t most = gl_limits_block(limits, words) - TARGETS_APART_HEAD_BYTES / words;
     uint64_t most_written = outputs ? gl_limits_block(limits, outputs) : most;
@@ -497,7 +443,7 @@ static bool exceeds_device(const struct frame_run *run, const struct camera_wind
            pixels_of(w) > most_pixels(run);
 }
 
-/* Before anything of it is drawn. */
+/* Whether the window is too large, judged before anything of it is drawn. */
 static bool is_too_large(const struct frame_run *run, const struct camera_window *w,
                          const struct window_budget *budget, bool *is_over_budget)
 {
@@ -507,11 +453,11 @@ static bool is_too_large(const struct frame_run *run, const struct camera_window
 }
 
 static bool refuse_window(const struct frame_run *run, const struct window_budget *budget,
-                          const struct camera_window *w, uint64_t lacked_bytes, struct error *err)
+                          const struct camera_window *w, uint64_t missing_bytes, struct error *err)
 {
-    if (lacked_bytes)
-        return window_budget_refuse(budget, run, w, lacked_bytes, err);
-    const struct gl_limits *limits = gl_context_limits(run->renderer->context);
+    if (missing_bytes)
+        return window_budget_refuse(budget, run, w, missing_bytes, err);
+    const struct gl_limits *limits = gl_context_limits(run->context->renderer->gl);
     return error_set(err, ERROR_OVER_BUDGET,
                      "more than %llu transparent fragments, or %d shadow rays, in a window of "
                      "%dx%d pixels, for a storage block of %llu bytes",
@@ -523,7 +469,7 @@ static bool refuse_window(const struct frame_run *run, const struct window_budge
 struct window_stack {
     struct camera_window windows[64]; /* halving from 16384^2 to one pixel takes 28 levels */
     int depth, rendered;
-    bool is_for_budget; /* some are halves for want of memory */
+    bool is_for_budget; /* some windows were split for want of memory */
 };
 
 static bool split_top(struct window_stack *stack, const struct camera_window *w)
@@ -534,17 +480,17 @@ static bool split_top(struct window_stack *stack, const struct camera_window *w)
     return true;
 }
 
-/* Its share of the pixels. */
-static void begin_window_piece(const struct frame_run *run, const struct window_stack *stack,
-                               const struct camera_window *w)
+/* Progress counts a window by its share of the pixels. */
+static void begin_window_span(const struct frame_run *run, const struct window_stack *stack,
+                              const struct camera_window *w)
 {
     double all = (double)run->view->width_px * run->view->height_px;
     double own = (double)pixels_of(w), left = own;
     for (int i = 0; i < stack->depth; i++)
         left += (double)pixels_of(&stack->windows[i]);
-    renderer_begin_piece(run->renderer, (struct frame_piece){.stage = FRAME_STAGE_SHADING,
-                                                             .first = 1 - left / all,
-                                                             .size = own / all});
+    frame_context_begin_span(run->context, (struct progress_span){.stage = FRAME_STAGE_SHADING,
+                                                                  .first = 1 - left / all,
+                                                                  .size = own / all});
 }
 
 /* The last window of the stack is rendered, or split where it is too large for one pass. */
@@ -560,16 +506,16 @@ static bool run_top(const struct frame_run *run, const struct window_budget *bud
     }
     if (pixels_of(&w) * budget->pixel_bytes >= budget->bytes)
         return window_budget_refuse(budget, run, &w, 0, err);
-    begin_window_piece(run, stack, &w);
+    begin_window_span(run, stack, &w);
     if (!run_window(run, budget, &w, &result, err))
         return false;
-    stack->rendered += !result.must_split;
-    if (!result.must_split)
+    stack->rendered += !result.overflows;
+    if (!result.overflows)
         return true;
-    stack->is_for_budget |= result.lacked_bytes > 0;
-    uint64_t least = result.lacked_bytes ? WINDOW_PIXELS_LEAST : 1;
+    stack->is_for_budget |= result.missing_bytes > 0;
+    uint64_t least = result.missing_bytes ? WINDOW_PIXELS_LEAST : 1;
     if (pixels_of(&w) <= least || stack->rendered > WINDOWS_MAX)
-        return refuse_window(run, budget, &w, result.lacked_bytes, err);
+        return refuse_window(run, budget, &w, result.missing_bytes, err);
     return split_top(stack, &w);
 }
 
@@ -596,11 +542,11 @@ static bool run_windows(const struct frame_run *run, struct error *err)
         report_warn(&run->frame->report,
                     "the image was rendered in %d windows, to keep within the GPU budget of %llu "
                     "bytes",
-                    stack.rendered, (unsigned long long)run->renderer->budget_bytes);
+                    stack.rendered, (unsigned long long)run->context->renderer->budget_bytes);
     else if (stack.rendered > 1)
         report_warn(&run->frame->report, "the image was rendered in %d windows", stack.rendered);
     if (stack.rendered == 1 && run->may_keep)
-        run->renderer->kept.image = run->picture;
+        run->context->cached.image = run->picture;
     return true;
 }
 
@@ -609,15 +555,16 @@ static bool run_windows(const struct frame_run *run, struct error *err)
  * picture takes several windows, they have their own. On our own processors nothing waits. */
 static bool may_count_ahead(const struct frame_run *run, const struct camera_window *whole)
 {
-    return !run->only_builds && !gl_context_limits(run->renderer->context)->is_software &&
-           !run->renderer->redraws_surfaces && needs(run, PLAN_NEED_COLOR) &&
-           needs(run, PLAN_NEED_LAYERS) && has_step(run, PLAN_STEP_SHADOWS) &&
+    return !run->only_builds && !gl_context_limits(run->context->renderer->gl)->is_software &&
+           !run->context->renderer->redraws_surfaces && needs(run, PLAN_NEED_COLOR) &&
+           needs(run, PLAN_NEED_LAYERS) &&
+           plan_has_step(&run->frame_plan->plan, PLAN_STEP_SHADOWS) &&
            !exceeds_device(run, whole) && frame_budget_holds_all(run);
 }
 
 static bool count_ahead(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
     const struct camera_window whole = whole_of(run->view);
     struct window_run window = window_of(run, &whole);
     struct list_sizes known;
@@ -625,51 +572,34 @@ static bool count_ahead(const struct frame_run *run, struct error *err)
         return true;
     if (!prepare_targets(&window, err))
         return false;
-    if (window.is_counted || content_key_equals(renderer->kept.layers, window.keys.layers))
+    if (window.is_counted || content_key_equals(context->cached.layers, window.keys.layers))
         return true;
     if (!draw_surfaces(&window, err) ||
-        !pixel_lists_count(&renderer->pixels, &window.frame, &run->frame_plan->items, err))
+        !context->layers.method->count(&context->layers, &window.frame, &run->frame_plan->items,
+                                       err))
         return false;
-    renderer->kept.counted = window.keys.layers;
+    context->cached.counted = window.keys.layers;
     return true;
 }
 
-static void warn_of_approximations(const struct frame_run *run)
-{
-    struct frame_report *report = &run->frame->report;
-    if (!run->frame_plan->shaders.area_samples)
-        frame_warn_of_areas(run->state, report);
-    if (run->frame_plan->plan.samples == 1 && run->view->quality.samples == 4)
-        report_warn(report, "the device cannot antialias transparent lists: 1 sample per pixel");
-    if (run->frame_plan->plan.unfiltered_lights)
-        report_warn(report,
-                    "shadows %s: light passes transparent casters unchanged, of %zu of %zu lights; "
-                    "deep filters it",
-                    shadow_technique_name((int)run->view->quality.shadows),
-                    run->frame_plan->plan.unfiltered_lights, run->state->light_count);
-}
-
-/* What steps rely on, whichever there are. */
+/* Prepares what all steps of a rasterised frame rely on. */
 static bool begin_rasterised(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    if (!draw_arena_begin(renderer->arena, run->state, err))
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
+    if (!draw_arena_begin(context->arena, run->state, err))
         return false;
+    frame_warn_of_transparency(run);
     if (!needs(run, PLAN_NEED_COLOR))
         return true;
-    warn_of_approximations(run);
+    frame_warn_of_approximations(run);
     return shadow_system_prepare_none(renderer->shadows, run->state->light_count, err);
 }
 
-static bool is_rasterised(const struct frame_run *run)
-{
-    return needs(run, PLAN_NEED_COLOR) || needs(run, PLAN_NEED_AUXILIARY);
-}
-
-/* Over the picture, which must be there. */
+/* Draws overlays over the picture, which must be complete. */
 static bool draw_over(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct renderer *renderer = run->context->renderer;
     gpu_timeline_will_wait(renderer->timeline);
     return readback_collect(renderer->readback, &run->frame->report, err) &&
            frame_overlay(run, err);
@@ -677,24 +607,25 @@ static bool draw_over(const struct frame_run *run, struct error *err)
 
 static bool is_picture_kept(const struct frame_run *run)
 {
-    const struct renderer *renderer = run->renderer;
-    return run->may_keep && kept_picture_is(&renderer->kept_picture, run->picture) &&
-           (!renderer->kept_picture.is_on_device ||
-            content_key_equals(renderer->kept.image, run->picture));
+    const struct frame_context *context = run->context;
+    return run->may_keep && image_cache_has(&context->image_cache, run->picture) &&
+           (!context->image_cache.is_on_device ||
+            content_key_equals(context->cached.image, run->picture));
 }
 
 /* The picture as it is before anything is drawn over it. Where a device has all of it in its own
  * memory it stays there; else it is waited for and copied. */
 static bool keep_picture(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    struct kept_picture *kept = &renderer->kept_picture;
-    if (!run->may_keep || (renderer->textures && renderer->textures->is_inexact) ||
-        run->frame->report.compression.maps)
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
+    struct image_cache *kept = &context->image_cache;
+    if (!run->may_keep || run->textures->is_inexact || run->frame->report.compression.maps)
         return true;
-    bool is_on_device = is_rasterised(run) && !gl_context_limits(renderer->context)->is_software;
-    if (is_on_device && content_key_equals(renderer->kept.image, run->picture)) {
-        kept_picture_note_on_device(kept, run->picture, &run->frame->report);
+    bool is_on_device =
+        frame_run_is_rasterised(run) && !gl_context_limits(renderer->gl)->is_software;
+    if (is_on_device && content_key_equals(context->cached.image, run->picture)) {
+        image_cache_store_on_device(kept, run->picture, &run->frame->report);
         return true;
     }
     if (is_on_device && !needs(run, PLAN_NEED_OVERLAY)) /* of several windows, for the screen */
@@ -702,15 +633,15 @@ static bool keep_picture(const struct frame_run *run, struct error *err)
     gpu_timeline_will_wait(renderer->timeline);
     if (!readback_collect(renderer->readback, &run->frame->report, err))
         return false;
-    kept_picture_note(kept, run->picture, &run->frame->outputs[VIEW_OUTPUT_COLOR],
+    image_cache_store(kept, run->picture, &run->frame->outputs[VIEW_OUTPUT_COLOR],
                       &run->frame->report);
     return true;
 }
 
-/* The picture in the targets, which is on its way again. */
+/* Reads back the cached picture in the render targets once more. */
 static bool send_kept(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct renderer *renderer = run->context->renderer;
     const struct camera_window whole = whole_of(run->view);
     const struct window_run window = window_of(run, &whole);
     return readback_send(renderer->readback,
@@ -721,10 +652,10 @@ static bool send_kept(const struct frame_run *run, struct error *err)
 
 static bool run_over_kept(const struct frame_run *run, struct error *err)
 {
-    const struct kept_picture *kept = &run->renderer->kept_picture;
-    kept_picture_report(kept, &run->frame->report);
+    const struct image_cache *kept = &run->context->image_cache;
+    image_cache_report(kept, &run->frame->report);
     if (!kept->is_on_device) {
-        kept_picture_copy(kept, &run->frame->outputs[VIEW_OUTPUT_COLOR]);
+        image_cache_copy(kept, &run->frame->outputs[VIEW_OUTPUT_COLOR]);
         return !needs(run, PLAN_NEED_OVERLAY) || frame_overlay(run, err);
     }
     return send_kept(run, err) && (!needs(run, PLAN_NEED_OVERLAY) || draw_over(run, err));
@@ -734,21 +665,20 @@ static bool run_steps(const struct frame_run *run, struct error *err)
 {
     const struct plan *plan = &run->frame_plan->plan;
     run->frame->report.counts.unseen_lights = plan->unseen_lights;
-    if (is_rasterised(run) && (!begin_rasterised(run, err) || !count_ahead(run, err)))
+    if (frame_run_is_rasterised(run) && (!begin_rasterised(run, err) || !count_ahead(run, err)))
         return false;
     if (!walk_frame(run, err))
         return false;
     if (run->only_builds)
-        return gl_context_check(run->renderer->context, "building structures", err);
-    if (needs(run, PLAN_NEED_COLOR) && !upload_lights(run, err))
+        return gl_context_check(run->context->renderer->gl, "building structures", err);
+    if (needs(run, PLAN_NEED_COLOR) && !frame_run_upload_lights(run, err))
         return false;
-    return (!is_rasterised(run) || run_windows(run, err)) && keep_picture(run, err) &&
+    return (!frame_run_is_rasterised(run) || run_windows(run, err)) && keep_picture(run, err) &&
            (!needs(run, PLAN_NEED_OVERLAY) || draw_over(run, err));
 }
 
-/* What the frame may hold; making room for it may cost the picture that the device keeps. */
-static bool begin(const struct frame_run *run, struct frame_textures *textures, bool *is_kept,
-                  struct error *err)
+/* Makes room for the frame, which may evict the cached picture from the device. */
+static bool begin(const struct frame_run *run, bool *is_kept, struct error *err)
 {
     *is_kept = is_picture_kept(run);
     if (*is_kept) {
@@ -757,23 +687,24 @@ static bool begin(const struct frame_run *run, struct frame_textures *textures, 
     }
     if (*is_kept)
         return true;
-    if (is_rasterised(run) && !frame_textures_begin(textures, run, err))
+    if (frame_run_is_rasterised(run) && !frame_textures_begin(run->textures, run, err))
         return false;
     frame_budget_begin(run);
     return true;
 }
 
-bool frame_run(const struct frame_run *run, struct error *err)
+bool frame_run(const struct frame_run *desc, struct error *err)
 {
     struct frame_textures textures = {.key_count = 0};
+    struct frame_run own = *desc;
+    const struct frame_run *run = &own;
     bool is_kept = false;
-    run->renderer->textures = &textures;
-    bool ok = begin(run, &textures, &is_kept, err);
+    own.textures = &textures;
+    bool ok = begin(run, &is_kept, err);
     ok = ok && (is_kept ? run_over_kept(run, err) : run_steps(run, err));
-    shadow_system_end_frame(run->renderer->shadows, run->shadow_frame);
+    shadow_system_end_frame(run->context->renderer->shadows, run->shadow_frame);
     frame_textures_end(&textures, run);
-    run->renderer->textures = NULL;
-    if (rays_of(run))
+    if (frame_run_rays(run))
         frame_shadows_end(run);
     frame_budget_end(run);
     return ok;

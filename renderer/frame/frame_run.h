@@ -7,7 +7,7 @@
 #include "renderer/plan/frame_plan.h"
 
 struct frame_run {
-    struct renderer *renderer;           /* required */
+    struct frame_context *context;       /* required */
     struct resident_scene *scene;        /* required */
     const struct frame_plan *frame_plan; /* required */
     struct content_key placement;        /* required: view_placement_key */
@@ -15,25 +15,26 @@ struct frame_run {
     const struct scene_state *state;     /* required; of the plan */
     const struct camera *camera;         /* required; of the plan */
     struct frame *frame;                 /* required; outputs are created, the report is filled */
-    struct band_pace pace;               /* of frames like it */
+    struct time_slice_pace pace;         /* of frames like it */
     bool may_keep;                       /* the picture may be one that is kept, and kept itself */
     struct content_key picture;          /* with may_keep: what decides it */
     bool only_builds;                    /* what frames keep for those after them, and no picture */
     bool is_again;         /* it goes on after a pause: the report has what it did before */
     uint64_t shadow_frame; /* required: shadow_system_number_frame */
+    struct frame_textures *textures; /* set by frame_run */
 };
 
 /* Runs what the plan lists and nothing else. */
-MUST_CHECK bool frame_run(const struct frame_run *run, struct error *err);
+MUST_CHECK bool frame_run(const struct frame_run *desc, struct error *err);
 
-/* Whether sizes of lists may be guessed, and come with the picture. */
+/* Whether the sizes of lists may be guessed, and are read back with the picture. */
 bool frame_run_may_guess(const struct frame_run *run);
 
-/* Whether other frames should go before the rest of this one, and letting them: afterwards all that
- * they share with it is as it was, but for bindings and uniforms, and without has_shadows for
- * shadow structures and the lights on the device. Fails with ERROR_OVERLOADED where
- * the frame is not wanted any more. For the steps of a frame. */
-bool frame_run_is_pause_due(const struct frame_run *run);
-MUST_CHECK bool frame_run_pause(const struct frame_run *run, bool has_shadows, struct error *err);
+/* Whether GL draws anything in this frame. */
+bool frame_run_is_rasterised(const struct frame_run *run);
+/* The traced shadows of the frame; NULL where shadows are in structures. */
+struct traced_shadows *frame_run_rays(const struct frame_run *run);
+/* The lights and their shadows, for the shaders. */
+MUST_CHECK bool frame_run_upload_lights(const struct frame_run *run, struct error *err);
 
 #endif

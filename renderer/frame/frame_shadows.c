@@ -5,66 +5,55 @@
 #include <stdlib.h>
 
 #include "renderer/frame/frame_budget.h"
-#include "renderer/frame/frame_pause.h"
+#include "renderer/frame/frame_yield.h"
 #include "renderer/frame/frame_raytrace.h"
-
-static bool is_pause_due(void *run)
-{
-    return frame_run_is_pause_due(run);
-}
-
-/* Rays only learn that they are to end: why is told where they began. */
-static bool serve_pause(void *context)
-{
-    const struct frame_run *run = context;
-    return frame_run_pause(run, true, &run->renderer->shadow_rays.failure);
-}
+#include "renderer/shadows/technique.h"
 
 bool frame_shadows_begin(const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
     const struct shadow_needs *needs = &run->frame_plan->shadows;
-    struct traced_shadows *traced = &renderer->shadow_rays;
-    traced->pause = (struct interlude){
-        .context = (void *)(uintptr_t)run, .is_due = is_pause_due, .serve = serve_pause};
+    struct traced_shadows *traced = &context->shadow_rays;
+    traced->yield = frame_yield_point(run);
     struct raytrace_desc desc = {.view = run->view,
                                  .state = run->state,
                                  .camera = run->camera,
                                  .cache = renderer->traced,
-                                 .progress = frame_pause_ends_rays,
-                                 .context = renderer,
-                                 .interlude = renderer->interlude ? &traced->pause : NULL};
+                                 .advance = frame_advance_rays,
+                                 .advance_context = run->context,
+                                 .yield = frame_yield_if_any(run, &traced->yield)};
     bool *is_shadowed = calloc(needs->light_count + 1, sizeof *is_shadowed);
     if (!is_shadowed)
         return error_set(err, ERROR_NO_MEMORY, "%zu lights", needs->light_count);
     for (size_t i = 0; i < needs->light_count; i++)
         is_shadowed[i] = needs->lights[i].is_traced;
-    frame_claim_traced(renderer, run->scene->key);
+    frame_drop_other_traced(run->context, run->scene->key);
     bool ok = traced_shadows_begin(traced, &desc, is_shadowed, err);
     free(is_shadowed);
     return ok;
 }
 
 bool frame_shadows_collect(const struct frame_run *run, const struct window_frame *frame,
-                           bool *must_split, struct error *err)
+                           bool *overflows, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    struct traced_shadows *traced = &renderer->shadow_rays;
-    const struct clusters *clusters = light_lists_clusters(renderer->lists);
-    enum traced_outcome outcome = traced_shadows_collect(traced, frame, &renderer->pixels, err);
+    struct frame_context *context = run->context;
+    struct traced_shadows *traced = &context->shadow_rays;
+    const struct clusters *clusters = light_lists_clusters(context->lists);
+    enum traced_outcome outcome = traced_shadows_collect(traced, frame, &context->layers, err);
     if (outcome == TRACED_COLLECTED && clusters->longest && !traced_shadows_room(traced, clusters))
         outcome = TRACED_TOO_MANY;
-    *must_split = outcome == TRACED_TOO_MANY;
+    *overflows = outcome == TRACED_TOO_MANY;
     uint64_t *fragments = &frame->report->counts.transparent_fragments;
-    if (*must_split && *fragments >= renderer->pixels.entry_count)
-        *fragments -= renderer->pixels.entry_count; /* they come again with the window's halves */
+    if (*overflows && *fragments >= context->layers.entry_count)
+        *fragments -= context->layers.entry_count; /* they come again with the window's halves */
     return outcome != TRACED_FAILED;
 }
 
 static void report_rays(const struct frame_run *run, const struct traced_shadows *traced)
 {
-    static const char technique[] = "raytraced-shadows";
     const struct plan *plan = &run->frame_plan->plan;
+    const char *technique = shadow_technique_name((int)plan->window_shadows->id);
     const char *because = plan->requirements[PLAN_NEED_TRACED_SHADOWS].because;
     struct frame_report *report = &run->frame->report;
     if (traced->stats.is_scene_reused)
@@ -82,8 +71,8 @@ static void report_rays(const struct frame_run *run, const struct traced_shadows
 
 void frame_shadows_end(const struct frame_run *run)
 {
-    struct renderer *renderer = run->renderer;
-    struct traced_shadows *traced = &renderer->shadow_rays;
+    struct frame_context *context = run->context;
+    struct traced_shadows *traced = &context->shadow_rays;
     if (traced->rays)
         report_rays(run, traced);
     traced_shadows_end(traced);

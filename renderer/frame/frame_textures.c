@@ -13,7 +13,7 @@
 
 static const uint32_t all_slots = (1u << SCENE_TEXTURE_SLOT_COUNT) - 1;
 
-/* What casters of light are asked for (renderer/shadows/shadow_casters.c). */
+/* The textures of casters that shadows sample (renderer/shadows/shadow_casters.c). */
 static const uint32_t caster_slots = 1u << SCENE_TEXTURE_BASE_COLOR |
                                      1u << SCENE_TEXTURE_TRANSMISSION |
                                      1u << SCENE_TEXTURE_THICKNESS;
@@ -77,7 +77,7 @@ static bool add_light(struct frame_textures *textures, const struct frame_run *r
 {
     const struct shadow_need *need = &run->frame_plan->shadows.lights[light];
     const struct view_quality *quality = &run->view->quality;
-    int resolution = shadow_resolution(quality, gl_context_limits(run->renderer->context));
+    int resolution = shadow_resolution(quality, gl_context_limits(run->context->renderer->gl));
     int samples = quality->shadow_prefilter > 1 ? quality->shadow_prefilter : 1;
     struct texture_lens lens = lens_of_light(&need->frame, resolution * samples);
     for (size_t i = 0; i < need->casters.count; i++) {
@@ -210,11 +210,12 @@ static bool bring(struct frame_textures *textures, const struct frame_run *run,
     struct texture_demand *demands = calloc(parts, sizeof *demands);
     if (!demands)
         return error_set(err, ERROR_NO_MEMORY, "textures of %u parts", parts);
-    const struct texture_wish wish = {.demands = demands,
-                                      .count = list_demands(textures->wanted, run, demands),
-                                      .timeline = run->renderer->timeline,
-                                      .may_be_coarse = run->view->quality.may_be_coarse};
-    bool is_good = texture_pool_prepare(run->renderer->scenes->textures, &wish, report, err);
+    const struct texture_request request = {.demands = demands,
+                                            .count = list_demands(textures->wanted, run, demands),
+                                            .timeline = run->context->renderer->timeline,
+                                            .may_be_coarse = run->view->quality.may_be_coarse};
+    bool is_good =
+        texture_pool_prepare(run->context->renderer->scenes.textures, &request, report, err);
     free(demands);
     scene_gpu_set_texture_passes(gpu, textures->wanted ? &textures->passes : NULL);
     textures->is_inexact |= report->coarse_count > 0 || report->compressed_count > 0;
@@ -233,7 +234,7 @@ static bool is_on_demand(const struct frame_run *run, bool *is, struct error *er
     for (uint32_t part = 0; part < parts; part++)
         if (scene_gpu_first_like(gpu, part) == part)
             stores[count++] = scene_gpu_textures(gpu, part);
-    *is = !texture_pool_has_room_for(run->renderer->scenes->textures, stores, count);
+    *is = !texture_pool_has_room_for(run->context->renderer->scenes.textures, stores, count);
     free(stores);
     return true;
 }
@@ -270,8 +271,9 @@ void frame_textures_end(struct frame_textures *textures, const struct frame_run 
 {
     scene_gpu_set_texture_passes(run->scene->gpu, NULL);
     if (textures->is_inexact) {
-        shadow_system_forget(run->renderer->shadows, resident_scene_shadow_key(run->scene));
-        run->renderer->kept = (struct kept_window){0};
+        shadow_system_forget(run->context->renderer->shadows,
+                             resident_scene_shadow_key(run->scene));
+        run->context->cached = (struct window_cache_keys){0};
     }
     for (size_t i = 0; textures->passes.levels && i < textures->passes.count; i++)
         free(textures->passes.levels[i]);
@@ -323,9 +325,10 @@ static bool add_view(const struct frame_run *run, uint8_t *levels, struct error 
     return true;
 }
 
-/* Levels become those granted; the report takes in what is read at level 0 beside them. */
-static void take_granted(const struct frame_run *run, const uint8_t *finest, uint8_t *levels,
-                         struct report_textures *report)
+/* Sets the levels to those within the budget; the report also counts images that are read at level
+ * 0. */
+static void take_budgeted(const struct frame_run *run, const uint8_t *finest, uint8_t *levels,
+                          struct report_textures *report)
 {
     const struct scene *scene = run->state->scene;
     const struct scene_gpu *gpu = run->scene->gpu;
@@ -335,13 +338,13 @@ static void take_granted(const struct frame_run *run, const uint8_t *finest, uin
         for (uint32_t key = 0; key < keys.count; key++) {
             const struct scene_image *image = &scene->images[(keys.first + key) / 2];
             uint8_t wanted = levels[keys.first + key];
-            uint8_t granted = texture_store_granted(scene_gpu_textures(gpu, first), key);
+            uint8_t budgeted = texture_store_budgeted(scene_gpu_textures(gpu, first), key);
             uint64_t bytes = 4ull * image->width_px * image->height_px;
-            levels[keys.first + key] = granted;
+            levels[keys.first + key] = budgeted;
             if (part != first || finest[keys.first + key])
                 continue;
             report->wanted_bytes += wanted ? bytes : 0;
-            report->resident_bytes += granted ? bytes : 0;
+            report->resident_bytes += budgeted ? bytes : 0;
         }
     }
 }
@@ -353,9 +356,10 @@ static bool plan_levels(const struct frame_run *run, uint8_t *levels,
     struct texture_demand *demands = calloc(parts, sizeof *demands);
     if (!demands)
         return error_set(err, ERROR_NO_MEMORY, "textures of %u parts", parts);
-    const struct texture_wish wish = {.demands = demands,
-                                      .count = list_demands(levels, run, demands)};
-    bool is_good = texture_pool_plan(run->renderer->scenes->textures, &wish, report, err);
+    const struct texture_request request = {.demands = demands,
+                                            .count = list_demands(levels, run, demands)};
+    bool is_good =
+        texture_pool_plan(run->context->renderer->scenes.textures, &request, report, err);
     free(demands);
     return is_good;
 }
@@ -390,7 +394,7 @@ bool frame_textures_plan_traced(const struct frame_run *run, uint8_t **levels, s
         is_good = plan_levels(run, *levels, &report, err);
     }
     if (is_good)
-        take_granted(run, finest, *levels, &report);
+        take_budgeted(run, finest, *levels, &report);
     if (is_good && !shown->budget_bytes) { /* else the GPU samples textures in the same frame */
         *shown = report;
         warn(shown, &run->frame->report);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The levels of textures that a frame's passes can need, brought before they run. Thread: GL. */
+/* Streams in the texture levels that a frame's passes can sample, before they run. Thread: GL. */
 #ifndef VITRAIL_RENDERER_FRAME_FRAME_TEXTURES_H
 #define VITRAIL_RENDERER_FRAME_FRAME_TEXTURES_H
 
@@ -22,8 +22,8 @@ MUST_CHECK bool frame_textures_resume(struct frame_textures *textures, const str
                                       struct error *err);
 void frame_textures_end(struct frame_textures *textures, const struct frame_run *run);
 
-/* For a picture that rays make, which read the scene's file: levels of its camera within the budget
- * as the rasteriser has it. *levels: malloc'ed, per texture_key the finest that may be sampled;
+/* Chooses texture levels within the rasteriser's budget for a ray traced picture, which reads them
+ * from the scene's file. *levels: malloc'ed, per texture_key the finest that may be sampled;
  * NULL: any. Fills the report's `textures` where the GPU samples none. */
 MUST_CHECK bool frame_textures_plan_traced(const struct frame_run *run, uint8_t **levels,
                                            struct error *err);

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* Choosing batches of lights, and running them. */
+/* Chooses batches of lights, and runs them. */
 #include "renderer/frame/light_batches.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/frame/frame_yield.h"
 #include "renderer/window/apart.h"
 
-/* What must be the same for batches of one frame to fit in the next. */
+/* The key of frames in which batches of the same size fit. */
 static struct content_key key_of(const char *scene_key, const struct view *view,
                                  const struct scene_state *state)
 {
@@ -25,37 +26,28 @@ static struct content_key key_of_run(const struct frame_run *run)
     return key_of(run->scene->key, run->view, run->state);
 }
 
-static bool is_due(const void *run)
-{
-    return frame_run_is_pause_due(run);
-}
-
 static void tell_shadows(const void *context, double share)
 {
     const struct frame_run *run = context;
-    renderer_tell(run->renderer, FRAME_STAGE_SHADOWS, share);
+    frame_context_tell(run->context, FRAME_STAGE_SHADOWS, share);
 }
 
-/* In several calls where others go first in between. Batches take each other's place, so that their
- * sizes are read. */
+/* Each batch replaces the one before, so the sizes of its structures are read. */
 static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out,
                             struct frame_report *report, struct error *err)
 {
     bool may_guess = !is_left_out && frame_run_may_guess(run);
-    struct shadow_progress progress = {
-        .context = run,
-        .is_due = is_due,
-        .first_count = band_pace_first(&run->pace, BAND_SHADOWS, 0),
-    };
+    const struct yield_point yield = frame_yield_point_of_shadows(run);
     struct shadow_prepare_desc desc = {
         .scene_key = resident_scene_shadow_key(run->scene),
         .gpu = run->scene->gpu,
         .state = run->state,
-        .arena = run->renderer->arena,
+        .arena = run->context->arena,
         .quality = &run->view->quality,
         .needs = &run->frame_plan->shadows,
         .is_left_out = is_left_out,
-        .progress = run->renderer->interlude ? &progress : NULL,
+        .yield = frame_yield_if_any(run, &yield),
+        .first_count = time_slice_pace_first(&run->pace, TIME_SLICE_SHADOWS, 0),
         .frame = may_guess ? run->shadow_frame : 0,
         .is_again = run->is_again,
         .advance = is_left_out || run->is_again ? NULL : tell_shadows,
@@ -63,21 +55,17 @@ static bool prepare_shadows(const struct frame_run *run, const bool *is_left_out
     };
     memcpy(desc.eye, run->camera->eye, sizeof desc.eye);
     camera_axes(run->camera, desc.eye_axes);
-    do
-        if (!shadow_system_prepare(run->renderer->shadows, &desc, report, err))
-            return false;
-    while (progress.is_interrupted && frame_run_pause(run, false, err));
-    return !progress.is_interrupted;
+    return shadow_system_prepare(run->context->renderer->shadows, &desc, report, err);
 }
 
 bool light_batches_prepare(const struct frame_run *run, struct error *err)
 {
-    struct light_batches *batches = &run->renderer->batches;
+    struct light_batches *batches = &run->context->batches;
     const struct shadow_needs *needs = &run->frame_plan->shadows;
     struct content_key key = key_of_run(run);
     struct error failure = {0};
     size_t structures = 0;
-    uint64_t share_bytes = run->renderer->use.shadow_bytes;
+    uint64_t share_bytes = run->context->use.shadow_bytes;
     if (!content_key_equals(batches->key, key) || share_bytes > batches->share_bytes)
         *batches = (struct light_batches){.key = key};
     batches->share_bytes = share_bytes;
@@ -92,36 +80,37 @@ bool light_batches_prepare(const struct frame_run *run, struct error *err)
     if (failure.code != ERROR_OVER_BUDGET || structures < 2)
         return error_pass(err, &failure);
     batches->most = structures / 2;
-    return shadow_system_prepare_none(run->renderer->shadows, run->state->light_count, err);
+    return shadow_system_prepare_none(run->context->renderer->shadows, run->state->light_count,
+                                      err);
 }
 
 struct batch {
     const uint32_t *order; /* of all lights, as the light lists have them */
     bool *is_left_out;     /* per light of the state */
     size_t light_count;
-    size_t first, end;        /* in that order */
-    size_t structures;        /* that it needs */
-    struct frame_piece whole; /* all batches of the window */
+    size_t first, end;          /* in that order */
+    size_t structures;          /* that it needs */
+    struct progress_span whole; /* all batches of the window */
 };
 
-/* Of what shade_window was asked for. */
+/* The part of the frame whose progress a call of shade_window reports. */
 struct shade_part {
-    struct renderer *renderer;
-    struct frame_piece piece;
+    struct frame_context *context;
+    struct progress_span span;
 };
 
 static void advance(const void *context, double first, double size)
 {
     const struct shade_part *part = context;
-    renderer_begin_piece(part->renderer, frame_piece_part(part->piece, first, size));
+    frame_context_begin_span(part->context, progress_span_part(part->span, first, size));
 }
 
-/* As many lights from `first` on as may have their structures at once; at least one. */
+/* Chooses as many lights from `first` on as may have their structures at once; at least one. */
 static void choose_end(struct batch *batch, const struct frame_run *run)
 {
-    uint64_t bytes = 0, budget_bytes = shadow_system_budget_bytes(run->renderer->shadows);
+    uint64_t bytes = 0, budget_bytes = shadow_system_budget_bytes(run->context->renderer->shadows);
     int resolution =
-        shadow_resolution(&run->view->quality, gl_context_limits(run->renderer->context));
+        shadow_resolution(&run->view->quality, gl_context_limits(run->context->renderer->gl));
     batch->structures = 0;
     for (batch->end = batch->first; batch->end < batch->light_count; batch->end++) {
         const struct shadow_need *need = &run->frame_plan->shadows.lights[batch->order[batch->end]];
@@ -129,7 +118,7 @@ static void choose_end(struct batch *batch, const struct frame_run *run)
             continue;
         bytes += shadow_need_least_bytes(need, resolution);
         if (batch->structures &&
-            (batch->structures == run->renderer->batches.most || bytes > budget_bytes))
+            (batch->structures == run->context->batches.most || bytes > budget_bytes))
             break;
         batch->structures++;
     }
@@ -138,8 +127,8 @@ static void choose_end(struct batch *batch, const struct frame_run *run)
         batch->is_left_out[batch->order[i]] = false;
 }
 
-/* Into the frame's report: what the structures of a batch are. Those of the first window stand for
- * all; what was built counts for each. */
+/* Adds the structures of a batch to the frame's report. Those of the first window stand for all
+ * windows; what was built counts for each. */
 static void add_report(const struct frame_report *part, bool is_first_window,
                        struct frame_report *report)
 {
@@ -165,7 +154,7 @@ static void add_report(const struct frame_report *part, bool is_first_window,
         report_warn(report, "%s", part->warnings[i]);
 }
 
-/* Makes the structures of the lights from batch->first on, fewer at a time until they fit. */
+/* Builds the structures of the lights from batch->first on, of fewer lights until they fit. */
 static bool prepare_batch(struct batch *batch, const struct frame_run *run,
                           struct frame_report *part, struct error *err)
 {
@@ -177,14 +166,15 @@ static bool prepare_batch(struct batch *batch, const struct frame_run *run,
             return true;
         if (failure.code != ERROR_OVER_BUDGET || batch->structures < 2)
             return error_pass(err, &failure);
-        run->renderer->batches.most = batch->structures / 2;
+        run->context->batches.most = batch->structures / 2;
     }
 }
 
 static bool upload_lights(const struct batch *batch, const struct frame_run *run, struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    return shade_upload_lights(&renderer->shade,
+    struct frame_context *context = run->context;
+    struct renderer *renderer = context->renderer;
+    return shade_upload_lights(&context->shade,
                                &(struct shade_lights_desc){.state = run->state,
                                                            .needs = &run->frame_plan->shaders,
                                                            .shadows = renderer->shadows,
@@ -193,37 +183,37 @@ static bool upload_lights(const struct batch *batch, const struct frame_run *run
                                err);
 }
 
-/* A pause while lights shine, whose structures others may have driven out. */
-struct lights_pause {
+/* Yield points of shading. Urgent frames may evict the structures of the lights meanwhile. */
+struct lights_yield {
     const struct frame_run *run;
-    const struct shade_pause *outer;
+    const struct yield_point *outer;
     const struct batch *batch; /* NULL: all lights at once */
-    bool *must_restart;        /* set where they no longer fit: with fewer of them */
+    bool *must_restart;        /* set if they no longer fit, so that fewer lights are taken */
 };
 
-static bool is_pause_due(const void *context)
+static bool should_yield(void *context)
 {
-    const struct lights_pause *pause = context;
-    return pause->outer->is_due(pause->outer->context);
+    const struct lights_yield *lights = context;
+    return yield_point_is_due(lights->outer);
 }
 
-static bool serve_pause(const void *context, struct error *err)
+static bool run_urgent_in_batch(void *context, struct error *err)
 {
-    const struct lights_pause *pause = context;
-    const struct batch *batch = pause->batch;
-    struct frame_report unseen = {0}; /* the report has all that from the first time */
+    const struct lights_yield *lights = context;
+    const struct batch *batch = lights->batch;
+    struct frame_report unseen = {0}; /* the report has counted these the first time */
     struct error failure = {0};
-    if (!pause->outer->serve(pause->outer->context, err))
+    if (!yield_point_run(lights->outer, err))
         return false;
-    if (prepare_shadows(pause->run, batch->is_left_out, &unseen, &failure))
-        return upload_lights(batch, pause->run, err);
-    *pause->must_restart = failure.code == ERROR_OVER_BUDGET && batch->structures >= 2;
-    if (*pause->must_restart)
-        pause->run->renderer->batches.most = batch->structures / 2;
+    if (prepare_shadows(lights->run, batch->is_left_out, &unseen, &failure))
+        return upload_lights(batch, lights->run, err);
+    *lights->must_restart = failure.code == ERROR_OVER_BUDGET && batch->structures >= 2;
+    if (*lights->must_restart)
+        lights->run->context->batches.most = batch->structures / 2;
     return error_pass(err, &failure);
 }
 
-/* What a window counted, as it was before its first batch; but what was built was built. */
+/* Restores the counts of a window to those before its first batch, but not the structures built. */
 static void restore_report(struct frame_report *report, const struct frame_report *before)
 {
     uint64_t built = report->counts.shadow_maps_built;
@@ -241,23 +231,23 @@ static bool run_batch(struct batch *batch, const struct frame_run *run,
                       const struct shade_desc *desc, bool is_first_window, bool *must_restart,
                       struct error *err)
 {
-    struct renderer *renderer = run->renderer;
+    struct frame_context *context = run->context;
     struct frame_report *report = &run->frame->report, part;
     struct error failure = {0};
     struct shade_desc place = *desc;
-    size_t most = renderer->batches.most;
-    const struct lights_pause in_batch = {
-        .run = run, .outer = desc->pause, .batch = batch, .must_restart = must_restart};
-    const struct shade_pause pause = {
-        .context = &in_batch, .is_due = is_pause_due, .serve = serve_pause};
+    size_t most = context->batches.most;
+    struct lights_yield in_batch = {
+        .run = run, .outer = desc->yield, .batch = batch, .must_restart = must_restart};
+    const struct yield_point yield = {
+        .context = &in_batch, .should_yield = should_yield, .run_urgent = run_urgent_in_batch};
     const double lights = (double)batch->light_count, first = (double)batch->first / lights;
-    struct shade_part made = {renderer, frame_piece_part(batch->whole, first, 0)};
+    struct shade_part made = {context, progress_span_part(batch->whole, first, 0)};
     *must_restart = false;
-    renderer_begin_piece(renderer, made.piece);
+    frame_context_begin_span(context, made.span);
     if (!prepare_batch(batch, run, &part, err))
         return false;
-    made.piece = frame_piece_part(batch->whole, first, (double)batch->end / lights - first);
-    *must_restart = batch->first > 0 && renderer->batches.most < most;
+    made.span = progress_span_part(batch->whole, first, (double)batch->end / lights - first);
+    *must_restart = batch->first > 0 && context->batches.most < most;
     if (*must_restart) {
         report->counts.shadow_maps_built += part.counts.shadow_maps_built;
         return true;
@@ -265,11 +255,11 @@ static bool run_batch(struct batch *batch, const struct frame_run *run,
     add_report(&part, is_first_window, report);
     place.is_continued = batch->first > 0;
     place.continues = batch->end < batch->light_count;
-    place.pause = desc->pause ? &pause : NULL;
+    place.yield = desc->yield ? &yield : NULL;
     place.advance = advance;
     place.advance_context = &made;
     return (upload_lights(batch, run, &failure) &&
-            shade_window(&renderer->shade, &place, &failure)) ||
+            shade_window(&context->shade, &place, &failure)) ||
            *must_restart || error_pass(err, &failure);
 }
 
@@ -280,7 +270,7 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
     bool is_first_window = report->counts.light_batches == 0, must_restart = false;
     const struct frame_report before = *report;
     uint64_t count = 0;
-    batch->whole = run->renderer->piece;
+    batch->whole = run->context->span;
     for (batch->first = 0; batch->first < batch->light_count; batch->first = batch->end) {
         if (!run_batch(batch, run, desc, is_first_window, &must_restart, err))
             return false;
@@ -297,7 +287,7 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
                     "the shadows of %llu lights exceed their budget of %llu bytes together: made "
                     "and used in %llu batches",
                     (unsigned long long)report->counts.shadowed_lights,
-                    (unsigned long long)shadow_system_budget_bytes(run->renderer->shadows),
+                    (unsigned long long)shadow_system_budget_bytes(run->context->renderer->shadows),
                     (unsigned long long)count);
     }
     return true;
@@ -307,34 +297,35 @@ static bool run_batches(struct batch *batch, const struct frame_run *run,
 static bool run_all(struct batch *batch, const struct frame_run *run, const struct shade_desc *desc,
                     struct error *err)
 {
-    struct renderer *renderer = run->renderer;
-    const struct frame_piece whole = renderer->piece;
+    struct frame_context *context = run->context;
+    const struct progress_span whole = context->span;
     struct shade_desc apart = *desc;
     if (!apart_is_possible(desc->frame))
         return run_batches(batch, run, desc, err);
-    renderer_begin_piece(renderer, frame_piece_part(whole, 0, 0.6));
+    frame_context_begin_span(context, progress_span_part(whole, 0, 0.6));
     if (!run_batches(batch, run, desc, err))
         return false;
-    renderer_begin_piece(renderer, frame_piece_part(whole, 0.6, 0.4));
+    frame_context_begin_span(context, progress_span_part(whole, 0.6, 0.4));
     apart.is_apart = true;
     return !apart_count(desc->frame) || run_batches(batch, run, &apart, err);
 }
 
 static bool needs_batches(const struct frame_run *run)
 {
-    const struct light_batches *batches = &run->renderer->batches;
+    const struct light_batches *batches = &run->context->batches;
     return batches->most && run->frame_plan->plan.least_batches &&
            content_key_equals(batches->key, key_of_run(run));
 }
 
-/* All lights at once: where there is no room for them together any more, they come in batches. */
-static bool serve_whole_pause(const void *context, struct error *err)
+/* Runs urgent frames while all lights are lit at once. If their structures do not fit any more
+ * afterwards, the lights come in batches. */
+static bool run_urgent_in_whole(void *context, struct error *err)
 {
-    const struct lights_pause *pause = context;
-    if (!pause->outer->serve(pause->outer->context, err))
+    const struct lights_yield *lights = context;
+    if (!yield_point_run(lights->outer, err))
         return false;
-    *pause->must_restart = needs_batches(pause->run);
-    return !*pause->must_restart ||
+    *lights->must_restart = needs_batches(lights->run);
+    return !*lights->must_restart ||
            error_set(err, ERROR_OVER_BUDGET, "shadow structures no longer fit together");
 }
 
@@ -344,20 +335,19 @@ static bool shade_whole(const struct frame_run *run, const struct shade_desc *de
 {
     struct shade_desc place = *desc;
     struct error failure = {0};
-    const struct lights_pause in_whole = {
-        .run = run, .outer = desc->pause, .must_restart = must_batch};
-    const struct shade_pause pause = {
-        .context = &in_whole, .is_due = is_pause_due, .serve = serve_whole_pause};
+    struct lights_yield in_whole = {.run = run, .outer = desc->yield, .must_restart = must_batch};
+    const struct yield_point yield = {
+        .context = &in_whole, .should_yield = should_yield, .run_urgent = run_urgent_in_whole};
     uint64_t *slices = &run->frame->report.counts.light_slices, slices_before = *slices;
-    const struct shade_part made = {run->renderer, run->renderer->piece};
-    place.pause = desc->pause ? &pause : NULL;
+    const struct shade_part made = {run->context, run->context->span};
+    place.yield = desc->yield ? &yield : NULL;
     place.advance = advance;
     place.advance_context = &made;
     *must_batch = false;
-    bool ok = shade_window(&run->renderer->shade, &place, &failure);
-    run->renderer->piece = made.piece;
+    bool ok = shade_window(&run->context->shade, &place, &failure);
+    run->context->span = made.span;
     if (*must_batch)
-        *slices = slices_before; /* they come again */
+        *slices = slices_before; /* the window is shaded again */
     return ok || *must_batch || error_pass(err, &failure);
 }
 
@@ -380,7 +370,7 @@ bool light_batches_shade(const struct frame_run *run, const struct shade_desc *d
     if (!must_batch)
         return true;
     forget_whole(&run->frame->report);
-    shadow_system_untell_sizes(run->renderer->shadows, run->shadow_frame);
+    shadow_system_untell_sizes(run->context->renderer->shadows, run->shadow_frame);
     size_t count = run->state->light_count;
     uint32_t *order = calloc(count + 1, sizeof *order);
     bool *is_left_out = calloc(count + 1, sizeof *is_left_out);
@@ -389,20 +379,20 @@ bool light_batches_shade(const struct frame_run *run, const struct shade_desc *d
     if (!ok)
         error_set(err, ERROR_NO_MEMORY, "batches of %zu lights", count);
     else
-        light_lists_order(run->renderer->lists, count, order);
+        light_lists_order(run->context->lists, count, order);
     ok = ok && run_all(&batch, run, desc, err);
     free(order);
     free(is_left_out);
     return ok;
 }
 
-bool light_batches_are_known(const struct renderer *renderer, const char *scene_key,
+bool light_batches_are_known(const struct frame_context *context, const char *scene_key,
                              const struct view *view, const struct scene_state *state,
                              const struct frame_plan *plan)
 {
     size_t structures = 0;
     for (size_t i = 0; i < plan->shadows.light_count; i++)
         structures += plan->shadows.lights[i].has_structure;
-    return renderer->batches.most && structures > renderer->batches.most &&
-           content_key_equals(renderer->batches.key, key_of(scene_key, view, state));
+    return context->batches.most && structures > context->batches.most &&
+           content_key_equals(context->batches.key, key_of(scene_key, view, state));
 }

@@ -6,12 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "renderer/frame/frame_pause.h"
 #include "renderer/frame/frame_raytrace.h"
 #include "renderer/frame/renderer_internal.h"
 #include "renderer/frame/scene_parts.h"
 
-/* What the rays of one call fill in. */
+/* The result that the rays of one call fill in. */
 struct picking {
     const struct pick_desc *desc;
     struct pick_result *result;
@@ -111,16 +110,15 @@ bool renderer_pick(struct renderer *renderer, const char *scene_key, const struc
 {
     struct scene_state state;
     struct camera camera;
-    if (renderer->is_paused)
-        return (renderer = frame_pause_other(renderer, err)) &&
-               renderer_pick(renderer, scene_key, view, desc, result, err);
-    struct resident_scene *scene = renderer_find_scene(renderer, scene_key, view, err);
+    struct frame_context *context = renderer_next_context(renderer, err);
+    struct resident_scene *scene =
+        context ? renderer_find_scene(renderer, scene_key, view, err) : NULL;
     *result = (struct pick_result){0};
     if (!scene)
         return false;
     if (!scene_state_init(&state, &scene->scene, view, err))
         return false;
-    frame_claim_traced(renderer, scene->key);
+    frame_drop_other_traced(context, scene->key);
     bool ok = camera_resolve(&camera, view, &state, err);
     const struct raytrace_desc rays = {
         .view = view, .state = &state, .camera = &camera, .cache = renderer->traced};

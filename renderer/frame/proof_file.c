@@ -10,21 +10,33 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { LINE_BYTES = 160, PATH_BYTES = 4096 + 128 };
+enum { LINE_BYTES = 192, FORM_BYTES = 16, PATH_BYTES = 4096 + 128 };
 
 static size_t compose(char line[LINE_BYTES], struct content_key key, const struct proof *proof)
 {
     char said[LINE_BYTES / 2];
+    const struct wide_floats_choice *wide = &proof->wide_floats;
     struct content_key sum = key;
-    snprintf(said, sizeof said, "%08" PRIx32 " %" PRId64, proof->structures, proof->since_s);
+    snprintf(said, sizeof said, "%08" PRIx32 " %" PRId64 " %s %.4f", proof->structures,
+             proof->since_s, wide_floats_name(wide->form), wide->pairs_over_f64);
     content_key_add_text(&sum, said);
     int length = snprintf(line, LINE_BYTES,
-                          "vitrail-proof 1 %016" PRIx64 "%016" PRIx64 " %s %016" PRIx64 "\n",
+                          "vitrail-proof 2 %016" PRIx64 "%016" PRIx64 " %s %016" PRIx64 "\n",
                           key.words[0], key.words[1], said, sum.words[0] ^ sum.words[1]);
     return (size_t)length;
 }
 
-/* Of an ordinary file of our own; bytes that were read, at most `size`. */
+static bool find_form(const char *name, enum wide_floats *form)
+{
+    for (int i = 0; i < WIDE_FLOATS_COUNT; i++)
+        if (i != WIDE_FLOATS_MEASURED && !strcmp(name, wide_floats_name((enum wide_floats)i))) {
+            *form = (enum wide_floats)i;
+            return true;
+        }
+    return false;
+}
+
+/* Reads an ordinary file of our own. Returns the bytes that were read, at most `size`. */
 static size_t read_line(const char *path, char *line, size_t size)
 {
     struct stat status;
@@ -40,12 +52,14 @@ static size_t read_line(const char *path, char *line, size_t size)
 bool proof_file_load(const char *path, struct content_key key, int64_t now_s, struct proof *proof)
 {
     char found[LINE_BYTES + 1], expected[LINE_BYTES];
+    char form[FORM_BYTES];
     struct proof said;
     size_t count = read_line(path, found, LINE_BYTES);
     *proof = (struct proof){0};
     found[count] = 0;
-    if (sscanf(found, "vitrail-proof 1 %*32[0-9a-f] %8" SCNx32 " %18" SCNd64, &said.structures,
-               &said.since_s) != 2)
+    if (sscanf(found, "vitrail-proof 2 %*32[0-9a-f] %8" SCNx32 " %18" SCNd64 " %15s %15lf",
+               &said.structures, &said.since_s, form, &said.wide_floats.pairs_over_f64) != 4 ||
+        !find_form(form, &said.wide_floats.form))
         return false;
     size_t length = compose(expected, key, &said);
     if (count != length || memcmp(found, expected, length) != 0 || said.since_s > now_s ||

@@ -1,20 +1,21 @@
 /* SPDX-License-Identifier: MIT */
-/* What a device was found to do right, in a file from one start to the next. Only a file that says
- * so in every byte is believed: one that is damaged, of another key, from the future or too old
- * says nothing. No GL. Thread: any. */
+/* A file that keeps the result of the self-test from one start to the next. A file that is damaged,
+ * of another key, from the future or too old is ignored. No GL. Thread: any. */
 #ifndef VITRAIL_RENDERER_FRAME_PROOF_FILE_H
 #define VITRAIL_RENDERER_FRAME_PROOF_FILE_H
 
 #include "protocol/error.h"
 #include "renderer/base/content_key.h"
+#include "renderer/gl/wide_floats.h"
 
 /* A device ages, and what else its results depend on may change unseen: chosen so that a daemon
  * that is started at every request tests once a week. */
 enum { PROOF_VALID_S = 7 * 24 * 3600 };
 
 struct proof {
-    uint32_t structures; /* set of enum selftest_structure (renderer/frame/scene_selftest.h) */
-    int64_t since_s;     /* of the oldest of them, since 1970 */
+    uint32_t structures;                   /* trials of renderer/frame/scene_selftest.h */
+    int64_t since_s;                       /* of the oldest of them, since 1970 */
+    struct wide_floats_choice wide_floats; /* which they were drawn with */
 };
 
 /* False, and `proof` zeroed: there is none that holds. */

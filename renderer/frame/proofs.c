@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Proofs: from a file of before, or by the self-test. */
+/* Proofs: those of a start before, and by the self-test. */
 #include "renderer/frame/proofs.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-
-#include "renderer/frame/proof_file.h"
 
 struct proofs {
     struct proofs_desc desc;
@@ -49,9 +47,7 @@ struct proofs *proofs_create(const struct proofs_desc *desc, struct error *err)
     }
     proofs->desc = *desc;
     proofs->desc.path = NULL;
-    bool is_always = desc->policy == RENDERER_SELFTEST_ALWAYS;
-    if (!is_always && proofs->path)
-        (void)!proof_file_load(proofs->path, desc->key, (int64_t)time(NULL), &proofs->proof);
+    proofs->proof = desc->proof;
     if (test(proofs, desc->at_start & ~proofs->proof.structures, &is_wrong, err))
         return proofs;
 fail:
@@ -72,11 +68,11 @@ bool proofs_ensure(struct proofs *proofs, uint32_t structures, struct error *err
 {
     if (proofs->desc.policy == RENDERER_SELFTEST_START)
         return true;
-    for (uint32_t bit = 1; bit & SELFTEST_ALL; bit <<= 1) {
+    uint32_t untested = structures & ~proofs->proof.structures & ~proofs->wrong;
+    for (uint32_t bit = 1; untested; untested &= ~bit, bit <<= 1) {
         struct error problem = {0};
         bool is_wrong;
-        if (!(structures & ~proofs->proof.structures & ~proofs->wrong & bit) ||
-            test(proofs, bit, &is_wrong, &problem))
+        if (!(untested & bit) || test(proofs, bit, &is_wrong, &problem))
             continue;
         if (!is_wrong)
             return error_pass(err, &problem);

@@ -6,6 +6,7 @@
 #define VITRAIL_RENDERER_FRAME_PROOFS_H
 
 #include "renderer/base/content_key.h"
+#include "renderer/frame/proof_file.h"
 #include "renderer/frame/scene_selftest.h"
 #include "renderer/renderer.h"
 
@@ -13,10 +14,10 @@ struct proofs;
 
 struct proofs_desc {
     enum renderer_selftest policy;
-    uint32_t at_start;      /* structures that are tested before anything is served */
-    const char *path;       /* of the file; NULL: none is kept; copied */
-    struct content_key key; /* of all that the results depend on: program, driver, device, settings
-                             */
+    uint32_t at_start;  /* structures that are tested before anything is served */
+    struct proof proof; /* of a start before; wide_floats: which the structures are drawn with */
+    const char *path;   /* of the file; NULL: none is kept; copied */
+    struct content_key key; /* of all else that the results depend on: program, driver, settings */
     /* Runs scene_selftest for these structures on a renderer that is thrown away. *is_wrong: it
        failed by what a picture shows. */
     bool (*test)(void *context, uint32_t structures, bool *is_wrong, struct error *err);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The renderer's public door, and its end. It begins in renderer_start.c; rendering one frame is in
- * frame.c. */
+/* The renderer's other public functions, and its end. It begins in renderer_start.c; rendering one
+ * frame is in frame.c, and what a frame has of its own in frame_context.c. */
 #include "renderer/renderer.h"
 
 #include <assert.h>
@@ -9,94 +9,57 @@
 #include <string.h>
 
 #include "renderer/frame/frame_budget.h"
-#include "renderer/frame/frame_flight.h"
+#include "renderer/frame/frame_in_flight.h"
 #include "renderer/frame/proofs.h"
 #include "renderer/frame/renderer_internal.h"
 #include "renderer/frame/scene_parts.h"
 
-bool renderer_create_own(struct renderer *renderer, struct error *err)
+struct frame_context *renderer_context(struct renderer *renderer)
 {
-    renderer->arena = draw_arena_create(gl_context_limits(renderer->context), err);
-    if (!renderer->arena)
-        return false;
-    renderer->lists = light_lists_create(renderer->programs, renderer->timeline, err);
-    return renderer->lists;
+    bool is_made = renderer->current->renderer != NULL;
+    return is_made ? renderer->current : &renderer->frames;
 }
 
-static void finish_own(struct renderer *renderer)
+struct frame_context *renderer_next_context(struct renderer *renderer, struct error *err)
 {
-    traced_shadows_finish(&renderer->shadow_rays);
-    feature_edges_finish(&renderer->feature_edges);
-    aov_finish(&renderer->aov);
-    shade_finish(&renderer->shade);
-    pixel_lists_finish(&renderer->pixels);
-    targets_finish(&renderer->targets);
-    light_lists_destroy(renderer->lists);
-    plan_cache_clear(&renderer->plans);
-    kept_state_drop(&renderer->kept_state);
-    kept_picture_drop(&renderer->kept_picture);
-    draw_arena_destroy(renderer->arena);
+    struct frame_context *urgent = &renderer->urgent;
+    if (renderer_context(renderer) == renderer->current)
+        return renderer->current;
+    if (!frame_context_init(urgent, renderer, true, err)) {
+        frame_context_finish(urgent);
+        return NULL;
+    }
+    urgent->shade.loop_steps = renderer->frames.shade.loop_steps;
+    return urgent;
+}
+
+bool renderer_is_yielding(const struct renderer *renderer)
+{
+    return renderer->current == &renderer->urgent;
 }
 
 void renderer_finish_parts(struct renderer *renderer)
 {
+    frame_context_finish(&renderer->urgent);
     raytrace_cache_destroy(renderer->traced); /* borrows a scene */
-    scene_cache_finish(&renderer->own_scenes);
-    finish_own(renderer);
+    scene_cache_finish(&renderer->scenes);
+    frame_context_finish(&renderer->frames);
     shadow_system_destroy(renderer->shadows);
-    frame_flight_finish(renderer);
+    frame_in_flight_finish(renderer);
     frame_lessons_destroy(renderer->lessons);
     readback_destroy(renderer->readback);
     gpu_timeline_destroy(renderer->timeline);
-}
-
-struct renderer *renderer_create_beside(struct renderer *renderer, struct error *err)
-{
-    struct renderer *beside = calloc(1, sizeof *beside);
-    if (!beside) {
-        error_set(err, ERROR_NO_MEMORY, "renderer");
-        return NULL;
-    }
-    *beside = (struct renderer){
-        .other = renderer,
-        .is_beside = true,
-        .context = renderer->context,
-        .programs = renderer->programs,
-        .timeline = renderer->timeline,
-        .readback = renderer->readback,
-        .shadows = renderer->shadows,
-        .traced = renderer->traced,
-        .scenes = renderer->scenes,
-        .budget_bytes = renderer->budget_bytes,
-        .shadow_most_bytes = renderer->shadow_most_bytes,
-        .is_strict = renderer->is_strict,
-        .redraws_surfaces = renderer->redraws_surfaces,
-        .loop_end = renderer->loop_end,
-        .wide_floats = renderer->wide_floats,
-        .proofs = renderer->proofs,
-        .shade.loop_steps = renderer->shade.loop_steps,
-    };
-    if (renderer_create_own(beside, err))
-        return beside;
-    renderer_destroy(beside);
-    return NULL;
 }
 
 void renderer_destroy(struct renderer *renderer)
 {
     if (!renderer)
         return;
-    if (renderer->is_beside) {
-        finish_own(renderer);
-        free(renderer);
-        return;
-    }
-    renderer_destroy(renderer->other);
     renderer_finish_parts(renderer);
     proofs_destroy(renderer->proofs);
     program_cache_destroy(renderer->programs);
     program_store_close(renderer->program_store);
-    gl_context_destroy(renderer->context);
+    gl_context_destroy(renderer->gl);
     free(renderer);
 }
 
@@ -105,7 +68,8 @@ void renderer_set_auto(struct renderer *renderer, const struct auto_settings *se
     renderer->automatic.policy = settings->policy;
     renderer->automatic.speed = settings->speed;
     renderer_set_learned(renderer, settings->learned);
-    plan_cache_clear(&renderer->plans);
+    plan_cache_clear(&renderer->frames.plans);
+    plan_cache_clear(&renderer->urgent.plans);
 }
 
 static void follow_lessons(struct renderer *renderer)
@@ -122,8 +86,6 @@ void renderer_set_learned(struct renderer *renderer, const struct learning *lear
 
 void renderer_publish_lessons(struct renderer *renderer)
 {
-    if (renderer->is_beside)
-        return;
     frame_lessons_publish(renderer->lessons);
     follow_lessons(renderer);
 }
@@ -134,9 +96,9 @@ const struct learning *renderer_get_learned(const struct renderer *renderer, uin
     return renderer->automatic.learned;
 }
 
-void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude)
+void renderer_set_yield_point(struct renderer *renderer, const struct yield_point *yield)
 {
-    renderer->interlude = interlude;
+    renderer->yield = yield;
 }
 
 void renderer_set_progress(struct renderer *renderer, const struct frame_progress *progress)
@@ -144,26 +106,14 @@ void renderer_set_progress(struct renderer *renderer, const struct frame_progres
     renderer->progress = progress;
 }
 
-void renderer_tell(const struct renderer *renderer, enum frame_stage stage, double share)
-{
-    if (renderer->progress)
-        renderer->progress->tell(renderer->progress->context, stage, share);
-}
-
-void renderer_begin_piece(struct renderer *renderer, struct frame_piece piece)
-{
-    renderer->piece = piece;
-    renderer_tell(renderer, piece.stage, piece.first);
-}
-
 void renderer_set_texture_compression(struct renderer *renderer, uint32_t from_levels)
 {
-    texture_pool_set_compression(renderer->scenes->textures, from_levels);
+    texture_pool_set_compression(renderer->scenes.textures, from_levels);
 }
 
 bool renderer_samples_blocks(const struct renderer *renderer)
 {
-    return texture_pool_samples_blocks(renderer->scenes->textures);
+    return texture_pool_samples_blocks(renderer->scenes.textures);
 }
 
 static void tell_devices(const struct gl_context *context, struct renderer_info *info)
@@ -180,7 +130,7 @@ static void tell_devices(const struct gl_context *context, struct renderer_info 
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
 {
-    const struct gl_limits *limits = gl_context_limits(renderer->context);
+    const struct gl_limits *limits = gl_context_limits(renderer->gl);
     *info = (struct renderer_info){
         .device_count = limits->device_count,
         .max_texture_size = limits->max_texture_size,
@@ -197,10 +147,10 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
         .budget_bytes = renderer->budget_bytes,
         .budget_source = renderer->budget_source,
         .used_bytes = renderer_used_bytes(renderer),
-        .compresses_textures = texture_pool_compresses(renderer->scenes->textures),
-        .upload_bytes_per_ms = (uint64_t)texture_pool_bytes_per_ms(renderer->scenes->textures),
+        .compresses_textures = texture_pool_compresses(renderer->scenes.textures),
+        .upload_bytes_per_ms = (uint64_t)texture_pool_bytes_per_ms(renderer->scenes.textures),
     };
-    tell_devices(renderer->context, info);
+    tell_devices(renderer->gl, info);
     struct program_cache_stats programs;
     program_cache_get_stats(renderer->programs, &programs);
     info->programs_built = programs.misses;
@@ -219,76 +169,43 @@ void renderer_get_info(const struct renderer *renderer, struct renderer_info *in
     snprintf(info->driver, sizeof info->driver, "%s", limits->platform);
 }
 
-uint64_t renderer_window_bytes(const struct renderer *renderer)
-{
-    return pixel_lists_size_bytes(&renderer->pixels) + targets_size_bytes(&renderer->targets) +
-           light_lists_size_bytes(renderer->lists) +
-           traced_shadows_size_bytes(&renderer->shadow_rays) + renderer->aov.words.size_bytes;
-}
-
-static uint64_t own_bytes(const struct renderer *renderer)
-{
-    return renderer_window_bytes(renderer) + renderer->feature_edges.size_bytes;
-}
-
 uint64_t renderer_used_bytes(const struct renderer *renderer)
 {
-    return scene_cache_size_bytes(renderer->scenes) + shadow_system_size_bytes(renderer->shadows) +
+    return scene_cache_size_bytes(&renderer->scenes) + shadow_system_size_bytes(renderer->shadows) +
            raytrace_cache_size_bytes(renderer->traced) + readback_size_bytes(renderer->readback) +
-           own_bytes(renderer) + (renderer->other ? own_bytes(renderer->other) : 0);
+           frame_context_size_bytes(&renderer->frames) +
+           frame_context_size_bytes(&renderer->urgent);
 }
 
 static bool is_traced(const struct renderer *renderer, const char *key)
 {
-    return strcmp(renderer->traced_key, key) == 0;
+    return !strcmp(renderer->frames.traced_key, key) || !strcmp(renderer->urgent.traced_key, key);
 }
 
 void renderer_forget_traced(struct renderer *renderer, const char *key)
 {
     bool is_its = !key;
-    for (size_t i = 0; key && i < renderer->scenes->count; i++) {
-        const struct resident_scene *scene = renderer->scenes->entries[i];
+    for (size_t i = 0; key && i < renderer->scenes.count; i++) {
+        const struct resident_scene *scene = renderer->scenes.entries[i];
         if (!strcmp(scene->key, key) || !strcmp(resident_scene_shadow_key(scene), key))
-            is_its |= is_traced(renderer, scene->key) ||
-                      (renderer->other && is_traced(renderer->other, scene->key));
+            is_its |= is_traced(renderer, scene->key);
     }
     if (is_its)
         raytrace_cache_clear(renderer->traced);
-}
-
-static void forget_own(struct renderer *renderer)
-{
-    renderer->use.forgets_later = renderer->use.scene != NULL; /* its plan and state are in use */
-    if (renderer->use.forgets_later)
-        return;
-    plan_cache_clear(&renderer->plans);
-    kept_state_drop(&renderer->kept_state);
-    kept_picture_drop(&renderer->kept_picture);
-    renderer->kept = (struct kept_window){0};
-    light_lists_forget(renderer->lists);
-    feature_edges_finish(&renderer->feature_edges);
-}
-
-void renderer_end_frame(struct renderer *renderer)
-{
-    renderer->use.scene = NULL;
-    if (renderer->use.forgets_later)
-        forget_own(renderer);
 }
 
 void renderer_forget_kept(struct renderer *renderer, const char *key)
 {
     shadow_system_forget(renderer->shadows, key);
     renderer_forget_traced(renderer, key);
-    forget_own(renderer);
-    if (renderer->other)
-        forget_own(renderer->other);
+    frame_context_forget(&renderer->frames);
+    frame_context_forget(&renderer->urgent);
 }
 
 bool renderer_has_scene(const struct renderer *renderer, const char *key)
 {
-    for (size_t i = 0; i < renderer->scenes->count; i++)
-        if (!strcmp(renderer->scenes->entries[i]->key, key))
+    for (size_t i = 0; i < renderer->scenes.count; i++)
+        if (!strcmp(renderer->scenes.entries[i]->key, key))
             return true;
     return false;
 }
@@ -296,7 +213,7 @@ bool renderer_has_scene(const struct renderer *renderer, const char *key)
 void renderer_evict_scenes(struct renderer *renderer, const char *const *keep, size_t keep_count)
 {
     while (renderer_used_bytes(renderer) > renderer->budget_bytes) {
-        const char *oldest = scene_cache_oldest(renderer->scenes, keep, keep_count);
+        const char *oldest = scene_cache_oldest(&renderer->scenes, keep, keep_count);
         if (!oldest)
             return;
         renderer_remove_scene(renderer, oldest);
@@ -306,16 +223,16 @@ void renderer_evict_scenes(struct renderer *renderer, const char *const *keep, s
 bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scene_desc *desc,
                            struct error *err)
 {
-    if (scene_cache_find(renderer->scenes, desc->key)) {
+    if (scene_cache_find(&renderer->scenes, desc->key)) {
         if (desc->release)
             desc->release(desc->context);
         return true;
     }
-    if (!scene_cache_add(renderer->scenes, desc, err)) {
-        gl_context_blame(renderer->context, "uploading a scene", err);
+    if (!scene_cache_add(&renderer->scenes, desc, err)) {
+        gl_context_blame(renderer->gl, "uploading a scene", err);
         return false;
     }
-    frame_budget_claim(renderer, 0); /* what is kept of views goes before scenes do */
+    frame_budget_reserve(renderer, 0); /* what is kept of views goes before scenes do */
     if (desc->keep_count)
         renderer_evict_scenes(renderer, desc->keep, desc->keep_count);
     else
@@ -327,7 +244,7 @@ bool renderer_attach_scene(struct renderer *renderer, const struct renderer_scen
                          "the scene brings GPU memory to %llu bytes, the budget is %llu",
                          (unsigned long long)needed, (unsigned long long)renderer->budget_bytes);
     }
-    return gl_context_check(renderer->context, "uploading a scene", err);
+    return gl_context_check(renderer->gl, "uploading a scene", err);
 }
 
 void renderer_detach_scene(struct renderer *renderer, const char *key)
@@ -343,10 +260,10 @@ void renderer_drop_structures(struct renderer *renderer, const char *key)
         renderer_forget_kept(renderer, key);
 }
 
-void renderer_rest(struct renderer *renderer)
+void renderer_trim(struct renderer *renderer)
 {
-    shadow_system_rest(renderer->shadows);
-    kept_picture_drop(&renderer->kept_picture);
+    shadow_system_trim_unused(renderer->shadows);
+    image_cache_drop(&renderer->frames.image_cache);
 }
 
 void frame_finish(struct frame *frame)

@@ -5,18 +5,20 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/utsname.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "renderer/frame/frame_budget.h"
-#include "renderer/frame/frame_flight.h"
+#include "renderer/frame/frame_in_flight.h"
 #include "renderer/frame/frame_lessons.h"
+#include "renderer/frame/proof_file.h"
 #include "renderer/frame/proofs.h"
 #include "renderer/frame/renderer_internal.h"
 #include "renderer/frame/scene_selftest.h"
 #include "renderer/gl/loop_probe.h"
 #include "renderer/gl/memory_budget.h"
 #include "renderer/gl/selftest.h"
-#include "renderer/window/bands.h"
+#include "renderer/window/time_slices.h"
 
 static const uint64_t selftest_budget_bytes = 4ull << 30;
 static const uint64_t default_program_bytes = 256ull << 20;
@@ -41,7 +43,7 @@ static struct texture_pool *create_textures(const struct renderer_desc *desc,
  * tried. Without a folder that can be used, programs are compiled at every start. */
 static void keep_programs(struct renderer *renderer, const struct renderer_desc *desc)
 {
-    const struct gl_limits *limits = gl_context_limits(renderer->context);
+    const struct gl_limits *limits = gl_context_limits(renderer->gl);
     struct error problem = {0};
     char driver[512];
     if (!desc->program_folder || limits->program_formats <= 0)
@@ -65,26 +67,28 @@ static void keep_programs(struct renderer *renderer, const struct renderer_desc 
 static bool create_parts(struct renderer *renderer, const struct renderer_desc *desc,
                          uint64_t budget_bytes, struct error *err)
 {
+    renderer->current = &renderer->frames;
     renderer->budget_bytes = budget_bytes;
     renderer->shadow_most_bytes = budget_bytes / 2;
-    renderer->shade.first_band = desc->first_band ? desc->first_band : BAND_FIRST;
-    renderer->shade.loop_steps =
+    renderer->frames.shade.first_slice =
+        desc->hooks.first_slice ? desc->hooks.first_slice : TIME_SLICE_FIRST;
+    renderer->frames.shade.loop_steps =
         desc->loop_steps ? desc->loop_steps : loop_steps_most(renderer->loop_end);
-    renderer->own_scenes.textures =
-        create_textures(desc, budget_bytes, gl_context_limits(renderer->context)->is_software, err);
-    renderer->timeline = gpu_timeline_create(renderer->context, err);
-    renderer->readback = readback_create(desc->defers_frames, err);
-    if (!renderer->own_scenes.textures || !renderer->timeline || !renderer->readback ||
-        !renderer_create_own(renderer, err))
+    renderer->scenes.textures =
+        create_textures(desc, budget_bytes, gl_context_limits(renderer->gl)->is_software, err);
+    renderer->timeline = gpu_timeline_create(renderer->gl, err);
+    renderer->readback = readback_create(desc->hooks.defers_frames, err);
+    if (!renderer->scenes.textures || !renderer->timeline || !renderer->readback ||
+        !frame_context_init(&renderer->frames, renderer, false, err))
         return false;
-    frame_flight_init(renderer);
+    frame_in_flight_init(renderer);
     renderer->shadows = shadow_system_create(
         &(struct shadow_system_desc){
             .programs = renderer->programs,
             .timeline = renderer->timeline,
-            .limits = gl_context_limits(renderer->context),
+            .limits = gl_context_limits(renderer->gl),
             .budget_bytes = renderer->shadow_most_bytes,
-            .claim = frame_budget_claim,
+            .reserve = frame_budget_reserve,
             .context = renderer,
         },
         err);
@@ -103,24 +107,28 @@ static uint64_t choose_budget(struct renderer *renderer, const struct renderer_d
     if (desc->gpu_budget_bytes)
         return desc->gpu_budget_bytes;
     /* llvmpipe 25.0 answers questions about its card, of which it has none, by chance */
-    gl_memory_read(gl_context_limits(renderer->context)->is_software || desc->poses_as_hardware,
+    gl_memory_read(gl_context_limits(renderer->gl)->is_software || desc->hooks.poses_as_hardware,
                    &memory);
     return gl_memory_budget(&memory, &renderer->budget_source);
 }
 
-/* How layers are added up, and how a pixel's samples walk them. */
+/* How layers are added up, and how a pixel's samples walk them. The form that a start measured is
+ * kept with the proof: where both take about as long, the next start would decide by chance. */
 static bool choose_arithmetic(struct renderer *renderer, const struct renderer_desc *desc,
-                              struct error *err)
+                              const struct wide_floats_choice *kept, struct error *err)
 {
     char defines[DEVICE_DEFINES_BYTES];
-    const struct gl_limits *limits = gl_context_limits(renderer->context);
-    bool in_turn = shade_takes_samples_in_turn(limits);
+    const bool is_kept = desc->hooks.wide_floats == WIDE_FLOATS_MEASURED && kept->form;
+    const struct gl_limits *limits = gl_context_limits(renderer->gl);
+    bool in_turn = samples_take_turns(limits);
     const struct wide_floats_desc wide = {.programs = renderer->programs,
-                                          .asked = desc->wide_floats,
+                                          .asked = is_kept ? kept->form : desc->hooks.wide_floats,
                                           .is_software =
-                                              limits->is_software || desc->poses_as_hardware};
+                                              limits->is_software || desc->hooks.poses_as_hardware};
     if (!wide_floats_choose(&wide, &renderer->wide_floats, err))
         return false;
+    if (is_kept)
+        renderer->wide_floats.pairs_over_f64 = kept->pairs_over_f64;
     const char *form = wide_floats_defines(renderer->wide_floats.form);
     snprintf(defines, sizeof defines, "%s%s%s", form, *form && in_turn ? " " : "",
              in_turn ? "SAMPLES_IN_TURN" : "");
@@ -130,33 +138,31 @@ static bool choose_arithmetic(struct renderer *renderer, const struct renderer_d
 
 /* ---- the self-test ---- */
 
-/* By a renderer of its own, so that nothing of it is left to those that serve. */
+/* Tests structures with a renderer of its own, so that nothing is left in those that serve. */
 static bool test_structures(void *context, uint32_t structures, bool *is_wrong, struct error *err)
 {
     const struct renderer *renderer = context;
-    const struct renderer_desc defaults = {.loop_steps = renderer->shade.loop_steps};
+    const struct renderer_desc defaults = {.loop_steps = renderer->frames.shade.loop_steps};
     struct renderer *tested = calloc(1, sizeof *tested);
     struct error loss = {0};
     *is_wrong = false;
     if (!tested)
         return error_set(err, ERROR_NO_MEMORY, "renderer");
     *tested = (struct renderer){
-        .context = renderer->context,
+        .gl = renderer->gl,
         .programs = renderer->programs,
-        .scenes = &tested->own_scenes,
         .is_strict = renderer->is_strict,
         .loop_end = renderer->loop_end,
         .wide_floats = renderer->wide_floats,
     };
     bool ok = create_parts(tested, &defaults, selftest_budget_bytes, err) &&
               scene_selftest(tested, structures, err);
-    renderer_destroy(tested->other);
     renderer_finish_parts(tested);
     free(tested);
     if (ok)
         return true;
-    *is_wrong = gl_context_check(renderer->context, "testing the device", &loss) &&
-                err->code == ERROR_NO_DEVICE;
+    *is_wrong =
+        gl_context_check(renderer->gl, "testing the device", &loss) && err->code == ERROR_NO_DEVICE;
     if (loss.code == ERROR_NO_DEVICE)
         *err = loss;
     return false;
@@ -178,22 +184,25 @@ static bool tells_driver(const char *entry)
     return false;
 }
 
-/* All that pictures of the self-test may depend on. The kernel has a part of the driver. */
+/* All that pictures of the self-test may depend on, but for the form of sums, which the proof has.
+ * The kernel has a part of the driver. */
 static struct content_key proof_key(const struct renderer *renderer,
                                     const struct renderer_desc *desc)
 {
     struct content_key key = content_key_begin();
-    const struct gl_device_list *list = gl_context_devices(renderer->context);
+    const struct gl_device_list *list = gl_context_devices(renderer->gl);
     struct utsname system;
     content_key_add_text(&key, desc->build);
-    content_key_add(&key, gl_context_limits(renderer->context), sizeof(struct gl_limits));
+    struct gl_limits limits = *gl_context_limits(renderer->gl);
+    limits.has_true_timers = false; /* found anew at each start, busy or not, and of no picture */
+    content_key_add(&key, &limits, sizeof limits);
     for (int i = 0; i < list->count; i++)
         if (list->items[i].is_taken) {
             content_key_add_word(&key, (uint64_t)list->items[i].number);
             content_key_add_text(&key, list->items[i].node);
             content_key_add_text(&key, list->items[i].pci);
         }
-    content_key_add_text(&key, program_cache_device_defines(renderer->programs));
+    content_key_add_word(&key, desc->hooks.wide_floats);
     content_key_add_word(&key, renderer->loop_end);
     if (uname(&system) == 0) {
         content_key_add_text(&key, system.release);
@@ -205,23 +214,39 @@ static struct content_key proof_key(const struct renderer *renderer,
     return key;
 }
 
-/* Behind software no other device is left to be taken: there a start gains nothing by a test that
- * the first picture can wait for. */
+/* The trials that a start waits for. Software is the last device to be tried, so it gains nothing
+ * by a test at the start: the first picture can wait for it. */
 static uint32_t proven_at_start(const struct renderer *renderer, const struct renderer_desc *desc)
 {
     if (desc->self_test == RENDERER_SELFTEST_ALWAYS)
-        return SELFTEST_ALL;
-    bool is_last = gl_context_limits(renderer->context)->is_software;
+        return scene_selftest_all();
+    bool is_last = gl_context_limits(renderer->gl)->is_software;
     return desc->self_test == RENDERER_SELFTEST_KEPT && is_last ? 0 : SELFTEST_START;
 }
 
-static bool prove(struct renderer *renderer, const struct renderer_desc *desc, struct error *err)
+static const char *proof_path(const struct renderer_desc *desc)
+{
+    return desc->build ? desc->proof_file : NULL;
+}
+
+/* Zeroed: there is none, or none is wanted. */
+static struct proof load_proof(const struct renderer_desc *desc, struct content_key key)
+{
+    struct proof proof = {0};
+    if (proof_path(desc) && desc->self_test != RENDERER_SELFTEST_ALWAYS)
+        (void)!proof_file_load(proof_path(desc), key, (int64_t)time(NULL), &proof);
+    return proof;
+}
+
+static bool prove(struct renderer *renderer, const struct renderer_desc *desc,
+                  struct content_key key, const struct proof *proof, struct error *err)
 {
     renderer->proofs =
         proofs_create(&(struct proofs_desc){.policy = desc->self_test,
                                             .at_start = proven_at_start(renderer, desc),
-                                            .path = desc->build ? desc->proof_file : NULL,
-                                            .key = proof_key(renderer, desc),
+                                            .path = proof_path(desc),
+                                            .key = key,
+                                            .proof = *proof,
                                             .test = test_structures,
                                             .context = renderer},
                       err);
@@ -233,16 +258,21 @@ static bool prove(struct renderer *renderer, const struct renderer_desc *desc, s
 static bool test_device(struct renderer *renderer, const struct renderer_desc *desc,
                         struct error *err)
 {
-    if (!gl_selftest(renderer->context, renderer->programs, err))
+    if (!gl_selftest(renderer->gl, renderer->programs, err))
         return false;
     keep_programs(renderer, desc);
-    return choose_arithmetic(renderer, desc, err) &&
-           loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err) &&
-           prove(renderer, desc, err);
+    if (!loop_probe_run(renderer->programs, LOOP_STEPS_WATCHDOG, &renderer->loop_end, err))
+        return false;
+    const struct content_key key = proof_key(renderer, desc);
+    struct proof proof = load_proof(desc, key);
+    if (!choose_arithmetic(renderer, desc, &proof.wide_floats, err))
+        return false;
+    proof.wide_floats = renderer->wide_floats;
+    return prove(renderer, desc, key, &proof, err);
 }
 
-/* On the first device that has no reason on the list. *is_its_fault: one was opened, and does not
- * do what it must; it has one now. */
+/* Starts on the first device that has no reason on the list. *is_its_fault: a device was opened,
+ * but failed a test, and has a reason now. */
 static struct renderer *start(const struct renderer_desc *desc, struct gl_device_list *devices,
                               bool *is_its_fault, struct error *err)
 {
@@ -254,29 +284,28 @@ static struct renderer *start(const struct renderer_desc *desc, struct gl_device
     }
     renderer->is_strict = desc->is_strict;
     renderer->redraws_surfaces = desc->redraws_surfaces;
-    renderer->scenes = &renderer->own_scenes;
-    renderer->context =
-        gl_context_create(&(struct gl_context_desc){.device = desc->device,
-                                                    .is_strict = desc->is_strict,
-                                                    .hides_coverage = desc->hides_coverage,
-                                                    .poses_as_hardware = desc->poses_as_hardware,
-                                                    .devices = devices,
-                                                    .watch = desc->watch},
-                          err);
-    if (!renderer->context)
+    renderer->gl = gl_context_create(
+        &(struct gl_context_desc){.device = desc->device,
+                                  .is_strict = desc->is_strict,
+                                  .hides_coverage = desc->hooks.hides_coverage,
+                                  .poses_as_hardware = desc->hooks.poses_as_hardware,
+                                  .devices = devices,
+                                  .watch = desc->watch},
+        err);
+    if (!renderer->gl)
         goto fail;
     renderer->programs = program_cache_create(desc->shader_dump_dir, err);
     if (!renderer->programs)
         goto fail;
-    gl_context_tell(renderer->context, desc->watch, GL_DEVICE_TESTING);
+    gl_context_tell(renderer->gl, desc->watch, GL_DEVICE_TESTING);
     if (!test_device(renderer, desc, err)) {
-        gl_context_blame(renderer->context, "starting", err);
-        *is_its_fault = gl_context_pass_over(renderer->context, err->message, devices);
+        gl_context_blame(renderer->gl, "starting", err);
+        *is_its_fault = gl_context_pass_over(renderer->gl, err->message, devices);
         goto fail;
     }
     if (create_parts(renderer, desc, choose_budget(renderer, desc), err))
         return renderer;
-    gl_context_blame(renderer->context, "starting", err);
+    gl_context_blame(renderer->gl, "starting", err);
 
 fail:
     renderer_destroy(renderer);

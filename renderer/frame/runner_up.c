@@ -6,25 +6,26 @@
  * alone. */
 enum { FRAMES_MOST = 4, LESSONS_ENOUGH = 3 };
 
-static bool is_due(void *context)
+static bool shall_stop(void *context)
 {
     const struct runner_up_desc *desc = context;
     return desc->shall_stop(desc->context);
 }
 
-static bool serve(void *context)
+static bool run_urgent(void *context, struct error *err)
 {
     (void)context;
+    (void)err;
     return false; /* nothing goes before it: it ends */
 }
 
-/* What `auto` has to choose from, and by what is known now. */
+/* Finds the candidates of `auto`, by what is known now. */
 static bool find(struct renderer *renderer, const char *scene_key, const struct view *view,
                  struct learning_case *frame)
 {
     struct plan plan;
     struct error ignored = {0}; /* told to whoever asks for the picture */
-    if (renderer->is_paused || renderer->automatic.policy != AUTO_MEASURED ||
+    if (renderer_is_yielding(renderer) || renderer->automatic.policy != AUTO_MEASURED ||
         !renderer_explain(renderer, scene_key, view, &plan, &ignored) || !plan.choice.is_open)
         return false;
     const struct auto_pick pick =
@@ -67,20 +68,22 @@ enum runner_up_outcome renderer_time_runner_up(struct renderer *renderer, const 
                                                const struct runner_up_desc *desc)
 {
     struct runner_up_desc own = *desc;
-    const struct interlude stop = {
-        .context = &own, .is_due = is_due, .serve = serve, .is_unwanted = is_due};
-    const struct interlude *interlude = renderer->interlude;
+    const struct yield_point stop = {.context = &own,
+                                     .should_yield = shall_stop,
+                                     .run_urgent = run_urgent,
+                                     .is_unwanted = shall_stop};
+    const struct yield_point *yield = renderer->yield;
     bool redraws_surfaces = renderer->redraws_surfaces;
     struct learning_case runner_up;
     if (!find(renderer, scene_key, view, &runner_up) || was_timed(&renderer->timed, &runner_up))
         return RUNNER_UP_NONE;
-    renderer->interlude = &stop;
+    renderer->yield = &stop;
     renderer->redraws_surfaces = true; /* kept ones would take no time */
-    renderer->automatic.timed = 1 + (int)runner_up.technique;
+    renderer->automatic.timed = runner_up.technique;
     bool is_whole = draw(renderer, scene_key, view, &runner_up);
-    renderer->automatic.timed = 0;
+    renderer->automatic.timed = SHADOWS_AUTO;
     renderer->redraws_surfaces = redraws_surfaces;
-    renderer->interlude = interlude;
+    renderer->yield = yield;
     renderer_publish_lessons(renderer);
     return is_whole ? RUNNER_UP_TIMED : RUNNER_UP_STOPPED;
 }

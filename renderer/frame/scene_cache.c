@@ -97,7 +97,7 @@ void scene_cache_remove(struct scene_cache *cache, const char *key)
     free(entry);
 }
 
-/* It, or one composed of it. */
+/* Whether a paused frame shows the scene, or one composed of it. */
 static bool is_pinned(const struct scene_cache *cache, const struct resident_scene *entry)
 {
     for (size_t i = 0; i < cache->count; i++)

@@ -17,7 +17,7 @@ struct resident_scene {
     void *context;
     uint64_t last_use;
     bool is_pinned; /* a frame of it is paused */
-    /* Of one that is composed of others: owned; else NULL and 0. */
+    /* The members of a composed scene, owned; else NULL and 0. */
     struct composed_scene *composed;
     struct resident_scene **sources; /* owned array of others of the cache, the base first */
     size_t source_count;

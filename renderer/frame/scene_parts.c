@@ -38,7 +38,7 @@ static bool find_source(struct scene_cache *cache, const char *key, struct resid
     return *found || error_set(err, ERROR_NOT_FOUND, "scene '%.64s' is not on the GPU", key);
 }
 
-/* Those of a composed scene: the base first, then one per part of the view. */
+/* Finds the sources of a composed scene: the base first, then one per part of the view. */
 static bool find_sources(struct scene_cache *cache, const char *scene_key, const struct view *view,
                          struct resident_scene **sources, struct error *err)
 {
@@ -96,8 +96,8 @@ static struct resident_scene *add(struct renderer *renderer, const char *key,
     if (!desc.composed)
         return NULL;
     desc.gpu = compose_gpu(sources, composed_scene_get(desc.composed), err);
-    if (desc.gpu && scene_cache_add_composed(renderer->scenes, &desc, err))
-        return scene_cache_find(renderer->scenes, key);
+    if (desc.gpu && scene_cache_add_composed(&renderer->scenes, &desc, err))
+        return scene_cache_find(&renderer->scenes, key);
     scene_gpu_destroy(desc.gpu);
     composed_scene_destroy(desc.composed);
     return NULL;
@@ -106,10 +106,10 @@ static struct resident_scene *add(struct renderer *renderer, const char *key,
 /* Nothing goes while a frame is paused: it may show what is the oldest here. */
 static void make_room(struct renderer *renderer)
 {
-    if (renderer->is_paused || (renderer->other && renderer->other->is_paused))
+    if (renderer_is_yielding(renderer))
         return;
-    while (scene_cache_count_composed(renderer->scenes) >= COMPOSED_MAX)
-        renderer_remove_scene(renderer, scene_cache_oldest_composed(renderer->scenes));
+    while (scene_cache_count_composed(&renderer->scenes) >= COMPOSED_MAX)
+        renderer_remove_scene(renderer, scene_cache_oldest_composed(&renderer->scenes));
 }
 
 struct resident_scene *renderer_find_scene(struct renderer *renderer, const char *scene_key,
@@ -118,7 +118,7 @@ struct resident_scene *renderer_find_scene(struct renderer *renderer, const char
     char key[SCENE_KEY_BYTES];
     struct resident_scene *found = NULL;
     if (!view->part_count) {
-        if (!find_source(renderer->scenes, scene_key, &found, err))
+        if (!find_source(&renderer->scenes, scene_key, &found, err))
             return NULL;
         return found;
     }
@@ -128,8 +128,8 @@ struct resident_scene *renderer_find_scene(struct renderer *renderer, const char
         return NULL;
     }
     key_of(scene_key, view, key);
-    if (find_sources(renderer->scenes, scene_key, view, sources, err)) { /* marks them as used */
-        found = scene_cache_find(renderer->scenes, key);
+    if (find_sources(&renderer->scenes, scene_key, view, sources, err)) { /* marks them as used */
+        found = scene_cache_find(&renderer->scenes, key);
         if (!found) {
             make_room(renderer);
             found = add(renderer, key, sources, view, err);
@@ -143,11 +143,11 @@ void renderer_remove_scene(struct renderer *renderer, const char *key)
 {
     char name[SCENE_KEY_BYTES]; /* key may be the entry's own */
     snprintf(name, sizeof name, "%s", key);
-    for (const char *user; (user = scene_cache_user(renderer->scenes, name));)
+    for (const char *user; (user = scene_cache_user(&renderer->scenes, name));)
         renderer_remove_scene(renderer, user);
     renderer_forget_kept(renderer, name);
     shadow_system_trim(renderer->shadows);
-    scene_cache_remove(renderer->scenes, name);
+    scene_cache_remove(&renderer->scenes, name);
 }
 
 const struct scene *renderer_get_scene(struct renderer *renderer, const char *scene_key,
@@ -167,7 +167,7 @@ static const char **source_keys(const struct resident_scene *scene, size_t *coun
     return keys;
 }
 
-void renderer_evict_beside(struct renderer *renderer, const struct resident_scene *scene)
+void renderer_evict_others(struct renderer *renderer, const struct resident_scene *scene)
 {
     size_t count;
     const char **keys = source_keys(scene, &count);
@@ -176,11 +176,11 @@ void renderer_evict_beside(struct renderer *renderer, const struct resident_scen
     free(keys);
 }
 
-bool renderer_evict_oldest_beside(struct renderer *renderer, const struct resident_scene *scene)
+bool renderer_evict_oldest_other(struct renderer *renderer, const struct resident_scene *scene)
 {
     size_t count;
     const char **keys = source_keys(scene, &count);
-    const char *oldest = keys ? scene_cache_oldest(renderer->scenes, keys, count) : NULL;
+    const char *oldest = keys ? scene_cache_oldest(&renderer->scenes, keys, count) : NULL;
     free(keys);
     if (oldest)
         renderer_remove_scene(renderer, oldest);

@@ -10,8 +10,8 @@
 struct resident_scene *renderer_find_scene(struct renderer *renderer, const char *scene_key,
                                            const struct view *view, struct error *err);
 
-/* Makes room, but not of what the scene consists of. */
-void renderer_evict_beside(struct renderer *renderer, const struct resident_scene *scene);
+/* Makes room by evicting scenes, but not this one or its parts. */
+void renderer_evict_others(struct renderer *renderer, const struct resident_scene *scene);
 
 /* Removes the scene, and what is composed of it, with all that is kept of them. */
 void renderer_remove_scene(struct renderer *renderer, const char *key);

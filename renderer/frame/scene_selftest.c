@@ -2,11 +2,14 @@
 /* A scene whose pictures are known, through the ordinary renderer. */
 #include "renderer/frame/scene_selftest.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/scene/blob_writer.h"
+#include "renderer/shadows/technique.h"
 
 enum {
     SIDE_PX = 16,
@@ -46,29 +49,60 @@ static const struct sheet sheets[SHEETS] = {
     [LID] = {{-5, 5.25f, 5}, {10, 0, 1}, {0, 0, -5.2f}, {0.8f, 0.8f, 0.8f}, 0},
 };
 
-struct structure {
-    uint32_t bit;
-    const char *name; /* as in requests */
-    struct view_quality quality;
+/* ---- trials ---- */
+
+enum { TRIALS_MAX = 32 }; /* bits of a set */
+
+struct trial {
+    struct shadow_trial is;
+    const struct shadow_structure *structure; /* NULL: of all */
 };
 
-/* What each of them asks of the device, every one with the lists and the samples of others. */
-static const struct structure structures[] = {
-    {SELFTEST_DEEP, "deep", {.shadows = SHADOWS_DEEP, .samples = 4}},
-    {SELFTEST_MAP, "map", {.shadows = SHADOWS_MAP, .samples = 4}},
-    {SELFTEST_LINKED, "deep-linked", {.shadows = SHADOWS_DEEP_LINKED, .samples = 4}},
-    {SELFTEST_FAITHFUL,
-     "deep-linked, faithful",
-     {.shadows = SHADOWS_DEEP_LINKED, .faithful = true, .samples = 4}},
-    {SELFTEST_TRACED_SHADOWS,
-     "raytraced-shadows",
-     {.shadows = SHADOWS_RAYTRACED_SHADOWS, .samples = 4}},
-    {SELFTEST_LINKED_LIGHTS,
-     "linked light lists",
-     {.shadows = SHADOWS_DEEP, .light_lists = VIEW_LIGHT_LISTS_LINKED, .samples = 4}},
-    {SELFTEST_ONE_SAMPLE, "one sample", {.shadows = SHADOWS_DEEP, .samples = 1}},
+struct trials { /* their indices are the bits */
+    struct trial items[TRIALS_MAX];
+    int count, linked_lights, one_sample;
 };
-enum { STRUCTURES = sizeof structures / sizeof *structures };
+
+static int add(struct trials *trials, const struct shadow_trial *is,
+               const struct shadow_structure *structure)
+{
+    assert(trials->count < TRIALS_MAX);
+    trials->items[trials->count] = (struct trial){*is, structure};
+    return trials->count++;
+}
+
+static void add_structure(struct trials *trials, const struct shadow_structure *structure)
+{
+    for (const struct shadow_trial *is = structure->trials; is->name; is++)
+        add(trials, is, structure);
+}
+
+/* Lists what each trial asks of the device, every one with the lists and samples of others. */
+static struct trials list_trials(void)
+{
+    const struct shadow_structure *first = shadow_method_of(SHADOWS_RASTER_DEFAULT)->structure;
+    const struct shadow_structure *structure;
+    struct trials trials = {.count = 0};
+    add_structure(&trials, first);
+    for (size_t i = 0; (structure = shadow_structure_at(i)); i++)
+        if (structure != first)
+            add_structure(&trials, structure);
+    trials.linked_lights = add(&trials,
+                               &(struct shadow_trial){"linked light lists",
+                                                      {.shadows = SHADOWS_RASTER_DEFAULT,
+                                                       .light_lists = VIEW_LIGHT_LISTS_LINKED}},
+                               NULL);
+    trials.one_sample =
+        add(&trials,
+            &(struct shadow_trial){"one sample", {.shadows = SHADOWS_RASTER_DEFAULT, .samples = 1}},
+            NULL);
+    return trials;
+}
+
+uint32_t scene_selftest_all(void)
+{
+    return (uint32_t)((UINT64_C(1) << list_trials().count) - 1);
+}
 
 /* ---- the scene ---- */
 
@@ -181,7 +215,7 @@ static void *make_scene(struct scene *scene, struct error *err)
 /* ---- light and sight ---- */
 
 struct picture {
-    const struct structure *structure;
+    const struct shadow_trial *trial;
     const struct view_light *lights;
     int count, samples;
 };
@@ -206,7 +240,7 @@ static struct view_light light_of(int index, int count)
  * sight passes, and light, too, where its shadows have colours. */
 static double seen_of_floor(const struct picture *picture, const double floor[3], int channel)
 {
-    bool has_colors = shadow_technique_can(picture->structure->quality.shadows, SHADOW_CAN_COLOR);
+    bool has_colors = shadow_technique_can(picture->trial->quality.shadows, SHADOW_CAN_COLOR);
     double panes =
         (double)sheets[LOWER_PANE].color[channel] * (double)sheets[UPPER_PANE].color[channel];
     double sum = 0;
@@ -289,7 +323,7 @@ static bool check_picture(const struct picture *picture, const struct image *ima
                     return error_set(err, ERROR_NO_DEVICE,
                                      "self-test '%s under %d lights': expected %.6g at pixel "
                                      "(%d, %d), channel %d, found %.6g",
-                                     picture->structure->name, picture->count, value, x, y, k,
+                                     picture->trial->name, picture->count, value, x, y, k,
                                      (double)found[k]);
             }
         }
@@ -297,15 +331,15 @@ static bool check_picture(const struct picture *picture, const struct image *ima
     return true;
 }
 
-/* As plan_samples has it. */
-static int samples_of(const struct renderer *renderer, const struct structure *structure)
+/* The samples per pixel, as plan_samples has them. */
+static int samples_of(const struct renderer *renderer, const struct shadow_trial *trial)
 {
     struct renderer_info info;
     renderer_get_info(renderer, &info);
-    return info.max_samples >= 4 ? structure->quality.samples : 1;
+    return info.max_samples >= 4 ? quality_or(trial->quality.samples, SAMPLES_DEFAULT) : 1;
 }
 
-static bool check_lights(struct renderer *renderer, const struct structure *structure, int count,
+static bool check_lights(struct renderer *renderer, const struct shadow_trial *trial, int count,
                          struct error *err)
 {
     struct view_light lights[MANY];
@@ -319,61 +353,83 @@ static bool check_lights(struct renderer *renderer, const struct structure *stru
                    .ortho_height = 2 * half_view_m},
         .lights = lights,
         .light_count = (size_t)count,
-        .quality = structure->quality,
+        .quality = trial->quality,
     };
     view.quality.shadow_resolution = 32;
+    view.quality.samples = quality_or(trial->quality.samples, SAMPLES_DEFAULT);
     for (int i = 0; i < count; i++)
         lights[i] = light_of(i, count);
     bool ok = renderer_render(renderer, key, &view, &frame, err);
-    const struct picture picture = {.structure = structure,
-                                    .lights = lights,
-                                    .count = count,
-                                    .samples = samples_of(renderer, structure)};
+    const struct picture picture = {
+        .trial = trial, .lights = lights, .count = count, .samples = samples_of(renderer, trial)};
     ok = ok && check_picture(&picture, &frame.outputs[VIEW_OUTPUT_COLOR], err);
     frame_finish(&frame);
     return ok;
 }
 
-static bool check_structure(struct renderer *renderer, const struct structure *structure,
-                            struct error *err)
+static bool check_trial(struct renderer *renderer, const struct shadow_trial *trial,
+                        struct error *err)
 {
     static const int counts[] = {FEW, MANY, FEWER};
     bool ok = true;
     for (size_t i = 0; ok && i < sizeof counts / sizeof *counts; i++)
-        ok = check_lights(renderer, structure, counts[i], err);
+        ok = check_lights(renderer, trial, counts[i], err);
     return ok;
 }
 
 bool scene_selftest(struct renderer *renderer, uint32_t wanted, struct error *err)
 {
+    const struct trials trials = list_trials();
     struct scene scene;
     void *blob = make_scene(&scene, err);
     if (!blob)
         return false;
     bool ok = renderer_attach_scene(
         renderer, &(struct renderer_scene_desc){.key = key, .scene = &scene}, err);
-    for (int i = 0; ok && i < STRUCTURES; i++)
-        if (wanted & structures[i].bit)
-            ok = check_structure(renderer, &structures[i], err);
+    for (int i = 0; ok && i < trials.count; i++)
+        if (wanted >> i & 1)
+            ok = check_trial(renderer, &trials.items[i].is, err);
     renderer_detach_scene(renderer, key);
     free(blob);
     return ok;
 }
 
+static bool has_structure(const struct plan *plan, const struct shadow_structure *structure)
+{
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (plan->lights_by_technique[i] &&
+            shadow_method_of((enum shadow_technique)i)->structure == structure)
+            return true;
+    return false;
+}
+
+/* The bit of the structure's trial that is as faithful, or of its first; 0: it has none. */
+static uint32_t bit_of(const struct trials *trials, const struct shadow_structure *structure,
+                       bool faithful)
+{
+    int found = -1;
+    for (int i = 0; i < trials->count; i++) {
+        const struct trial *trial = &trials->items[i];
+        if (trial->structure == structure && (found < 0 || trial->is.quality.faithful == faithful))
+            found = i;
+    }
+    return found < 0 ? 0 : 1u << found;
+}
+
 uint32_t scene_selftest_needs(const struct plan *plan, const struct view_quality *quality)
 {
     const struct plan_requirement *needs = plan->requirements;
+    const struct trials trials = list_trials();
+    const struct shadow_structure *structure;
     uint32_t bits = 0;
     if (!needs[PLAN_NEED_COLOR].is_met)
         return 0;
-    bits |= plan->deep_lights ? SELFTEST_DEEP : 0;
-    bits |= plan->map_lights ? SELFTEST_MAP : 0;
-    bits |= plan->traced_lights ? SELFTEST_TRACED_SHADOWS : 0;
-    if (plan->linked_lights)
-        bits |= quality->faithful ? SELFTEST_FAITHFUL : SELFTEST_LINKED;
+    for (size_t i = 0; (structure = shadow_structure_at(i)); i++)
+        if (has_structure(plan, structure))
+            bits |= bit_of(&trials, structure, quality->faithful);
     if (needs[PLAN_NEED_LIGHTS].is_met && quality->light_lists == VIEW_LIGHT_LISTS_LINKED)
-        bits |= SELFTEST_LINKED_LIGHTS;
+        bits |= 1u << trials.linked_lights;
     if (plan->samples == 1)
-        bits |= SELFTEST_ONE_SAMPLE;
+        bits |= 1u << trials.one_sample;
     return bits;
 }

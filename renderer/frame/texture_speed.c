@@ -147,7 +147,7 @@ bool texture_speed_measure(struct renderer *renderer, struct texture_speed *spee
     *elapsed_ms = 0;
     if (!renderer_samples_blocks(renderer))
         return true;
-    struct probe probe = {.is_software = gl_context_limits(renderer->context)->is_software};
+    struct probe probe = {.is_software = gl_context_limits(renderer->gl)->is_software};
     probe.program = program_cache_get(
         renderer->programs,
         &(struct program_desc){.label = "texture_speed", .compute = "texture_speed.comp.glsl"},
@@ -163,7 +163,7 @@ bool texture_speed_measure(struct renderer *renderer, struct texture_speed *spee
                                                                   .wrap_s = GL_REPEAT,
                                                                   .wrap_t = GL_REPEAT});
         time_formats(&probe, speed);
-        is_good = gl_context_check(renderer->context, "measuring textures", err);
+        is_good = gl_context_check(renderer->gl, "measuring textures", err);
     }
     gl_sampler_finish(&probe.sampler);
     gl_buffer_finish(&probe.sums);

@@ -17,7 +17,7 @@ struct texture_speed {
 #define TEXTURE_SPEED_ENCODE_LEAST 22e3
 
 /* `auto` compresses where it would withhold so many levels else: what blocks lose is then less
- * (docs/performance.md, "Large textures"). */
+ * (docs/explanation/memory-budget.md, "Large textures"). */
 enum { TEXTURE_SPEED_AUTO_LEVELS = 5 };
 
 /* Takes a few ms where programs are compiled already, once for each of three formats: the same work
@@ -27,7 +27,7 @@ MUST_CHECK bool texture_speed_measure(struct renderer *renderer, struct texture_
                                       double *elapsed_ms, struct error *err);
 
 bool texture_speed_is_known(const struct texture_speed *speed);
-/* Known, blocks are not slower to sample, and quick to make. */
+/* Whether the speed is known, and blocks are no slower to sample and quick to encode. */
 bool texture_speed_gains(const struct texture_speed *speed);
 
 #endif

@@ -18,12 +18,12 @@ struct buffer_fill_desc {
     bool by_gl; /* as gl_buffer_clear_u32 does: in software, whose processors are as quick at it */
 };
 
-/* Behind all that shaders wrote before, and before all that shaders write or read there from here
- * on through storage blocks, as gl_buffer_clear_u32. Changes the program in use and the binding
- * BIND_FILLED, but by GL. */
+/* Fills the range, ordered after all earlier writes of shaders and before all later accesses
+ * through storage blocks, as gl_buffer_clear_u32 is. Changes the program in use and the binding
+ * BIND_FILLED, unless GL fills it. */
 MUST_CHECK bool buffer_fill_u32(const struct buffer_fill_desc *desc, struct error *err);
 
-/* Its program, for certain. Thread: any. */
+/* Lists the program of a fill, as one that is certainly needed. Thread: any. */
 void buffer_fill_list_programs(const char *pass, struct program_list *list);
 
 #endif

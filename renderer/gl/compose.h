@@ -15,10 +15,15 @@ struct composition {
     size_t length, capacity;
     const char *files[COMPOSITION_FILES_MAX]; /* by source number of #line */
     int file_count;
+    const char *defines; /* borrowed, of composition_init alone */
 };
 
-/* file: name below shaders/. defines: space-separated NAME or NAME=VALUE, after those of the
- * device; NULL: none. Each file is included at most once. */
+/* A line "#each LIST TEXT" stands for as many lines as the define LIST has items, which commas
+ * separate: the text with $1 to $9 replaced by the fields of the item, which colons separate. The
+ * text may be an include. Without the define there is no line.
+ *
+ * file: its name, which is unique without the folder below shaders/. defines: space-separated NAME
+ * or NAME=VALUE, after those of the device; NULL: none. Each file is included at most once. */
 MUST_CHECK bool composition_init(struct composition *composition, const char *file,
                                  const char *device_defines, const char *defines,
                                  struct error *err);

@@ -61,7 +61,7 @@ struct gl_context *gl_context_create(const struct gl_context_desc *desc, struct 
 void gl_context_destroy(struct gl_context *context);
 
 const struct gl_limits *gl_context_limits(const struct gl_context *context);
-/* All that were listed, and why which were passed over. */
+/* All listed devices, and why some were passed over. */
 const struct gl_device_list *gl_context_devices(const struct gl_context *context);
 /* gl_device_warning. */
 const char *gl_context_warning(const struct gl_context *context);
@@ -77,7 +77,7 @@ void gl_context_set_true_timers(struct gl_context *context, bool has_true_timers
 /* False with ERROR_NO_DEVICE when the context was reset or lost, ERROR_INTERNAL on any pending GL
  * error. */
 MUST_CHECK bool gl_context_check(struct gl_context *context, const char *doing, struct error *err);
-/* After something failed: a context that was lost is the reason, whatever err says so far. */
+/* To be called after a failure: if the context was lost, err names that as the reason. */
 void gl_context_blame(struct gl_context *context, const char *doing, struct error *err);
 
 #endif

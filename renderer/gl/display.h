@@ -12,7 +12,7 @@ struct gl_display {          /* zeroed = closed */
     bool is_robust;          /* the context reports resets */
 };
 
-/* Those of the device platform, and the surfaceless one. */
+/* Lists the devices of the device platform, and the surfaceless one. */
 MUST_CHECK bool gl_display_list(struct gl_device_list *list, struct error *err);
 /* On failure device->reason says why. is_strict: a debug context. */
 MUST_CHECK bool gl_display_open(struct gl_display *display, struct gl_device *device,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* After how many steps a device ends the loops of one shader invocation. Thread: GL. */
+/* Measures after how many steps a device ends the loops of one shader invocation. Thread: GL. */
 #ifndef VITRAIL_RENDERER_GL_LOOP_PROBE_H
 #define VITRAIL_RENDERER_GL_LOOP_PROBE_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What drivers and the system say of memory, and the share taken of it. */
+/* Reads what drivers and the system report of memory, and takes a share of it. */
 #include "renderer/gl/memory_budget.h"
 
 #include <epoxy/gl.h>

@@ -9,11 +9,10 @@
 struct gl_memory {
     bool is_software;
     uint64_t free_bytes;    /* of the card, now; 0: its driver does not say */
-    uint64_t machine_bytes; /* of the machine, and no more than the process may take; 0: not known
-                             */
+    uint64_t machine_bytes; /* of the machine, at most what the process may take; 0: not known */
 };
 
-/* As GL_NVX_gpu_memory_info or GL_ATI_meminfo, /proc/meminfo and the control group say. */
+/* Reads GL_NVX_gpu_memory_info or GL_ATI_meminfo, /proc/meminfo and the control group. */
 void gl_memory_read(bool is_software, struct gl_memory *memory);
 
 /* Three quarters of what is free on the card; in software a quarter of the machine's memory, at

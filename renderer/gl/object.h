@@ -32,15 +32,15 @@ void gl_buffer_finish(struct gl_buffer *buffer);
 /* Grows (never shrinks) to at least size_bytes, by half again; contents are lost unless keep. */
 MUST_CHECK bool gl_buffer_reserve(struct gl_buffer *buffer, const struct gl_buffer_desc *desc,
                                   bool keep, struct error *err);
-/* What it has after gl_buffer_reserve for so many bytes. */
+/* The size of a buffer after gl_buffer_reserve for so many bytes. */
 uint64_t gl_buffer_reserved_bytes(const struct gl_buffer *buffer, uint64_t bytes);
-/* What follows takes effect behind all that shaders wrote to these buffers: no barrier is to be
- * issued for it. (For what shaders read afterwards GL needs none.) */
+/* The functions below take effect after all earlier writes of shaders to these buffers, and need no
+ * memory barrier. (GL needs none either for later reads of shaders.) */
 void gl_buffer_write(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                      const void *data);
 void gl_buffer_read(const struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                     void *data);
-/* What shaders write from here on is ordered behind all that they read and wrote before. */
+/* Later writes of shaders are ordered after all their earlier reads and writes. */
 void gl_buffer_clear_u32(struct gl_buffer *buffer, uint64_t offset_bytes, uint64_t size_bytes,
                          uint32_t value);
 void gl_buffer_copy(const struct gl_buffer *from, uint64_t from_bytes, struct gl_buffer *to,
@@ -93,8 +93,8 @@ MUST_CHECK bool gl_texture_init(struct gl_texture *texture, const struct gl_text
 MUST_CHECK bool gl_texture_init_buffer(struct gl_texture *texture, const char *label,
                                        uint32_t format, const struct gl_buffer *buffer,
                                        struct error *err);
-/* The same for a buffer that grows: makes the view again where the buffer has another storage than
- * when the view was made, and only there. A view follows one buffer in one format. */
+/* The same for a buffer that grows: creates the view anew only if the buffer has new storage since
+ * the view was created. A view follows one buffer in one format. */
 MUST_CHECK bool gl_texture_follow_buffer(struct gl_texture *view, const char *label,
                                          uint32_t format, const struct gl_buffer *buffer,
                                          struct error *err);
@@ -117,8 +117,8 @@ struct gl_framebuffer_desc {
 MUST_CHECK bool gl_framebuffer_init(struct gl_framebuffer *framebuffer,
                                     const struct gl_framebuffer_desc *desc, struct error *err);
 void gl_framebuffer_finish(struct gl_framebuffer *framebuffer);
-/* For a framebuffer that was cleared and not drawn to. zink (Mesa 25.0.7) keeps such a clear until
- * the next draw, and compute shaders meanwhile read what the textures held before. */
+/* To be called for a framebuffer that was cleared and not drawn to: zink (Mesa 25.0.7) defers the
+ * clear until the next draw, and compute shaders read the old texels meanwhile. */
 void gl_framebuffer_apply_clears(void);
 
 struct gl_vertex_array {

@@ -26,7 +26,7 @@ struct program_cache {
     char *dump_dir;
     char device_defines[DEVICE_DEFINES_BYTES];
     struct program_store *store; /* borrowed; NULL: programs are compiled once a start */
-    struct program_binary_door door;
+    struct program_binary_hooks hooks;
     struct program_cache_stats stats;
 };
 
@@ -90,11 +90,11 @@ static bool load_binary(void *context, uint32_t program, const struct program_bi
 }
 
 void program_cache_set_store(struct program_cache *cache, struct program_store *store,
-                             const struct program_binary_door *door)
+                             const struct program_binary_hooks *hooks)
 {
     cache->store = store;
-    cache->door =
-        door ? *door : (struct program_binary_door){.get = get_binary, .load = load_binary};
+    cache->hooks =
+        hooks ? *hooks : (struct program_binary_hooks){.get = get_binary, .load = load_binary};
 }
 
 /* 0: it must be compiled. */
@@ -104,7 +104,7 @@ static GLuint load_program(const struct program_cache *cache, const struct progr
     if (!cache->store || !program_store_read(cache->store, source->key, &binary))
         return 0;
     GLuint program = glCreateProgram();
-    bool is_good = cache->door.load(cache->door.context, program, &binary);
+    bool is_good = cache->hooks.load(cache->hooks.context, program, &binary);
     program_binary_finish(&binary);
     if (is_good) {
         program_store_confirm(cache->store, source->key);
@@ -119,7 +119,7 @@ static void keep_program(const struct program_cache *cache, const struct program
                          GLuint program)
 {
     struct program_binary binary = {0};
-    if (cache->store && cache->door.get(cache->door.context, program, &binary))
+    if (cache->store && cache->hooks.get(cache->hooks.context, program, &binary))
         program_store_write(cache->store, source->key, &binary);
     program_binary_finish(&binary);
 }
@@ -211,7 +211,7 @@ static bool reserve_entry(struct program_cache *cache)
     return true;
 }
 
-/* What is known of a linked program. */
+/* Sets up the entry of a linked program. */
 static bool set_up(struct cached_program *entry, GLuint name, const struct program_desc *desc,
                    struct error *err)
 {

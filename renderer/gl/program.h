@@ -32,8 +32,8 @@ struct gl_program {
 };
 
 enum { DEVICE_DEFINES_BYTES = 64 };
-/* What programs are composed with on this device besides the defines of each, and as those: from
- * now on. Programs that stand already stay as they are. Until then there are none. */
+/* Sets #define items that all programs of this device get besides their own, from now on. Programs
+ * that exist already stay as they are. At first there are none. */
 void program_cache_set_device_defines(struct program_cache *cache, const char *defines);
 const char *program_cache_device_defines(const struct program_cache *cache);
 
@@ -52,8 +52,8 @@ enum program_place { PROGRAM_ABSENT, PROGRAM_IN_MEMORY, PROGRAM_ON_DISK };
 enum program_place program_cache_find(const struct program_cache *cache,
                                       const struct program_desc *desc);
 
-/* How linked programs leave and enter the device: GL's, but for tests. */
-struct program_binary_door {
+/* Hooks through which linked programs are read from the device and loaded: GL's, but in tests. */
+struct program_binary_hooks {
     void *context;
     /* Bytes of the linked program into *binary, which is empty; false: the driver gives none. */
     bool (*get)(void *context, uint32_t program, struct program_binary *binary);
@@ -61,11 +61,11 @@ struct program_binary_door {
     bool (*load)(void *context, uint32_t program, const struct program_binary *binary);
 };
 
-/* From now on programs that are not in memory are taken from the store where it has them, and put
- * there once they are compiled. Borrowed; door NULL: GL's, which is of use where the context has
+/* From now on a program that is not in memory is loaded from the store if it is there, and is
+ * stored after it was compiled. Borrowed; hooks NULL: GL's, which work if the context has
  * program_formats. */
 void program_cache_set_store(struct program_cache *cache, struct program_store *store,
-                             const struct program_binary_door *door);
+                             const struct program_binary_hooks *hooks);
 
 struct program_cache_stats {
     uint64_t hits, misses, loaded; /* found in memory, compiled, taken from the store */

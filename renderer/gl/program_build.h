@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* One program on its way: compiling and linking are asked for at once, and what became of them
- * later, so that a driver with threads of its own makes many programs at a time. Thread: GL. */
+/* A program that is being built. Compiling and linking are requested at once, and their results are
+ * asked for later, so that a driver with threads builds many programs in parallel. Thread: GL. */
 #ifndef VITRAIL_RENDERER_GL_PROGRAM_BUILD_H
 #define VITRAIL_RENDERER_GL_PROGRAM_BUILD_H
 

@@ -41,7 +41,7 @@ bool program_store_has(const struct program_store *store, struct content_key sou
 MUST_CHECK bool program_store_read(struct program_store *store, struct content_key source,
                                    struct program_binary *binary);
 void program_store_confirm(struct program_store *store, struct content_key source);
-/* One that cannot be kept is not: it is compiled again next time. */
+/* Stores a program. If that fails, the program is compiled again next time. */
 void program_store_write(struct program_store *store, struct content_key source,
                          const struct program_binary *binary);
 void program_store_drop(struct program_store *store, struct content_key source);

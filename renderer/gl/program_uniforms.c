@@ -31,7 +31,7 @@ static uint32_t hash(const char *name)
     return value;
 }
 
-/* Where the name is, or else where it has room. */
+/* The slot of the name, or a free one for it. */
 static struct uniform *slot_of(const struct program_uniforms *uniforms, const char *name)
 {
     size_t at = hash(name) & (uniforms->slots - 1);
@@ -70,7 +70,7 @@ static bool add(struct program_uniforms *uniforms, GLuint program, const char *n
     return true;
 }
 
-/* Of an array each element under its own name, as the driver tells only the first. */
+/* Adds each element of an array under its own name; the driver names only the first. */
 static bool add_active(struct program_uniforms *uniforms, GLuint program, GLuint index)
 {
     char name[NAME_BYTES] = "", element[NAME_BYTES + 16];

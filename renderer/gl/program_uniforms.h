@@ -11,7 +11,7 @@
 
 struct program_uniforms;
 
-/* Of a program that has been linked: nobody else sets its uniforms from now on. */
+/* Takes over the uniforms of a linked program: nobody else sets them from now on. */
 struct program_uniforms *program_uniforms_create(uint32_t program, struct error *err);
 void program_uniforms_destroy(struct program_uniforms *uniforms);
 

@@ -80,16 +80,8 @@ void gpu_timeline_set_waiter(struct gpu_timeline *timeline, const struct gpu_wai
 
 void gpu_timeline_will_wait(struct gpu_timeline *timeline)
 {
-    if (timeline->waiter.before)
-        timeline->waiter.before(timeline->waiter.context);
-}
-
-static void let_waiter(struct gpu_timeline *timeline)
-{
-    if (timeline->clock == CLOCK_FENCED) /* every pass begins with a wait */
-        gpu_timeline_will_wait(timeline);
-    else if (timeline->waiter.between)
-        timeline->waiter.between(timeline->waiter.context);
+    if (timeline->waiter.before_wait)
+        timeline->waiter.before_wait(timeline->waiter.context);
 }
 
 static double fenced_ms(void)
@@ -102,7 +94,6 @@ void gpu_scope_begin(struct gpu_timeline *timeline, const struct gpu_scope_desc 
 {
     struct scope_set *set = timeline->now;
     assert(!timeline->is_open && desc->pass && desc->because);
-    let_waiter(timeline);
     timeline->is_open = true;
     glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, -1, desc->pass);
     if (set->count == SCOPES_MAX)

@@ -14,16 +14,16 @@ struct gpu_timeline;
 struct gpu_timeline *gpu_timeline_create(const struct gl_context *context, struct error *err);
 void gpu_timeline_destroy(struct gpu_timeline *timeline);
 
-/* Who has something to take from the device that was asked for before the passes to come. Both may
- * do so, and no more: they begin no scope and leave bindings as they are. */
+/* Whoever has asked the device for something before the passes to come takes it when a wait is
+ * about to begin, because the wait would end later. It takes that and does no more: it begins no
+ * scope and leaves bindings as they are. Scopes themselves call nobody. */
 struct gpu_waiter {
     void *context;
-    void (*between)(void *context); /* a pass begins: whether it is there costs a look */
-    void (*before)(void *context);  /* the device is about to be waited for: it comes before that */
+    void (*before_wait)(void *context);
 };
 void gpu_timeline_set_waiter(struct gpu_timeline *timeline, const struct gpu_waiter *waiter);
 
-/* To be called before anything of the passes so far is read or waited for. */
+/* To be called before anything of the passes so far is read or waited for: calls the waiter. */
 void gpu_timeline_will_wait(struct gpu_timeline *timeline);
 
 struct gpu_scope_desc {

@@ -24,7 +24,7 @@ enum {
     TIMER_ATTEMPTS = 3,
 };
 
-struct results { /* shaders/selftest.glsl */
+struct results { /* shaders/probes/selftest.glsl */
     uint32_t fragments, sum, mask_errors, partly, texels, pad;
 };
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Pieces one behind the other. */
+/* Writes pieces into a buffer one after the other. */
 #include "renderer/gl/stream.h"
 
 bool gl_stream_write(struct gl_stream *stream, const struct gl_stream_desc *desc, const void *data,

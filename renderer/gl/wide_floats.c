@@ -73,8 +73,8 @@ static const struct gl_program *use_program(struct probe *probe, enum wide_float
 
 /* ---- the answer ---- */
 
-/* Of each: what the invocation must find, and the relative error that docs/accuracy.md promises of
- * pairs. */
+/* Of each: what the invocation must find, and the relative error that docs/reference/accuracy.md
+ * promises of pairs. */
 struct answer {
     double value[TAKES], tolerance[TAKES];
 };

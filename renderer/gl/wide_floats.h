@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* In what numbers shaders multiply and add up layers (shaders/wide.glsl): f64 where the device is
- * quick at it, else pairs of f32. Thread: GL. */
+/* Chooses the numbers in which shaders multiply and add up layers (shaders/base/wide.glsl): f64 if
+ * the device is quick at it, else pairs of f32. Thread: GL. */
 #ifndef VITRAIL_RENDERER_GL_WIDE_FLOATS_H
 #define VITRAIL_RENDERER_GL_WIDE_FLOATS_H
 
@@ -15,7 +15,7 @@ enum wide_floats {
 };
 
 const char *wide_floats_name(enum wide_floats form);    /* "f64", "pairs", "pairs-split" */
-const char *wide_floats_defines(enum wide_floats form); /* for shaders/wide.glsl; never NULL */
+const char *wide_floats_defines(enum wide_floats form); /* for shaders/base/wide.glsl; never NULL */
 
 struct wide_floats_choice {
     enum wide_floats form; /* never WIDE_FLOATS_MEASURED */

@@ -48,14 +48,14 @@ void image_finish(struct image *image)
 }
 
 struct format_row {
-    const char *name, *alias, *media_type, *media_alias;
+    const char *name, *alias, *media_type;
 };
 
 static const struct format_row formats[IMAGE_FORMAT_COUNT] = {
-    [IMAGE_FORMAT_PNG] = {"png", "png", "image/png", "image/png"},
-    [IMAGE_FORMAT_JPEG] = {"jpeg", "jpg", "image/jpeg", "image/jpg"},
-    [IMAGE_FORMAT_WEBP] = {"webp", "webp", "image/webp", "image/webp"},
-    [IMAGE_FORMAT_EXR] = {"exr", "openexr", "image/x-exr", "image/aces"},
+    [IMAGE_FORMAT_PNG] = {"png", "png", "image/png"},
+    [IMAGE_FORMAT_JPEG] = {"jpeg", "jpg", "image/jpeg"},
+    [IMAGE_FORMAT_WEBP] = {"webp", "webp", "image/webp"},
+    [IMAGE_FORMAT_EXR] = {"exr", "openexr", "image/x-exr"},
 };
 
 const char *image_format_name(enum image_format format)
@@ -72,17 +72,6 @@ bool image_format_from_name(const char *name, enum image_format *format)
 {
     for (int i = 0; i < IMAGE_FORMAT_COUNT; i++)
         if (strcasecmp(name, formats[i].name) == 0 || strcasecmp(name, formats[i].alias) == 0) {
-            *format = (enum image_format)i;
-            return true;
-        }
-    return false;
-}
-
-bool image_format_from_media_type(const char *media_type, enum image_format *format)
-{
-    for (int i = 0; i < IMAGE_FORMAT_COUNT; i++)
-        if (strcasecmp(media_type, formats[i].media_type) == 0 ||
-            strcasecmp(media_type, formats[i].media_alias) == 0) {
             *format = (enum image_format)i;
             return true;
         }

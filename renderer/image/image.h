@@ -46,7 +46,6 @@ enum image_format {
 const char *image_format_name(enum image_format format);       /* "png" ... */
 const char *image_format_media_type(enum image_format format); /* "image/png", "image/x-exr" ... */
 bool image_format_from_name(const char *name, enum image_format *format); /* also "jpg" */
-bool image_format_from_media_type(const char *media_type, enum image_format *format);
 
 struct image_encode_desc {
     enum image_format format;

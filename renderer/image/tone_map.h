@@ -21,7 +21,7 @@ struct tone_map_desc {
 MUST_CHECK bool tone_map(const struct image *hdr, const struct tone_map_desc *desc,
                          struct image *ldr, struct error *err);
 
-/* A pixel in front of a colour of the screen (docs/shading.md, section 6). */
+/* A pixel in front of a colour of the screen (docs/explanation/shading.md, section 6). */
 struct tone_map_over {
     float radiance[3]; /* mean over the pixel, without the background */
     float behind[3];   /* share of the background that is seen through something, per channel */
@@ -33,8 +33,8 @@ void tone_map_over(const struct tone_map_desc *desc, const float backdrop[4],
 /* A radiance as a screen shows it, linear, at most 1. */
 void tone_map_color(const struct tone_map_desc *desc, float color[3]);
 
-/* For the same on the device (shaders/tone_map.comp.glsl): the factor of radiance, and the codes of
- * sRGB, TONE_BUCKETS of shaders/shared/tone_curve.h. */
+/* For the same on the device (shaders/image/tone_map.comp.glsl): the factor of radiance, and the
+ * codes of sRGB, TONE_BUCKETS of shaders/shared/tone_curve.h. */
 float tone_map_gain(const struct tone_map_desc *desc);
 struct tone_bucket;
 void tone_map_fill_buckets(struct tone_bucket *buckets);

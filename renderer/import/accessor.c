@@ -51,8 +51,8 @@ bool accessor_view_bytes(const struct accessor_source *source, int index, const 
     return true;
 }
 
-/* count elements, stride apart from offset, must lie in the view; *first is then where they begin.
- */
+/* Checks that `count` elements, `stride` apart from `offset` on, lie in the view; *first is where
+ * they begin. */
 static bool open_range(const struct accessor_source *source, int accessor, int view,
                        uint64_t offset, uint64_t count, size_t stride, size_t element_bytes,
                        const uint8_t **first, struct error *err)

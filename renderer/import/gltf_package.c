@@ -11,8 +11,8 @@
 enum {
     GLB_HEADER_BYTES = 12,
     CHUNK_HEADER_BYTES = 8,
-    PATH_BYTES_MAX = 1024, /* two uploaded names (LIMIT_FILE_NAME_BYTES): the root's folder is one
-                            */
+    PATH_BYTES_MAX = 1024, /* two uploaded names (LIMIT_FILE_NAME_BYTES), one of them the root's
+                              folder */
     URI_SHOWN_BYTES = 80,  /* of a URI in a message */
 };
 #define GLB_VERSION 2u

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* An upload: which file is the glTF, what a GLB holds, and what a URI of it means. Thread: any. */
+/* Reads an upload: finds its glTF file, divides a GLB, and resolves the URIs in it. Thread: any. */
 #ifndef VITRAIL_RENDERER_IMPORT_GLTF_PACKAGE_H
 #define VITRAIL_RENDERER_IMPORT_GLTF_PACKAGE_H
 

@@ -140,8 +140,7 @@ static char *write_utf8(char *out, long code)
     return out;
 }
 
-/* The code point after "\u", joining surrogates; -1 when malformed, or zero (our texts end there).
- */
+/* The code point after "\u", joining surrogates; -1 if malformed or zero, which ends texts. */
 static long read_escape(const char **at, const char *end)
 {
     long code = read_unit(at, end);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* From an uploaded glTF and its files to a scene blob. Thread: any. Runs inside the sandboxed
+/* Imports an uploaded glTF with its files into a scene blob. Thread: any. Runs inside the sandboxed
  * decoder: it opens no file, touches no network, and finds every URI only among the files it was
  * handed. */
 #ifndef VITRAIL_RENDERER_IMPORT_IMPORT_H

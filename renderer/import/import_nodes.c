@@ -96,8 +96,8 @@ static bool push_roots(struct importer *importer, const int32_t *parents, uint32
     return true;
 }
 
-/* Depth first, children in file order. A root listed twice would overrun: each node may come once.
- */
+/* Visits nodes depth first, children in file order. Each node may come once, since a root that is
+ * listed twice would overrun. */
 static bool order_nodes(struct importer *importer, const int32_t *parents, uint32_t *stack,
                         uint32_t *depths, struct error *err)
 {

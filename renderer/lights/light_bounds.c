@@ -13,8 +13,7 @@
 static const double COSINE_SLACK = 1e-6;
 /* 60 ulp of f32: eye-relative light and surface positions, each through a dozen roundings. */
 static const double POSITION_SLACK = 4e-6;
-static const double SPHERE_SLACK = 1e-5; /* of the range: keeps discriminants above their rounding
-                                          */
+static const double SPHERE_SLACK = 1e-5; /* of the range: keeps discriminants above rounding */
 static const double CONE_SLACK = 1e-4; /* of the range: keeps slopes of narrow cones above theirs */
 
 static void to_view(const struct camera *camera, const double world[3], double view[3])

@@ -13,8 +13,7 @@ struct light_bound {
     double center[3], radius_m;  /* bounding sphere, grown by slack_m */
     double apex[3], axis[3];     /* cones: where the light is, and unit direction of travel */
     double range_m;              /* as given */
-    double cos_outer, sin_outer; /* cones: of the half angle, grown by the rounding of a f32 cosine
-                                  */
+    double cos_outer, sin_outer; /* cones: of the half angle, grown by a f32 cosine's rounding */
     double slack_m;    /* f32 rounding of eye-relative positions, and of shader arithmetic */
     double z_lo, z_hi; /* depths it spans; z_lo >= 0 for perspective cameras */
 };
@@ -28,8 +27,8 @@ struct light_bounds {
     size_t global_count;
 };
 
-/* Sorts lights into bounded and global. Perspective cameras drop what lies wholly behind the eye.
- */
+/* Sorts lights into bounded and global ones. Perspective cameras drop what is wholly behind the
+ * eye. */
 MUST_CHECK bool light_bounds_collect(struct light_bounds *bounds, const struct state_light *lights,
                                      size_t light_count, const struct camera *camera,
                                      struct error *err);
@@ -38,8 +37,7 @@ void light_bounds_finish(struct light_bounds *bounds);
 /* Support of the bound: the largest dot(p, unit) over its points p. */
 double light_bound_support(const struct light_bound *bound, const double unit[3]);
 
-/* The line (origin + z * slope, z), and how far points of its block may lie from it at that depth.
- */
+/* The line (origin + z * slope, z), and how far points of its block may lie from it at a depth. */
 struct view_ray {
     double origin[2], slope[2];
     double spread_m, spread_per_m; /* distance allowed at depth z: spread_m + z * spread_per_m */

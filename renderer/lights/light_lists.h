@@ -41,15 +41,15 @@ uint64_t light_lists_size_bytes(const struct light_lists *lists); /* on the devi
 void light_lists_forget(struct light_lists *lists);
 /* So does it after this, which gives their memory back to the device. */
 void light_lists_drop(struct light_lists *lists);
-/* The #define items that select the technique's shaders/light_list.glsl, for program_desc.defines.
+/* The #define items that select the technique's shaders/lights/light_list.glsl, for
+ * program_desc.defines.
  */
 const char *light_lists_defines(const struct light_lists *lists);
 const char *light_lists_technique_defines(enum view_light_lists technique); /* likewise */
 /* The programs of the technique's build. Thread: any. */
 void light_lists_list_programs(enum view_light_lists technique, bool is_faithful, bool is_software,
                                struct program_list *list);
-/* Binds buffers and sets the uniforms that light_list.glsl declares on `program` (already in use).
- */
+/* Binds buffers, and sets the uniforms of light_list.glsl on `program`, which is in use. */
 void light_lists_bind(const struct light_lists *lists, const struct gl_program *program);
 
 /* All lights in the order in which every list has them: the prefix, then the others, each by index.

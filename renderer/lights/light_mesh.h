@@ -13,8 +13,8 @@ enum {
     LIGHT_MESH_VERTICES = LIGHT_MESH_SPHERE_VERTICES + LIGHT_MESH_CONE_VERTICES, /* sphere first */
 };
 
-/* Sphere: xyz, grown so that every facet stays outside the unit sphere. Cone: as lll_mesh.vert.glsl
- * reads it. */
+/* Sphere: xyz, grown so that every facet stays outside the unit sphere. Cone: as
+ * light_linked_list_mesh.vert.glsl reads it. */
 void light_mesh_make(float vertices[LIGHT_MESH_VERTICES][4]);
 
 #endif

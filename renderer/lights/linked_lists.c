@@ -13,7 +13,7 @@
 #include "renderer/lights/light_mesh.h"
 #include "shaders/shared/bindings.h"
 
-enum { RECORD_FLOATS = 24 }; /* lll_light.glsl: six texels */
+enum { RECORD_FLOATS = 24 }; /* light_linked_list_light.glsl: six texels */
 
 struct linked_draw {
     const struct light_bound *bound;
@@ -276,14 +276,16 @@ static void draw_light_mesh(const struct linked_draw *draw, size_t instance)
 }
 
 static const struct program_desc front_program = {.label = "lights.linked.front",
-                                                  .vertex = "lll_mesh.vert.glsl",
-                                                  .fragment = "lll_front.frag.glsl"};
+                                                  .vertex = "light_linked_list_mesh.vert.glsl",
+                                                  .fragment = "light_linked_list_front.frag.glsl"};
 static const struct program_desc insert_program = {.label = "lights.linked.insert",
-                                                   .vertex = "lll_mesh.vert.glsl",
-                                                   .fragment = "lll_insert.frag.glsl"};
+                                                   .vertex = "light_linked_list_mesh.vert.glsl",
+                                                   .fragment =
+                                                       "light_linked_list_insert.frag.glsl"};
 static const struct program_desc interval_program = {.label = "lights.linked.interval",
-                                                     .vertex = "lll_rect.vert.glsl",
-                                                     .fragment = "lll_interval.frag.glsl"};
+                                                     .vertex = "light_linked_list_rect.vert.glsl",
+                                                     .fragment =
+                                                         "light_linked_list_interval.frag.glsl"};
 
 void linked_lists_list_programs(bool is_faithful, bool is_software, const char *pass,
                                 struct program_list *list)
@@ -298,8 +300,7 @@ void linked_lists_list_programs(bool is_faithful, bool is_software, const char *
     }
 }
 
-/* Both passes of every light in turn, as published; clear and passes keep to the light's own tiles.
- */
+/* Draws both passes of every light in turn, as published, within the light's own tiles. */
 static bool draw_faithful(struct linked_lists *lists, struct program_cache *programs,
                           struct error *err)
 {

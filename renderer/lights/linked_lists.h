@@ -16,7 +16,8 @@ enum {
     LINKED_ELEMENTS_MAX = 8 << 20,   /* 128 MiB, the storage block of every device */
     LINKED_ELEMENTS_FIRST = 1 << 20, /* pool of the first build, unless the lights cannot need as
                                         many */
-    LINKED_LIGHTS_MAX = 16384, /* an insertion walks its list; llvmpipe ends loops at 65,535 steps
+    LINKED_LIGHTS_MAX = 16384, /* an insertion walks its list; llvmpipe ends loops after 65,535
+                                * steps
                                 */
     LINKED_HEADER_WORDS = 4,   /* counter, failures, unused, before the heads */
 };

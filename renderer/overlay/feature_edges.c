@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Edge tables by primitive. */
+/* Keeps an edge table for each primitive. */
 #include "renderer/overlay/feature_edges.h"
 
 #include <stdlib.h>

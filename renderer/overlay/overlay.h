@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What is drawn over a finished picture: feature edges, and the outline of selected nodes. What of
- * it is hidden camera rays tell, so that rasterised and traced pictures get the same. Thread: GL
+/* Draws feature edges and the outline of selected nodes over a finished picture. Camera rays find
+ * which of them are hidden, so that rasterised and traced pictures get the same lines. Thread: GL
  * (it uses the ray tracer's cache). */
 #ifndef VITRAIL_RENDERER_OVERLAY_OVERLAY_H
 #define VITRAIL_RENDERER_OVERLAY_OVERLAY_H

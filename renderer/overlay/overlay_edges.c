@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Feature edges: which edges of the drawn meshes are creases, borders or outlines, where they are
- * hidden, and their lines with antialiasing. */
+/* Draws feature edges. It finds which edges of the drawn meshes are creases, borders or silhouettes
+ * and where they are hidden, and draws their lines with antialiasing. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -39,7 +39,7 @@ static double distance_to(const struct piece *piece, double x, double y)
     return hypot(x - from[0] - t * way[0], y - from[1] - t * way[1]);
 }
 
-/* Coverage of a line of the style's width, by the distance of the pixel's middle. */
+/* The coverage of a pixel by a line of the style's width, from the distance of its middle. */
 static void draw_piece(const struct drawing *d, const struct piece *piece, uint8_t *alpha)
 {
     double reach = 0.5 * (double)d->style->width_px + 0.5;
@@ -79,8 +79,8 @@ static bool flush(struct drawing *d, struct error *err)
     return look.count == 0 || raytrace_look(d->desc->rays, &look, err);
 }
 
-/* The part of a segment of pixels within `margin` of the image; Liang and Barsky 1984, "A New
- * Concept and Method for Line Clipping". */
+/* Clips a segment to the image and `margin` pixels around it (Liang and Barsky 1984, "A New Concept
+ * and Method for Line Clipping"). */
 static bool clip_to_image(const struct drawing *d, const double a[2], const double b[2],
                           double range[2])
 {
@@ -100,7 +100,7 @@ static bool clip_to_image(const struct drawing *d, const double a[2], const doub
     return range[0] < range[1];
 }
 
-/* At a share of the way between two projected points: 1 / depth is linear in the picture. */
+/* The depth at a share of the way between two projected points: 1 / depth is linear there. */
 static double depth_at(const struct drawing *d, const double ends[2][3], double t)
 {
     if (d->screen.camera->is_orthographic)

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The outline of selected nodes: their coverage in 16 samples of a pixel, the distance from its
- * border, and dimmed where something opaque is before them. */
+/* Draws the outline of selected nodes. It rasterises their coverage with 16 samples per pixel,
+ * finds the distance of each pixel from the border, and dims the outline where an opaque surface
+ * hides it.
+ */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +31,7 @@ struct outline {
     size_t border_count;
 };
 
-/* Nodes and all below them; parents come before their children. */
+/* Selects nodes and all nodes below them; parents come before their children. */
 static bool select_nodes(struct outline *o, struct error *err)
 {
     const struct scene *scene = o->desc->rays->state->scene;
@@ -54,7 +56,7 @@ static void cover_row(struct outline *o, int row, int first, int last)
         pixels[i / SIDE] |= (uint16_t)(1u << (row % SIDE * SIDE + i % SIDE));
 }
 
-/* Samples on an edge count for both sides. */
+/* Rasterises a triangle. Samples on an edge count as covered. */
 static void cover_triangle(struct outline *o, const double *const corners[3])
 {
     double low = fmin(corners[0][1], fmin(corners[1][1], corners[2][1]));
@@ -112,7 +114,7 @@ static bool is_border(const struct outline *o, int x, int y)
            samples_at(o, x, y - 1) != UINT16_MAX || samples_at(o, x, y + 1) != UINT16_MAX;
 }
 
-/* In its pixel. */
+/* The place of a sample in its pixel, both coordinates from 0 to 1. */
 static void place_sample(int sample, double place[2])
 {
     int row = sample / SIDE, column = sample % SIDE;
@@ -120,7 +122,7 @@ static void place_sample(int sample, double place[2])
     place[1] = (row + 0.5) / SIDE;
 }
 
-/* The middle of the covered sample that is nearest to the middle of them all. */
+/* The place of that covered sample which is nearest to the mean of all covered ones. */
 static void aim(uint16_t samples, double middle[2])
 {
     double sum[2] = {0}, best = INFINITY, place[2];
@@ -168,7 +170,8 @@ static bool list_borders(struct outline *o, struct error *err)
     return true;
 }
 
-/* Seen is a border where the selection is met before anything opaque, or is that. */
+/* A border pixel is seen if its ray meets a selected surface before the first opaque surface, or if
+ * that surface is selected. */
 static void visit_border(void *context, size_t index, const struct raytrace_layer *layers,
                          size_t count)
 {

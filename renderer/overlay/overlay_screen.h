@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* World geometry on its way to the picture: view space, what clip planes and the near plane leave
- * of it, and pixels. f64. Thread: any. */
+/* Projects world geometry to pixels: to view space, through the clip planes and the near plane, to
+ * the picture. Computes in f64. Thread: any. */
 #ifndef VITRAIL_RENDERER_OVERLAY_OVERLAY_SCREEN_H
 #define VITRAIL_RENDERER_OVERLAY_OVERLAY_SCREEN_H
 
@@ -22,19 +22,18 @@ struct overlay_screen {
 void overlay_screen_init(struct overlay_screen *screen, const struct camera *camera,
                          const struct view *view);
 
-/* Continuous pixel coordinates, y down, of a point of view space (camera_to_view) that is not
- * before the near plane.
- */
+/* Finds the continuous pixel coordinates, y down, of a point of view space (camera_to_view). The
+ * point must not lie before the near plane. */
 void overlay_screen_project(const struct overlay_screen *screen, const double point[3],
                             double pixel[2]);
 
-/* What is left of a convex polygon; returns its corners, 0 when nothing is. */
+/* Clips a convex polygon. Returns the number of corners that are left, 0 for none. */
 int overlay_screen_clip(const struct overlay_screen *screen, double corners[POLYGON_CORNERS_MAX][3],
                         int count);
-/* The same of a segment. */
+/* Clips a segment likewise. Returns false if nothing is left. */
 bool overlay_screen_clip_segment(const struct overlay_screen *screen, double ends[2][3]);
 
-/* Width of a pixel at a depth [m]. */
+/* The width of a pixel at a depth [m]. */
 double overlay_screen_pixel_m(const struct overlay_screen *screen, double depth_m);
 
 #endif

@@ -7,17 +7,17 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/plan/traced.h"
 #include "renderer/raytrace/rt_emitter.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows.h"
 #include "renderer/shadows/technique.h"
-
-enum { SAMPLES_DEFAULT = 4 };
+#include "renderer/transparency/method.h"
 
 int plan_samples(const struct view *view, const struct gl_limits *limits)
 {
-    int samples = view->quality.samples ? view->quality.samples : SAMPLES_DEFAULT;
+    int samples = quality_or(view->quality.samples, SAMPLES_DEFAULT);
     bool can = limits->max_samples >= 4 && limits->max_integer_samples >= 4;
     return view->outputs & 1u << VIEW_OUTPUT_COLOR && can ? samples : 1;
 }
@@ -39,15 +39,20 @@ static bool needs(const struct plan *plan, enum plan_need need)
     return plan->requirements[need].is_met;
 }
 
-/* What follows a count is left out where the count is 0: only drawing can tell. */
-static bool follows_count(const char *pass)
+bool plan_has_step(const struct plan *plan, enum plan_step step)
 {
-    static const char *const names[] = {"transparency.scatter", "transparency.sort",
-                                        "shade.transparent", "shade.apart"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        if (!strcmp(names[i], pass))
+    for (int i = 0; i < plan->pass_count; i++)
+        if (plan->passes[i].step == step)
             return true;
     return false;
+}
+
+size_t plan_shadowed_lights(const struct plan *plan)
+{
+    size_t count = 0;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        count += plan->lights_by_technique[i];
+    return count;
 }
 
 /* Passes of one step must be added one after the other. */
@@ -59,8 +64,7 @@ static void add_pass(struct plan *plan, enum plan_need need, enum plan_step step
     assert(plan->pass_count < PLAN_PASSES_MAX);
     assert(!plan->pass_count || plan->passes[plan->pass_count - 1].step <= step);
     struct plan_pass *line = &plan->passes[plan->pass_count++];
-    *line = (struct plan_pass){
-        .need = need, .step = step, .bytes = bytes, .is_conditional = follows_count(pass)};
+    *line = (struct plan_pass){.need = need, .step = step, .bytes = bytes};
     snprintf(line->pass, sizeof line->pass, "%s", pass);
     snprintf(line->technique, sizeof line->technique, "%s", technique);
 }
@@ -148,7 +152,7 @@ static bool require_geometry(struct frame_plan *made, const struct frame_plan_de
     return true;
 }
 
-/* What the lights of one kind of shadow are, for a sentence. */
+/* Counts the lights of one kind of shadow, for a sentence of the plan. */
 struct shadow_census {
     size_t lights, casters;
 };
@@ -156,25 +160,25 @@ struct shadow_census {
 static void count_light(struct plan *plan, const struct shadow_need *light, int resolution,
                         struct shadow_census census[2])
 {
-    size_t *counts[] = {&plan->map_lights, &plan->deep_lights, &plan->linked_lights};
+    bool has_lists = light->has_structure && light->method->structure->has_lists;
+    if (light->method)
+        plan->lights_by_technique[light->method->id]++;
     if (light->is_traced) {
         plan->traced_lights++;
         plan->window_shadows = light->method;
         return;
     }
-    plan->unfiltered_lights +=
-        light->casters.transparent_count > 0 && !(light->has_structure && light->method->has_lists);
+    plan->unfiltered_lights += light->casters.transparent_count > 0 && !has_lists;
     if (!light->has_structure) {
         plan->unshadowed_lights++;
         return;
     }
-    ++*counts[light->method->kind];
     plan->shadow_texels +=
         (uint64_t)light->frame.face_count * (uint64_t)resolution * (uint64_t)resolution;
     census[0].lights += light->casters.opaque_count > 0;
     census[0].casters += light->casters.opaque_count;
-    census[1].lights += light->method->has_lists;
-    census[1].casters += light->method->has_lists ? light->casters.transparent_count : 0;
+    census[1].lights += has_lists;
+    census[1].casters += has_lists ? light->casters.transparent_count : 0;
 }
 
 /* Points that shading takes of each area light: where rays find the shadows of each. */
@@ -192,7 +196,7 @@ static uint32_t area_samples(const struct frame_plan_desc *desc)
 static bool has_maps(const struct view_quality *quality)
 {
     const struct shadow_method *method = shadow_method_of(quality->shadows);
-    return method && method->scope == SHADOW_PER_LIGHT;
+    return method && method->structure->scope == SHADOW_PER_LIGHT;
 }
 
 static bool require_lights(struct frame_plan *made, const struct frame_plan_desc *desc,
@@ -226,15 +230,15 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
          i < made->shadows.light_count && shadow_compress_is_asked(&desc->view->quality); i++)
         plan->compressed_lights += shadow_need_may_compress(&made->shadows.lights[i]);
     made->shaders.area_samples = area_samples(desc);
-    made->shaders.lifts = made->shaders.has_smooth && is_lit && has_maps(&desc->view->quality);
+    made->shaders.has_normal_offset =
+        made->shaders.has_smooth && is_lit && has_maps(&desc->view->quality);
     plan->unseen_lights = made->reach.unseen_count;
     plan->least_batches =
         shadow_needs_least_batches(&made->shadows, resolution, desc->shadow_budget_bytes);
     set_need(plan, PLAN_NEED_LIGHTS, is_listed && lights > 0,
              is_listed ? "%zu light%s, %zu of them out of view" : "%zu light%s, in no list", lights,
              lights == 1 ? "" : "s", plan->unseen_lights);
-    set_need(plan, PLAN_NEED_OPAQUE_SHADOWS,
-             census[0].lights > 0 || plan->deep_lights + plan->linked_lights > 0,
+    set_need(plan, PLAN_NEED_OPAQUE_SHADOWS, census[0].lights + census[1].lights > 0,
              "%zu of %zu lights have opaque casters in reach, %zu in all", census[0].lights, lights,
              census[0].casters);
     set_need(plan, PLAN_NEED_FILTERED_SHADOWS, census[1].lights > 0,
@@ -257,17 +261,33 @@ static bool require_lights(struct frame_plan *made, const struct frame_plan_desc
     return true;
 }
 
-/* Traced shadows follow the lists in memory. */
-static bool check_lists(const struct plan *plan, const struct view_quality *quality,
-                        struct error *err)
+/* The technique of a light whose filters it knows, and whose media it does not. */
+static enum shadow_technique find_thick_media(const struct shadow_needs *shadows)
 {
-    if (needs(plan, PLAN_NEED_TRACED_SHADOWS) && quality->light_lists == VIEW_LIGHT_LISTS_LINKED &&
-        !shadow_technique_can(quality->shadows, SHADOW_CAN_LINKED_LISTS))
-        return error_set(err, ERROR_INVALID_REQUEST,
-                         "%s follow the clustered light lists: light_lists must be auto or "
-                         "clustered",
-                         shadow_technique_name((int)quality->shadows));
-    return true;
+    enum shadow_technique found = SHADOWS_AUTO;
+    for (size_t i = 0; i < shadows->light_count; i++) {
+        const struct shadow_need *light = &shadows->lights[i];
+        if (light->has_structure && light->casters.has_media &&
+            shadow_technique_can(light->method->id, SHADOW_CAN_COLOR) &&
+            !shadow_technique_can(light->method->id, SHADOW_CAN_MEDIA))
+            found = light->method->id;
+    }
+    return found;
+}
+
+static bool check_technique(struct frame_plan *made, const struct frame_plan_desc *desc,
+                            struct error *err)
+{
+    struct plan *plan = &made->plan;
+    return technique_check(
+        &(struct technique_demand){.quality = &desc->view->quality,
+                                   .is_rasterised = needs(plan, PLAN_NEED_COLOR),
+                                   .lights = desc->state->light_count,
+                                   .area_lights = scene_state_area_lights(desc->state),
+                                   .unfiltered_lights = plan->unfiltered_lights,
+                                   .window_lights = plan->traced_lights,
+                                   .thick_media = find_thick_media(&made->shadows)},
+        &plan->lacks, err);
 }
 
 /* ---- passes ---- */
@@ -283,15 +303,16 @@ static void add_shadow_pass(struct plan *plan, enum plan_need need, enum plan_st
 
 static void plan_shadows(struct plan *plan)
 {
-    const size_t lights[SHADOW_KINDS] = {plan->map_lights, plan->deep_lights, plan->linked_lights};
     /* the depth is drawn for every structure, even where nothing opaque casts or none reads it */
     enum plan_need depth = needs(plan, PLAN_NEED_OPAQUE_SHADOWS) ? PLAN_NEED_OPAQUE_SHADOWS
                                                                  : PLAN_NEED_FILTERED_SHADOWS;
-    add_pass(plan, depth, PLAN_STEP_SHADOWS, shadow_depth_pass.name, "map",
-             plan->shadow_texels * 4);
-    for (uint32_t kind = 0; kind < SHADOW_KINDS; kind++) {
-        const struct shadow_method *method = shadow_method_of_kind(kind);
-        for (const struct shadow_pass *pass = method->passes; lights[kind] && pass->name; pass++)
+    add_pass(plan, depth, PLAN_STEP_SHADOWS, shadow_depth_pass.name,
+             shadow_technique_name((int)shadow_depth_pass.technique), plan->shadow_texels * 4);
+    for (int id = 0; id < SHADOWS_COUNT; id++) {
+        const struct shadow_method *method = shadow_method_of((enum shadow_technique)id);
+        if (!plan->lights_by_technique[id] || method->structure->scope != SHADOW_PER_LIGHT)
+            continue;
+        for (const struct shadow_pass *pass = method->structure->passes; pass->name; pass++)
             if (!pass->is_of_nodes || plan->compressed_lights)
                 add_shadow_pass(plan, PLAN_NEED_FILTERED_SHADOWS, PLAN_STEP_SHADOWS, method, pass);
     }
@@ -301,8 +322,8 @@ static void plan_shadows(struct plan *plan)
 static void plan_rays(struct plan *plan, enum plan_step step)
 {
     const struct shadow_method *method = plan->window_shadows;
-    for (const struct shadow_pass *pass = method ? method->passes : NULL; pass && pass->name;
-         pass++)
+    for (const struct shadow_pass *pass = method ? method->structure->passes : NULL;
+         pass && pass->name; pass++)
         if (pass->is_of_windows == (step == PLAN_STEP_SHADOW_POINTS))
             add_shadow_pass(plan, PLAN_NEED_TRACED_SHADOWS, step, method, pass);
 }
@@ -313,21 +334,52 @@ static uint64_t targets_bytes(const struct plan *plan, const struct view *view)
     return pixels * targets_pixel_bytes(plan->target_samples);
 }
 
-static void plan_layers(struct plan *plan)
+/* Adds a pass that runs only if a count, which only drawing can tell, is not 0. */
+static void add_layer_pass(struct plan *plan, enum plan_step step,
+                           const struct transparency_pass *pass)
 {
-    static const char *const passes[] = {"transparency.count", "transparency.scatter",
-                                         "transparency.sort"};
-    for (int i = 0; i < 3; i++)
-        add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_LAYERS, passes[i], "lists", 0);
+    if (!needs(plan, PLAN_NEED_LAYERS))
+        return;
+    const char *technique = transparency_name((int)plan->transparency->id);
+    add_pass(plan, PLAN_NEED_LAYERS, step, pass->name, technique, 0);
+    plan->passes[plan->pass_count - 1].is_conditional = pass->is_conditional;
 }
 
-/* As renderer/window/apart.h has it. */
+static void plan_layers(struct plan *plan, enum plan_step step)
+{
+    for (const struct transparency_pass *pass = plan->transparency->passes; pass->name; pass++)
+        if (pass->is_of_light == (step == PLAN_STEP_SHADE))
+            add_layer_pass(plan, step, pass);
+}
+
+/* The method for what the frame asks of its surfaces: one that can all where the one that the
+ * request names cannot. */
+static void choose_transparency(struct plan *plan, const struct frame_plan *made,
+                                enum transparency asked)
+{
+    unsigned can = 0;
+    if (made->items.medium_count)
+        can |= TRANSPARENCY_CAN_MEDIA;
+    if (needs(plan, PLAN_NEED_TRACED_SHADOWS))
+        can |= TRANSPARENCY_CAN_TRACED_SHADOWS;
+    if (needs(plan, PLAN_NEED_AUXILIARY))
+        can |= TRANSPARENCY_CAN_OUTPUTS;
+    plan->transparency = transparency_method_of(asked);
+    plan->transparency_lacks =
+        needs(plan, PLAN_NEED_LAYERS) ? transparency_method_lacks(plan->transparency, can) : 0;
+    if (plan->transparency_lacks)
+        plan->transparency = transparency_method_of(TRANSPARENCY_AUTO);
+}
+
+/* Adds the passes of renderer/window/apart.h. */
 static void plan_apart(struct plan *plan)
 {
     if (!needs(plan, PLAN_NEED_LIGHTS))
         return;
     add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_SHADE, "shade.contrast", "msaa4", 0);
     add_pass(plan, PLAN_NEED_ANTIALIASING, PLAN_STEP_SHADE, "shade.apart", "msaa4", 0);
+    if (needs(plan, PLAN_NEED_ANTIALIASING)) /* only where light differs */
+        plan->passes[plan->pass_count - 1].is_conditional = true;
 }
 
 static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
@@ -344,11 +396,11 @@ static void plan_passes(struct plan *plan, const struct frame_plan_desc *desc)
     plan_rays(plan, PLAN_STEP_RAYS);
     add_pass(plan, PLAN_NEED_SURFACES, PLAN_STEP_SURFACES, "gbuffer", "",
              targets_bytes(plan, desc->view));
-    plan_layers(plan);
+    plan_layers(plan, PLAN_STEP_LAYERS);
     add_pass(plan, PLAN_NEED_LIGHTS, PLAN_STEP_LIGHT_LISTS, "light_list", lists, 0);
     plan_rays(plan, PLAN_STEP_SHADOW_POINTS);
     if (needs(plan, PLAN_NEED_COLOR))
-        add_pass(plan, PLAN_NEED_LAYERS, PLAN_STEP_SHADE, "shade.transparent", "lists", 0);
+        plan_layers(plan, PLAN_STEP_SHADE);
     add_pass(plan, PLAN_NEED_COLOR, PLAN_STEP_SHADE, "shade.opaque",
              plan->samples > 1 ? "msaa4" : "", 0);
     plan_apart(plan);
@@ -368,11 +420,12 @@ bool frame_plan_init(struct frame_plan *plan, const struct frame_plan_desc *desc
     if (!require_outputs(plan, desc, err))
         goto fail;
     chosen.view = &view;
-    if (plan->plan.choice.takes_traced_shadows)
-        view.quality.shadows = auto_choice_shadows(&plan->plan.choice);
+    if (plan->plan.choice.is_open && !shadow_technique_is_renderer(plan->plan.choice.technique))
+        view.quality.shadows = plan->plan.choice.technique;
     if (!require_geometry(plan, &chosen, err) || !require_lights(plan, &chosen, err) ||
-        !check_lists(&plan->plan, &view.quality, err))
+        !check_technique(plan, &chosen, err))
         goto fail;
+    choose_transparency(&plan->plan, plan, view.quality.transparency);
     plan_passes(&plan->plan, &chosen);
     return true;
 

@@ -9,6 +9,7 @@
 #include "renderer/cost/auto_technique.h"
 #include "renderer/frame_report.h"
 #include "renderer/gl/context.h"
+#include "renderer/plan/technique_check.h"
 #include "renderer/view.h"
 
 enum plan_need {                           /* about in the order in which passes follow from them */
@@ -16,8 +17,7 @@ enum plan_need {                           /* about in the order in which passes
                  PLAN_NEED_OPAQUE_SHADOWS, /* some light has opaque casters in reach */
                  PLAN_NEED_FILTERED_SHADOWS, /* some light has transparent casters in reach */
                  PLAN_NEED_TRACED_SHADOWS,   /* rays find the shadows of a rasterised picture */
-                 PLAN_NEED_SURFACES, /* a picture is rasterised; opaque or masked items are in view
-                                      */
+                 PLAN_NEED_SURFACES, /* a rasterised picture has opaque or masked items in view */
                  PLAN_NEED_LAYERS,   /* transparent items are in view */
                  PLAN_NEED_ANTIALIASING, /* more than one sample per pixel */
                  PLAN_NEED_LIGHTS,       /* something shines */
@@ -28,6 +28,7 @@ enum plan_need {                           /* about in the order in which passes
 };
 
 struct shadow_method;
+struct transparency_method;
 
 struct plan_requirement {
     enum plan_need need;
@@ -65,23 +66,28 @@ struct plan {
     struct plan_requirement requirements[PLAN_NEED_COUNT]; /* by enum plan_need */
     struct plan_pass passes[PLAN_PASSES_MAX];              /* in the order of execution */
     int pass_count;
-    int samples;                                   /* per pixel, of the colour */
-    int target_samples;                            /* per pixel, of the rasterised targets */
-    size_t opaque_items, transparent_items;        /* in view */
-    size_t map_lights, deep_lights, linked_lights; /* by shadow structure */
-    size_t traced_lights;                          /* shadowed by rays */
-    const struct shadow_method *window_shadows;    /* that of traced_lights; NULL without any */
-    size_t unshadowed_lights;                      /* shine without a structure */
+    int samples;                                /* per pixel, of the colour */
+    int target_samples;                         /* per pixel, of the rasterised targets */
+    size_t opaque_items, transparent_items;     /* in view */
+    size_t lights_by_technique[SHADOWS_COUNT];  /* those with a shadow, by that of each */
+    size_t traced_lights;                       /* of these: shadowed by rays */
+    const struct shadow_method *window_shadows; /* that of traced_lights; NULL without any */
+    size_t unshadowed_lights;                   /* shine without a structure */
     size_t unfiltered_lights; /* plain maps let their light pass transparent casters unchanged */
     size_t unseen_lights;     /* brighten nothing in view */
     size_t compressed_lights; /* of the deep ones: their lists become nodes */
+    const struct transparency_method *transparency; /* that draws what is transparent in view */
+    unsigned transparency_lacks; /* enum transparency_can: why it is not the one asked for */
     uint64_t shadow_texels;
     size_t least_batches;      /* of shadowed lights, by what is known of their structures before: 1
                                   where all may fit the budget, 0 without any */
     struct auto_choice choice; /* of `shadows: auto` */
+    struct technique_lacks lacks; /* of the technique: what the frame warns of */
 };
 
 const char *plan_need_name(int need); /* "color", "layers", ...; NULL past the last */
+bool plan_has_step(const struct plan *plan, enum plan_step step);
+size_t plan_shadowed_lights(const struct plan *plan); /* of all techniques */
 
 /* Samples per pixel of the rasterised colour: antialiased lists need a device that says which
  * samples survived the depth test, and auxiliary outputs take one. */

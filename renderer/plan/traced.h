@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which frames are ray traced. Pure. Thread: any. */
+/* Tells which frames are ray traced. Pure. Thread: any. */
 #ifndef VITRAIL_RENDERER_PLAN_TRACED_H
 #define VITRAIL_RENDERER_PLAN_TRACED_H
 
@@ -7,8 +7,6 @@
 #include "renderer/frame_report.h"
 #include "renderer/scene/scene_state.h"
 #include "renderer/view.h"
-
-size_t plan_area_lights(const struct scene_state *state); /* their number */
 
 /* Whether the color output is ray traced; because: the requirement that asks for it, "" where it is
  * not. choice: what `auto` chose for the view. */

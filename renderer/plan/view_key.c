@@ -37,7 +37,7 @@ static void add_parts(struct content_key *key, const struct view *view)
     }
 }
 
-/* Of the view's own fields; arrays are added apart. */
+/* The view's own fields; its arrays are added to the key separately. */
 static struct view without_pointers(const struct view *view)
 {
     struct view copy = *view;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What decides a frame, as keys: from the scene's key and the view alone, before either is
+/* Keys of what decides a frame, computed from the scene's key and the view before either is
  * evaluated. Thread: any. */
 #ifndef VITRAIL_RENDERER_PLAN_VIEW_KEY_H
 #define VITRAIL_RENDERER_PLAN_VIEW_KEY_H
@@ -7,15 +7,15 @@
 #include "renderer/base/content_key.h"
 #include "renderer/view.h"
 
-/* Of all that decides where the scene's drawables are: the scene and its nodes. */
+/* The key of all that decides where the scene's drawables are: the scene and its nodes. */
 struct content_key view_placement_key(const char *scene_key, const struct view *view);
-/* Of all that decides scene_state_init: the scene, nodes, materials, lights, environment. */
+/* The key of all that scene_state_init uses: the scene, nodes, materials, lights, environment. */
 struct content_key view_state_key(const char *scene_key, const struct view *view);
-/* Of all that decides scene_state_cut: the clip planes. */
+/* The key of all that scene_state_cut uses: the clip planes. */
 struct content_key view_cut_key(const struct view *view);
-/* Of all that decides the picture before anything is drawn over it. */
+/* The key of all that decides the picture without its overlays. */
 struct content_key view_picture_key(struct content_key state_key, const struct view *view);
-/* Of all that decides the plan: the state, the camera, the size, outputs, planes and quality. */
+/* The key of all that decides the plan: state, camera, size, outputs, planes and quality. */
 struct content_key view_plan_key(struct content_key state_key, const struct view *view);
 
 #endif

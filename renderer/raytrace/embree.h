@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The one place that knows which Embree this is, 3 or 4: their queries take the same things in
- * other ways. VITRAIL_EMBREE_MAJOR is what the build found. Thread: any, with a context each. */
+/* The only file that distinguishes Embree 3 from Embree 4, whose queries take the same arguments in
+ * different forms. The build sets VITRAIL_EMBREE_MAJOR. Thread: any, with a context each. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_EMBREE_H
 #define VITRAIL_RENDERER_RAYTRACE_EMBREE_H
 

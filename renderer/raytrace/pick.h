@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What is at a point of an image, or in a rectangle of it: found by rays on the CPU, in f64. Plain
+/* Finds what is at a point of an image, or in a rectangle of it, by rays on the CPU in f64. Plain
  * data. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_PICK_H
 #define VITRAIL_RENDERER_RAYTRACE_PICK_H

@@ -1,14 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* The ray tracer's public door: builds or reuses the scene, runs a form of it, reports. */
+/* The ray tracer's public functions: they build or reuse the scene, trace it, and report. */
 #include "renderer/raytrace/raytrace.h"
 
 #include <stdlib.h>
 
-#include "renderer/base/matrix.h"
 #include "renderer/base/wall_clock.h"
-#include "renderer/raytrace/rt_area.h"
 #include "renderer/raytrace/rt_job.h"
-#include "renderer/raytrace/rt_light.h"
 
 struct raytrace_cache {
     struct rt_scene scene; /* scene.scene NULL: empty */
@@ -72,8 +69,6 @@ static bool run_form(struct rt_job *job, struct error *err)
     job->unit_count = view->row_count_px ? view->row_count_px : image->height_px;
     ok = ok && (view->quality.reference ? rt_job_run(job, &rt_reference_form, err)
                                         : rt_production_render(job, err));
-    if (ok && job->is_unwanted)
-        ok = error_set(err, ERROR_OVERLOADED, "the picture is not wanted any more");
     if (ok && atomic_load(&job->is_cancelled))
         ok = error_set(err, ERROR_TIMEOUT, "ray tracing was cancelled");
     if (ok && atomic_load(&job->has_no_memory))
@@ -124,51 +119,4 @@ bool raytrace_build(const struct raytrace_desc *desc, struct raytrace_stats *sta
     stats->scene_bytes = rt_scene_size_bytes(scene);
     rt_scene_finish(&own);
     return true;
-}
-
-/* Mean over the light's area. */
-static void probe_light(struct rt_lighting *lighting, const struct state_light *light,
-                        const double point[3], double out[3])
-{
-    struct rt_light_sample sample = {
-        .count = rt_light_sample_count(light, &lighting->view->quality), .seed = lighting->seed};
-    out[0] = out[1] = out[2] = light->casts_shadow ? 0 : 1;
-    for (; light->casts_shadow && sample.index < sample.count; sample.index++) {
-        struct rt_arrival arrival;
-        double t[3];
-        rt_light_arrive(light, &sample, lighting->scene->origin, point, &arrival);
-        rt_transmittance(lighting, &arrival, point, NULL, t);
-        for (int k = 0; k < 3; k++)
-            out[k] += t[k] / sample.count;
-    }
-}
-
-bool raytrace_probe(const struct raytrace_probe_desc *desc, double (*out)[3], struct error *err)
-{
-    struct rt_scene scene;
-    struct rt_lighting lighting = {0};
-    if (!rt_scene_init(&scene, desc->state, desc->view, err))
-        return false;
-    bool ok = rt_lighting_init(&lighting, &scene, desc->view, err);
-    for (size_t i = 0; ok && i < desc->state->light_count; i++) {
-        for (size_t p = 0; p < desc->point_count; p++) {
-            double point[3];
-            vec3_sub(desc->points[p], scene.origin, point);
-            lighting.seed = (uint32_t)p;
-            const struct state_light *light = &desc->state->lights[i];
-            double *t = out[i * desc->point_count + p];
-            if (desc->follows_edges && state_light_is_area(light) && light->casts_shadow)
-                rt_area_transmittance(&lighting, light, point,
-                                      rt_light_sample_count(light, &desc->view->quality), t);
-            else
-                probe_light(&lighting, light, point, t);
-        }
-    }
-    if (ok && lighting.has_overflowed)
-        ok = error_set(err, ERROR_OVER_BUDGET, "a ray meets more than %d surfaces", RT_HITS_MAX);
-    if (desc->shadow_rays)
-        *desc->shadow_rays = lighting.shadow_rays;
-    rt_lighting_finish(&lighting);
-    rt_scene_finish(&scene);
-    return ok;
 }

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* An independent CPU renderer on Embree over the same scene state, materials and lights
- * (docs/shading.md). Camera rays go through all transparent layers, shadow rays multiply every
- * filter they meet. Two forms by view's quality.reference: the ground truth (f64, every light asked
- * at every surface, pixels on a regular grid), and production (packets of rays, light clusters,
- * surfaces shaded once per pixel, the standard multisample positions). Thread: any; uses its own
- * threads and no GL. */
+ * (docs/explanation/shading.md). Camera rays go through all transparent layers, shadow rays
+ * multiply every filter they meet. Two forms by view's quality.reference: the ground truth (f64,
+ * every light asked at every surface, pixels on a regular grid), and production (packets of rays,
+ * light clusters, surfaces shaded once per pixel, the standard multisample positions). Thread: any;
+ * uses its own threads and no GL. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 #define VITRAIL_RENDERER_RAYTRACE_RAYTRACE_H
 
-#include "renderer/base/interlude.h"
+#include "renderer/base/yield_point.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene_state.h"
@@ -34,15 +34,16 @@ struct raytrace_desc {
     const uint8_t *texture_levels;
     bool asks_all_lights; /* production without light clusters, to compare them with */
     int threads;          /* 0 means one per core */
-    /* Optional, called from any thread with the share done in [0, 1]; returning true cancels. */
-    bool (*progress)(void *context, double share);
-    void *context;
-    const struct interlude *interlude; /* optional: what goes before the tiles, or rows, that are
-                                          left; during it the cache is to be lent */
+    /* Optional, called from any thread with the share done in [0, 1]. */
+    void (*advance)(void *context, double share);
+    void *advance_context;
+    /* Optional: asked between tiles, or rows; the cache is to be lent while it runs urgent frames.
+     * Where it is_unwanted the render is cancelled. */
+    const struct yield_point *yield;
 };
 
 struct raytrace_stats {
-    double build_ms, trace_ms; /* without interludes */
+    double build_ms, trace_ms; /* without urgent frames */
     bool is_scene_reused; /* taken from the cache: only the view, lights or materials changed */
     uint64_t scene_bytes; /* of Embree's structure and our copy of the vertices */
     uint64_t camera_rays, shadow_rays;
@@ -51,8 +52,7 @@ struct raytrace_stats {
 };
 
 /* Renders linear radiance with associated alpha, F32 RGBA, of view's size. A cancelled render is
- * ERROR_TIMEOUT, one that is not wanted after an interlude ERROR_OVERLOADED. image is empty on
- * failure. */
+ * ERROR_TIMEOUT; one that a yield point ended has the error of that. image is empty on failure. */
 MUST_CHECK bool raytrace_render(const struct raytrace_desc *desc, struct image *image,
                                 struct raytrace_stats *stats, struct error *err);
 
@@ -81,8 +81,7 @@ struct raytrace_pick {
 MUST_CHECK bool raytrace_pick(const struct raytrace_desc *desc, const struct raytrace_pick *pick,
                               struct error *err);
 
-/* The same for rays through given points of the picture, in continuous pixel coordinates, y down.
- */
+/* The same for rays through given points of the picture, in pixel coordinates with y down. */
 struct raytrace_look {
     const double (*pixels)[2]; /* required */
     size_t count;
@@ -91,19 +90,5 @@ struct raytrace_look {
 };
 MUST_CHECK bool raytrace_look(const struct raytrace_desc *desc, const struct raytrace_look *look,
                               struct error *err);
-
-/* Transmittance per channel from each light to given points: the shadow term alone, in f64. Of an
- * area light the mean over its area, by view's quality.area_samples. out: [light][point][3]. */
-struct raytrace_probe_desc {
-    const struct view *view;         /* required */
-    const struct scene_state *state; /* required */
-    const double (*points)[3];       /* required */
-    size_t point_count;
-    bool follows_edges;    /* of area lights: rt_area.h, to 1e-5 with 65,536 samples, instead of the
-                              sequence that pictures take, which errs by N^(-3/4) */
-    uint64_t *shadow_rays; /* optional out */
-};
-MUST_CHECK bool raytrace_probe(const struct raytrace_probe_desc *desc, double (*out)[3],
-                               struct error *err);
 
 #endif

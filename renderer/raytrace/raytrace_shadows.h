@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Shadows alone, for a picture that is drawn by other means: what the light of each lamp loses on
- * its way to given points, by the scene, filters, media and tolerances of raytrace.h. Thread: one
+/* Traced shadows for a rasterised picture: finds the transmittance between given points and each
+ * light, with the scene, filters, media and tolerances of raytrace.h. Thread: one
  * per object; uses its own threads and no GL. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RAYTRACE_SHADOWS_H
 #define VITRAIL_RENDERER_RAYTRACE_RAYTRACE_SHADOWS_H
@@ -10,11 +10,11 @@
 
 struct shadow_point; /* shaders/shared/records.h */
 
-/* The scene and the lamps of one frame. Borrows what the desc points to until it is destroyed. */
+/* The scene and the lights of one frame. Borrows what the desc points to until it is destroyed. */
 struct raytrace_shadows;
 
-/* desc: view, state, camera; cache, threads and progress as of raytrace_render. is_shadowed: per
- * light, copied; the others get no rays, and no filters. stats: build_ms, is_scene_reused and
+/* desc: view, state, camera; cache, threads, advance and yield as of raytrace_render. is_shadowed:
+ * per light, copied; the others get no rays, and no filters. stats: build_ms, is_scene_reused and
  * scene_bytes. */
 struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *desc,
                                                  const bool *is_shadowed,
@@ -59,8 +59,8 @@ uint32_t raytrace_shadows_room(const struct raytrace_shadows *shadows,
                                const struct raytrace_shadow_points *points,
                                const struct clusters *clusters, size_t capacity);
 
-/* Traces the slice, with desc's interludes between tiles; adds to stats->trace_ms and shadow_rays.
- * A cancelled one is ERROR_TIMEOUT, one that is not wanted after an interlude ERROR_OVERLOADED. */
+/* Traces the slice, and yields between tiles; adds to stats->trace_ms and shadow_rays. A cancelled
+ * one is ERROR_TIMEOUT, one that a yield point ended has the error of that. */
 MUST_CHECK bool raytrace_shadows_trace(struct raytrace_shadows *shadows,
                                        const struct raytrace_shadow_points *points,
                                        struct raytrace_shadow_slice *slice,

@@ -255,7 +255,7 @@ bool rt_batch_is_full(const struct rt_batch *batch)
     return batch->fragment_count >= BATCH_FRAGMENTS;
 }
 
-/* Front to back over the ordered layers: docs/shading.md section 2. */
+/* Front to back over the ordered layers: docs/explanation/shading.md section 2. */
 static void composite(const struct rt_batch *batch, size_t first, size_t end,
                       struct rt_pixel *pixel)
 {

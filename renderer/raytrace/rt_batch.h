@@ -8,7 +8,7 @@
 #define VITRAIL_RENDERER_RAYTRACE_RT_BATCH_H
 
 #include "renderer/image/image.h"
-#include "renderer/raytrace/rt_lamps.h"
+#include "renderer/raytrace/rt_light_set.h"
 #include "renderer/raytrace/rt_packet.h"
 #include "renderer/raytrace/rt_surface.h"
 
@@ -46,11 +46,11 @@ struct rt_shading {     /* of a fragment: what compositing needs, and shadow ray
     float base[3]; /* colour of the texture, so that contrast is that of the light; 1: none */
 };
 
-struct rt_start {    /* of a fragment's shadow rays; one line of the cache */
-    double point[3]; /* relative to rt_scene.origin */
-    double lift[3];  /* the surface's normal, of smooth meshes its own, rt_scene.nudge_m long */
+struct rt_start {     /* of a fragment's shadow rays; one line of the cache */
+    double point[3];  /* relative to rt_scene.origin */
+    double offset[3]; /* the surface's normal, of smooth meshes its own, rt_scene.nudge_m long */
     uint32_t mesh, triangle;
-    uint32_t leaves_out; /* rt_ray's */
+    uint32_t excluded_node; /* rt_ray's */
 };
 
 #define RT_BACKGROUND UINT32_MAX
@@ -70,13 +70,13 @@ struct rt_ray_job { /* one shadow ray, waiting */
 struct rt_job;
 
 struct rt_batch_desc {
-    struct rt_job *job;           /* required; what is cancelled is left unlit */
-    const struct rt_scene *scene; /* required */
-    const struct view *view;      /* required */
-    const struct camera *camera;  /* required */
-    const struct rt_lamps *lamps; /* required */
-    double eye_sigma[3];          /* of a perspective camera */
-    int samples;                  /* per pixel */
+    struct rt_job *job;                   /* required; what is cancelled is left unlit */
+    const struct rt_scene *scene;         /* required */
+    const struct view *view;              /* required */
+    const struct camera *camera;          /* required */
+    const struct rt_light_set *light_set; /* required */
+    double eye_sigma[3];                  /* of a perspective camera */
+    int samples;                          /* per pixel */
     double way[2][3]; /* of rays to those of the next pixel, or part of one, to the right and
                          down: in metres, perspective: at depth 1 */
 };
@@ -92,7 +92,7 @@ struct rt_batch { /* zeroed before init; arrays grow and are kept */
     int (*pixels)[2];
     struct rt_ray_job *jobs;
     uint32_t *sorted; /* numbers of jobs */
-    struct rt_lamp_blocks *blocks;
+    struct rt_light_blocks *blocks;
     uint32_t *light_counts; /* of waiting jobs, by light and is_transparent */
     size_t fragment_count, step_count, sample_count, pixel_count, job_count;
     size_t fragment_capacity, step_capacity, sample_capacity, pixel_capacity;

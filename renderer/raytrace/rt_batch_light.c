@@ -35,23 +35,23 @@ static void place_ray(const struct rt_scene *scene, const struct rt_start *start
 {
     for (int k = 0; k < 3; k++)
         ray->direction[k] = (double)job->direction[k];
-    double side = vec3_dot(start->lift, ray->direction) < 0 ? -1 : 1;
+    double side = vec3_dot(start->offset, ray->direction) < 0 ? -1 : 1;
     for (int k = 0; k < 3; k++)
-        ray->origin[k] = start->point[k] + side * start->lift[k];
+        ray->origin[k] = start->point[k] + side * start->offset[k];
     rt_shadow_range(scene, (double)job->distance_m, ray);
     if (isfinite(job->distance_m))
         ray->t_max = rt_max(ray->t_max - 8 * scene->nudge_m, ray->t_min);
     ray->culls_back_faces = ray->only_media = false;
     ray->skip_mesh = start->mesh;
     ray->skip_triangle = start->triangle;
-    ray->leaves_out = start->leaves_out;
+    ray->excluded_node = start->excluded_node;
 }
 
 static void light_media(struct rt_batch *batch, const struct rt_ray_job *job, double sigma[3])
 {
-    const struct rt_lamps *lamps = batch->desc.lamps;
-    if (lamps->sigma && lamps->lamps[job->light].samples == 1) {
-        memcpy(sigma, lamps->sigma[job->light], 3 * sizeof *sigma);
+    const struct rt_light_set *light_set = batch->desc.light_set;
+    if (light_set->sigma && light_set->records[job->light].samples == 1) {
+        memcpy(sigma, light_set->sigma[job->light], 3 * sizeof *sigma);
         return;
     }
     struct rt_arrival arrival = {.distance_m = (double)job->distance_m};
@@ -125,14 +125,14 @@ static void flush_jobs(struct rt_batch *batch)
 /* What the light adds to the surface, at once or after its shadow ray. job: all but its weight. */
 static void ask(struct rt_batch *batch, const struct lit *lit, struct rt_ray_job *job, double gain)
 {
-    const struct rt_lamp *lamp = &batch->desc.lamps->lamps[job->light];
+    const struct rt_light_record *record = &batch->desc.light_set->records[job->light];
     double l[3] = {(double)job->direction[0], (double)job->direction[1], (double)job->direction[2]};
     double reflected[3];
     if (!rt_reflect(lit->reflector, l, reflected))
         return;
     for (int k = 0; k < 3; k++)
-        job->weight[k] = (float)(reflected[k] * gain * (double)lamp->color[k]);
-    if (!lamp->casts_shadow || batch->desc.view->quality.shadows == SHADOWS_NONE) {
+        job->weight[k] = (float)(reflected[k] * gain * (double)record->color[k]);
+    if (!record->casts_shadow || batch->desc.view->quality.shadows == SHADOWS_NONE) {
         add_light(&batch->shadings[job->fragment], job, (const double[3]){1, 1, 1});
         return;
     }
@@ -155,7 +155,7 @@ static struct rt_ray_job *begin_job(struct rt_batch *batch, const struct lit *li
 static void ask_area(struct rt_batch *batch, const struct lit *lit, uint32_t light)
 {
     const struct rt_fragment *fragment = lit->fragment;
-    struct rt_light_sample sample = {.count = batch->desc.lamps->lamps[light].samples,
+    struct rt_light_sample sample = {.count = batch->desc.light_set->records[light].samples,
                                      .seed = rt_job_seed(fragment->x, fragment->y, 0) + light};
     for (; sample.index < sample.count; sample.index++) {
         struct rt_arrival arrival;
@@ -174,13 +174,13 @@ static void ask_area(struct rt_batch *batch, const struct lit *lit, uint32_t lig
 static void ask_light(struct rt_batch *batch, const struct lit *lit, uint32_t light,
                       const float point[3])
 {
-    const struct rt_lamps *lamps = batch->desc.lamps;
-    if (lamps->lamps[light].is_area) {
+    const struct rt_light_set *light_set = batch->desc.light_set;
+    if (light_set->records[light].is_area) {
         ask_area(batch, lit, light);
         return;
     }
     struct rt_ray_job *job = begin_job(batch, lit, light);
-    float gain = rt_lamp_arrive(lamps, light, point, job->direction, &job->distance_m);
+    float gain = rt_light_set_arrive(light_set, light, point, job->direction, &job->distance_m);
     if (gain > 0)
         ask(batch, lit, job, (double)gain);
     else
@@ -189,9 +189,9 @@ static void ask_light(struct rt_batch *batch, const struct lit *lit, uint32_t li
 
 static void ask_lights(struct rt_batch *batch, const struct lit *lit)
 {
-    const struct rt_lamps *lamps = batch->desc.lamps;
-    const struct rt_lamp_list list =
-        rt_lamps_near(lamps, lit->fragment->x, lit->fragment->y, lit->view_z);
+    const struct rt_light_set *light_set = batch->desc.light_set;
+    const struct rt_light_list list =
+        rt_light_set_near(light_set, lit->fragment->x, lit->fragment->y, lit->view_z);
     float point[3], normal[3];
     for (int k = 0; k < 3; k++) {
         point[k] = (float)lit->point[k];
@@ -202,8 +202,8 @@ static void ask_lights(struct rt_batch *batch, const struct lit *lit)
     for (size_t first = 0; first < list.count; first += RT_BLOCK_LIGHTS) {
         uint32_t lights[RT_BLOCK_LIGHTS];
         size_t reaching, count;
-        count = rt_lamps_look(rt_lamps_block(lamps, batch->blocks, &list, first), point, normal,
-                              lights, &reaching);
+        count = rt_light_block_look(rt_light_set_block(light_set, batch->blocks, &list, first),
+                                    point, normal, lights, &reaching);
         batch->lights_reaching += reaching;
         for (size_t i = 0; i < count; i++)
             ask_light(batch, lit, lights[i], point);
@@ -237,17 +237,17 @@ static void start_rays(struct rt_batch *batch, const struct lit *lit, const doub
     struct rt_start *start = &batch->starts[lit->index];
     for (int k = 0; k < 3; k++) {
         start->point[k] = lit->point[k];
-        start->lift[k] = normal[k] * batch->desc.scene->nudge_m;
+        start->offset[k] = normal[k] * batch->desc.scene->nudge_m;
     }
     struct rt_smooth_start smooth;
     if (hit->is_opaque && rt_terminator_find(batch->desc.scene, hit, lit->point, &smooth))
         for (int k = 0; k < 3; k++) {
             start->point[k] += smooth.offset[k];
-            start->lift[k] = smooth.normal[k] * batch->desc.scene->nudge_m;
+            start->offset[k] = smooth.normal[k] * batch->desc.scene->nudge_m;
         }
     start->mesh = hit->mesh;
     start->triangle = hit->triangle;
-    start->leaves_out = rt_path_left_out(batch->desc.scene, hit);
+    start->excluded_node = rt_path_excluded_node(batch->desc.scene, hit);
 }
 
 /* Of a sampler without levels of detail one sample of a texture that is finer than the pixel would

@@ -2,9 +2,8 @@
 /* Falloff of the lights, and points on those that have an area. */
 #include "renderer/raytrace/rt_emitter.h"
 
+#include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
-
-enum { AREA_SAMPLES_DEFAULT = 16, AREA_SAMPLES_REFERENCE = 256 };
 
 uint32_t rt_light_sample_count(const struct state_light *light, const struct view_quality *quality)
 {
@@ -12,7 +11,7 @@ uint32_t rt_light_sample_count(const struct state_light *light, const struct vie
         return 1;
     if (quality->area_samples)
         return (uint32_t)quality->area_samples;
-    return quality->reference ? AREA_SAMPLES_REFERENCE : AREA_SAMPLES_DEFAULT;
+    return quality->reference ? AREA_SAMPLES_DEFAULT_REFERENCE : AREA_SAMPLES_DEFAULT;
 }
 
 /* Finaliser of Murmur3 (Appleby 2008): every bit of the seed reaches every bit of the result. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What arrives from a light at a point when nothing is between: docs/shading.md, section 4. Area
- * lights arrive as a number of points on them, chosen by a stratified sequence. Thread: any. */
+/* Computes the light that arrives at a point when nothing is in between
+ * (docs/explanation/shading.md, section 4). An area light is sampled at points that a stratified
+ * sequence chooses. Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_EMITTER_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_EMITTER_H
 

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* What a pixel covers of the triangle that its ray meets. Thread: any. */
+/* The footprint of a pixel on the triangle that its ray meets. Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_FOOTPRINT_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_FOOTPRINT_H
 
 #include "renderer/raytrace/rt_scene.h"
 
-/* How far a hit moves on its triangle, in u and v of rt_hit, when the ray goes to the next pixel.
- */
+/* How far a hit moves on its triangle, in u and v of rt_hit, from one pixel to the next. */
 struct rt_footprint {
     double right[2], down[2];
 };

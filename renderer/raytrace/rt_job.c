@@ -16,23 +16,24 @@ bool rt_job_is_cancelled(struct rt_job *job)
 {
     const struct raytrace_desc *desc = job->desc;
     double share = (double)atomic_load(&job->units_done) / job->unit_count;
-    if (!atomic_load(&job->is_cancelled) && desc->progress && desc->progress(desc->context, share))
+    if (desc->advance && !atomic_load(&job->is_cancelled))
+        desc->advance(desc->advance_context, share);
+    if (yield_point_is_unwanted(desc->yield))
         atomic_store(&job->is_cancelled, true);
     return atomic_load(&job->is_cancelled);
 }
 
 int rt_job_next(struct rt_job *job, bool has_done_one)
 {
-    const struct interlude *interlude = job->desc->interlude;
     if (has_done_one) {
         atomic_fetch_add(&job->units_done, 1);
         rt_job_is_cancelled(job);
     }
-    if (has_done_one && interlude && atomic_load(&job->next_unit) < job->unit_count &&
-        interlude->is_due(interlude->context))
-        atomic_store(&job->is_paused, true);
+    if (has_done_one && atomic_load(&job->next_unit) < job->unit_count &&
+        yield_point_is_due(job->desc->yield))
+        atomic_store(&job->yields, true);
     if (atomic_load(&job->is_cancelled) || atomic_load(&job->has_no_memory) ||
-        atomic_load(&job->is_paused))
+        atomic_load(&job->yields))
         return -1;
     int unit = atomic_fetch_add(&job->next_unit, 1);
     return unit < job->unit_count ? unit : -1;
@@ -84,26 +85,25 @@ static bool run_threads(struct rt_job *job, const struct rt_form *form, struct e
     return ok;
 }
 
-/* Others may have taken the scene over to their states and views: back with it. False when the job
- * is over. */
-static bool pause_job(struct rt_job *job)
+/* Urgent frames may have taken the scene over to their states and views: back with it. */
+static bool run_urgent(struct rt_job *job, struct error *err)
 {
     const struct raytrace_desc *desc = job->desc;
     double begin_ms = wall_ms();
-    job->is_unwanted = !desc->interlude->serve(desc->interlude->context);
+    bool is_wanted = yield_point_run(desc->yield, err);
     bool is_same = rt_scene_rebind(job->scene, desc->state, desc->view);
     assert(is_same);
     rt_scene_withhold(job->scene, desc->texture_levels);
     job->paused_ms += wall_ms() - begin_ms;
-    return !job->is_unwanted;
+    return is_wanted;
 }
 
 bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err)
 {
     bool ok;
-    do
-        ok = run_threads(job, form, err);
-    while (ok && atomic_exchange(&job->is_paused, false) && pause_job(job));
+    while ((ok = run_threads(job, form, err)) && atomic_exchange(&job->yields, false) &&
+           (ok = run_urgent(job, err)))
+        continue;
     return ok;
 }
 

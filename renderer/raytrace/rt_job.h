@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One picture cut into units of work (rows or tiles) that threads take in turn. */
+/* Divides one picture into units of work (rows or tiles), which threads take one by one. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_JOB_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_JOB_H
 
@@ -16,14 +16,13 @@ struct rt_job {
     int unit_count;
     atomic_int next_unit, units_done;
     atomic_bool is_cancelled, has_overflowed, has_no_memory;
-    atomic_bool is_paused; /* threads end after the units that they work on */
-    bool is_unwanted;      /* said in an interlude */
+    atomic_bool yields; /* threads end after the units that they work on */
     double paused_ms;
     atomic_uint_fast64_t camera_rays, shadow_rays;
     atomic_uint_fast64_t surfaces, lights_listed, lights_reaching;
 };
 
-/* The next unit to work on, or -1: all are taken, or the job is cancelled or paused. Reports the
+/* The next unit to work on, or -1: all are taken, or the job is cancelled or yields. Reports the
  * one before as done. Thread: any. */
 int rt_job_next(struct rt_job *job, bool has_done_one);
 
@@ -44,9 +43,9 @@ extern const struct rt_form rt_reference_form;
 /* The fast one: packets of rays, light clusters (rt_production.c). unit: a tile. */
 bool rt_production_render(struct rt_job *job, struct error *err);
 
-/* Runs the job on desc's threads, and what interludes there are in between: workers are then made
- * anew, so they hand in all that they have when they run out of units. Threads that cannot be
- * started leave their units to the others; the calling one always works. */
+/* Runs the job on desc's threads, and urgent frames in between: workers are then made anew, so they
+ * hand in all that they have when they run out of units. Threads that cannot be started leave their
+ * units to the others; the calling one always works. */
 MUST_CHECK bool rt_job_run(struct rt_job *job, const struct rt_form *form, struct error *err);
 
 /* The scene that fits the state: that of desc's cache, rebuilt where the geometry is another, or

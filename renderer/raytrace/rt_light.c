@@ -27,7 +27,7 @@ void rt_shadow_ray(const struct rt_scene *scene, const struct rt_arrival *arriva
 {
     *ray = (struct rt_ray){.skip_mesh = on ? on->mesh : UINT32_MAX,
                            .skip_triangle = on ? on->triangle : UINT32_MAX,
-                           .leaves_out = on ? rt_path_left_out(scene, on) : 0};
+                           .excluded_node = on ? rt_path_excluded_node(scene, on) : 0};
     memcpy(ray->origin, point, sizeof ray->origin);
     memcpy(ray->direction, arrival->direction, sizeof ray->direction);
     rt_shadow_range(scene, arrival->distance_m, ray);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What a surface sends back to the viewer, in f64: every light through every filter between. */
+/* Computes in f64 the light that a surface sends to the viewer: every light counts, through every
+ * filter on its way. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_LIGHT_H
 

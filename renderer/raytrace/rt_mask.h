@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Least and largest alpha of the blocks of an image: most lookups of a mask need no texel, and a
- * mask's blocks fit where its texels do not. Alpha itself by blocks, too: one is a cache line,
- * where it would be eight lines of the image, and more for the colours between. Thread: built by
- * one, then read by any. */
+/* The least and the largest alpha of each block of an image. They decide most lookups of a mask
+ * without a texel, and they fit into caches that the texels exceed. Alpha itself is stored by
+ * blocks, too: a block is one cache line, where the rows of the image would be eight lines or more.
+ * Thread: built by one, then read by any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_MASK_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_MASK_H
 

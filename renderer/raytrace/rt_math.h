@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Largest and smallest of two numbers without a call: those of C are functions where the
- * processor's own instructions treat NaN otherwise. Here a NaN gives way only as the first one. */
+/* The larger and the smaller of two numbers, as one instruction. fmax and fmin of C are function
+ * calls, because the processor's instructions treat NaN differently. Here the result is the second
+ * number if the first one is NaN, and NaN if the second one is. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_MATH_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_MATH_H
 

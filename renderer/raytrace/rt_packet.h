@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Sixteen rays at once, as many together as the processor has lanes for (rt_scene.lanes): Embree
- * walks its tree for all of them, in f32; every transparent surface they meet is recomputed in f64
- * and kept. Thread: one per packet. */
+/* A packet of sixteen rays. Embree traverses its tree in f32 for as many of them at a time as the
+ * processor has lanes (rt_scene.lanes). Every transparent surface that a ray meets is recomputed in
+ * f64 and kept. Thread: one per packet. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_PACKET_H
 

@@ -60,16 +60,16 @@ void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
         through[k] *= filter[k] * (1 - surface.alpha * surface.metallic);
 }
 
-uint32_t rt_path_left_out(const struct rt_scene *scene, const struct rt_hit *on)
+uint32_t rt_path_excluded_node(const struct rt_scene *scene, const struct rt_hit *on)
 {
     const struct rt_mesh *mesh = &scene->meshes[on->mesh];
     return mesh->no_self_shadow ? mesh->node + 1 : 0;
 }
 
-bool rt_path_leaves_out(const struct rt_scene *scene, const struct rt_ray *ray,
-                        const struct rt_hit *hit)
+bool rt_path_is_excluded(const struct rt_scene *scene, const struct rt_ray *ray,
+                         const struct rt_hit *hit)
 {
-    return ray->leaves_out && scene->meshes[hit->mesh].node + 1 == ray->leaves_out;
+    return ray->excluded_node && scene->meshes[hit->mesh].node + 1 == ray->excluded_node;
 }
 
 /* Clipped away, or a hole of the mask. */
@@ -124,13 +124,13 @@ static void path_through_media(const struct rt_scene *scene, const struct rt_hit
     double sigma[3] = {0}, range[2], t = 0;
     rt_scene_kept_range(scene, ray, range);
     for (size_t i = 0; i < hits->count; i++)
-        if (!rt_path_leaves_out(scene, ray, &hits->hits[i]))
+        if (!rt_path_is_excluded(scene, ray, &hits->hits[i]))
             rt_media_cross(scene, &hits->hits[i], sigma);
     for (int k = 0; k < 3; k++)
         sigma[k] = sigma_end[k] - sigma[k]; /* at the point, from what holds at the light */
     for (size_t i = 0; i < hits->count; i++) {
         const struct rt_hit *hit = &hits->hits[i];
-        if (rt_path_leaves_out(scene, ray, hit))
+        if (rt_path_is_excluded(scene, ray, hit))
             continue;
         rt_media_pass(sigma, ray, range, t, hit->t, out);
         rt_media_cross(scene, hit, sigma);
@@ -152,6 +152,6 @@ void rt_path_transmittance(const struct rt_scene *scene, const struct rt_hits *h
         return;
     }
     for (size_t i = 0; i < hits->count; i++)
-        if (!rt_path_leaves_out(scene, ray, &hits->hits[i]) && is_filter(scene, hits, i))
+        if (!rt_path_is_excluded(scene, ray, &hits->hits[i]) && is_filter(scene, hits, i))
             cross_filter(scene, &hits->hits[i], ray, blend, out);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What a straight way loses: the filters of the surfaces it crosses, and Beer-Lambert's law inside
- * media, from sorted enter and leave crossings (docs/shading.md, section 1). Thread: any. */
+/* The transmittance of a straight path: the product of the filters that it crosses, and the law of
+ * Beer and Lambert inside media, from the sorted points at which it enters and leaves them
+ * (docs/explanation/shading.md, section 1). Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_PATH_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_PATH_H
 
@@ -23,17 +24,17 @@ void rt_media_attenuate(const double sigma[3], double length_m, double through[3
 void rt_media_pass(const double sigma[3], const struct rt_ray *ray, const double range[2],
                    double from, double to, double through[3]);
 
-/* Multiplies by the filter of a face that is_left_unseen; it reflects nothing (docs/shading.md,
- * section 2). footprint: as of rt_surface_evaluate. */
+/* Multiplies by the filter of a face that is_left_unseen; it reflects nothing
+ * (docs/explanation/shading.md, section 2). footprint: as of rt_surface_evaluate. */
 void rt_filter_unseen(const struct rt_scene *scene, const struct rt_hit *hit,
                       const struct rt_footprint *footprint, const double direction[3],
                       double through[3]);
 
-/* A ray's leaves_out from a surface: its own node where its material has no self shadow, else 0. */
-uint32_t rt_path_left_out(const struct rt_scene *scene, const struct rt_hit *on);
+/* The excluded node of a ray from a surface: its own if its material has no self shadow, else 0. */
+uint32_t rt_path_excluded_node(const struct rt_scene *scene, const struct rt_hit *on);
 
-bool rt_path_leaves_out(const struct rt_scene *scene, const struct rt_ray *ray,
-                        const struct rt_hit *hit);
+bool rt_path_is_excluded(const struct rt_scene *scene, const struct rt_ray *ray,
+                         const struct rt_hit *hit);
 
 /* Along a ray of unit direction to a light at its t_max. hits: in order, none of them opaque.
  * Neighbouring surfaces of one node that casts once filter once (Lindbeck 2015, 3.2). sigma_end:

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the samples of a pixel add up to: radiance, and what is seen of the background. Thread: any.
- */
+/* Adds up the samples of a pixel: radiance, and share of the background. Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_PIXEL_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_PIXEL_H
 
@@ -14,8 +13,7 @@ struct rt_pixel { /* zeroed before the first sample */
 /* What a sample ends at where nothing opaque is; alpha 1: something is. */
 void rt_pixel_background(const struct view *view, double behind[4]);
 
-/* Ends a sample, to which its layers have added `layers`, at `behind`, of which `through` is seen.
- */
+/* Ends a sample: its layers have added `layers`, and `through` is how much of `behind` is seen. */
 void rt_pixel_end_sample(struct rt_pixel *pixel, const double layers[3], const double through[3],
                          const double behind[4]);
 

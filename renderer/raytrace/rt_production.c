@@ -12,7 +12,7 @@
 enum { TILE_PX = 16 };
 
 struct shared { /* by all threads, read only */
-    struct rt_lamps lamps;
+    struct rt_light_set light_set;
     double eye_sigma[3]; /* rt_media_at a perspective camera's eye */
     int columns, rows;
     int samples, parts_per_side;
@@ -140,7 +140,7 @@ static bool tracer_init(void *worker, struct rt_job *job, struct error *err)
                                  .scene = job->scene,
                                  .view = job->desc->view,
                                  .camera = job->desc->camera,
-                                 .lamps = &shared->lamps,
+                                 .light_set = &shared->light_set,
                                  .samples = shared->samples};
     find_way(job, shared->parts_per_side, desc.way);
     memcpy(desc.eye_sigma, shared->eye_sigma, sizeof desc.eye_sigma);
@@ -184,9 +184,9 @@ bool rt_production_render(struct rt_job *job, struct error *err)
     place_samples(shared, desc->samples_per_side);
     job->unit_count = shared->columns * shared->rows;
     job->shared = shared;
-    bool ok = rt_lamps_init(&shared->lamps, job->scene, desc, err) &&
+    bool ok = rt_light_set_init(&shared->light_set, job->scene, desc, err) &&
               find_eye_media(shared, job, err) && rt_job_run(job, &form, err);
-    rt_lamps_finish(&shared->lamps);
+    rt_light_set_finish(&shared->light_set);
     job->shared = NULL;
     free(shared);
     return ok;

@@ -15,7 +15,7 @@ struct tracer { /* one thread's share */
     double eye_sigma[3]; /* rt_media_at where camera rays begin */
 };
 
-/* Front to back over the ordered layers: docs/shading.md section 2. */
+/* Front to back over the ordered layers: docs/explanation/shading.md section 2. */
 static void trace_ray(struct tracer *tracer, const struct rt_ray *ray, struct rt_pixel *pixel)
 {
     const struct rt_job *job = tracer->job;

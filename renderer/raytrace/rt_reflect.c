@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Reflection of rays at surfaces. Formulas: docs/shading.md, glTF 2.0 appendix B. */
+/* Reflection of rays at surfaces. Formulas: docs/explanation/shading.md, glTF 2.0 appendix B. */
 #include "renderer/raytrace/rt_reflect.h"
 
 #include "renderer/base/matrix.h"

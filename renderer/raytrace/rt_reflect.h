@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What part of the light that arrives a surface sends to the viewer: docs/shading.md, section 3.
- * Thread: any. */
+/* The share of the arriving light that a surface sends to the viewer (docs/explanation/shading.md,
+ * section 3). Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_REFLECT_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_REFLECT_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The scene as rays see it: Embree finds candidate triangles in f32, hits are recomputed in f64.
- * Thread: built by one, then read by any. */
+/* The scene for ray tracing. Embree finds candidate triangles in f32, and hits are recomputed in
+ * f64. Thread: built by one, then read by any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_SCENE_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_SCENE_H
 
@@ -74,8 +74,7 @@ struct rt_hit {
 /* Every hit of one ray with t in (t_min, t_max), nearest first; opaque surfaces end the list. */
 enum { RT_HITS_MAX = 16384 };
 struct rt_hits {
-    struct rt_hit *hits; /* owned, one more than RT_HITS_MAX; pages are touched as they are needed
-                          */
+    struct rt_hit *hits; /* owned, one more than RT_HITS_MAX; pages are touched when needed */
     size_t count;
     bool has_overflowed;
 };
@@ -89,7 +88,7 @@ struct rt_ray {
                                           clip planes cut */
     bool only_media;                   /* through everything, keeping surfaces of media */
     uint32_t skip_mesh, skip_triangle; /* the triangle that the ray starts on; UINT32_MAX: none */
-    uint32_t leaves_out; /* a node, and one, whose filters and media do not count; 0: none */
+    uint32_t excluded_node; /* a node, and one, whose filters and media do not count; 0: none */
 };
 
 MUST_CHECK bool rt_scene_init(struct rt_scene *scene, const struct scene_state *state,

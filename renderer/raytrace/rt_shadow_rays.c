@@ -13,14 +13,14 @@
 
 enum { JOBS_MAX = 16384 }; /* 1 MB */
 
-static const double LEAP_MAX = 20; /* lifts: a tenth of a pixel, mostly */
+static const double LEAP_MAX = 20; /* offsets are mostly a tenth of a pixel */
 
 bool rt_shadow_rays_init(struct rt_shadow_rays *rays, const struct rt_scene *scene,
-                         const struct rt_lamps *lamps, enum view_blend_filter blend,
+                         const struct rt_light_set *light_set, enum view_blend_filter blend,
                          struct error *err)
 {
     rays->scene = scene;
-    rays->lamps = lamps;
+    rays->light_set = light_set;
     rays->blend = blend;
     rays->jobs = calloc(JOBS_MAX, sizeof *rays->jobs);
     rays->sorted = calloc(JOBS_MAX, sizeof *rays->sorted);
@@ -56,11 +56,11 @@ struct leap {
 
 static struct leap choose_leap(const struct rt_shadow_job *job)
 {
-    double cosine = 0, lift = (double)job->lift_m;
+    double cosine = 0, offset = (double)job->offset_m;
     for (int k = 0; k < 3; k++)
         cosine += (double)job->normal[k] * (double)job->direction[k];
-    double way = lift / fmax(fabs(cosine), 1 / LEAP_MAX);
-    double rest = lift - way * fabs(cosine);
+    double way = offset / fmax(fabs(cosine), 1 / LEAP_MAX);
+    double rest = offset - way * fabs(cosine);
     return (struct leap){way, cosine < 0 ? -rest : rest};
 }
 
@@ -71,7 +71,7 @@ static void place_ray(const struct rt_scene *scene, const struct rt_shadow_job *
     struct rt_arrival arrival = job_arrival(job);
     struct leap leap = choose_leap(job);
     rt_shadow_ray(scene, &arrival, job->point, NULL, ray);
-    ray->leaves_out = job->leaves_out;
+    ray->excluded_node = job->excluded_node;
     ray->skip_mesh = job->skip_mesh;
     ray->skip_triangle = job->skip_triangle;
     ray->t_max -= leap.along_ray_m;
@@ -86,10 +86,10 @@ static void place_ray(const struct rt_scene *scene, const struct rt_shadow_job *
 static void light_media(struct rt_shadow_rays *rays, const struct rt_shadow_job *job,
                         double sigma[3])
 {
-    const struct rt_lamps *lamps = rays->lamps;
+    const struct rt_light_set *light_set = rays->light_set;
     struct rt_arrival arrival = job_arrival(job);
-    if (lamps->sigma && lamps->lamps[job->light].samples == 1) {
-        memcpy(sigma, lamps->sigma[job->light], 3 * sizeof *sigma);
+    if (light_set->sigma && light_set->records[job->light].samples == 1) {
+        memcpy(sigma, light_set->sigma[job->light], 3 * sizeof *sigma);
         return;
     }
     rt_light_media(rays->scene, &arrival, job->point, &rays->scratch, sigma);
@@ -103,7 +103,7 @@ static void attenuate_leap(const struct rt_shadow_rays *rays, const struct rt_sh
     double crossed[3] = {0}, sigma[3], range[2];
     rt_scene_kept_range(rays->scene, ray, range);
     for (size_t i = 0; i < hits->count; i++)
-        if (!rt_path_leaves_out(rays->scene, ray, &hits->hits[i]))
+        if (!rt_path_is_excluded(rays->scene, ray, &hits->hits[i]))
             rt_media_cross(rays->scene, &hits->hits[i], crossed);
     for (int k = 0; k < 3; k++)
         sigma[k] = sigma_end[k] - crossed[k];

@@ -24,7 +24,7 @@ static const double EYE_ROUNDING = 5e-7, SNAPPING = 1 / 256.0;
 struct raytrace_shadows {
     struct raytrace_desc desc;
     struct rt_scene own, *scene;
-    struct rt_lamps lamps;
+    struct rt_light_set light_set;
     uint32_t *filters; /* of each light at a point: one, or those of an area light's points; 0: it
                           is not shadowed */
     uint32_t filters_max;
@@ -68,7 +68,7 @@ static struct light_run cut_list(const struct clusters *clusters, uint32_t clust
     return run;
 }
 
-/* oct32 of shaders/pack.glsl. */
+/* oct32 of shaders/base/pack.glsl. */
 static void unpack_unit(uint32_t word, float out[3])
 {
     float x = fmaxf((float)(int16_t)(word & 0xffff) / 32767, -1);
@@ -88,7 +88,7 @@ static void unpack_unit(uint32_t word, float out[3])
 /* Of a shadow_point: view space looks along -z. */
 static double view_depth(const struct shadow_point *point)
 {
-    return -(double)point->position_lift.v[2];
+    return -(double)point->position_offset.v[2];
 }
 
 /* A position or direction of view space, along the world's axes. */
@@ -163,7 +163,7 @@ static void leave_smooth_surface(const struct rt_scene *scene, struct rt_hits *h
 {
     struct rt_ray ray = {.skip_mesh = UINT32_MAX, .skip_triangle = UINT32_MAX};
     struct rt_smooth_start start;
-    double way = 4 * (double)p->job.lift_m, cosine = 0, at[3];
+    double way = 4 * (double)p->job.offset_m, cosine = 0, at[3];
     for (int k = 0; k < 3; k++) {
         cosine += (double)p->job.normal[k] * (double)p->normal[k];
         ray.origin[k] = p->job.point[k] + way * (double)p->job.normal[k];
@@ -199,25 +199,25 @@ static void begin_point(const struct raytrace_shadows *shadows, struct rt_hits *
     double along[3], from_eye[3]; /* along: from the eye, not unit */
     unpack_normal(camera, point->geo_normal, p->job.normal);
     unpack_normal(camera, point->normal, p->normal);
-    turn_to_world(camera, point->position_lift.v, from_eye);
+    turn_to_world(camera, point->position_offset.v, from_eye);
     keep_in_scene(shadows, from_eye);
     p->footprint_m = camera->is_orthographic ? pixel : pixel * -vec3_dot(from_eye, camera->back);
     p->transmits = point->flags & SHADOW_POINT_TRANSMITS;
-    p->job.leaves_out = point->flags >> SHADOW_POINT_LEAVES_OUT;
+    p->job.excluded_node = point->flags >> SHADOW_POINT_EXCLUDED_NODE;
     p->seed = seed_of(points, point);
     for (int k = 0; k < 3; k++) {
         p->job.point[k] = camera->eye[k] + from_eye[k] - scene->origin[k];
         square += from_eye[k] * from_eye[k];
         along[k] = camera->is_orthographic ? camera->back[k] : from_eye[k];
     }
-    double curved = fmin((double)point->position_lift.v[3], p->footprint_m);
+    double curved = fmin((double)point->position_offset.v[3], p->footprint_m);
     vec3_normalize(along);
     double facing = 0;
     for (int k = 0; k < 3; k++)
         facing += along[k] * (double)p->job.normal[k];
     double leaning = sqrt(fmax(1 - facing * facing, 0));
-    p->job.lift_m = (float)(scene->nudge_m + EYE_ROUNDING * sqrt(square) +
-                            SNAPPING * p->footprint_m * leaning + curved);
+    p->job.offset_m = (float)(scene->nudge_m + EYE_ROUNDING * sqrt(square) +
+                              SNAPPING * p->footprint_m * leaning + curved);
     p->job.skip_mesh = p->job.skip_triangle = UINT32_MAX;
     if (index >= points->entry_count)
         leave_smooth_surface(scene, scratch, p);
@@ -241,8 +241,8 @@ static bool face_light(const struct raytrace_shadows *shadows, struct point_ligh
         return arrival.gain > 0;
     }
     const float at[3] = {(float)p->job.point[0], (float)p->job.point[1], (float)p->job.point[2]};
-    return rt_lamp_arrive(&shadows->lamps, p->job.light, at, p->job.direction, &p->job.distance_m) >
-           0;
+    return rt_light_set_arrive(&shadows->light_set, p->job.light, at, p->job.direction,
+                               &p->job.distance_m) > 0;
 }
 
 /* Whether the surface certainly sends nothing of the light to the viewer. The shader asks at the
@@ -364,7 +364,7 @@ static bool worker_init(void *argument, struct rt_job *job, struct error *err)
     worker->job = job;
     worker->shared = shared;
     worker->rays.filters = shared->slice->filters;
-    return rt_shadow_rays_init(&worker->rays, shadows->scene, &shadows->lamps,
+    return rt_shadow_rays_init(&worker->rays, shadows->scene, &shadows->light_set,
                                shadows->desc.view->quality.blend_filter, err);
 }
 
@@ -464,8 +464,6 @@ bool raytrace_shadows_trace(struct raytrace_shadows *shadows,
     slice->filter_count = atomic_load(&filter_count);
     stats->trace_ms += wall_ms() - begin_ms - job.paused_ms;
     stats->shadow_rays += atomic_load(&job.shadow_rays);
-    if (job.is_unwanted)
-        return error_set(err, ERROR_OVERLOADED, "the frame is not wanted any more");
     if (atomic_load(&job.is_cancelled))
         return error_set(err, ERROR_TIMEOUT, "tracing shadows was cancelled");
     if (atomic_load(&job.has_overflowed))
@@ -490,12 +488,12 @@ struct raytrace_shadows *raytrace_shadows_create(const struct raytrace_desc *des
     shadows->desc = *desc;
     shadows->desc.asks_all_lights = true; /* the points bring their clusters */
     if (!rt_job_take_scene(desc, &shadows->own, &shadows->scene, &stats->is_scene_reused, err) ||
-        !rt_lamps_init(&shadows->lamps, shadows->scene, &shadows->desc, err))
+        !rt_light_set_init(&shadows->light_set, shadows->scene, &shadows->desc, err))
         goto fail;
     shadows->farthest_m = 1.001 * farthest_from_eye(desc);
     shadows->filters_max = 1;
     for (size_t i = 0; i < lights; i++) {
-        shadows->filters[i] = is_shadowed[i] ? shadows->lamps.lamps[i].samples : 0;
+        shadows->filters[i] = is_shadowed[i] ? shadows->light_set.records[i].samples : 0;
         if (shadows->filters[i] > shadows->filters_max)
             shadows->filters_max = shadows->filters[i];
     }
@@ -512,7 +510,7 @@ void raytrace_shadows_destroy(struct raytrace_shadows *shadows)
 {
     if (!shadows)
         return;
-    rt_lamps_finish(&shadows->lamps);
+    rt_light_set_finish(&shadows->light_set);
     rt_scene_finish(&shadows->own);
     free(shadows->filters);
     free(shadows);

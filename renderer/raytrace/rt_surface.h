@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Materials at a ray's hit: textures, normals, and the filter that light crosses (docs/shading.md).
+/* Materials at a ray's hit: textures, normals, and the filter that light crosses
+ * (docs/explanation/shading.md).
  */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_SURFACE_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_SURFACE_H
@@ -44,7 +45,7 @@ static inline double rt_surface_edge(const struct rt_surface *surface)
     return rt_min(50 * surface->f0, 1) - surface->f0;
 }
 
-/* Transmittance of one crossing by light, section 1 of docs/shading.md. cosine: |n.l|. */
+/* Transmittance of one crossing by light (docs/explanation/shading.md, section 1). cosine: |n.l| */
 void rt_surface_light_filter(const struct rt_surface *surface, double cosine, bool enters,
                              enum view_blend_filter blend, double filter[3]);
 /* The same for the camera, section 2. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Where shadow rays of smooth meshes begin. Hanika 2021, "Hacking the Shadow Terminator", Ray
- * Tracing Gems II, chapter 4: on the surface that the vertices' normals speak of, not on the chord
- * below it, which faces between the light and the point would shadow. Thread: any. */
+/* Finds where the shadow rays of smooth meshes begin (Hanika 2021, "Hacking the Shadow Terminator",
+ * Ray Tracing Gems II, chapter 4): on the curved surface that the vertices' normals describe. On
+ * the triangle below it, other faces of the mesh would shadow the point. Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_TERMINATOR_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_TERMINATOR_H
 

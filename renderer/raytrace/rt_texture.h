@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Images as rays sample them: levels of detail by a footprint, filters and wrap modes as OpenGL
- * 4.5 core profile, 8.14, has them, in f64. Levels lie in the scene's blob
+/* Samples images in f64: a footprint chooses the level of detail, and filters and wrap modes are
+ * those of OpenGL (4.5 core profile, 8.14). The levels are in the scene's blob
  * (renderer/scene/texture_levels.h). Thread: any. */
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_TEXTURE_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_TEXTURE_H

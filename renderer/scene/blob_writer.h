@@ -14,8 +14,7 @@ struct blob_section {
     uint64_t count, capacity;
 };
 
-/* Zeroed is not enough: blob_writer_init. Fields are read by the import files, written only here.
- */
+/* Needs blob_writer_init. The import files read the fields; only blob_writer.c writes them. */
 struct blob_writer {
     struct blob_section sections[SCENE_SECTION_COUNT];
     uint64_t size_bytes; /* of all records so far */

@@ -187,7 +187,7 @@ static bool resolve_node(struct camera *camera, const struct view *view,
 
 static const double FIT_MARGIN = 1.02; /* the box, projected, against the image */
 
-/* As high as the bounding box needs, seen along the camera's axes. */
+/* Fits the height of the picture to the bounding box, seen along the camera's axes. */
 static void fit_orthographic(struct camera *camera, const double half[3], double aspect)
 {
     double half_x = 0, half_y = 0;

@@ -38,7 +38,9 @@ bool camera_may_see(const struct camera *camera, const double center[3], double 
                     double wider);
 
 /* From view space in units of unit_m to clip space of the image, whatever the window (GL
- * convention: y up; the renderer flips rows on readback), as shaders/geometry.vert.glsl takes it:
+ * convention: y up; the renderer flips rows on readback), which is what
+ * shaders/draw/geometry.vert.glsl takes:
+ *
  *   w' = depth[2] + depth[3] * z, z' = depth[0] + depth[1] * z,
  *   x' = across[0] * x, y' = across[1] * y */
 void camera_clip(const struct camera *camera, double unit_m, float across[2], float depth[4]);

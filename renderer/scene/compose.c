@@ -210,7 +210,7 @@ static void copy_lights_and_cameras(struct composed_scene *c, const struct scene
     }
 }
 
-/* Behind what is there; name NULL: the base. */
+/* Appends a scene to those that are there; name NULL: the base. */
 static void append(struct composed_scene *c, const struct scene *from, const char *name,
                    int32_t root)
 {

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* What a window of the camera's image can see, as planes in f64. CPU only. Thread: any. */
+/* The frustum of a window of the camera's image, as planes in f64. CPU only. Thread: any. */
 #ifndef VITRAIL_RENDERER_SCENE_FRUSTUM_H
 #define VITRAIL_RENDERER_SCENE_FRUSTUM_H
 
 #include "renderer/scene/camera.h"
 
-/* By how much bounds of drawables are grown, of their distance from the eye and of the radius: far
- * more than the rounding of f32 positions. */
+/* Bounds of drawables grow by this share of their distance from the eye and of their radius, far
+ * more than f32 positions are rounded. */
 #define FRUSTUM_MARGIN 1e-4
 
 struct frustum {

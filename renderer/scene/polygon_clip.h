@@ -11,13 +11,14 @@ enum {
     POLYGON_CORNERS_MAX = 3 + POLYGON_PLANES_MAX   /* of a triangle that all of them cut */
 };
 
-/* By x, then y, then z: below, at or above 0, as qsort has it. */
+/* Compares by x, then y, then z, for qsort. */
 int points_compare(const double a[3], const double b[3]);
 
-/* In lengths of the plane's normal. */
+/* The height of a point over the plane, in lengths of its normal. */
 double plane_height(const double plane[4], const double point[3]);
 
-/* Where a segment with one end on either side meets the plane; the same bits from either end. */
+/* Finds where a segment with an end on either side meets the plane, with the same bits from either
+ * end. */
 void plane_meet(const double plane[4], const double a[3], const double b[3], double out[3]);
 
 /* Sutherland and Hodgman 1974, "Reentrant Polygon Clipping", one plane. Returns how many corners

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Opening a scene blob: every offset, index, enum and number is checked before anyone follows it.
- */
+/* Opens a scene blob: checks every offset, index, enum and number before anyone follows it. */
 #include "renderer/scene/scene.h"
 
 #include <math.h>
@@ -320,7 +319,7 @@ static bool is_image(const struct scene *scene, const struct scene_image *image)
     return image->least_alpha <= 255 && is_text(scene, image->name);
 }
 
-/* What the material samples has its levels. */
+/* Whether the images that the material samples have their levels. */
 static bool has_levels(const struct scene *scene, const struct scene_material *m)
 {
     for (int slot = 0; slot < SCENE_TEXTURE_SLOT_COUNT; slot++) {
@@ -489,7 +488,7 @@ static int32_t index_from_name(const char *name, uint32_t count)
     return *end == '\0' && index < count ? (int32_t)index : -1;
 }
 
-/* What "PART/#12" names: the part's number, and the index in its scene; 0 when it is none such. */
+/* The part that "PART/#12" names, and the index in its scene; 0 if the name has another form. */
 static uint32_t part_of_name(const struct scene *scene, const char *name, const char **index)
 {
     const char *slash = strchr(name, '/');

@@ -73,8 +73,8 @@ struct scene {
 MUST_CHECK bool scene_open(struct scene *scene, const void *blob, size_t size_bytes,
                            struct error *err);
 
-/* The same of a blob whose pixels are not in memory: only its first head_bytes are, which hold all
- * other sections. `pixels` is NULL, `pixel_bytes` is known. */
+/* Opens a blob of which only the first head_bytes are in memory, which hold all sections but the
+ * pixels. `pixels` is NULL, `pixel_bytes` is known. */
 MUST_CHECK bool scene_open_head(struct scene *scene, const void *head, size_t head_bytes,
                                 struct error *err);
 

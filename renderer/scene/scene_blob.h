@@ -77,7 +77,7 @@ struct scene_node {
     uint32_t source_index; /* index of the node in the glTF */
 };
 
-/* Where a node is while nothing moves it: its local matrix is translation * rotation * scale. */
+/* The pose of a node that nothing moves: its local matrix is translation * rotation * scale. */
 struct scene_pose {
     uint32_t node;
     uint32_t pad;
@@ -162,7 +162,7 @@ struct scene_texture_ref {
 };
 
 /* How light passes through the surface as the angle changes; glTF extras `vitrail.pass_through`
- * (docs/shading.md). */
+ * (docs/explanation/shading.md). */
 enum scene_pass_through {
     SCENE_PASS_CONSTANT, /* T */
     SCENE_PASS_SLAB,     /* T^(1/|n.l|): a slab of constant thickness */

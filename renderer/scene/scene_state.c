@@ -9,8 +9,8 @@
 #include "renderer/scene/animation.h"
 #include "renderer/scene/section.h"
 
-/* Default lighting of scenes without lights (docs/shading.md): a key light from upper right, and a
- * pale hemisphere. */
+/* Default lighting of scenes without lights (docs/explanation/shading.md): a key light from upper
+ * right, and a pale hemisphere. */
 static const double default_key_direction[3] = {-0.45, -0.75, -0.48};
 static const float default_key_lx = 2.2f;
 static const float default_sky_nt = 0.45f, default_ground_nt = 0.2f;
@@ -44,7 +44,7 @@ static bool apply_node_overrides(struct scene_state *state, const struct view *v
     return true;
 }
 
-/* Where animations put the nodes that they move. Zeroed = nowhere. */
+/* The poses of nodes that animations move. Zeroed = none. */
 struct moved_nodes {
     struct scene_pose *poses;
     double (*locals)[16]; /* per pose */
@@ -52,7 +52,7 @@ struct moved_nodes {
     bool *has_channel; /* per node of the whole scene: a channel of the animation moves it */
 };
 
-/* Those of one scene, whose nodes begin at first_node. only: -1 for all of its animations. */
+/* Moves the nodes of one scene, which begin at first_node. only: -1 for all of its animations. */
 static void move_nodes(const struct scene *scene, int32_t only, double time_s, uint32_t first_node,
                        struct moved_nodes *moved, const double **locals)
 {
@@ -454,7 +454,7 @@ static void add_scene_light(struct scene_state *state, uint32_t node)
     add_light(state, &light);
 }
 
-/* The sides of an area light about its unit direction; docs/shading.md, section 4. */
+/* The sides of an area light about its unit direction; docs/explanation/shading.md, section 4. */
 static void span_area(const struct view_light *source, struct state_light *light)
 {
     bool is_rect = light->type == SCENE_LIGHT_RECT;
@@ -582,7 +582,7 @@ bool state_planes_meet(const double (*planes)[4], size_t count, const double bou
     return true;
 }
 
-/* Of its bounds, whatever the node's turn: the sum of their extents' squares in the world. */
+/* The size of a primitive however its node is turned: the sum of squared extents in the world. */
 static double primitive_size(const struct scene_primitive *primitive, const double world[16])
 {
     double square = 0;
@@ -639,6 +639,14 @@ bool scene_state_init(struct scene_state *state, const struct scene *scene, cons
 fail:
     scene_state_finish(state);
     return false;
+}
+
+size_t scene_state_area_lights(const struct scene_state *state)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < state->light_count; i++)
+        count += state_light_is_area(&state->lights[i]);
+    return count;
 }
 
 void scene_state_finish(struct scene_state *state)

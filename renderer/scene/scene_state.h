@@ -20,7 +20,7 @@ struct state_item { /* one primitive of one visible node */
     float length_scale;         /* world over model lengths: cube root of the determinant's size */
     bool casts_shadow;          /* triangles only; points and lines cast none */
     bool is_medium;             /* its inside attenuates with the material's sigma, its surface is a
-                                   filter without thickness (docs/shading.md, section 1) */
+                                   filter without thickness (docs/explanation/shading.md, 1) */
     double center[3], radius_m; /* world bounding sphere */
     double bounds_min[3], bounds_max[3];
     uint32_t cap;         /* 1 + index of state->caps for what closes a cut; else 0 */
@@ -38,8 +38,8 @@ struct state_light {
     float inner_cone_rad, outer_cone_rad;
     bool casts_shadow;
     int32_t node;                /* index of the scene's node, or -1 */
-    double half_u[3], half_v[3]; /* rect: half its sides; disk: two radii; world, across direction
-                                  */
+    double half_u[3], half_v[3]; /* rect: half its sides; disk: two radii; world, normal to
+                                    direction */
     double area_m2;              /* rect and disk, else 0 */
 };
 
@@ -99,14 +99,15 @@ struct scene_state {
  * degenerate matrix. */
 MUST_CHECK bool scene_state_init(struct scene_state *state, const struct scene *scene,
                                  const struct view *view, struct error *err);
-void scene_state_finish(struct scene_state *state); /* the scene may be gone */
+void scene_state_finish(struct scene_state *state);              /* the scene may be gone */
+size_t scene_state_area_lights(const struct scene_state *state); /* their number */
 
 /* Takes the clip planes of another view, which is otherwise equal. ERROR_INVALID_REQUEST where
  * there are too many. */
 MUST_CHECK bool scene_state_cut(struct scene_state *state, const struct view *view,
                                 struct error *err);
 
-/* What an item is drawn from. Borrowed from the state and its scene. */
+/* The mesh that an item is drawn from. Borrowed from the state and its scene. */
 struct state_geometry {
     const struct scene_primitive *primitive;
     const float *positions, *normals; /* of all vertices, the primitive's from its first on */
@@ -126,7 +127,7 @@ static inline struct state_geometry state_geometry_of(const struct scene_state *
                                    state->caps.indices, cap->world};
 }
 
-/* Where a vertex of the primitive is, and the vertex of one of its indices. */
+/* The position of a vertex of the primitive, and the vertex of one of its indices. */
 void state_geometry_point(const struct state_geometry *geometry, size_t vertex, double world[3]);
 void state_geometry_corner(const struct state_geometry *geometry, size_t index, double world[3]);
 

@@ -35,7 +35,7 @@ struct section {
 
 /* ---- cutting ---- */
 
-/* Where a triangle meets the plane; points on it count as kept. */
+/* Finds the segment in which a triangle meets the plane; points on the plane count as kept. */
 static bool cut_triangle(const double plane[4], const double corners[3][3], bool is_mirrored,
                          struct segment *segment)
 {
@@ -289,7 +289,7 @@ static bool coincide(const double a[4], const double b[4])
     return fabs(off_a - off_b) <= COINCIDENT * fmax(fabs(off_a), fabs(off_b));
 }
 
-/* By all other planes. */
+/* Clips a polygon by all other planes. */
 static int clip(const struct section *section, double (*corners)[3], int count)
 {
     const double(*planes)[4] = section->view->clip_planes;

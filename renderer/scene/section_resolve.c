@@ -41,7 +41,7 @@ bool section_outline_end(struct section_outline *outline)
     return true;
 }
 
-/* What callbacks share. Vertices are numbers of `places`. */
+/* The state that callbacks share. Vertices are indices of `places`. */
 struct resolving {
     struct section_outline places; /* of all loops, and where they cross */
     struct section_outline *out;
@@ -95,7 +95,7 @@ static void on_error(GLenum code, void *context)
     ((struct resolving *)context)->has_failed = true;
 }
 
-/* Its loops as contours, turned around where they are to be taken away. */
+/* Adds loops as contours, reversed if they are to be subtracted. */
 static void add_contours(GLUtesselator *tess, struct resolving *r,
                          const struct section_outline *outline, bool is_turned)
 {

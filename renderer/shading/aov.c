@@ -12,7 +12,7 @@
 
 enum { DEFINES_BYTES = 512 };
 
-/* name: of its AT_ define in shaders/aov.comp.glsl. */
+/* name: of its AT_ define in shaders/shading/aov.comp.glsl. */
 static const struct {
     const char *name;
     int channels;
@@ -119,7 +119,7 @@ static bool run(struct aov *aov, const struct shade_desc *desc, struct error *er
     window_set_world_axes(frame, program);
     window_set_samples(frame, program);
     window_bind_targets(frame, program);
-    pixel_lists_bind(desc->pixels, program);
+    desc->layers->method->bind(desc->layers, program);
     if (strstr(defines, " HAS_LIGHTS"))
         light_lists_bind(desc->lists, program);
     uint64_t pixels = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
@@ -136,12 +136,12 @@ static bool run(struct aov *aov, const struct shade_desc *desc, struct error *er
 static bool check_loops(const struct shade_desc *desc, struct error *err)
 {
     const uint32_t outputs = desc->frame->view->outputs;
-    const struct pixel_lists *pixels = desc->pixels;
+    const struct layers *layers = desc->layers;
     bool counts_lights = outputs & 1u << VIEW_OUTPUT_LIGHTS && desc->frame->state->light_count &&
                          !light_lists_clusters(desc->lists);
-    uint64_t steps = pixels->longest;
+    uint64_t steps = layers->longest;
     if (outputs & 1u << VIEW_OUTPUT_TRANSMITTANCE)
-        steps += loop_steps_of_layers(pixels->longest, pixels->may_surround);
+        steps += loop_steps_of_layers(layers->longest, layers->may_surround);
     if (counts_lights)
         steps += light_lists_longest(desc->lists);
     if (steps <= LOOP_STEPS_MAX)
@@ -149,7 +149,7 @@ static bool check_loops(const struct shade_desc *desc, struct error *err)
     return error_set(err, ERROR_OVER_BUDGET,
                      "outputs of %llu layers and linked light lists at one pixel take %llu loop "
                      "steps, limit is %d: ask for fewer outputs, or for clustered light lists",
-                     (unsigned long long)pixels->longest, (unsigned long long)steps,
+                     (unsigned long long)layers->longest, (unsigned long long)steps,
                      LOOP_STEPS_MAX);
 }
 

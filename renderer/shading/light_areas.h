@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Where the areas of lights lie, for shading programs that take points on them
- * (shaders/light_area.glsl). Thread: GL. */
+ * (shaders/lights/light_area.glsl). Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADING_LIGHT_AREAS_H
 #define VITRAIL_RENDERER_SHADING_LIGHT_AREAS_H
 

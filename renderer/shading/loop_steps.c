@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Steps of the loops of shaders/lighting.glsl, shadow_query.glsl, shadow_lists.glsl and
+/* Steps of the loops of shaders/shading/lighting.glsl, shadow_query.glsl, shadow_lookup_*.glsl and
  * shade_pixels.comp.glsl. A loop takes one more than its rounds, for the test that ends it, and one
  * where no lane enters it. Measured before lights were chosen by the 32, which takes fewer (two of
  * a light and one of 32), with n lights at one point, by the n from which on light is missing

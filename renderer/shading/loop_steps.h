@@ -2,8 +2,8 @@
 /* How many steps the loops of one shader invocation take at most, and so how many lights one
  * dispatch may walk. llvmpipe up to 22.3 ends all loops of an invocation after 65,535 steps
  * together, without a word, and what they had not reached is missing in the image; other devices
- * have watchdogs. docs/performance.md lists every loop and what bounds it. Pure functions. Thread:
- * any. */
+ * have watchdogs. docs/reference/limits.md lists every loop and what bounds it. Pure
+ * functions. Thread: any. */
 #ifndef VITRAIL_RENDERER_SHADING_LOOP_STEPS_H
 #define VITRAIL_RENDERER_SHADING_LOOP_STEPS_H
 

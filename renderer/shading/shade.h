@@ -1,47 +1,42 @@
 /* SPDX-License-Identifier: MIT */
-/* Lighting of opaque pixels and transparent entries, and compositing. Thread: GL. */
+/* Lighting of sets of surfaces, opaque samples and what a transparency method hands out, and
+ * compositing. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADING_SHADE_H
 #define VITRAIL_RENDERER_SHADING_SHADE_H
 
+#include "renderer/base/yield_point.h"
 #include "renderer/image/image.h"
 #include "renderer/lights/light_lists.h"
 #include "renderer/shading/light_areas.h"
-#include "renderer/shading/loop_steps.h"
+#include "renderer/shading/light_slices.h"
 #include "renderer/shading/readback.h"
 #include "renderer/shadows/shadow_traced.h"
 #include "renderer/shadows/shadows.h"
-#include "renderer/transparency/pixel_lists.h"
-#include "renderer/window/band_pace.h"
+#include "renderer/transparency/method.h"
+#include "renderer/window/time_slice_pace.h"
 #include "renderer/window/window.h"
 
 struct shade {
     struct gl_buffer lights;     /* light_record[] */
-    struct gl_buffer statistics; /* 128 u32, see shaders/lighting.glsl */
+    struct gl_buffer statistics; /* 128 u32, see shaders/shading/lighting.glsl */
     struct light_areas areas;    /* where points are taken on them */
     bool has_apart;              /* the window's pixels shaded apart were listed */
     uint64_t loop_steps;         /* of one invocation, at most */
-    uint64_t first_band;         /* pixels or entries of a pass's first piece, where others may go
-                                    first */
-};
-
-/* Other work between the pieces of a pass. */
-struct shade_pause {
-    const void *context;
-    bool (*is_due)(const void *context);
-    /* GL and the shadows are as before when it returns, but for bindings and uniforms. False with
-     * err ends the frame. */
-    bool (*serve)(const void *context, struct error *err);
+    /* Pixels or entries of a pass's first time slice; 0: what its pace says. */
+    uint64_t first_slice;
 };
 
 struct shade_desc {
     const struct window_frame *frame;    /* required */
     const struct light_lists *lists;     /* required, prepared for the window */
     const struct shadow_system *shadows; /* required, prepared for the frame */
-    const struct pixel_lists *pixels;    /* required, built for the window */
-    struct traced_shadows *traced;   /* optional: collected for the window, takes the place of all
-                                        structures; the lists must be clustered */
-    const struct shade_pause *pause; /* optional: passes come in pieces, with the same bits */
-    struct band_pace pace;           /* with it: of frames like this one */
+    struct layers *layers;               /* required, found for the window */
+    struct traced_shadows *traced; /* optional: collected for the window, takes the place of all
+                                      structures; the lists must be clustered */
+    /* Optional: passes come in time slices, with the same bits. Urgent frames leave GL and the
+     * shadows as they were, but for bindings and uniforms. */
+    const struct yield_point *yield;
+    struct time_slice_pace pace; /* with it: of frames like this one */
     /* Optional: told which part of the work begins, as shares of it. */
     void (*advance)(const void *context, double first, double size);
     const void *advance_context;
@@ -57,32 +52,14 @@ struct shade_facts {
     const char *shadows; /* #define items of shadow queries, or SHADE_TRACED_SHADOWS */
     const char *lists;   /* those of light lists */
     bool is_traced;
-    bool is_apart;                             /* samples */
-    bool has_entries, has_media, may_surround; /* of struct pixel_lists */
+    const struct transparency_method *method;  /* where there are entries */
+    bool has_entries, has_media, may_surround; /* of struct layers */
 };
 struct shade_facts shade_facts_of(const struct shade_desc *desc);
-/* Lights of a window at once, batch by batch, or piece by piece of their lists. */
-enum shade_parts { SHADE_AT_ONCE, SHADE_IN_BATCHES, SHADE_IN_SLICES, SHADE_PARTS };
 /* The programs that shade such a window; of frame what geometry_list_transparent needs. Thread:
  * any. */
 void shade_list_programs(const struct window_frame *frame, const struct shade_facts *facts,
-                         enum shade_parts parts, bool is_conditional, struct program_list *list);
-
-/* Whether the samples of a pixel walk its list one after the other (SAMPLES_IN_TURN of
- * shaders/shade_pixels.comp.glsl): where registers are scarce, as they are on all but processors,
- * whose loops cost most. */
-bool shade_takes_samples_in_turn(const struct gl_limits *limits);
-
-struct shade_parts_desc {
-    const struct window_frame *frame; /* required; as above */
-    uint64_t loop_steps;              /* required; of struct shade */
-    size_t shadowed_count;            /* lights whose shadow is looked up, at most */
-    bool is_traced, is_in_batches, has_layers;
-};
-/* Which of them windows of a frame may take: slices where the lights that are everywhere are too
- * many for one dispatch, or all lights at one point behind lists of 4096 events and below as many
- * layers, which only drawing finds. Returns how many. Thread: any. */
-int shade_list_parts(const struct shade_parts_desc *desc, bool may[SHADE_PARTS]);
+                         enum light_parts parts, bool is_conditional, struct program_list *list);
 
 struct shade_lights_desc {
     const struct scene_state *state;     /* required */

@@ -376,8 +376,8 @@ static bool list_all(struct paint_job *job, struct error *err)
 
 /* ---- drawing ---- */
 
-/* Colour mask off and a depth attachment: without either, llvmpipe loses side effects of fragments.
- */
+/* llvmpipe loses side effects of fragments without a colour mask that is off and a depth
+ * attachment. */
 static void set_state(const struct paint_job *job)
 {
     static const GLenum disabled[] = {GL_BLEND,
@@ -559,8 +559,8 @@ static bool paint_group(struct paint_job *job, struct error *err)
     return ok;
 }
 
-/* Lights from first on with so many planes, as many as are painted together; *next: where to go on.
- */
+/* Finds the lights from `first` on with so many planes that are painted together; *next: the first
+ * one that is not. */
 static size_t gather(const struct caster_paint_desc *desc, size_t first, uint32_t planes,
                      struct shadow_build **builds, size_t *next)
 {

@@ -34,8 +34,7 @@ struct caster_painter { /* zeroed, then given its programs and its way */
     struct paint_face *faces;    /* ... and where they are */
     size_t face_capacity;
     struct gl_stream face_stream;
-    struct gl_vertex_array corners; /* without attributes of vertices; made when it is first needed
-                                     */
+    struct gl_vertex_array corners; /* without vertex attributes; created when first needed */
 };
 
 void caster_painter_finish(struct caster_painter *painter);
@@ -52,8 +51,8 @@ struct caster_paint_desc { /* all required */
     uint64_t first_count, first_event;
 };
 
-/* All faces of the maps, or their windows. States all GL state that it needs; storage buffers are
- * bound by the caller. */
+/* Draws casters into all faces of the maps, or into their windows. Sets all GL state that it needs;
+ * the caller binds storage buffers. */
 MUST_CHECK bool caster_painter_paint(struct caster_painter *painter,
                                      const struct caster_paint_desc *desc, struct error *err);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which program a caster is drawn with: what its material, its light's map and the pass need.
+/* Chooses the program that a caster is drawn with, by its material, the light's map and the pass.
  * Thread: any. */
 #ifndef VITRAIL_RENDERER_SHADOWS_CASTER_VARIANTS_H
 #define VITRAIL_RENDERER_SHADOWS_CASTER_VARIANTS_H
@@ -25,8 +25,7 @@ struct caster_view { /* a light's map as a pass draws into it; all required */
 /* Whether the pass draws this item of the state. */
 bool caster_is_drawn(const struct caster_view *view, uint32_t item);
 
-/* A key names a program; equal needs have equal keys. That of the media around a light is another.
- */
+/* A key names a program; equal needs have equal keys. The media around a light have another key. */
 uint32_t caster_key(const struct caster_view *view, const struct state_item *item);
 uint32_t caster_around_key(const struct caster_view *view);
 bool caster_key_samples_textures(uint32_t key);

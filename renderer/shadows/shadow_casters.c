@@ -88,9 +88,8 @@ void shadow_casters_count(const struct shadow_casters *casters, uint32_t face_co
 void shadow_casters_cut(const struct shadow_casters *casters, const struct scene_state *state,
                         struct shadow_map *map)
 {
-    uint32_t through =
-        casters->opaque_planes |
-        (shadow_method_of_kind(map->kind)->has_lists ? casters->transparent_planes : 0);
+    uint32_t through = casters->opaque_planes |
+                       (map->method->structure->has_lists ? casters->transparent_planes : 0);
     for (size_t i = 0; i < state->shadow_plane_count; i++)
         if (through >> i & 1)
             memcpy(map->planes[map->plane_count++], state->shadow_planes[i], sizeof *map->planes);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What one light meets: its casters, by face. CPU only. */
+/* Finds the casters of one light, by face. CPU only. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_CASTERS_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_CASTERS_H
 

@@ -123,10 +123,10 @@ static bool check_longest(const struct compress_job *job, struct error *err)
 
 static void release_window(struct compress_job *job)
 {
-    struct error ignored = {0}; /* what cannot be given back is lost until the store is cleared */
-    (void)!(shadow_store_give(&job->work, SHADOW_POOL_DEPTHS, &job->fine.depths, &ignored) &&
-            shadow_store_give(&job->work, SHADOW_POOL_HEADS, &job->fine.heads, &ignored) &&
-            shadow_store_give(&job->work, SHADOW_POOL_EVENTS, &job->fine.events, &ignored));
+    struct error ignored = {0}; /* what cannot be freed is lost until the store is cleared */
+    (void)!(shadow_store_free(&job->work, SHADOW_POOL_DEPTHS, &job->fine.depths, &ignored) &&
+            shadow_store_free(&job->work, SHADOW_POOL_HEADS, &job->fine.heads, &ignored) &&
+            shadow_store_free(&job->work, SHADOW_POOL_EVENTS, &job->fine.events, &ignored));
 }
 
 /* The exact lists of the window, in job->work. On failure nothing of them is left. */

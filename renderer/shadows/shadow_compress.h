@@ -4,11 +4,11 @@
  *
  * The exact lists are built by shadow_deep.h in memory of their own, at the resolution of the rays,
  * behind the opaque depth of their texel's middle. From the lists of a texel follows its mean
- * visibility, and from that a row of nodes by shaders/shadow_compress.glsl: at no depth is what
- * they say farther than the map's `compression` from the mean, in any channel. Nodes take the place
- * of events: 16 bytes, depth and rgb. They need neither media (a stretch of a medium becomes lines)
- * nor a second stream; materials without self shadow and those that cast once need exact lists, so
- * lights with these among their casters keep them.
+ * visibility, and from that a row of nodes by shaders/shadows/shadow_compress.glsl: at no depth is
+ * what they say farther than the map's `compression` from the mean, in any channel. Nodes take the
+ * place of events: 16 bytes, depth and rgb. They need neither media (a stretch of a medium becomes
+ * lines) nor a second stream; materials without self shadow and those that cast once need exact
+ * lists, so lights with these among their casters keep them.
  *
  * Where the exact lists of a light exceed what its budget leaves, the map is built in windows of
  * its rows, each counted, and each built once more to be written: memory is bounded, at the cost of
@@ -43,7 +43,7 @@ uint64_t shadow_compress_event_bytes(const struct shadow_map *map);
 /* Adds a map with SHADOW_FLAG_NODES to what a frame reports. */
 void shadow_compress_report(const struct shadow_map *map, struct report_compression *compression);
 
-/* Builds all builds of kind SHADOW_DEEP with SHADOW_FLAG_NODES, whose opaque casters stand in
+/* Builds all builds of deep lists with SHADOW_FLAG_NODES, whose opaque casters stand in
  * store->target. Takes their heads and nodes from the store. `because` names the requirement for
  * the report. */
 MUST_CHECK bool shadow_compress_build(struct shadow_builder *builder, struct shadow_build *builds,

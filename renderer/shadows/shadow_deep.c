@@ -273,10 +273,10 @@ static bool find_rooms(struct deep_job *job)
 static void forget_rooms(struct deep_job *job)
 {
     struct shadow_store *store = job->builder->store;
-    struct error ignored = {0}; /* what cannot be given back is lost until the store is cleared */
+    struct error ignored = {0}; /* what cannot be freed is lost until the store is cleared */
     for (size_t i = 0; i < job->count; i++) {
         struct shadow_map *map = job->slots[i].build->map;
-        (void)!shadow_store_give(store, SHADOW_POOL_EVENTS, &map->events, &ignored);
+        (void)!shadow_store_free(store, SHADOW_POOL_EVENTS, &map->events, &ignored);
         map->guess = 0;
     }
     deep_free_transient(job->builder);

@@ -58,13 +58,13 @@ MUST_CHECK bool shadow_depth_build(struct shadow_builder *builder, struct shadow
 void shadow_depth_keep(const struct shadow_builder *builder, const struct shadow_build *builds,
                        size_t count, const char *because);
 
-/* Builds the lists of all builds of kind SHADOW_DEEP, whose faces stand in store->target. Takes
+/* Builds the lists of all builds of deep lists, whose faces stand in store->target. Takes
  * their heads and events from the store. `because` names the requirement for the report. */
 MUST_CHECK bool shadow_deep_build(struct shadow_builder *builder, struct shadow_build *builds,
                                   size_t count, const struct shadow_scene *scene,
                                   const char *because, struct error *err);
 
-/* As above for SHADOW_LINKED: linked lists with sorted insertion (Lindbeck 2015); as published with
+/* As above for linked lists with sorted insertion (Lindbeck 2015); as published with
  * a lock per list, and without them for a light whose elements found no lock. */
 MUST_CHECK bool shadow_linked_build(struct shadow_builder *builder, struct shadow_build *builds,
                                     size_t count, const struct shadow_scene *scene,

@@ -5,6 +5,7 @@
 #include <epoxy/gl.h>
 #include <stdlib.h>
 
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
@@ -13,7 +14,7 @@ enum { LISTS_GRAIN = GL_BUFFER_ALIGNMENT / 4 }; /* words that the lists of a gro
 
 bool deep_is_built(const struct shadow_map *map)
 {
-    return map->kind == SHADOW_DEEP && !(map->flags & SHADOW_FLAG_NODES);
+    return map->method->structure == &shadow_structure_deep && !(map->flags & SHADOW_FLAG_NODES);
 }
 
 static void add_slots(struct deep_job *job, struct shadow_build *builds, size_t count,
@@ -99,9 +100,11 @@ uint32_t deep_job_shortest(const struct deep_job *job, size_t slot)
 
 void deep_job_begin(const struct deep_job *job, const char *pass)
 {
+    const struct shadow_method *method = job->count ? job->slots[0].build->map->method : NULL;
+    const char *name = shadow_technique_name((int)(method ? method : &shadow_method_deep)->id);
     gpu_scope_begin(job->builder->timeline, &(struct gpu_scope_desc){.pass = pass,
                                                                      .because = job->because,
-                                                                     .technique = "deep",
+                                                                     .technique = name,
                                                                      .stage = REPORT_SHADOW});
 }
 

@@ -71,9 +71,9 @@ void deep_group_bind_lists(const struct deep_job *job, const struct deep_group *
 
 void deep_free_transient(struct shadow_builder *builder); /* what a build needs while it lasts */
 
-/* So many groups and slices of them, over two dimensions where one is too short. */
+/* Dispatches so many groups and slices of them, over two dimensions if one is too short. */
 void deep_dispatch_groups(uint64_t groups, uint32_t slices);
-/* One thread each, in groups of 64. */
+/* Dispatches so many threads, in groups of 64. */
 void deep_dispatch(uint32_t threads);
 
 /* Sums the counts of every light into job->statistics: the one readback of a build. Of a guessed

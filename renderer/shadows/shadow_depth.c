@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "renderer/shadows/shadow_deep.h"
+#include "renderer/shadows/technique.h"
 
 enum { COPY_BYTES = 1 << 30 }; /* in one call: fits GLsizei, and a face of 16,384 texels */
 
@@ -82,9 +83,10 @@ static bool take_depths(struct shadow_store *store, const struct shadow_build *b
 
 static void begin(const struct shadow_builder *builder, const char *because)
 {
-    gpu_scope_begin(builder->timeline, &(struct gpu_scope_desc){.pass = "shadow.depth",
+    const char *technique = shadow_technique_name((int)shadow_depth_pass.technique);
+    gpu_scope_begin(builder->timeline, &(struct gpu_scope_desc){.pass = shadow_depth_pass.name,
                                                                 .because = because,
-                                                                .technique = "map",
+                                                                .technique = technique,
                                                                 .stage = REPORT_SHADOW});
 }
 

@@ -44,7 +44,7 @@ struct shadow_guess *shadow_guesses_find(const struct shadow_guesses *guesses, u
 /* The device's words of it: waits. */
 void shadow_guesses_read(const struct shadow_guesses *guesses, uint64_t number,
                          struct deep_statistics *sizes);
-/* What the device counted has come: decides, and notes it in the history. */
+/* Takes in the counts of the device: decides whether the guess fits, and updates the history. */
 void shadow_guesses_settle(struct shadow_guesses *guesses, uint64_t number,
                            const struct deep_statistics *sizes);
 
@@ -56,15 +56,14 @@ void shadow_guesses_drop(struct shadow_guesses *guesses, uint64_t frame);
 /* The report of the frame begins anew. */
 void shadow_guesses_untell(struct shadow_guesses *guesses, uint64_t frame);
 
-/* What comes with a picture: records of numbers that follow one another, of which the frame uses
- * some. */
+/* The sizes that are read back with a picture: consecutive records. The frame uses some. */
 struct shadow_sent { /* zeroed = nothing */
     uint64_t first, count;
     struct shadow_use *uses; /* owned */
     size_t use_count;
     bool has_lost; /* a record of the frame is lost */
 };
-/* What the frame has used since it was last asked. Without memory for it has_lost is set. */
+/* The sizes that the frame has used since the last call. has_lost is set if memory runs out. */
 struct shadow_sent shadow_guesses_send(struct shadow_guesses *guesses, uint64_t frame);
 void shadow_sent_finish(struct shadow_sent *sent);
 uint64_t shadow_sent_bytes(const struct shadow_sent *sent);

@@ -20,7 +20,7 @@ struct content_key shadow_key_of_map(const struct shadow_map *map,
     struct content_key key = content_key_begin();
     content_key_add_word(&key, map->scene.words[0]);
     content_key_add_word(&key, map->scene.words[1]);
-    content_key_add_word(&key, map->kind | (uint64_t)map->flags << 8 |
+    content_key_add_word(&key, (uint64_t)map->method->id | (uint64_t)map->flags << 8 |
                                    (uint64_t)map->is_faithful << 16 |
                                    (uint64_t)map->resolution << 32);
     content_key_add_word(&key, frame->shape | (uint64_t)blend_filter << 32);
@@ -40,7 +40,7 @@ struct content_key shadow_key_of_map(const struct shadow_map *map,
     add_doubles(&key, map->planes[0], 4 * (size_t)map->plane_count);
     for (size_t i = 0; i < casters->count; i++) {
         const struct state_item *item = &state->items[casters->items[i]];
-        if (item->class_ == STATE_TRANSPARENT && !shadow_method_of_kind(map->kind)->has_lists)
+        if (item->class_ == STATE_TRANSPARENT && !map->method->structure->has_lists)
             continue; /* a plain map does not show it */
         content_key_add_word(&key, item->shadow_hash);
         content_key_add_word(&key, casters->faces[i] | (uint64_t)item->class_ << 32);

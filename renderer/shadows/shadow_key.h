@@ -12,8 +12,8 @@ static inline struct content_key shadow_key_of_scene(const char *scene_key)
     return key;
 }
 
-/* From the map's scene, frame, kind, flags and resolution, the blend filter, and the casters that
- * it shows. */
+/* The cache key of a map: of its scene, frame, kind, flags and resolution, the blend filter, and
+ * the casters that it shows. */
 struct content_key shadow_key_of_map(const struct shadow_map *map,
                                      const struct shadow_casters *casters,
                                      const struct scene_state *state, uint32_t blend_filter);

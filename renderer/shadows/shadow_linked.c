@@ -6,6 +6,7 @@
 
 #include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
@@ -41,9 +42,14 @@ static void begin(const struct linked_job *job, const char *pass)
                                                                      .stage = REPORT_SHADOW});
 }
 
+static bool is_linked(const struct shadow_map *map)
+{
+    return map->method->structure == &shadow_structure_linked;
+}
+
 static bool is_pending(const struct shadow_build *build)
 {
-    return build->map->kind == SHADOW_LINKED && !build->is_done;
+    return is_linked(build->map) && !build->is_done;
 }
 
 /* The elements of a light are in one storage block. */
@@ -248,7 +254,7 @@ static bool fit_memory(const struct linked_job *job, bool *is_done, struct error
         if (elements > map->nodes.count) {
             *is_done = false;
             if (!check_block(store, build, elements, err) ||
-                !shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err) ||
+                !shadow_store_free(store, SHADOW_POOL_NODES, &map->nodes, err) ||
                 !shadow_store_take(store, SHADOW_POOL_NODES,
                                    at_most(store, elements + elements / 8), &map->nodes, err))
                 return false;
@@ -257,7 +263,7 @@ static bool fit_memory(const struct linked_job *job, bool *is_done, struct error
         struct shadow_range rest = {map->nodes.first + elements, map->nodes.count - elements};
         map->nodes.count = elements;
         build->is_done = true;
-        if (!shadow_store_give(store, SHADOW_POOL_NODES, &rest, err))
+        if (!shadow_store_free(store, SHADOW_POOL_NODES, &rest, err))
             return false;
     }
     return true;
@@ -288,7 +294,7 @@ static bool walk_lists(const struct linked_job *job, struct walk_statistics *wal
     for (size_t i = 0; i < job->count; i++) {
         bool is_faithful = job->builds[i].map->is_faithful;
         const struct program_desc desc = walk_program(is_faithful);
-        if (job->builds[i].map->kind != SHADOW_LINKED || walk[is_faithful])
+        if (!is_linked(job->builds[i].map) || walk[is_faithful])
             continue;
         walk[is_faithful] = program_cache_get(builder->programs, &desc, err);
         if (!walk[is_faithful])
@@ -298,7 +304,7 @@ static bool walk_lists(const struct linked_job *job, struct walk_statistics *wal
     gl_buffer_clear_u32(&builder->statistics, 0, job->count * sizeof *walks, 0);
     for (size_t i = 0; i < job->count; i++) {
         const struct shadow_map *map = job->builds[i].map;
-        if (map->kind != SHADOW_LINKED)
+        if (!is_linked(map))
             continue;
         const struct gl_program *program = walk[map->is_faithful];
         const uint32_t row = 32768;
@@ -328,7 +334,7 @@ static bool note_lists(const struct linked_job *job, struct error *err)
     bool ok = walk_lists(job, walks, err);
     for (size_t i = 0; ok && i < job->count; i++) {
         struct shadow_map *map = job->builds[i].map;
-        if (map->kind != SHADOW_LINKED)
+        if (!is_linked(map))
             continue;
         if (walks[i].unsorted)
             ok = error_set(err, ERROR_INTERNAL,

@@ -10,6 +10,8 @@
 #include "renderer/shadows/shadow_frame.h"
 #include "renderer/shadows/shadow_store.h"
 
+struct shadow_method;
+
 struct shadow_ways {    /* how structures are built on a device */
     bool scans_on_host; /* counts of lists are summed in C */
     bool layers_faces;  /* all faces of all lights in one pass */
@@ -31,9 +33,10 @@ struct shadow_map {
     struct content_key key;   /* of all that decides the structure */
     struct content_key scene; /* of the scene's key alone */
     struct shadow_frame frame;
-    uint32_t kind;    /* SHADOW_MAP, SHADOW_DEEP, SHADOW_LINKED */
-    uint32_t flags;   /* SHADOW_FLAG_* */
-    bool is_faithful; /* SHADOW_LINKED as published */
+    const struct shadow_method *method; /* of its technique */
+    uint32_t flags;                     /* SHADOW_FLAG_* */
+    bool is_faithful;                   /* linked lists as published */
+    bool keeps_exact;                   /* deep lists that were to be compressed, and cannot be */
     int resolution;
     struct shadow_window window;
     double compression;     /* SHADOW_FLAG_NODES: greatest error of a transmittance */
@@ -48,13 +51,13 @@ struct shadow_map {
     double sigma[3]; /* SHADOW_FLAG_MEDIA: extinction where the light stands [1/m] */
     struct shadow_around around[SHADOW_AROUND_MAX]; /* until it is built */
     uint32_t around_count;
-    float keys_per_m;        /* SHADOW_DEEP: shadow_key.glsl */
+    float keys_per_m;        /* of deep lists: shadow_key.glsl */
     uint32_t light;          /* of the state that it was first made for */
-    uint64_t expected_nodes; /* SHADOW_LINKED: those that a map of the same light had; 0: none */
+    uint64_t expected_nodes; /* of linked lists: those that a map of the same light had; 0: none */
     uint32_t lock_failures;  /* is_faithful: elements that found no lock; if any, the lists were
                                 made again without locks */
     uint64_t event_count, longest_list, occupied_texels; /* guessed: the room for them */
-    uint64_t guess; /* SHADOW_DEEP: number of the guess while its sizes are not known; else 0 */
+    uint64_t guess;      /* of deep lists: number of the guess while sizes are not known; else 0 */
     uint64_t last_frame; /* number of the last frame that used it */
     uint64_t progress;   /* shadow_progress: number of the one that it was built for; 0: none */
 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which media a light stands in. Thread: any. */
+/* Finds the media that a light stands in. Thread: any. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_MEDIA_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_MEDIA_H
 

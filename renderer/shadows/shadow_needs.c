@@ -18,8 +18,8 @@ static bool decide(struct shadow_need *need, const struct shadow_needs_desc *des
     if (!shadow_casters_collect(&need->casters, &need->frame, desc->state, err))
         return false;
     need->method = shadow_method_choose(&need->casters, desc->quality);
-    need->has_structure = need->method && need->method->scope == SHADOW_PER_LIGHT;
-    need->is_traced = need->method && need->method->scope == SHADOW_PER_WINDOW;
+    need->has_structure = need->method && need->method->structure->scope == SHADOW_PER_LIGHT;
+    need->is_traced = need->method && need->method->structure->scope == SHADOW_PER_WINDOW;
     return true;
 }
 
@@ -48,9 +48,10 @@ bool shadow_need_may_compress(const struct shadow_need *need)
 
 uint64_t shadow_need_least_bytes(const struct shadow_need *need, int resolution)
 {
-    return need->has_structure ? need->method->texel_bytes * (uint64_t)need->frame.face_count *
-                                     (uint64_t)resolution * (uint64_t)resolution
-                               : 0;
+    return need->has_structure
+               ? need->method->structure->texel_bytes * (uint64_t)need->frame.face_count *
+                     (uint64_t)resolution * (uint64_t)resolution
+               : 0;
 }
 
 size_t shadow_needs_least_batches(const struct shadow_needs *needs, int resolution,

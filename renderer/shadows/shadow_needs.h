@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Which shadow structure each light of a frame needs, and what would be drawn into it: decided
- * once, for the plan and for those who build. CPU only. Thread: any. */
+/* Decides which shadow structure each light of a frame needs, and what is drawn into it. The plan
+ * and the builders use the one decision. CPU only. Thread: any. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_NEEDS_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_NEEDS_H
 
@@ -36,8 +36,8 @@ struct shadow_needs_desc {
 /* Zeroed or finished before. ERROR_NO_MEMORY. */
 MUST_CHECK bool shadow_needs_init(struct shadow_needs *needs, const struct shadow_needs_desc *desc,
                                   struct error *err);
-/* What its structure takes at least, known before it is built: depths and heads of lists. 0 without
- * one. */
+/* The least memory of a light's structure, known before it is built: depths and heads of lists. 0
+ * without a structure. */
 uint64_t shadow_need_least_bytes(const struct shadow_need *need, int resolution);
 /* Batches of neighbouring lights into which the structures must be divided at least to stay within
  * budget_bytes; 0 without any. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the structure of a light will be like, and the programs that build it and look it up, known
- * before it is built. CPU only. */
+/* Describes the structure of a light before it is built, and lists the programs that build it and
+ * look it up. CPU only. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_PROGRAMS_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOW_PROGRAMS_H
 
@@ -20,9 +20,7 @@ enum shadow_feature { /* in the order of the items */
                       SHADOW_FEATURE_ORTHOGRAPHIC,
                       SHADOW_FEATURE_PERSPECTIVE,
                       SHADOW_FEATURE_CUBES,
-                      SHADOW_FEATURE_DEEP,
                       SHADOW_FEATURE_IDS,
-                      SHADOW_FEATURE_LINKED,
                       SHADOW_FEATURE_FAITHFUL,
                       SHADOW_FEATURE_MEDIA,
                       SHADOW_FEATURE_NODES,
@@ -36,8 +34,10 @@ enum shadow_feature { /* in the order of the items */
 enum { SHADOW_DEFINES_BYTES = 256 };
 struct shadow_features {
     bool has[SHADOW_FEATURES];
+    bool looks_up[SHADOWS_COUNT]; /* lists of these techniques: the item SHADOW_LISTS */
 };
 void shadow_features_add(struct shadow_features *features, const struct shadow_map *map);
+void shadow_features_join(struct shadow_features *features, const struct shadow_features *more);
 void shadow_features_write(const struct shadow_features *features, char text[SHADOW_DEFINES_BYTES]);
 
 struct shadow_programs_desc { /* all required but ways */

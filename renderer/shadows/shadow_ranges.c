@@ -57,7 +57,7 @@ static bool insert_free(struct shadow_ranges *ranges, size_t index, struct shado
     return true;
 }
 
-bool shadow_ranges_give(struct shadow_ranges *ranges, struct shadow_range *range, struct error *err)
+bool shadow_ranges_free(struct shadow_ranges *ranges, struct shadow_range *range, struct error *err)
 {
     struct shadow_range given = *range;
     if (given.count == 0)
@@ -119,5 +119,5 @@ bool shadow_ranges_grow(struct shadow_ranges *ranges, uint64_t capacity, struct 
     assert(capacity >= ranges->capacity);
     struct shadow_range added = {ranges->capacity, capacity - ranges->capacity};
     ranges->capacity = capacity;
-    return shadow_ranges_give(ranges, &added, err);
+    return shadow_ranges_free(ranges, &added, err);
 }

@@ -21,11 +21,11 @@ struct shadow_ranges {         /* zeroed = an empty pool of capacity 0 */
 
 void shadow_ranges_finish(struct shadow_ranges *ranges);
 
-/* False when no free range is long enough; *taken is then unchanged. count 0 takes an empty range.
- */
+/* False if no free range is long enough; *taken is then unchanged. A count of 0 takes an empty
+ * range. */
 bool shadow_ranges_take(struct shadow_ranges *ranges, uint64_t count, struct shadow_range *taken);
 /* Gives a taken range, or a part of one, back. *range becomes empty. */
-MUST_CHECK bool shadow_ranges_give(struct shadow_ranges *ranges, struct shadow_range *range,
+MUST_CHECK bool shadow_ranges_free(struct shadow_ranges *ranges, struct shadow_range *range,
                                    struct error *err);
 /* The capacity with which a range of count elements would fit. */
 uint64_t shadow_ranges_capacity_for(const struct shadow_ranges *ranges, uint64_t count);

@@ -58,12 +58,6 @@ void shadow_reasons(const struct shadow_build *builds, size_t build_count,
                     const struct shadow_prepare_desc *desc, char opaque[REPORT_TEXT_BYTES],
                     char transparent[REPORT_TEXT_BYTES])
 {
-    struct shadow_progress *progress = desc->progress;
-    if (progress && progress->opaque[0]) {
-        memcpy(opaque, progress->opaque, REPORT_TEXT_BYTES);
-        memcpy(transparent, progress->transparent, REPORT_TEXT_BYTES);
-        return;
-    }
     if (desc->is_left_out) {
         snprintf(opaque, REPORT_TEXT_BYTES,
                  "lights cast shadows that do not fit the budget at once");
@@ -71,9 +65,5 @@ void shadow_reasons(const struct shadow_build *builds, size_t build_count,
     } else {
         explain(builds, build_count, desc->state, false, opaque);
         explain(builds, build_count, desc->state, true, transparent);
-    }
-    if (progress) {
-        memcpy(progress->opaque, opaque, REPORT_TEXT_BYTES);
-        memcpy(progress->transparent, transparent, REPORT_TEXT_BYTES);
     }
 }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What shading reads of the frame's shadow structures. */
+#include <assert.h>
+#include <assert.h>
 #include <epoxy/gl.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,24 +25,25 @@ static void get_eye_axes(const struct shadow_prepare_desc *desc, double axes[3][
         axes[k][k] = 1;
 }
 
+static_assert(SHADOWS_COUNT <= 16, "the number of a technique has 4 bits of a record");
+
 static void fill_record(const struct shadow_system *shadows, const struct shadow_map *map,
                         const struct shadow_prepare_desc *desc, struct shadow_record *record)
 {
     const struct shadow_frame *frame = &map->frame;
     bool is_flat = frame->shape == SHADOW_ORTHOGRAPHIC;
-    bool has_nodes = shadow_method_of_kind(map->kind)->has_nodes;
+    const struct shadow_structure *structure = map->method->structure;
     double texel_width = 2 / (frame->scale[0] * map->resolution);
     *record = (struct shadow_record){
-        .kind_shape_flags_resolution =
-            map->kind | frame->shape << 4 | map->flags << 8 | (uint32_t)shadows->resolution << 16,
+        .technique_shape_flags_resolution = (uint32_t)map->method->id | frame->shape << 4 |
+                                            map->flags << 8 | (uint32_t)shadows->resolution << 16,
         .depth_base = (uint32_t)map->depths.first,
         .head_base = (uint32_t)map->heads.first,
-        .event_base = (uint32_t)(has_nodes ? map->nodes.first : map->events.first),
         .projection = {{(float)frame->scale[0], (float)(is_flat ? frame->scale[1] : texel_width),
-                        (float)(is_flat ? frame->depth_m : frame->near_m), map->keys_per_m}},
+                        (float)(is_flat ? frame->depth_m : frame->near_m)}},
     };
-    for (int k = 0; k < 3; k++)
-        record->sigma.v[k] = (float)map->sigma[k];
+    if (structure->record)
+        structure->record(map, record);
     vec4 *axes[3] = {&record->axis_x, &record->axis_y, &record->axis_z};
     double from_eye[3], eye_axes[3][3];
     vec3_sub(desc->eye, frame->origin, from_eye);
@@ -54,7 +57,7 @@ static void fill_record(const struct shadow_system *shadows, const struct shadow
 
 static void set_defines(struct shadow_system *shadows)
 {
-    struct shadow_features features = {{false}};
+    struct shadow_features features = {.has = {false}};
     for (size_t i = 0; i < shadows->light_count; i++)
         if (shadows->light_maps[i])
             shadow_features_add(&features, shadows->light_maps[i]);
@@ -92,26 +95,23 @@ bool shadow_records_upload(struct shadow_system *shadows, const struct shadow_pr
     return true;
 }
 
+static bool is_in_use(const struct shadow_system *shadows, const struct shadow_structure *structure)
+{
+    for (size_t i = 0; i < shadows->light_count; i++)
+        if (shadows->light_maps[i] && shadows->light_maps[i]->method->structure == structure)
+            return true;
+    return false;
+}
+
 void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program)
 {
-    static const struct {
-        enum shadow_pool_kind kind;
-        int stream;
-        uint32_t unit;
-    } views[] = {
-        {SHADOW_POOL_DEPTHS, 0, UNIT_SHADOW_DEPTH},
-        {SHADOW_POOL_HEADS, 0, UNIT_SHADOW_HEADS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_EVENT, UNIT_SHADOW_EVENTS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_KEYS, UNIT_SHADOW_KEYS},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_OBJECT, UNIT_SHADOW_ID},
-        {SHADOW_POOL_EVENTS, SHADOW_STREAM_MEDIUM, UNIT_SHADOW_MEDIA},
-        {SHADOW_POOL_NODES, 0, UNIT_SHADOW_NODES},
-    };
     if (!shadows->defines[0])
         return;
-    for (size_t i = 0; i < sizeof views / sizeof *views; i++)
-        gl_texture_bind(shadow_store_view(&shadows->store, views[i].kind, views[i].stream),
-                        views[i].unit);
+    gl_texture_bind(shadow_store_view(&shadows->store, SHADOW_POOL_DEPTHS, 0), UNIT_SHADOW_DEPTH);
+    const struct shadow_structure *structure;
+    for (size_t i = 0; (structure = shadow_structure_at(i)); i++)
+        if (structure->bind && is_in_use(shadows, structure))
+            structure->bind(&shadows->store);
     gl_texture_bind(&shadows->record_view, UNIT_SHADOW_RECORDS);
     gl_buffer_bind_storage(&shadows->records, BIND_SHADOWS);
     gl_program_set_u(program, "u_shadow_taps", (uint32_t)shadows->taps);

@@ -2,17 +2,15 @@
 /* What the shadow system tells of a frame. */
 #include <math.h>
 
-#include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadows_internal.h"
 #include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/records.h"
 
-static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map,
-                         const struct shadow_progress *progress)
+static bool is_built_now(const struct shadow_system *shadows, const struct shadow_map *map)
 {
-    if (progress && map->progress == progress->number)
+    if (shadows->progress && map->progress == shadows->progress->number)
         return true;
     for (size_t i = 0; i < shadows->build_count; i++)
         if (shadows->builds[i].map == map)
@@ -65,42 +63,9 @@ void shadow_report_casters(const struct shadow_system *shadows, const struct sce
                              state, &report->counts.shadow_draws, &report->counts.shadow_culled);
 }
 
-static void report_nodes(const struct shadow_system *shadows, struct frame_report *report)
+void shadow_report_fill(const struct shadow_system *shadows, struct frame_report *report)
 {
-    struct report_compression *c = &report->compression;
-    for (size_t i = 0; i < shadows->light_count; i++) {
-        const struct shadow_map *map = shadows->light_maps[i];
-        if (!map || !(map->flags & SHADOW_FLAG_NODES))
-            continue;
-        shadow_compress_report(map, c);
-    }
-    if (shadows->kept_exact)
-        report_warn(report,
-                    "%zu of %zu lights with deep lists meet a material without self shadow, or one "
-                    "that casts once: they keep exact lists, neither compressed nor prefiltered",
-                    shadows->kept_exact, shadows->kept_exact + (size_t)c->maps);
-}
-
-static void report_locks(const struct shadow_system *shadows, struct frame_report *report)
-{
-    size_t lights = 0;
-    unsigned long long failures = 0;
-    for (size_t i = 0; i < shadows->light_count; i++) {
-        const struct shadow_map *map = shadows->light_maps[i];
-        lights += map && map->lock_failures;
-        failures += map ? map->lock_failures : 0;
-    }
-    if (lights)
-        report_warn(report,
-                    "deep-linked: %llu elements of %zu lights found no lock; the lists of these "
-                    "lights were made again without locks, with the same shadows",
-                    failures, lights);
-}
-
-void shadow_report_fill(const struct shadow_system *shadows, const struct shadow_progress *progress,
-                        struct frame_report *report)
-{
-    bool is_reused[SHADOW_KINDS] = {false};
+    bool is_reused[SHADOWS_COUNT] = {false};
     uint64_t occupied = 0;
     for (size_t i = 0; i < shadows->light_count; i++) {
         const struct shadow_map *map = shadows->light_maps[i];
@@ -113,25 +78,18 @@ void shadow_report_fill(const struct shadow_system *shadows, const struct shadow
             if (map->longest_list > report->counts.longest_list)
                 report->counts.longest_list = map->longest_list;
         }
-        if (is_built_now(shadows, map, progress))
+        if (is_built_now(shadows, map))
             continue;
         report->counts.shadow_maps_reused++;
-        if (!is_reused[map->kind])
-            report_add_reused(report, shadow_method_of_kind(map->kind)->reused);
-        is_reused[map->kind] = true;
+        if (!is_reused[map->method->id])
+            report_add_reused(report, map->method->reused);
+        is_reused[map->method->id] = true;
     }
-    report_nodes(shadows, report);
-    report_locks(shadows, report);
-    if (shadows->has_cut_lamp)
-        report_warn(report,
-                    "a lamp stands in more than %d media, in a part that is cut away: its maps "
-                    "attenuate from the lamp on; traced shadows do from the cut on",
-                    SHADOW_AROUND_MAX);
-    if (shadows->thick_media != SHADOWS_NONE)
-        report_warn(report,
-                    "%s has no room for media: closed volumes keep the thickness of "
-                    "their material; 'deep' follows the light inside",
-                    shadow_technique_name((int)shadows->thick_media));
+    const struct shadow_map *const *maps = (const struct shadow_map *const *)shadows->light_maps;
+    const struct shadow_structure *structure;
+    for (size_t i = 0; (structure = shadow_structure_at(i)); i++)
+        if (structure->report)
+            structure->report(maps, shadows->light_count, report);
     report->counts.shadow_maps_built += shadows->build_count;
     report->counts.mean_list = occupied ? (double)report->counts.events / (double)occupied : 0;
     report_bytes(shadows, report);

@@ -49,8 +49,9 @@ bool shadow_history_find(const struct shadow_history *history, struct content_ke
 
 /* Up to this many events a list is searched without keys: shadow_programs.c. */
 enum { SHADOW_SHORT_LIST = 15 };
-/* What was seen and a quarter of it. Lists wander between neighbouring classes as a light moves, so
- * each has room for a quarter of its neighbours', too. None where no event was seen. */
+/* Room for the counted events and a quarter more. Lists change between neighbouring classes when a
+ * light moves, so each class has room for a quarter of its neighbours', too. None without events.
+ */
 struct deep_statistics deep_statistics_room(const struct deep_statistics *seen);
 
 #endif

@@ -86,14 +86,14 @@ uint64_t shadow_store_size_bytes(const struct shadow_store *store)
     return bytes + store->target.size_bytes;
 }
 
-/* Before so many bytes more are taken. */
-static void claim(struct shadow_store *store, uint64_t more_bytes)
+/* To be called before so many bytes more are allocated. */
+static void reserve(struct shadow_store *store, uint64_t more_bytes)
 {
     uint64_t bytes = shadow_store_size_bytes(store) + store->transient_bytes + more_bytes;
     if (bytes > store->peak_bytes)
         store->peak_bytes = bytes;
-    if (store->claim)
-        store->claim(store->claim_context, store->transient_bytes + more_bytes);
+    if (store->reserve)
+        store->reserve(store->reserve_context, store->transient_bytes + more_bytes);
 }
 
 static bool fits(const struct shadow_store *store, uint64_t more_bytes)
@@ -191,8 +191,8 @@ static bool grow_pool(struct shadow_store *store, enum shadow_pool_kind kind, ui
     struct shadow_pool *pool = &store->pools[kind];
     if (shadow_ranges_is_empty(&pool->ranges))
         finish_pool(pool);
-    claim(store,
-          pool_bytes(store, kind, capacity) - pool_bytes(store, kind, pool->ranges.capacity));
+    reserve(store,
+            pool_bytes(store, kind, capacity) - pool_bytes(store, kind, pool->ranges.capacity));
     return resize_pool(store, kind, capacity, err) &&
            shadow_ranges_grow(&pool->ranges, capacity, err);
 }
@@ -315,10 +315,10 @@ bool shadow_store_check_frame(const struct shadow_store *store, uint64_t depths,
     return true;
 }
 
-bool shadow_store_give(struct shadow_store *store, enum shadow_pool_kind kind,
+bool shadow_store_free(struct shadow_store *store, enum shadow_pool_kind kind,
                        struct shadow_range *range, struct error *err)
 {
-    return shadow_ranges_give(&store->pools[kind].ranges, range, err);
+    return shadow_ranges_free(&store->pools[kind].ranges, range, err);
 }
 
 bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uint64_t layers,
@@ -331,7 +331,7 @@ bool shadow_store_reserve_target(struct shadow_store *store, int resolution, uin
     finish_target(store);
     if (!find_room(store, bytes, "shadow.target", err))
         return false;
-    claim(store, bytes);
+    reserve(store, bytes);
     return gl_texture_init(target,
                            &(struct gl_texture_desc){.label = "shadow.target",
                                                      .format = GL_DEPTH_COMPONENT32F,
@@ -385,7 +385,7 @@ bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream, st
         return true;
     if (!find_room(store, stream_bytes(kind, pool->ranges.capacity), kind->label, err))
         return false;
-    claim(store, stream_bytes(kind, pool->ranges.capacity));
+    reserve(store, stream_bytes(kind, pool->ranges.capacity));
     if (pool->ranges.capacity && !resize_stream(pool, kind, (int)stream, pool->ranges.capacity,
                                                 store->limits->is_software, err))
         return false;
@@ -397,7 +397,7 @@ bool shadow_store_check_transient(struct shadow_store *store, uint64_t bytes, st
 {
     if (!find_room(store, bytes, "the memory of their construction", err))
         return false;
-    claim(store, bytes);
+    reserve(store, bytes);
     return true;
 }
 

@@ -49,12 +49,12 @@ struct shadow_store {
     void *context;
     uint64_t peak_bytes; /* most that the store and its builders took at once, since
                             shadow_store_clear */
-    /* Optional: told that the store is about to take so many bytes more, within its budget. */
-    void (*claim)(void *context, uint64_t bytes);
-    void *claim_context;
+    /* Optional: called before the store allocates so many bytes more, within its budget. */
+    void (*reserve)(void *context, uint64_t bytes);
+    void *reserve_context;
 };
 
-/* Gives all memory back to the device; every taken range becomes invalid. */
+/* Frees all device memory; every allocated range becomes invalid. */
 void shadow_store_clear(struct shadow_store *store);
 uint64_t shadow_store_size_bytes(const struct shadow_store *store);
 
@@ -73,7 +73,7 @@ MUST_CHECK bool shadow_store_trim(struct shadow_store *store, struct error *err)
  * anything is built. ERROR_OVER_BUDGET as above. */
 MUST_CHECK bool shadow_store_check_frame(const struct shadow_store *store, uint64_t depths,
                                          uint64_t heads, struct error *err);
-MUST_CHECK bool shadow_store_give(struct shadow_store *store, enum shadow_pool_kind kind,
+MUST_CHECK bool shadow_store_free(struct shadow_store *store, enum shadow_pool_kind kind,
                                   struct shadow_range *range, struct error *err);
 /* Makes store->target at least so many layers of this resolution; its contents are lost. */
 MUST_CHECK bool shadow_store_reserve_target(struct shadow_store *store, int resolution,
@@ -85,7 +85,7 @@ const struct gl_framebuffer *shadow_store_face(struct shadow_store *store, uint3
 /* Frees a target that is too large to keep for the next edit, or any. */
 void shadow_store_trim_target(struct shadow_store *store);
 void shadow_store_drop_target(struct shadow_store *store);
-/* From now on events have this optional stream. */
+/* Adds this optional stream to events, from now on. */
 MUST_CHECK bool shadow_store_keep(struct shadow_store *store, enum shadow_stream stream,
                                   struct error *err);
 /* Makes sure that a builder's transient memory fits beside what is resident. */

@@ -26,8 +26,7 @@ bool traced_shadows_begin(struct traced_shadows *traced, const struct raytrace_d
 {
     traced_shadows_end(traced);
     traced->window_bytes = 0;
-    traced->lacked_bytes = 0;
-    traced->failure = (struct error){0};
+    traced->missing_bytes = 0;
     traced->rays = raytrace_shadows_create(desc, is_shadowed, &traced->stats, err);
     return traced->rays != NULL;
 }
@@ -52,6 +51,11 @@ void traced_shadows_end(struct traced_shadows *traced)
     raytrace_shadows_destroy(traced->rays);
     traced->rays = NULL;
     free_arrays(traced);
+}
+
+void traced_shadows_set_budget(struct traced_shadows *traced, uint64_t bytes)
+{
+    traced->most_bytes = bytes ? bytes : 1;
 }
 
 void traced_shadows_free(struct traced_shadows *traced)
@@ -141,19 +145,19 @@ static const struct gl_program *use_program(const struct window_frame *frame, co
 }
 
 static bool collect_entries(struct traced_shadows *traced, const struct window_frame *frame,
-                            const struct pixel_lists *pixels, struct error *err)
+                            const struct layers *layers, struct error *err)
 {
-    if (!pixels->entry_count)
+    if (!layers->entry_count)
         return true;
     const struct gl_program *program = use_program(frame, entries_file, false, err);
     if (!program)
         return false;
-    pixel_lists_bind(pixels, program);
+    layers->method->bind(layers, program);
     gl_buffer_bind_storage_range(
-        &traced->points, 0, pixels->entry_count * sizeof(struct shadow_point), BIND_TRACED_POINTS);
-    gl_program_set_u(program, "u_entries", (uint32_t)pixels->entry_count);
+        &traced->points, 0, layers->entry_count * sizeof(struct shadow_point), BIND_TRACED_POINTS);
+    gl_program_set_u(program, "u_entries", (uint32_t)layers->entry_count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(pixels->entry_count);
+    window_dispatch_items(layers->entry_count);
     return true;
 }
 
@@ -170,12 +174,12 @@ static void dispatch_pixels(const struct window_frame *frame, const struct apart
         return;
     }
     apart_bind(frame->targets);
-    gl_program_set_u(program, "u_first_entry", apart->first);
+    gl_program_set_u(program, "u_first", apart->first);
     window_dispatch_items(apart->count);
 }
 
-/* The surfaces of all pixels, or of those: their number, and as many points as there is room for.
- */
+/* Collects the surfaces of all pixels, or of those of `apart`: counts them, and writes as many
+ * points as there is room for. */
 static bool collect_surfaces(struct traced_shadows *traced, const struct window_frame *frame,
                              const struct apart_range *apart, uint32_t first, uint32_t room,
                              uint32_t *count, struct error *err)
@@ -206,8 +210,8 @@ enum { POINT_BYTES = sizeof(struct shadow_point) + 8 }; /* with its place in the
 static bool has_room(struct traced_shadows *traced, uint64_t pixel_count, uint64_t points)
 {
     uint64_t bytes = 2 * (pixel_count * 4 + points * POINT_BYTES);
-    traced->lacked_bytes = traced->most_bytes && bytes > traced->most_bytes ? bytes : 0;
-    return !traced->lacked_bytes;
+    traced->missing_bytes = traced->most_bytes && bytes > traced->most_bytes ? bytes : 0;
+    return !traced->missing_bytes;
 }
 
 /* Buffers of larger windows leave none for filters: they begin anew. */
@@ -229,11 +233,11 @@ static size_t most_filters(const struct traced_shadows *traced)
 
 /* A guess at the number of surfaces, and once more where it was too low. */
 static enum traced_outcome collect(struct traced_shadows *traced, const struct window_frame *frame,
-                                   const struct pixel_lists *pixels, uint32_t *surfaces,
+                                   const struct layers *layers, uint32_t *surfaces,
                                    struct error *err)
 {
     uint64_t pixel_count = (uint64_t)frame->window.width * (uint64_t)frame->window.height;
-    uint32_t entries = (uint32_t)pixels->entry_count;
+    uint32_t entries = (uint32_t)layers->entry_count;
     *surfaces = (uint32_t)(pixel_count + pixel_count / 8);
     drop_large(traced);
     if (!reserve(traced, &traced->heads, &traced->head_view, "shadow.traced.heads", GL_R32UI,
@@ -247,7 +251,7 @@ static enum traced_outcome collect(struct traced_shadows *traced, const struct w
             return TRACED_TOO_MANY;
         if (!reserve(traced, &traced->points, NULL, "shadow.traced.points", 0,
                      ((uint64_t)room + entries) * sizeof(struct shadow_point), err) ||
-            !collect_entries(traced, frame, pixels, err) ||
+            !collect_entries(traced, frame, layers, err) ||
             !collect_surfaces(traced, frame, NULL, entries, room, surfaces, err))
             return TRACED_FAILED;
     }
@@ -266,12 +270,12 @@ static bool read_array(struct traced_shadows *traced, enum array_kind array,
     return true;
 }
 
-/* pixels: NULL where entries have no points. */
+/* layers: NULL where entries have no points. */
 static bool read_points(struct traced_shadows *traced, const struct window_frame *frame,
-                        const struct pixel_lists *pixels, uint32_t surfaces, struct error *err)
+                        const struct layers *layers, uint32_t surfaces, struct error *err)
 {
     const struct camera_window *w = &frame->window;
-    uint64_t entries = pixels ? pixels->entry_count : 0, count = entries + surfaces;
+    uint64_t entries = layers ? layers->entry_count : 0, count = entries + surfaces;
     uint64_t pixel_bytes = 4 * (uint64_t)w->width * (uint64_t)w->height;
     free_arrays(traced);
     traced->arrays[TABLE] = calloc(count + 1, 2 * sizeof(uint32_t));
@@ -279,7 +283,7 @@ static bool read_points(struct traced_shadows *traced, const struct window_frame
         return error_set(err, ERROR_NO_MEMORY, "%llu points in shadow", (unsigned long long)count);
     if (!read_array(traced, POINTS, &traced->points, count * sizeof(struct shadow_point), err) ||
         !read_array(traced, HEADS, &traced->heads, pixel_bytes, err) ||
-        (entries && !read_array(traced, LIST_ENDS, &pixels->ends, pixel_bytes, err)))
+        (entries && !read_array(traced, LIST_ENDS, &layers->lists.ends, pixel_bytes, err)))
         return false;
     traced->window = (struct raytrace_shadow_points){
         .points = traced->arrays[POINTS],
@@ -297,7 +301,7 @@ static bool read_points(struct traced_shadows *traced, const struct window_frame
 
 enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
                                            const struct window_frame *frame,
-                                           const struct pixel_lists *pixels, struct error *err)
+                                           const struct layers *layers, struct error *err)
 {
     uint32_t surfaces = 0;
     gpu_scope_begin(frame->timeline,
@@ -307,9 +311,9 @@ enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
                         .technique = "raytraced-shadows",
                         .stage = REPORT_SHADOW,
                     });
-    enum traced_outcome outcome = collect(traced, frame, pixels, &surfaces, err);
+    enum traced_outcome outcome = collect(traced, frame, layers, &surfaces, err);
     gpu_scope_end(frame->timeline);
-    if (outcome == TRACED_COLLECTED && !read_points(traced, frame, pixels, surfaces, err))
+    if (outcome == TRACED_COLLECTED && !read_points(traced, frame, layers, surfaces, err))
         return TRACED_FAILED;
     return outcome;
 }
@@ -348,7 +352,7 @@ uint32_t traced_shadows_room(struct traced_shadows *traced, const struct cluster
     size_t most = most_filters(traced);
     uint32_t room = raytrace_shadows_room(traced->rays, &traced->window, clusters, most);
     if (!room && most < TRACED_FILTERS_MAX)
-        traced->lacked_bytes = traced->most_bytes + traced->window.count * 8;
+        traced->missing_bytes = traced->most_bytes + traced->window.count * 8;
     return room;
 }
 
@@ -386,12 +390,8 @@ bool traced_shadows_trace(struct traced_shadows *traced, const struct clusters *
                                           .table = traced->arrays[TABLE],
                                           .filters = traced->arrays[FILTERS],
                                           .capacity = traced->filter_capacity};
-    struct error ended = {0};
-    if (!raytrace_shadows_trace(traced->rays, &traced->window, &slice, &traced->stats, &ended)) {
-        const struct error *cause = traced->failure.code ? &traced->failure : &ended;
-        return error_pass(err, cause);
-    }
-    if (!reserve(traced, &traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI,
+    if (!raytrace_shadows_trace(traced->rays, &traced->window, &slice, &traced->stats, err) ||
+        !reserve(traced, &traced->table, &traced->table_view, "shadow.traced.points", GL_RG32UI,
                  points * 8, err) ||
         !reserve(traced, &traced->filters, &traced->filter_view, "shadow.traced.filters", GL_RG32UI,
                  slice.filter_count * 8, err))

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Ray-traced shadows in a rasterised frame. The rasteriser finds the surfaces of a window, opaque
- * ones and every layer of the lists; rays on the CPU find what each lamp's light loses on its way
+ * ones and every layer of the lists; rays on the CPU find what each light loses on its way
  * to them (renderer/raytrace/raytrace_shadows.h); shading reads that in place of any map. Thread:
  * GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOW_TRACED_H
@@ -8,7 +8,7 @@
 
 #include "renderer/lights/clusters.h"
 #include "renderer/raytrace/raytrace_shadows.h"
-#include "renderer/transparency/pixel_lists.h"
+#include "renderer/transparency/method.h"
 
 enum {
     /* one storage block, or a buffer texture of 2^27 texels, of every device */
@@ -24,24 +24,23 @@ struct traced_shadows { /* zeroed before begin; buffers are kept between frames 
     struct gl_texture head_view, table_view, filter_view;
 
     struct raytrace_shadows *rays; /* of the frame */
-    struct interlude pause;        /* the frame's, for its rays */
-    struct error failure;          /* what ended the frame in one of them */
+    struct yield_point yield;      /* of the frame */
     struct raytrace_stats stats;
 
     struct raytrace_shadow_points window;
     void *arrays[5]; /* of the window: points, heads, list ends, table, filters */
     size_t filter_capacity;
-    uint64_t window_bytes; /* on the device, of the window of this frame that took most */
-    uint64_t most_bytes;   /* that the buffers may take; 0: any */
-    uint64_t lacked_bytes; /* that the last window would have taken at least, where those were too
+    uint64_t window_bytes;  /* on the device, of the window of this frame that took most */
+    uint64_t most_bytes;    /* that the buffers may take; 0: any */
+    uint64_t missing_bytes; /* that the last window would have taken at least, where those were too
                               few */
 };
 
-/* Once per frame. desc, is_shadowed: as raytrace_shadows_create takes them. */
+/* Begins a frame. desc, is_shadowed: as raytrace_shadows_create takes them. */
 MUST_CHECK bool traced_shadows_begin(struct traced_shadows *traced,
                                      const struct raytrace_desc *desc, const bool *is_shadowed,
                                      struct error *err);
-/* What the light's record says: NO_SHADOW, or anything else. */
+/* The value for the light's record: NO_SHADOW, or any other. */
 uint32_t traced_shadows_record(const struct traced_shadows *traced, size_t light);
 /* Drops what belongs to the frame. */
 void traced_shadows_end(struct traced_shadows *traced);
@@ -49,10 +48,10 @@ void traced_shadows_end(struct traced_shadows *traced);
 enum traced_outcome { TRACED_FAILED, TRACED_COLLECTED, TRACED_TOO_MANY };
 
 /* Collects the points of a window, after its surfaces and lists are drawn. TOO_MANY asks the caller
- * to split the window, for points or, with lacked_bytes, for memory; err is then untouched. */
+ * to split the window, for points or, with missing_bytes, for memory; err is then untouched. */
 enum traced_outcome traced_shadows_collect(struct traced_shadows *traced,
                                            const struct window_frame *frame,
-                                           const struct pixel_lists *pixels, struct error *err);
+                                           const struct layers *layers, struct error *err);
 
 /* Afterwards, in their place, the points of the samples that are shaded apart: of `count` pixels of
  * the list (renderer/window/apart.h) from the first-th on, a multiple of 64. apart_room: pixels
@@ -73,9 +72,11 @@ MUST_CHECK bool traced_shadows_trace(struct traced_shadows *traced, const struct
 void traced_shadows_list_programs(const struct window_frame *frame, bool has_layers,
                                   struct program_list *list);
 
-/* For shading programs with HAS_TRACED_SHADOWS. */
+/* Binds the buffers of a shading program with HAS_TRACED_SHADOWS. */
 void traced_shadows_bind(const struct traced_shadows *traced, const struct gl_program *program);
 
+/* Limits the buffers from now on; 0: to nothing. Without a call they have no limit. */
+void traced_shadows_set_budget(struct traced_shadows *traced, uint64_t bytes);
 /* Gives what the buffers take back to the device; rays stay. */
 void traced_shadows_free(struct traced_shadows *traced);
 void traced_shadows_finish(struct traced_shadows *traced);

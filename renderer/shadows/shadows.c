@@ -8,31 +8,28 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/quality_defaults.h"
 #include "renderer/base/matrix.h"
 #include "renderer/shadows/shadow_compress.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_key.h"
 #include "renderer/shadows/shadow_media.h"
-#include "renderer/shadows/shadow_probe.h"
 #include "renderer/shadows/shadow_reason.h"
 #include "renderer/shadows/shadows_internal.h"
 #include "renderer/shadows/technique.h"
-#include "renderer/window/band_clock.h"
+#include "renderer/window/time_slice_clock.h"
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
 #define DEFAULT_BUDGET_BYTES (2ull << 30)
-enum { DEFAULT_RESOLUTION = 1024, DEFAULT_TAPS = 4 };
 
 static bool give_map(struct shadow_system *shadows, struct shadow_map *map, struct error *err)
 {
-    struct shadow_store *store = &shadows->store;
-    return shadow_store_give(store, SHADOW_POOL_DEPTHS, &map->depths, err) &&
-           shadow_store_give(store, SHADOW_POOL_HEADS, &map->heads, err) &&
-           shadow_store_give(store, SHADOW_POOL_EVENTS, &map->events, err) &&
-           shadow_store_give(store, SHADOW_POOL_NODES, &map->nodes, err);
+    const struct shadow_structure *structure = map->method->structure;
+    return shadow_store_free(&shadows->store, SHADOW_POOL_DEPTHS, &map->depths, err) &&
+           (!structure->drop || structure->drop(&shadows->store, map, err));
 }
 
 /* A range that cannot be given back for want of memory is only lost until the store is cleared. */
@@ -92,8 +89,8 @@ struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc
         .budget_bytes = desc->budget_bytes ? desc->budget_bytes : DEFAULT_BUDGET_BYTES,
         .make_room = drop_oldest_map,
         .context = shadows,
-        .claim = desc->claim,
-        .claim_context = desc->context,
+        .reserve = desc->reserve,
+        .reserve_context = desc->context,
     };
     shadows->painter.programs = desc->programs;
     /* llvmpipe has nothing of fewer calls, and reads the records of draws in a storage buffer more
@@ -186,7 +183,7 @@ static uint64_t nodes_before(const struct shadow_system *shadows, const struct s
     const struct shadow_map *last = NULL;
     for (size_t i = 0; i < shadows->map_count; i++) {
         const struct shadow_map *other = shadows->maps[i];
-        if (other->kind == map->kind && other->is_faithful == map->is_faithful &&
+        if (other->method == map->method && other->is_faithful == map->is_faithful &&
             other->light == map->light && content_key_equals(other->scene, map->scene) &&
             shadow_map_texels(other) == shadow_map_texels(map) &&
             (!last || other->last_frame >= last->last_frame))
@@ -229,20 +226,6 @@ static bool add_build(struct shadow_system *shadows, struct shadow_map *map, uin
     return true;
 }
 
-/* Lists are to be compressed where they can be. */
-static bool asks_nodes(const struct shadow_system *shadows, const struct view_quality *quality)
-{
-    return shadow_compress_is_asked(quality) || shadows->allowed_error > 0;
-}
-
-static bool has_cut_lamp(const struct shadow_map *map)
-{
-    bool is_cut = false;
-    for (uint32_t i = 0; i < map->plane_count; i++)
-        is_cut |= vec3_dot(map->planes[i], map->frame.origin) + map->planes[i][3] < 0;
-    return is_cut && vec3_length(map->sigma) > 0;
-}
-
 /* One whose sizes are not known will do where they come with the picture; else they are read. One
  * that has no room for them is none. */
 static struct shadow_map *find_standing(struct shadow_system *shadows, struct content_key key,
@@ -265,21 +248,16 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
     struct shadow_map map = {.resolution = shadows->resolution,
                              .light = light,
                              .last_frame = shadows->frame,
-                             .progress = desc->progress ? desc->progress->number : 0,
+                             .progress = shadows->progress ? shadows->progress->number : 0,
                              .scene = shadow_key_of_scene(desc->scene_key)};
     if (!need->has_structure || (desc->is_left_out && desc->is_left_out[light]))
         return true;
     shadow_map_describe(&map, need, state, desc->quality, shadows->allowed_error);
-    shadows->kept_exact += casters->has_exclusions && asks_nodes(shadows, desc->quality);
-    map.keys_per_m = (float)(SHADOW_KEY_MOST / fmax(casters->farthest_m, 1e-6));
-    if (casters->has_media && shadow_technique_can(need->method->id, SHADOW_CAN_COLOR) &&
-        !shadow_technique_can(need->method->id, SHADOW_CAN_MEDIA))
-        shadows->thick_media = need->method->id;
     map.key = shadow_key_of_map(&map, casters, state, (uint32_t)desc->quality->blend_filter);
     struct shadow_map *standing = find_standing(shadows, map.key, desc->frame > 0);
     if (!standing) {
         shadow_media_at(state, casters, &map);
-        if (need->method->has_nodes)
+        if (need->method->structure->has_nodes)
             map.expected_nodes = nodes_before(shadows, &map);
         standing = add_map(shadows, &map, err);
         if (!standing)
@@ -290,7 +268,7 @@ static bool prepare_light(struct shadow_system *shadows, const struct shadow_pre
         }
     }
     standing->last_frame = shadows->frame;
-    shadows->has_cut_lamp |= has_cut_lamp(standing);
+    standing->keeps_exact = map.keeps_exact;
     shadows->light_maps[light] = standing;
     return true;
 }
@@ -344,23 +322,22 @@ static bool reserve_pools(struct shadow_system *shadows, struct error *err)
         if (map->flags & SHADOW_FLAG_NODES)
             continue;
         depths += shadow_map_texels(map);
-        heads += shadow_method_of_kind(map->kind)->has_lists ? shadow_map_texels(map) + 1 : 0;
+        heads += map->method->structure->has_lists ? shadow_map_texels(map) + 1 : 0;
     }
     return shadow_store_reserve(&shadows->store, SHADOW_POOL_DEPTHS, depths, err) &&
            shadow_store_reserve(&shadows->store, SHADOW_POOL_HEADS, heads, err);
 }
 
-/* Of the techniques that need the opaque depths in the target, or do not any more. */
+/* Of the structures that need the opaque depths in the target, or do not any more. */
 static bool build_lists(struct shadow_builder *builder, const struct build_batch *batch,
                         bool follows_depths, const struct shadow_scene *scene, const char *because,
                         struct error *err)
 {
+    const struct shadow_structure *structure;
     bool ok = true;
-    for (uint32_t kind = 0; ok && kind < SHADOW_KINDS; kind++) {
-        const struct shadow_method *method = shadow_method_of_kind(kind);
-        if (method->build && method->follows_depths == follows_depths)
-            ok = method->build(builder, batch->builds, batch->count, scene, because, err);
-    }
+    for (size_t i = 0; ok && (structure = shadow_structure_at(i)); i++)
+        if (structure->build && structure->follows_depths == follows_depths)
+            ok = structure->build(builder, batch->builds, batch->count, scene, because, err);
     return ok;
 }
 
@@ -402,11 +379,28 @@ static bool reserve_target(struct shadow_system *shadows, struct error *err)
            shadow_store_reserve_target(&shadows->store, shadows->resolution, layers, err);
 }
 
-/* Builds all, or the first of them: others go first then. Where they drove out what had been built,
- * so that more is built than there are lights, they wait. */
-static uint64_t first_piece(const struct shadow_progress *progress)
+static uint64_t first_slice(const struct shadow_prepare_desc *desc)
 {
-    return !progress ? 0 : progress->first_count ? progress->first_count : 1;
+    return !desc->yield ? 0 : desc->first_count ? desc->first_count : 1;
+}
+
+/* Why structures are built, the same words in each turn, so that their lines are one. */
+static void find_reasons(const struct shadow_system *shadows,
+                         const struct shadow_prepare_desc *desc, char opaque[REPORT_TEXT_BYTES],
+                         char transparent[REPORT_TEXT_BYTES])
+{
+    struct shadow_progress *progress = shadows->progress;
+    if (!progress || !progress->opaque[0])
+        shadow_reasons(shadows->builds, shadows->build_count, desc, opaque, transparent);
+    if (!progress)
+        return;
+    if (progress->opaque[0]) {
+        memcpy(opaque, progress->opaque, REPORT_TEXT_BYTES);
+        memcpy(transparent, progress->transparent, REPORT_TEXT_BYTES);
+    } else {
+        memcpy(progress->opaque, opaque, REPORT_TEXT_BYTES);
+        memcpy(progress->transparent, transparent, REPORT_TEXT_BYTES);
+    }
 }
 
 static void tell_built(const struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
@@ -417,23 +411,25 @@ static void tell_built(const struct shadow_system *shadows, const struct shadow_
         desc->advance(desc->advance_context, (double)(all - left) / (double)all);
 }
 
+/* Builds all, or the first of them: the turn ends where urgent frames are due. Where such frames
+ * drove out what had been built, so that more is built than there are lights, they wait. */
 static bool build_all(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
                       struct error *err)
 {
     struct shadow_scene scene = {desc->gpu, desc->state, desc->arena,
                                  (uint32_t)desc->quality->blend_filter};
-    struct shadow_progress *progress = desc->progress;
+    struct shadow_progress *progress = shadows->progress;
     char opaque[REPORT_TEXT_BYTES], transparent[REPORT_TEXT_BYTES];
-    struct bands bands = bands_begin(shadows->build_count, first_piece(progress), 1);
-    struct band_clock clock = {.timeline = shadows->timeline,
-                               .is_software = shadows->store.limits->is_software};
+    struct time_slices slices = time_slices_begin(shadows->build_count, first_slice(desc), 1);
+    struct time_slice_clock clock = {.timeline = shadows->timeline,
+                                     .is_software = shadows->store.limits->is_software};
     size_t first = 0;
     bool ok = shadows->is_frugal || (reserve_pools(shadows, err) && reserve_target(shadows, err));
     bool is_over = false;
-    shadow_reasons(shadows->builds, shadows->build_count, desc, opaque, transparent);
-    while (ok && !is_over && bands_next(&bands)) {
-        band_clock_begin(&clock);
-        for (size_t end = bands.first + bands.count; ok && first < end;) {
+    find_reasons(shadows, desc, opaque, transparent);
+    while (ok && !is_over && time_slices_next(&slices)) {
+        time_slice_clock_begin(&clock);
+        for (size_t end = slices.first + slices.count; ok && first < end;) {
             struct build_batch batch = next_batch(shadows, first, end - first);
             if (shadows->is_frugal) /* none larger than this structure's */
                 shadow_store_drop_target(&shadows->store);
@@ -442,13 +438,13 @@ static bool build_all(struct shadow_system *shadows, const struct shadow_prepare
             if (ok)
                 tell_built(shadows, desc, first);
         }
-        if (!ok || !progress || bands_is_last(&bands))
+        if (!ok || !progress || time_slices_is_last(&slices))
             continue;
-        band_clock_end(&clock, &bands);
-        is_over = progress->built + first <= count_structures(shadows) &&
-                  progress->is_due(progress->context);
+        time_slice_clock_end(&clock, &slices);
+        is_over =
+            progress->built + first <= count_structures(shadows) && yield_point_is_due(desc->yield);
     }
-    band_clock_finish(&clock);
+    time_slice_clock_finish(&clock);
     if (ok && progress) {
         progress->built += first;
         progress->is_interrupted = is_over;
@@ -475,7 +471,7 @@ static bool check_size(const struct shadow_system *shadows, struct error *err)
         const struct shadow_map *map = shadows->maps[i];
         uint64_t texels = map->last_frame == shadows->frame ? shadow_map_texels(map) : 0;
         depths += texels;
-        heads += shadow_method_of_kind(map->kind)->has_lists ? texels : 0;
+        heads += map->method->structure->has_lists ? texels : 0;
     }
     return shadow_store_check_frame(&shadows->store, depths, heads, err);
 }
@@ -493,9 +489,6 @@ static bool prepare_maps(struct shadow_system *shadows, const struct shadow_prep
                          struct error *err)
 {
     finish_builds(shadows);
-    shadows->thick_media = SHADOWS_NONE;
-    shadows->has_cut_lamp = false;
-    shadows->kept_exact = 0;
     if (!reserve_lights(shadows, desc->state->light_count, err))
         return false;
     for (size_t i = 0; i < desc->state->light_count; i++)
@@ -524,7 +517,7 @@ static void drop_builds(struct shadow_system *shadows)
 
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits)
 {
-    int wanted = quality->shadow_resolution > 0 ? quality->shadow_resolution : DEFAULT_RESOLUTION;
+    int wanted = quality_or(quality->shadow_resolution, SHADOW_RESOLUTION_DEFAULT);
     return wanted < limits->max_texture_size ? wanted : limits->max_texture_size;
 }
 
@@ -561,7 +554,7 @@ static bool prepare_within_budget(struct shadow_system *shadows,
                 return true;
             shadows->refused = exact;
             shadows->refused_budget_bytes = shadows->store.budget_bytes;
-            if (!desc->progress || !desc->progress->is_interrupted)
+            if (!shadows->progress || !shadows->progress->is_interrupted)
                 report_warn(report,
                             "exact shadow lists exceed the budget of %llu bytes: compressed, no "
                             "transmittance farther off than %g",
@@ -582,28 +575,26 @@ static bool prepare_within_budget(struct shadow_system *shadows,
     return error_pass(err, &failure);
 }
 
-bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
-                           struct frame_report *report, struct error *err)
+/* One turn. *is_interrupted: it ended before all structures stood. */
+static bool prepare_turn(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                         bool *is_interrupted, struct frame_report *report, struct error *err)
 {
     struct shadow_prepare_desc complete = *desc;
     struct shadow_needs own = {0};
     shadows->frame++;
     shadows->resolution = shadow_resolution(desc->quality, shadows->store.limits);
-    shadows->taps = desc->quality->shadow_taps > 0 ? desc->quality->shadow_taps : DEFAULT_TAPS;
+    shadows->taps = quality_or(desc->quality->shadow_taps, SHADOW_TAPS_DEFAULT);
     const struct shadow_needs_desc needs_desc = {
         .state = desc->state, .quality = desc->quality, .resolution = shadows->resolution};
     if (!desc->needs && !shadow_needs_init(&own, &needs_desc, err))
         return false;
     if (!desc->needs)
         complete.needs = &own;
-    if (desc->progress && !desc->progress->number)
-        desc->progress->number = ++shadows->progresses;
-    if (desc->progress)
-        desc->progress->is_interrupted = false;
     shadows->builder.may_guess = desc->frame > 0;
     bool ok = prepare_within_budget(shadows, &complete, report, err);
     shadow_needs_finish(&own);
-    if (ok && desc->progress && desc->progress->is_interrupted) {
+    *is_interrupted = ok && shadows->progress && shadows->progress->is_interrupted;
+    if (*is_interrupted) {
         drop_builds_from(shadows, shadows->done_count);
         report->counts.shadow_maps_built += shadows->build_count;
         shadow_report_casters(shadows, desc->state, report);
@@ -612,9 +603,25 @@ bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_pr
     }
     if (!ok || !shadow_records_upload(shadows, desc, err) || !shadow_sizes_use(shadows, desc, err))
         return false;
-    shadow_report_fill(shadows, desc->progress, report);
+    shadow_report_fill(shadows, report);
     shadow_report_casters(shadows, desc->state, report);
     return true;
+}
+
+bool shadow_system_prepare(struct shadow_system *shadows, const struct shadow_prepare_desc *desc,
+                           struct frame_report *report, struct error *err)
+{
+    struct shadow_progress progress = {.number = 0};
+    bool is_interrupted, ok;
+    if (desc->yield)
+        progress.number = ++shadows->progresses;
+    do {
+        progress.is_interrupted = false;
+        shadows->progress = desc->yield ? &progress : NULL; /* urgent frames have none */
+        ok = prepare_turn(shadows, desc, &is_interrupted, report, err);
+        shadows->progress = NULL;
+    } while (ok && is_interrupted && (ok = yield_point_run(desc->yield, err)));
+    return ok;
 }
 
 bool shadow_system_prepare_none(struct shadow_system *shadows, size_t light_count,
@@ -657,16 +664,6 @@ uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light)
     return light < shadows->light_count ? shadows->light_records[light] : NO_SHADOW;
 }
 
-const struct shadow_map *shadow_system_map(const struct shadow_system *shadows, size_t light)
-{
-    return light < shadows->light_count ? shadows->light_maps[light] : NULL;
-}
-
-const struct shadow_store *shadow_system_store(const struct shadow_system *shadows)
-{
-    return &shadows->store;
-}
-
 const char *shadow_system_defines(const struct shadow_system *shadows)
 {
     return shadows->defines;
@@ -691,7 +688,7 @@ void shadow_system_trim(struct shadow_system *shadows)
     shadows->light_count = 0; /* the frame's maps may have been among them */
 }
 
-void shadow_system_rest(struct shadow_system *shadows)
+void shadow_system_trim_unused(struct shadow_system *shadows)
 {
     while (drop_oldest_map(shadows, 1))
         continue;

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* How much light of a lamp arrives at a point: the shadow techniques under one interface, kept
+/* How much of a light arrives at a point: the shadow techniques under one interface, kept
  * between frames and rebuilt only when their own inputs changed. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOWS_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOWS_H
 
+#include "renderer/base/yield_point.h"
 #include "renderer/draw/scene_gpu.h"
 #include "renderer/frame_report.h"
 #include "renderer/gl/program.h"
@@ -20,10 +21,10 @@ struct shadow_system_desc {
     uint64_t budget_bytes;          /* of all shadow structures; 0 means 2 GiB */
     uint64_t first_linked_elements; /* deep-linked: room per light to begin with; 0 means what
                                        the light's map had before, or 1 to 3 per texel */
-    /* Optional: told before structures, or their construction, take so many bytes more of the
-     * device, within the budget. */
-    void (*claim)(void *context, uint64_t bytes);
-    void *context;        /* of claim */
+    /* Optional: called before structures, or their construction, allocate so many bytes more,
+     * within the budget. */
+    void (*reserve)(void *context, uint64_t bytes);
+    void *context;        /* of reserve */
     bool scans_on_device; /* deep: scan by shader even where the device is our own cores */
     bool layers_faces;    /* all faces of lights in one pass even there, if the device can */
     /* Bit i: deep-linked as published gets no lock of light i (modulo 64), as where all tries for
@@ -34,18 +35,6 @@ struct shadow_system_desc {
 struct shadow_system *shadow_system_create(const struct shadow_system_desc *desc,
                                            struct error *err);
 void shadow_system_destroy(struct shadow_system *shadows);
-
-/* Structures of one frame that are built in several calls, because others go first in between. */
-struct shadow_progress {
-    const void *context;
-    bool (*is_due)(const void *context); /* required: shall others go first? */
-    uint64_t number;                     /* 0: begins */
-    uint64_t built;                      /* so far */
-    uint64_t first_count; /* structures that others may wait for; 0 means 1, and more as it goes */
-    bool is_interrupted;  /* out: call again; nothing may be asked until then */
-    char opaque[REPORT_TEXT_BYTES]; /* why, in the words of the first call */
-    char transparent[REPORT_TEXT_BYTES];
-};
 
 struct shadow_prepare_desc {
     const char *scene_key; /* part of every cache key */
@@ -58,7 +47,11 @@ struct shadow_prepare_desc {
     const struct shadow_needs *needs; /* of the state and quality; NULL: found here, for all
                                          lights */
     const bool *is_left_out; /* per light: true gets no structure in this call; NULL: none is */
-    struct shadow_progress *progress; /* optional; else all are built at once */
+    /* Optional; else all are built at once. Urgent frames may prepare other shadows meanwhile, and
+     * leave the scene and the budget as they were. */
+    const struct yield_point *yield;
+    uint64_t first_count; /* with it: structures that urgent frames may wait for; 0 means 1, and
+                             more as it goes */
     /* Optional: told the share of the structures that stand, whenever some were built. */
     void (*advance)(const void *context, double share);
     const void *advance_context;
@@ -76,8 +69,8 @@ MUST_CHECK bool shadow_system_prepare(struct shadow_system *shadows,
                                       struct frame_report *report, struct error *err);
 /* A number for a frame, unlike any before. */
 uint64_t shadow_system_number_frame(struct shadow_system *shadows);
-/* What is to come with the frame's picture from the device: sizes of the lists that it used since
- * it was last asked, whose storage was guessed. */
+/* The sizes to be read back with the frame's picture: of the lists with guessed storage that the
+ * frame has used since the last call. */
 struct shadow_sent shadow_system_send_sizes(struct shadow_system *shadows, uint64_t frame);
 void shadow_system_copy_sizes(const struct shadow_system *shadows, const struct shadow_sent *sent,
                               struct gl_buffer *to, uint64_t to_bytes);
@@ -85,34 +78,34 @@ void shadow_system_copy_sizes(const struct shadow_system *shadows, const struct 
  * as were sent. */
 void shadow_system_take_sizes(struct shadow_system *shadows, const struct shadow_sent *sent,
                               const struct deep_statistics *sizes, struct frame_report *report);
-/* The frame's report begins anew, without the structures of before; nothing of it is sent any more.
- */
+/* Begins the frame's report anew, without the structures so far, of which nothing is sent any
+ * more. */
 void shadow_system_untell_sizes(struct shadow_system *shadows, uint64_t frame);
 void shadow_system_end_frame(struct shadow_system *shadows, uint64_t frame);
 /* No list of the frame's structures is longer. */
 uint64_t shadow_system_longest_list(const struct shadow_system *shadows);
-/* For a frame without any structure: no light has a record. */
+/* Prepares a frame without any structure: no light has a record. */
 MUST_CHECK bool shadow_system_prepare_none(struct shadow_system *shadows, size_t light_count,
                                            struct error *err);
 /* Texels per side of a map face: what the quality asks for, within what the device has. */
 int shadow_resolution(const struct view_quality *quality, const struct gl_limits *limits);
 struct shadow_ways shadow_system_ways(const struct shadow_system *shadows);
 uint64_t shadow_system_budget_bytes(const struct shadow_system *shadows);
-/* From now on; what stands is dropped where it exceeds it. Between calls of the others. */
+/* Sets the budget from now on, and evicts what exceeds it. Between calls of the others. */
 void shadow_system_set_budget(struct shadow_system *shadows, uint64_t budget_bytes);
-/* What building the structures that stand took at most, they included. */
+/* The most memory that was in use while the present structures were built. */
 uint64_t shadow_system_peak_bytes(const struct shadow_system *shadows);
 /* Index of the light's shadow_record, or NO_SHADOW. */
 uint32_t shadow_system_record(const struct shadow_system *shadows, size_t light);
-/* #define items for programs that include shaders/shadow_query.glsl, and their bindings. */
+/* #define items for programs that include shaders/shadows/shadow_query.glsl, and their bindings. */
 const char *shadow_system_defines(const struct shadow_system *shadows);
 void shadow_system_bind(const struct shadow_system *shadows, const struct gl_program *program);
 /* Forgets all structures of a scene (it was detached or changed). */
 void shadow_system_forget(struct shadow_system *shadows, const char *scene_key);
-/* Gives memory that no structure takes back to the device; between frames. */
+/* Frees device memory that no structure uses; between frames. */
 void shadow_system_trim(struct shadow_system *shadows);
-/* The same after the structures that the last frame did not use are dropped. */
-void shadow_system_rest(struct shadow_system *shadows);
+/* The same, after it has evicted the structures that the last frame did not use. */
+void shadow_system_trim_unused(struct shadow_system *shadows);
 uint64_t shadow_system_size_bytes(const struct shadow_system *shadows);
 
 #endif

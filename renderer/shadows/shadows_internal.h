@@ -1,12 +1,21 @@
 /* SPDX-License-Identifier: MIT */
-/* What the parts of the shadow system share: shadows.c keeps and builds the structures,
- * shadow_records.c gives them to shading, shadow_report.c tells of them. Thread: GL. */
+/* What the parts of the shadow system share: shadows.c builds and caches the structures,
+ * shadow_records.c makes them available to shading, shadow_report.c reports them. Thread: GL. */
 #ifndef VITRAIL_RENDERER_SHADOWS_SHADOWS_INTERNAL_H
 #define VITRAIL_RENDERER_SHADOWS_SHADOWS_INTERNAL_H
 
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_programs.h"
 #include "renderer/shadows/shadows.h"
+
+/* Structures of one frame that are built in several turns, because urgent frames go in between. */
+struct shadow_progress {
+    uint64_t number;                /* of shadow_system.progresses */
+    uint64_t built;                 /* so far */
+    bool is_interrupted;            /* the turn ended before all were built */
+    char opaque[REPORT_TEXT_BYTES]; /* why, in the words of the first turn */
+    char transparent[REPORT_TEXT_BYTES];
+};
 
 struct shadow_system {
     struct gpu_timeline *timeline;
@@ -25,16 +34,13 @@ struct shadow_system {
     size_t light_count, light_capacity;
     struct shadow_build *builds;
     size_t build_count, build_capacity;
-    size_t done_count; /* with a shadow_progress: of builds, those that stand */
+    struct shadow_progress *progress; /* NULL: all are built in one turn */
+    size_t done_count;                /* with it: of builds, those that stand */
     int resolution, taps;
     double allowed_error; /* of lists that take the place of exact ones; 0: none do */
     bool is_frugal;       /* they are built one by one, each with no more memory than it needs */
     struct content_key refused;    /* of the maps whose exact lists last exceeded the budget, ... */
     uint64_t refused_budget_bytes; /* ... which was this */
-    size_t kept_exact; /* lights that were to be compressed and have lists with objects */
-    bool has_cut_lamp; /* a light stands in too many media, where they are cut away */
-    /* A technique without room for media that meets some; SHADOWS_NONE: none does. */
-    enum shadow_technique thick_media;
     struct gl_buffer records;
     struct gl_texture record_view;
     char defines[SHADOW_DEFINES_BYTES];
@@ -51,12 +57,10 @@ bool shadow_guess_stands(struct shadow_system *shadows, struct shadow_map *map, 
 MUST_CHECK bool shadow_sizes_use(struct shadow_system *shadows,
                                  const struct shadow_prepare_desc *desc, struct error *err);
 
-/* Counts, bytes and warnings of the frame's structures. progress: NULL, or of the frame that was
- * interrupted before. */
-void shadow_report_fill(const struct shadow_system *shadows, const struct shadow_progress *progress,
-                        struct frame_report *report);
+/* Counts, bytes and warnings of the frame's structures. */
+void shadow_report_fill(const struct shadow_system *shadows, struct frame_report *report);
 
-/* Of maps whose sizes the frame's picture brings along. */
+/* Reports maps whose sizes were read back with the frame's picture. */
 void shadow_report_told(uint32_t map_flags, const struct deep_statistics *sizes,
                         struct frame_report *report);
 

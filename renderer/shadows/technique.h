@@ -1,16 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /* A shadow technique as functions. Its plain data is a row of protocol/shadow_technique.h; each has
  * a file of its own, technique_NAME.c, and technique_table.c lists them. The planner, the builder,
- * shading and those who list programs ask the table and name no technique. */
+ * shading and the lists of programs ask the table and name no technique. */
 #ifndef VITRAIL_RENDERER_SHADOWS_TECHNIQUE_H
 #define VITRAIL_RENDERER_SHADOWS_TECHNIQUE_H
 
 #include "protocol/shadow_technique.h"
+#include "renderer/forecast/forecast.h"
 #include "renderer/shadows/caster_variants.h"
 #include "renderer/shadows/shadow_needs.h"
 
+struct frame_report;
 struct shadow_builder;
 struct shadow_features;
+struct shadow_record;
 
 /* A technique that rebuilds its structure between the layers that it composites gets a scope of its
  * own here. */
@@ -27,58 +30,94 @@ struct shadow_listing {      /* what the programs of a light's passes follow fro
 
 /* One description of a pass, for the plan, for explaining and for warming up. */
 struct shadow_pass {
-    const char *name;    /* as the frame report has it; NULL ends the passes of a technique */
-    bool is_of_windows;  /* SHADOW_PER_WINDOW: once a window; else once a frame */
-    bool is_conditional; /* left out where the pass that counts finds nothing */
-    bool is_of_nodes;    /* only where lists are compressed: SHADOW_FLAG_NODES */
+    const char *name; /* as the frame report has it; NULL ends the passes of a technique */
+    enum shadow_technique technique; /* AUTO: that of the lights; else reported so for all */
+    bool is_of_windows;              /* SHADOW_PER_WINDOW: once a window; else once a frame */
+    bool is_conditional;             /* left out where the pass that counts finds nothing */
+    bool is_of_nodes;                /* only where lists are compressed: SHADOW_FLAG_NODES */
     /* SHADOW_PER_LIGHT: adds the programs of the pass. */
     void (*list_programs)(const struct shadow_pass *pass, const struct shadow_listing *listing,
                           struct program_list *list);
 };
 
-struct shadow_method {
-    enum shadow_technique id; /* the row */
+/* How the self-test draws a structure before the device is trusted with it
+ * (renderer/frame/scene_selftest.h). */
+struct shadow_trial {
+    const char *name;            /* told of a failure; NULL ends the trials of a structure */
+    struct view_quality quality; /* the resolution is the self-test's own */
+};
+
+/* How shadows are found and what keeps them. Techniques that differ in their queries alone share
+ * one. */
+struct shadow_structure {
     enum shadow_scope scope;
     const struct shadow_pass *passes; /* in the order of execution, after shadow_depth_pass */
-    /* The technique of lights that this one does not want; NULL: they shine without a shadow. */
-    const struct shadow_method *otherwise;
-    /* Whether a light with these casters has a shadow of this technique. Thread: any. */
-    bool (*wants)(const struct shadow_casters *casters, const struct view_quality *quality);
+    /* One at least; a frame needs the one that is as `faithful`, or else the first. */
+    const struct shadow_trial *trials;
+    /* Adds what the shadows of a frame take, beside its surfaces. Thread: any. */
+    void (*forecast)(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+    /* The error of shadows (forecast.h); NULL: none, so that edges alone are off. Thread: any. */
+    double (*forecast_error)(const struct forecast_setting *setting);
 
-    /* The rest is of SHADOW_PER_LIGHT. */
-    uint32_t kind;        /* of its structures in shadow_record */
-    const char *reused;   /* the report's name for structures that stood already */
+    /* The rest is of SHADOW_PER_LIGHT; functions are optional. */
     uint64_t texel_bytes; /* least memory of a texel, known before the structure is built */
     bool has_lists;       /* transparent casters are in the structure, in a list of each texel */
     bool has_nodes;       /* the lists are in the pool of nodes; else in that of events */
     bool is_walked;       /* a query visits every element before the receiver */
     bool follows_depths;  /* built after the opaque depths have left the target */
-    /* Completes the map, whose frame and clip planes stand; optional. allowed_error: of lists that
-     * take the place of exact ones, 0 for none. */
+    /* Whether lists hold every transmittance as it is; NULL: with each quality. */
+    bool (*is_exact)(const struct view_quality *quality);
+    /* Completes the map, whose frame and clip planes stand. allowed_error: of lists that take the
+     * place of exact ones, 0 for none. */
     void (*describe)(struct shadow_map *map, const struct shadow_casters *casters,
                      const struct view_quality *quality, double allowed_error);
-    /* Adds what a query of the map needs of its program; optional. */
+    /* Adds what a query of the map needs of its program. */
     void (*add_features)(struct shadow_features *features, const struct shadow_map *map);
-    /* Builds the maps of this technique among the builds and passes over the others; optional.
-     * Thread: GL. */
+    /* Builds the maps of this structure among the builds and passes over the others. Thread: GL. */
     bool (*build)(struct shadow_builder *builder, struct shadow_build *builds, size_t count,
                   const struct shadow_scene *scene, const char *because, struct error *err);
+    /* Fills what queries read of the lists; the rest of the record stands. */
+    void (*record)(const struct shadow_map *map, struct shadow_record *record);
+    /* Binds what queries read of the lists. Thread: GL. */
+    void (*bind)(const struct shadow_store *store);
+    /* maps: of each light of the frame, NULL without a shadow; those of other structures are passed
+     * over. */
+    void (*report)(const struct shadow_map *const *maps, size_t count, struct frame_report *report);
+    /* Gives the memory of the lists back; empty ranges are none. */
+    bool (*drop)(struct shadow_store *store, struct shadow_map *map, struct error *err);
 };
 
-extern const struct shadow_method shadow_method_map, shadow_method_deep, shadow_method_linked,
-    shadow_method_rays;
+struct shadow_method {
+    enum shadow_technique id;                 /* the row */
+    const struct shadow_structure *structure; /* required */
+    const char *reused; /* SHADOW_PER_LIGHT: the report's name for structures that stood already */
+    /* Of structures with lists: NAME of shaders/shadows/shadow_lookup_NAME.glsl, which looks them
+     * up. */
+    const char *lookup;
+    /* The technique of lights that this one does not want; NULL: they shine without a shadow. */
+    const struct shadow_method *otherwise;
+    /* Whether a light with these casters has a shadow of this technique. Thread: any. */
+    bool (*wants)(const struct shadow_casters *casters, const struct view_quality *quality);
+};
+
+extern const struct shadow_structure shadow_structure_map, shadow_structure_deep,
+    shadow_structure_linked, shadow_structure_rays;
+extern const struct shadow_method shadow_method_map, shadow_method_deep;
 
 /* Opaque casters, drawn for the structure of every light. */
 extern const struct shadow_pass shadow_depth_pass;
 
-/* NULL of SHADOWS_NONE. */
+/* The structures, one after the other; NULL past the last. */
+const struct shadow_structure *shadow_structure_at(size_t index);
+/* NULL of SHADOWS_NONE. AUTO, where no plan has chosen, and a whole renderer, of frames that are
+ * rasterised after all, have that of SHADOWS_RASTER_DEFAULT. */
 const struct shadow_method *shadow_method_of(enum shadow_technique technique);
-/* The technique whose structures have this kind; the kinds are 0 to SHADOW_KINDS - 1. */
-enum { SHADOW_KINDS = 3 };
-const struct shadow_method *shadow_method_of_kind(uint32_t kind);
 /* The technique of a light with these casters; NULL: it shines without a shadow. */
 const struct shadow_method *shadow_method_choose(const struct shadow_casters *casters,
                                                  const struct view_quality *quality);
+/* struct shadow_method.wants of techniques that are for transparent casters alone. */
+bool shadow_wants_transparent(const struct shadow_casters *casters,
+                              const struct view_quality *quality);
 /* Whether rays, or others, find the shadows of each window where the request names a technique. */
 bool shadow_is_per_window(enum shadow_technique technique);
 

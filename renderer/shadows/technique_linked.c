@@ -2,12 +2,14 @@
 /* `deep-linked`: lists that are sorted as their elements are inserted (shadow_deep.h). Lindbeck
  * 2015. A light without a transparent caster has a plain map, but for lists as published, whose
  * opaque casters are elements, too. */
+#include "renderer/frame_report.h"
 #include "renderer/gl/buffer_fill.h"
 #include "renderer/shadows/shadow_deep.h"
 #include "renderer/shadows/shadow_programs.h"
 #include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 
+#include "shaders/shared/bindings.h"
 #include "shaders/shared/records.h"
 
 static bool wants(const struct shadow_casters *casters, const struct view_quality *quality)
@@ -25,7 +27,6 @@ static void describe(struct shadow_map *map, const struct shadow_casters *caster
 
 static void add_features(struct shadow_features *features, const struct shadow_map *map)
 {
-    features->has[SHADOW_FEATURE_LINKED] = true;
     features->has[SHADOW_FEATURE_FAITHFUL] |= map->is_faithful;
 }
 
@@ -52,18 +53,76 @@ static const struct shadow_pass passes[] = {
     {.name = NULL},
 };
 
+/* ---- what shading and reports know of the lists ---- */
+
+static bool is_exact(const struct view_quality *quality)
+{
+    return !quality->faithful;
+}
+
+static void fill_record(const struct shadow_map *map, struct shadow_record *record)
+{
+    record->event_base = (uint32_t)map->nodes.first;
+}
+
+static void bind(const struct shadow_store *store)
+{
+    gl_texture_bind(shadow_store_view(store, SHADOW_POOL_HEADS, 0), UNIT_SHADOW_HEADS);
+    gl_texture_bind(shadow_store_view(store, SHADOW_POOL_NODES, 0), UNIT_SHADOW_NODES);
+}
+
+static void report(const struct shadow_map *const *maps, size_t count, struct frame_report *report)
+{
+    size_t lights = 0;
+    unsigned long long failures = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct shadow_map *map = maps[i];
+        if (!map || map->method->structure != &shadow_structure_linked)
+            continue;
+        lights += map->lock_failures > 0;
+        failures += map->lock_failures;
+    }
+    if (lights)
+        report_warn(report,
+                    "deep-linked: %llu elements of %zu lights found no lock; the lists of these "
+                    "lights were made again without locks, with the same shadows",
+                    failures, lights);
+}
+
+static bool drop(struct shadow_store *store, struct shadow_map *map, struct error *err)
+{
+    return shadow_store_free(store, SHADOW_POOL_HEADS, &map->heads, err) &&
+           shadow_store_free(store, SHADOW_POOL_NODES, &map->nodes, err);
+}
+
+static const struct shadow_trial trials[] = {
+    {"deep-linked", {.shadows = SHADOWS_DEEP_LINKED}},
+    {"deep-linked, faithful", {.shadows = SHADOWS_DEEP_LINKED, .faithful = true}},
+    {.name = NULL},
+};
+
+const struct shadow_structure shadow_structure_linked = {.scope = SHADOW_PER_LIGHT,
+                                                         .passes = passes,
+                                                         .trials = trials,
+                                                         .forecast = forecast_add_maps,
+                                                         .forecast_error = forecast_maps_error,
+                                                         .texel_bytes = 8, /* depth and head */
+                                                         .has_lists = true,
+                                                         .has_nodes = true,
+                                                         .is_walked = true,
+                                                         .follows_depths = true,
+                                                         .is_exact = is_exact,
+                                                         .describe = describe,
+                                                         .add_features = add_features,
+                                                         .build = shadow_linked_build,
+                                                         .record = fill_record,
+                                                         .bind = bind,
+                                                         .report = report,
+                                                         .drop = drop};
+
 const struct shadow_method shadow_method_linked = {.id = SHADOWS_DEEP_LINKED,
-                                                   .scope = SHADOW_PER_LIGHT,
-                                                   .passes = passes,
-                                                   .otherwise = &shadow_method_map,
-                                                   .wants = wants,
-                                                   .kind = SHADOW_LINKED,
+                                                   .structure = &shadow_structure_linked,
                                                    .reused = "shadow.deep-linked",
-                                                   .texel_bytes = 8, /* the depth and the head */
-                                                   .has_lists = true,
-                                                   .has_nodes = true,
-                                                   .is_walked = true,
-                                                   .follows_depths = true,
-                                                   .describe = describe,
-                                                   .add_features = add_features,
-                                                   .build = shadow_linked_build};
+                                                   .lookup = "linked",
+                                                   .otherwise = &shadow_method_map,
+                                                   .wants = wants};

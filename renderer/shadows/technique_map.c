@@ -14,10 +14,17 @@ static bool wants(const struct shadow_casters *casters, const struct view_qualit
 
 static const struct shadow_pass passes[] = {{.name = NULL}}; /* the depth is all */
 
-const struct shadow_method shadow_method_map = {.id = SHADOWS_MAP,
-                                                .scope = SHADOW_PER_LIGHT,
-                                                .passes = passes,
-                                                .wants = wants,
-                                                .kind = SHADOW_MAP,
-                                                .reused = "shadow.map",
-                                                .texel_bytes = 4};
+static const struct shadow_trial trials[] = {
+    {"map", {.shadows = SHADOWS_MAP}},
+    {.name = NULL},
+};
+
+const struct shadow_structure shadow_structure_map = {.scope = SHADOW_PER_LIGHT,
+                                                      .passes = passes,
+                                                      .trials = trials,
+                                                      .forecast = forecast_add_maps,
+                                                      .forecast_error = forecast_maps_error,
+                                                      .texel_bytes = 4};
+
+const struct shadow_method shadow_method_map = {
+    .id = SHADOWS_MAP, .structure = &shadow_structure_map, .reused = "shadow.map", .wants = wants};

@@ -16,5 +16,17 @@ static const struct shadow_pass passes[] = {
     {.name = NULL},
 };
 
+static const struct shadow_trial trials[] = {
+    {"raytraced-shadows", {.shadows = SHADOWS_RAYTRACED_SHADOWS}},
+    {.name = NULL},
+};
+
+const struct shadow_structure shadow_structure_rays = {
+    .scope = SHADOW_PER_WINDOW,
+    .passes = passes,
+    .trials = trials,
+    .forecast = forecast_add_points,
+};
+
 const struct shadow_method shadow_method_rays = {
-    .id = SHADOWS_RAYTRACED_SHADOWS, .scope = SHADOW_PER_WINDOW, .passes = passes, .wants = wants};
+    .id = SHADOWS_RAYTRACED_SHADOWS, .structure = &shadow_structure_rays, .wants = wants};

@@ -2,8 +2,6 @@
 /* The shadow techniques by their rows and by the kinds of their structures. */
 #include "renderer/shadows/technique.h"
 
-#include <assert.h>
-
 static void list_depth(const struct shadow_pass *pass, const struct shadow_listing *listing,
                        struct program_list *list)
 {
@@ -12,28 +10,35 @@ static void list_depth(const struct shadow_pass *pass, const struct shadow_listi
     caster_list_programs(&view, listing->casters, pass->name, false, list);
 }
 
-const struct shadow_pass shadow_depth_pass = {.name = "shadow.depth", .list_programs = list_depth};
+const struct shadow_pass shadow_depth_pass = {
+    .name = "shadow.depth", .technique = SHADOWS_MAP, .list_programs = list_depth};
+
+/* Each technique that has functions, by the end of their names. */
+#define SHADOW_METHODS(METHOD) METHOD(map) METHOD(deep) METHOD(linked) METHOD(rays)
+
+#define DECLARE(name) extern const struct shadow_method shadow_method_##name;
+SHADOW_METHODS(DECLARE)
+#undef DECLARE
+
+#define ADDRESS(name) &shadow_method_##name,
+static const struct shadow_method *const methods[] = {SHADOW_METHODS(ADDRESS)};
+#undef ADDRESS
+
+const struct shadow_structure *shadow_structure_at(size_t index)
+{
+    static const struct shadow_structure *const structures[] = {
+        &shadow_structure_map, &shadow_structure_deep, &shadow_structure_linked,
+        &shadow_structure_rays};
+    return index < sizeof structures / sizeof *structures ? structures[index] : NULL;
+}
 
 const struct shadow_method *shadow_method_of(enum shadow_technique technique)
 {
-    static const struct shadow_method *const methods[SHADOWS_COUNT] = {
-        [SHADOWS_AUTO] = &shadow_method_deep, /* unless the plan has another */
-        [SHADOWS_MAP] = &shadow_method_map,
-        [SHADOWS_DEEP] = &shadow_method_deep,
-        [SHADOWS_DEEP_LINKED] = &shadow_method_linked,
-        [SHADOWS_RAYTRACED] = &shadow_method_deep, /* of frames that are rasterised after all */
-        [SHADOWS_RAYTRACED_SHADOWS] = &shadow_method_rays,
-    };
-    assert((int)technique >= 0 && technique < SHADOWS_COUNT);
-    return methods[technique];
-}
-
-const struct shadow_method *shadow_method_of_kind(uint32_t kind)
-{
-    static const struct shadow_method *const methods[SHADOW_KINDS] = {
-        &shadow_method_map, &shadow_method_deep, &shadow_method_linked};
-    assert(kind < SHADOW_KINDS && methods[kind]->kind == kind);
-    return methods[kind];
+    bool is_open = technique == SHADOWS_AUTO || shadow_technique_is_renderer(technique);
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++)
+        if (methods[i]->id == (is_open ? SHADOWS_RASTER_DEFAULT : technique))
+            return methods[i];
+    return NULL;
 }
 
 const struct shadow_method *shadow_method_choose(const struct shadow_casters *casters,
@@ -45,8 +50,15 @@ const struct shadow_method *shadow_method_choose(const struct shadow_casters *ca
     return method;
 }
 
+bool shadow_wants_transparent(const struct shadow_casters *casters,
+                              const struct view_quality *quality)
+{
+    (void)quality;
+    return casters->transparent_count > 0;
+}
+
 bool shadow_is_per_window(enum shadow_technique technique)
 {
     const struct shadow_method *method = shadow_method_of(technique);
-    return method && method->scope == SHADOW_PER_WINDOW;
+    return method && method->structure->scope == SHADOW_PER_WINDOW;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The one home of stb_dxt; and the decoder of its blocks, for their error. */
+/* The only file that uses stb_dxt, and a decoder of its blocks, which measures their error. */
 #include "renderer/textures/texture_blocks.h"
 
 #include <stb_dxt.h>

@@ -68,8 +68,8 @@ void texture_density_destroy(struct texture_density *density)
     free(density);
 }
 
-/* d G^-1 d for the Gram matrix G of two edges: the squared gradient of what grows by d along them.
- */
+/* d G^-1 d for the Gram matrix G of two edges: the squared gradient of a value that grows by d
+ * along them. */
 static double squared_gradient(const double gram[3], double determinant, const double d[2])
 {
     return (gram[2] * d[0] * d[0] - 2 * gram[1] * d[0] * d[1] + gram[0] * d[1] * d[1]) /

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Which level of each image a projection of drawables can need: a bound from below, so that levels
- * finer than it are sampled nowhere. CPU only. Thread: any, one object on one thread at a time. */
+/* Finds the finest level of each image that a view of drawables can sample. It is a conservative
+ * bound: no finer level is sampled anywhere. CPU only. Thread: any, one object on one thread at a
+ * time. */
 #ifndef VITRAIL_RENDERER_TEXTURES_TEXTURE_NEED_H
 #define VITRAIL_RENDERER_TEXTURES_TEXTURE_NEED_H
 
@@ -14,7 +15,7 @@ static inline uint32_t texture_key(uint32_t image, bool is_srgb)
     return 2 * image + is_srgb;
 }
 
-/* A pinhole, or parallel rays. */
+/* How a camera or a light projects: through a pinhole, or by parallel rays. */
 struct texture_lens {
     double eye[3];     /* world */
     double forward[3]; /* world, unit; all 0: depth is at least the distance times depth_share */
@@ -25,10 +26,10 @@ struct texture_lens {
     bool is_parallel;
 };
 
-/* How densely primitives are covered with texels; found when first asked for. */
+/* How many texels a primitive has per metre, computed when it is first requested. */
 struct texture_density;
 struct texture_density *texture_density_create(const struct scene *scene, struct error *err);
-/* Of a composed scene: every part is to be set before use, and its density is borrowed. */
+/* For a composed scene. All parts have to be set before use; their densities are borrowed. */
 struct texture_density *texture_density_compose(const struct scene *scene, struct error *err);
 void texture_density_set_part(struct texture_density *density, uint32_t part,
                               struct texture_density *of_part);
@@ -42,11 +43,12 @@ struct texture_need_desc {
     uint32_t slots; /* bit set of 1u << enum scene_texture_slot: those that are sampled */
     const struct texture_lens *lens; /* required */
 };
-/* Lowers levels[texture_key] to what these drawables can need. GPUs choose a level by the greatest
- * side of a pixel's footprint along u and v, or by more (OpenGL 4.5 core profile, 8.14); the bound
- * is that of the triangle with the fewest texels per metre, at the depth of the drawable's nearest
- * point. They measure it in texels of the finest level present: where sides are rounded down, that
- * shifts the choice, so no level is named whose sides are below 256 and no exact fractions. */
+/* Lowers levels[texture_key] to the finest levels that these drawables can sample. GPUs choose a
+ * level by the longest side of a pixel's footprint along u and v, or by more than that (OpenGL 4.5
+ * core profile, 8.14). The bound takes the triangle with the fewest texels per metre, at the depth
+ * of the drawable's nearest point. GPUs measure the footprint in texels of the finest level that is
+ * present. Where the sides of that level were rounded down, their choice shifts; so the bound never
+ * names a level whose sides are below 256 and no exact fractions of those of level 0. */
 void texture_need_add(const struct texture_need_desc *desc, uint8_t *levels);
 
 #endif

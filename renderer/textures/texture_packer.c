@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A few slots; threads take the oldest that waits. What nobody took makes room for others. */
+/* A few slots hold requests and results. Threads take the oldest request; a result that nobody
+ * takes makes room for new requests. */
 #include "renderer/textures/texture_packer.h"
 
 #include <pthread.h>
@@ -58,7 +59,7 @@ static struct texture_packed pack(const struct texture_packing *what)
     return packed;
 }
 
-/* Under the mutex: the state's oldest, or NULL. */
+/* The oldest slot in this state, or NULL. The caller holds the mutex. */
 static struct slot *oldest(struct texture_packer *packer, enum slot_state state)
 {
     struct slot *found = NULL;
@@ -150,8 +151,8 @@ static struct slot *find(struct texture_packer *packer, const struct texture_pac
     return NULL;
 }
 
-/* Under the mutex: a free slot; of others that which was done or, with `waits`, waits and was asked
- * for longest ago. NULL: all are being made. */
+/* Finds a slot for a new request: a free one, else the oldest result, else, with `waits`, the
+ * oldest request. NULL: all slots are being compressed. The caller holds the mutex. */
 static struct slot *make_room(struct texture_packer *packer, bool waits)
 {
     struct slot *slot = oldest(packer, FREE);
@@ -164,7 +165,8 @@ static struct slot *make_room(struct texture_packer *packer, bool waits)
     return slot;
 }
 
-/* Under the mutex: its slot, if it needs be a new one; NULL: there is no room. */
+/* The slot of a request, which is a new one if the request is new. NULL: there is no room. The
+ * caller holds the mutex. */
 static struct slot *list(struct texture_packer *packer, const struct texture_packing *what,
                          bool waits)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A ring of ranges: a thread touches a byte of each page. */
+/* A ring of ranges of memory. A thread reads one byte of each of their pages. */
 #include "renderer/textures/texture_reader.h"
 
 #include <pthread.h>
@@ -31,7 +31,7 @@ static uint8_t touch(const struct range *range)
     return sum;
 }
 
-/* Under the mutex: the oldest that is not read. */
+/* The oldest range that is not read yet. The caller holds the mutex. */
 static struct range *next_unread(struct texture_reader *reader)
 {
     for (size_t i = 0; i < reader->count; i++) {
@@ -110,7 +110,7 @@ void texture_reader_drain(struct texture_reader *reader)
     pthread_mutex_unlock(&reader->mutex);
 }
 
-/* Under the mutex. A full ring lets its oldest range go once that is read. */
+/* Adds a range. A full ring drops its oldest range if that is read. The caller holds the mutex. */
 static void enqueue(struct texture_reader *reader, const void *bytes, size_t size_bytes)
 {
     if (reader->count == RANGES) {

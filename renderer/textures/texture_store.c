@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The pool and its stores: life, what a frame asks for, what it draws with. */
+/* The pool and its stores: creation, requests of frames, and the textures they draw with. */
 #include "renderer/textures/texture_store.h"
 
 #include <assert.h>
@@ -72,17 +72,17 @@ bool texture_pool_has_room_for(const struct texture_pool *pool, struct texture_s
     uint64_t bytes = 0;
     for (size_t i = 0; i < count; i++)
         bytes += stores[i]->whole_bytes;
-    return bytes <= texture_grant_budget(pool);
+    return bytes <= texture_budget_bytes(pool);
 }
 
 /* ---- what a frame asks for ---- */
 
-static bool is_demanded(const struct texture_wish *wish, const struct texture_store *store)
+static bool is_demanded(const struct texture_request *request, const struct texture_store *store)
 {
     size_t i = 0;
-    while (i < wish->count && wish->demands[i].store != store)
+    while (i < request->count && request->demands[i].store != store)
         i++;
-    return i < wish->count;
+    return i < request->count;
 }
 
 static bool reserve(struct texture_pool *pool, struct error *err)
@@ -111,19 +111,20 @@ static void list(struct texture_pool *pool, const struct texture_demand *demand,
     }
 }
 
-/* The textures of the wish, then those of all others, which nothing wants. */
-static bool list_all(struct texture_pool *pool, const struct texture_wish *wish, struct error *err)
+/* Lists the textures that the request names, then all others, which no pass of the frame needs. */
+static bool list_all(struct texture_pool *pool, const struct texture_request *request,
+                     struct error *err)
 {
-    pool->count = pool->wish_count = 0;
+    pool->count = pool->request_count = 0;
     if (!reserve(pool, err))
         return false;
     pool->clock++;
-    for (size_t i = 0; i < wish->count; i++)
-        list(pool, &wish->demands[i], true);
-    pool->wish_count = pool->count;
+    for (size_t i = 0; i < request->count; i++)
+        list(pool, &request->demands[i], true);
+    pool->request_count = pool->count;
     for (struct texture_store *store = pool->stores; store; store = store->next)
-        for (uint32_t key = 0; !is_demanded(wish, store) && key < store->count; key++) {
-            store->textures[key].wanted = store->textures[key].granted = TEXTURE_UNNEEDED;
+        for (uint32_t key = 0; !is_demanded(request, store) && key < store->count; key++) {
+            store->textures[key].wanted = store->textures[key].budgeted = TEXTURE_UNNEEDED;
             pool->textures[pool->count++] = &store->textures[key];
         }
     return true;
@@ -135,25 +136,25 @@ static bool is_whole(const struct texture_store *store)
     return store->full_bytes == store->whole_bytes && (!in->of || in->of->store != store);
 }
 
-/* What most frames of most scenes find: everything is asked for, and there. */
-static bool has_all(struct texture_pool *pool, const struct texture_wish *wish,
+/* The case of most frames: all levels are requested, and all are resident. */
+static bool has_all(struct texture_pool *pool, const struct texture_request *request,
                     struct report_textures *report)
 {
-    for (size_t i = 0; i < wish->count; i++)
-        if (wish->demands[i].levels || !is_whole(wish->demands[i].store))
+    for (size_t i = 0; i < request->count; i++)
+        if (request->demands[i].levels || !is_whole(request->demands[i].store))
             return false;
     pool->clock++;
-    for (size_t i = 0; i < wish->count; i++) {
-        wish->demands[i].store->last_use = pool->clock;
-        report->wanted_bytes += wish->demands[i].store->whole_bytes;
+    for (size_t i = 0; i < request->count; i++) {
+        request->demands[i].store->last_use = pool->clock;
+        report->wanted_bytes += request->demands[i].store->whole_bytes;
     }
     return true;
 }
 
-/* One that takes another form may become smaller; all of it is to be written. */
+/* A texture that changes its form may become smaller, but all of it has to be uploaded. */
 static uint64_t lacking_bytes(const struct stored_texture *t)
 {
-    uint64_t bytes = texture_granted_from(t, t->granted);
+    uint64_t bytes = texture_budgeted_from(t, t->budgeted);
     return texture_is_otherwise(t) || bytes < t->full.texture.size_bytes
                ? bytes
                : bytes - t->full.texture.size_bytes;
@@ -162,7 +163,7 @@ static uint64_t lacking_bytes(const struct stored_texture *t)
 static void count_missing(const struct texture_pool *pool, struct report_textures *report)
 {
     double squares = 0, texels = 0;
-    for (size_t i = 0; i < pool->wish_count; i++) {
+    for (size_t i = 0; i < pool->request_count; i++) {
         struct stored_texture *t = pool->textures[i];
         const struct texture_levels_held *present = texture_present(t);
         if (t->wanted == TEXTURE_UNNEEDED)
@@ -194,19 +195,19 @@ static struct texture_spending limits_of(const struct texture_pool *pool, bool m
     return spending;
 }
 
-static bool bring(struct texture_pool *pool, const struct texture_wish *wish,
-                  struct report_textures *report, struct error *err)
+static bool stream_in(struct texture_pool *pool, const struct texture_request *request,
+                      struct report_textures *report, struct error *err)
 {
-    if (wish->timeline) /* work of before is not of what is measured */
-        gpu_timeline_will_wait(wish->timeline);
-    struct texture_spending spending = limits_of(pool, wish->may_be_coarse);
-    bool is_good = wish->may_be_coarse ? texture_bring_some(pool, &spending, err)
-                                       : texture_bring_all(pool, &spending, err);
+    if (request->timeline) /* work of before is not of what is measured */
+        gpu_timeline_will_wait(request->timeline);
+    struct texture_spending spending = limits_of(pool, request->may_be_coarse);
+    bool is_good = request->may_be_coarse ? texture_stream_some(pool, &spending, err)
+                                          : texture_stream_all(pool, &spending, err);
     report->written_bytes = spending.written_bytes;
     if (spending.written_bytes && pool->waits)
         glFinish(); /* what the device is still busy with counts, too */
     report->upload_ms = wall_ms() - spending.begin_ms;
-    if (wish->may_be_coarse && pool->waits &&
+    if (request->may_be_coarse && pool->waits &&
         texture_pace_is_told(&pool->pace, spending.written_bytes, spending.limit_bytes))
         texture_note_pace(&pool->pace, pool->upload_ms, spending.written_bytes, report->upload_ms);
     return is_good;
@@ -217,49 +218,49 @@ static bool has_packer(struct texture_pool *pool, struct error *err)
     return !pool->packs || pool->packer || (pool->packer = texture_packer_create(err)) != NULL;
 }
 
-bool texture_pool_prepare(struct texture_pool *pool, const struct texture_wish *wish,
+bool texture_pool_prepare(struct texture_pool *pool, const struct texture_request *request,
                           struct report_textures *report, struct error *err)
 {
     bool is_good = true;
     *report = (struct report_textures){.budget_bytes = pool->budget_bytes};
     pool->most_bytes = pool->resident_bytes;
-    if (!has_all(pool, wish, report)) {
+    if (!has_all(pool, request, report)) {
         if (!pool->reader && !(pool->reader = texture_reader_create(err)))
             return false;
-        is_good = list_all(pool, wish, err) &&
-                  texture_grant(pool, wish->may_be_coarse, report, err) && has_packer(pool, err) &&
-                  bring(pool, wish, report, err);
+        is_good = list_all(pool, request, err) &&
+                  texture_budget_levels(pool, request->may_be_coarse, report, err) &&
+                  has_packer(pool, err) && stream_in(pool, request, report, err);
         count_missing(pool, report);
     }
     report->resident_bytes = pool->resident_bytes;
     return is_good;
 }
 
-bool texture_pool_plan(struct texture_pool *pool, const struct texture_wish *wish,
+bool texture_pool_plan(struct texture_pool *pool, const struct texture_request *request,
                        struct report_textures *report, struct error *err)
 {
     *report = (struct report_textures){.budget_bytes = pool->budget_bytes};
-    pool->count = pool->wish_count = 0;
+    pool->count = pool->request_count = 0;
     if (!reserve(pool, err))
         return false;
-    for (size_t i = 0; i < wish->count; i++)
-        list(pool, &wish->demands[i], false);
-    pool->wish_count = pool->count;
-    if (!texture_grant(pool, wish->may_be_coarse, report, err))
+    for (size_t i = 0; i < request->count; i++)
+        list(pool, &request->demands[i], false);
+    pool->request_count = pool->count;
+    if (!texture_budget_levels(pool, request->may_be_coarse, report, err))
         return false;
-    for (size_t i = 0; i < pool->wish_count; i++) {
+    for (size_t i = 0; i < pool->request_count; i++) {
         const struct stored_texture *t = pool->textures[i];
         if (t->wanted == TEXTURE_UNNEEDED)
             continue;
-        report->resident_bytes += texture_granted_from(t, t->granted);
-        report->coarse_count += t->granted > t->wanted;
+        report->resident_bytes += texture_budgeted_from(t, t->budgeted);
+        report->coarse_count += t->budgeted > t->wanted;
     }
     return true;
 }
 
-uint8_t texture_store_granted(const struct texture_store *store, uint32_t key)
+uint8_t texture_store_budgeted(const struct texture_store *store, uint32_t key)
 {
-    return store->textures[key].granted;
+    return store->textures[key].budgeted;
 }
 
 const struct gl_texture *texture_store_use(struct texture_store *store, uint32_t key,
@@ -312,7 +313,7 @@ static bool check_sizes(struct texture_store *store, struct error *err)
         t->width = store->scene->images[key / 2].width_px;
         t->height = store->scene->images[key / 2].height_px;
         t->level_count = (uint8_t)texture_level_count(t->width, t->height);
-        t->granted = t->wanted = TEXTURE_UNNEEDED;
+        t->budgeted = t->wanted = TEXTURE_UNNEEDED;
         if (!t->is_used)
             continue;
         if (t->width > (uint32_t)most || t->height > (uint32_t)most)
@@ -325,14 +326,14 @@ static bool check_sizes(struct texture_store *store, struct error *err)
     return true;
 }
 
-/* All levels, or what there is to begin with. */
+/* Uploads all levels if they fit, and else the coarsest ones. */
 static bool fill(struct texture_store *store, struct error *err)
 {
     struct texture_pool *pool = store->pool;
     struct texture_spending spending = {.limit_bytes = UINT64_MAX, .limit_ms = INFINITY};
     bool is_good = true, is_whole = texture_pool_has_room_for(pool, &store, 1);
     if (is_whole)
-        is_good = list_all(pool, &(struct texture_wish){.count = 0}, err) &&
+        is_good = list_all(pool, &(struct texture_request){.count = 0}, err) &&
                   texture_drop_unneeded(pool, pool->floor_bytes + store->whole_bytes, err);
     for (uint32_t key = 0; is_good && key < store->count; key++) {
         struct stored_texture *t = &store->textures[key];

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Shared by texture_store.c (life), texture_grant.c (what is granted and what goes),
- * texture_upload.c (levels of one texture) and texture_bring.c (what comes). A texture holds the
- * levels from its `top` to the last; finer or coarser ones take a texture of another size, which
- * takes over what both have. Thread: GL. */
+/* The parts of the texture pool share this: texture_store.c creates and destroys, texture_budget.c
+ * decides which levels fit the budget and what is evicted, texture_upload.c writes the levels of
+ * one texture, and texture_stream.c streams in the levels that are missing. A texture holds the
+ * levels from its `top` to the last one. To hold finer or coarser levels, a texture of another size
+ * takes its place, and copies the levels that both have. Thread: GL. */
 #ifndef VITRAIL_RENDERER_TEXTURES_TEXTURE_STORE_INTERNAL_H
 #define VITRAIL_RENDERER_TEXTURES_TEXTURE_STORE_INTERNAL_H
 
@@ -14,9 +15,9 @@
 #include "renderer/textures/texture_store.h"
 
 enum {
-    TEXTURE_FIRST_PX = 16,    /* the levels that a coarse frame begins with, 1.4 kB */
-    TEXTURE_FLOOR_SHARE = 64, /* one part of so many of the budget is for those of textures that
-                                 went */
+    TEXTURE_FIRST_PX = 16, /* side of the levels that a coarse frame begins with: 1.4 kB */
+    /* A 64th of the budget keeps such levels of textures that were evicted. */
+    TEXTURE_FLOOR_SHARE = 64,
 };
 
 struct texture_levels_held {
@@ -33,12 +34,13 @@ struct stored_texture {
     bool is_used, needs_levels; /* by some sampler; else one level is resident */
     bool can_pack;              /* colours, on a device that samples blocks */
     bool has_alpha;             /* which takes other blocks */
-    bool packs;                 /* the frame is granted it so */
+    bool packs;                 /* the frame samples it compressed */
     uint32_t width, height;     /* of level 0 */
     uint8_t level_count;        /* of the image */
     struct texture_levels_held full;
     struct texture_levels_held floor; /* what a coarse frame draws with when `full` is not there */
-    uint8_t wanted, granted;          /* by the frame, or TEXTURE_UNNEEDED */
+    uint8_t wanted, budgeted; /* finest level of the frame: that it can sample, that fits the
+                                budget; or TEXTURE_UNNEEDED */
     uint64_t last_use;
 };
 
@@ -79,15 +81,15 @@ struct texture_pool {
     struct texture_packer *packer; /* NULL: nothing was compressed yet */
     bool can_pack;                 /* the device samples blocks */
     uint32_t packs_from;           /* levels withheld; 0: never */
-    bool packs;                    /* the last wish is granted colours so */
+    bool packs;                    /* the last request samples colours compressed */
     struct texture_store *stores;
     struct texture_incoming incoming;
-    /* Scratch of one call, in its order: textures of the wish, then all others. */
+    /* Scratch of one call, in its order: textures of the request, then all others. */
     struct stored_texture **textures, **missing;
-    size_t count, wish_count, capacity;
+    size_t count, request_count, capacity;
 };
 
-/* What one call has written, and when it is to stop. */
+/* How much one call has uploaded, and its limits. */
 struct texture_spending {
     uint64_t written_bytes, limit_bytes;
     double begin_ms, limit_ms; /* wall_ms; of the call */
@@ -96,10 +98,10 @@ bool texture_spending_is_over(const struct texture_spending *spending);
 
 /* ---- texture_upload.c ---- */
 
-/* As a texture of its own, in bytes. */
+/* The bytes of a texture that holds the levels from `top` on. */
 uint64_t texture_bytes_from(const struct stored_texture *t, uint32_t top, bool is_packed);
-/* As the frame is granted it. */
-static inline uint64_t texture_granted_from(const struct stored_texture *t, uint32_t top)
+/* The same, in the form that the frame samples. */
+static inline uint64_t texture_budgeted_from(const struct stored_texture *t, uint32_t top)
 {
     return texture_bytes_from(t, top, t->packs);
 }
@@ -108,7 +110,7 @@ static inline uint32_t texture_last_level(const struct stored_texture *t)
 {
     return t->level_count - 1u;
 }
-/* From `finest` on the first level that is small. */
+/* The first level, from `finest` on, with a side of at most TEXTURE_FIRST_PX. */
 uint32_t texture_first_level(const struct stored_texture *t, uint32_t finest);
 /* What a frame draws with: the full texture, else its floor, else NULL. */
 struct texture_levels_held *texture_present(struct stored_texture *t);
@@ -116,58 +118,62 @@ const uint8_t *texture_level_pixels(const struct stored_texture *t, uint32_t lev
 
 MUST_CHECK bool texture_measure_pace(struct texture_pace *pace, double upload_ms,
                                      struct error *err);
-/* Whether so many bytes, of as many as were allowed, are enough to tell it. */
+/* Whether an upload of so many bytes, where limit_bytes were allowed, is long enough to measure
+ * the pace by. */
 bool texture_pace_is_told(const struct texture_pace *pace, uint64_t bytes, uint64_t limit_bytes);
-/* A call of so many bytes took so long, drawing excluded. */
+/* Learns from a call that uploaded so many bytes in ms, drawing excluded. */
 void texture_note_pace(struct texture_pace *pace, double upload_ms, uint64_t bytes, double ms);
 
-/* On the GPU in this form, so that it need not be read. */
+/* Whether the level is on the GPU in this form, so that the file need not be read. */
 bool texture_has_level(const struct stored_texture *t, uint32_t level, bool is_packed);
-/* What of the blocks of such a texture is not on the GPU: false, all of it is. */
+/* Finds which compressed levels of such a texture are not on the GPU. False: all of them are. */
 bool texture_needs_packing(const struct stored_texture *t, uint32_t top,
                            struct texture_packing *what);
-/* Of a texture with its levels from `top` on, in the pool's `incoming` or one's own; packed where
- * the frame is granted it so, with the blocks that are needed, which it takes. */
+/* Begins the upload of a texture with the levels from `top` on, into the pool's `incoming` or
+ * another one. The texture is compressed if the frame samples it so; the call takes `packed`,
+ * the blocks that are not on the GPU. */
 MUST_CHECK bool texture_begin(struct stored_texture *t, uint32_t top,
                               const struct texture_packed *packed,
                               struct texture_incoming *incoming, struct error *err);
-/* Writes until all is there or the spending is over. */
+/* Uploads until the texture is complete or the limits of the spending are reached. */
 void texture_advance(struct texture_incoming *incoming, struct texture_spending *spending);
 bool texture_is_complete(const struct texture_incoming *incoming);
-void texture_install(struct texture_incoming *incoming); /* in the place of what was there */
+void texture_install(struct texture_incoming *incoming); /* replaces the old texture */
 void texture_abandon(struct texture_incoming *incoming);
-/* All of these in one call, whatever is spent; waits for blocks. Abandons what comes for it. */
+/* Uploads all levels from `top` on in one call, whatever the limits, and waits for compressed
+ * blocks. Abandons an upload of the same texture that is under way. */
 MUST_CHECK bool texture_replace(struct stored_texture *t, uint32_t top,
                                 struct texture_spending *spending, struct error *err);
-/* Where there is room for floors; `may_read`: of the scene's file. */
+/* Makes the floor of a texture, if there is room for floors. may_read: the call may read the
+ * scene's file. */
 MUST_CHECK bool texture_make_floor(struct stored_texture *t, bool may_read, struct error *err);
-/* Lets the full texture go; its coarsest levels stay as a floor where there is room for them. */
+/* Evicts the full texture. Its coarsest levels stay as a floor if there is room for them. */
 MUST_CHECK bool texture_let_go(struct stored_texture *t, struct error *err);
 void texture_drop_all(struct stored_texture *t);
 
-/* ---- texture_grant.c ---- */
+/* ---- texture_budget.c ---- */
 
-/* Of the budget, what frames may be granted. */
-uint64_t texture_grant_budget(const struct texture_pool *pool);
-/* Sets `granted` and `packs` of all, from what `wanted` of the wish's is. */
-MUST_CHECK bool texture_grant(struct texture_pool *pool, bool may_be_coarse,
-                              struct report_textures *report, struct error *err);
+/* The part of the budget that the levels of a frame may take. */
+uint64_t texture_budget_bytes(const struct texture_pool *pool);
+/* Sets `budgeted` and `packs` of all textures, from `wanted` of those that the request names. */
+MUST_CHECK bool texture_budget_levels(struct texture_pool *pool, bool may_be_coarse,
+                                      struct report_textures *report, struct error *err);
 bool texture_is_missing(struct stored_texture *t);
 bool texture_is_otherwise(const struct stored_texture *t); /* packed and should not be, or should */
-/* With all that is granted, and what is there of textures of the wish that need no change. */
+/* The bytes that will be resident when all budgeted levels are. */
 uint64_t texture_bytes_to_be(const struct texture_pool *pool);
-/* Of full textures that the frame has no need of. */
+/* The bytes of full textures that the frame does not need. */
 uint64_t texture_unneeded_bytes(const struct texture_pool *pool);
-/* Whom the frame does not need and who was used least recently; NULL: nobody. */
+/* The least recently used texture that the frame does not need, or NULL. */
 struct stored_texture *texture_find_victim(const struct texture_pool *pool);
-/* Lets those go while so many bytes and theirs are above the budget. */
+/* Evicts such textures while they and `bytes` together exceed the budget. */
 MUST_CHECK bool texture_drop_unneeded(struct texture_pool *pool, uint64_t bytes, struct error *err);
 
-/* ---- texture_bring.c ---- */
+/* ---- texture_stream.c ---- */
 
-MUST_CHECK bool texture_bring_all(struct texture_pool *pool, struct texture_spending *spending,
-                                  struct error *err);
-MUST_CHECK bool texture_bring_some(struct texture_pool *pool, struct texture_spending *spending,
+MUST_CHECK bool texture_stream_all(struct texture_pool *pool, struct texture_spending *spending,
                                    struct error *err);
+MUST_CHECK bool texture_stream_some(struct texture_pool *pool, struct texture_spending *spending,
+                                    struct error *err);
 
 #endif

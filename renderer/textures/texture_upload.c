@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Levels of one texture: their bytes, their way to the GPU in chunks of rows, and how fast it is.
- */
+/* The levels of one texture: their sizes, their upload in chunks of rows, and its pace. */
 #include <epoxy/gl.h>
 #include <math.h>
 #include <stdlib.h>
@@ -81,8 +80,9 @@ static void set_chunk(struct texture_pace *pace, double upload_ms)
                                              : (uint64_t)bytes;
 }
 
-/* A call takes whole rows, at least one: half a chunk or more. What is less says more of calls
- * than of bytes; but the limit may be less than a row. */
+/* A call uploads whole rows, at least one, and so half a chunk or more. A smaller call would
+ * measure the overhead of calls and not the pace of bytes, unless the limit itself is less than a
+ * row. */
 bool texture_pace_is_told(const struct texture_pace *pace, uint64_t bytes, uint64_t limit_bytes)
 {
     return bytes > 0 && (bytes >= pace->chunk_bytes / 2 || bytes >= limit_bytes);
@@ -180,7 +180,7 @@ static bool has_level(const struct stored_texture *t, const struct texture_level
     return held->texture.name && (t->needs_levels ? level >= held->top : level == held->top);
 }
 
-/* Which of the two on the GPU has a level in this form, or NULL. */
+/* The one of the two textures on the GPU that has the level in this form, or NULL. */
 static const struct texture_levels_held *source_of(const struct stored_texture *t, uint32_t level,
                                                    bool is_packed)
 {
@@ -229,7 +229,7 @@ static struct rows rows_of(const struct texture_incoming *in)
                              texture_blocks_across(width)};
 }
 
-/* Rows of a level: from what is on the GPU where that has it, else from the scene. */
+/* Copies rows of a level from the GPU if they are there, and else from the scene's file. */
 static void write_rows(const struct texture_incoming *in, uint32_t count)
 {
     const struct stored_texture *t = in->of;

@@ -27,7 +27,7 @@ void list_history_note(struct list_history *history, struct content_key key,
                        struct list_sizes sizes);
 /* The room that the next ones should have: a quarter more than was seen, and lists of LIST_RUN
  * entries times a power of two. False: nothing is known. */
-enum { LIST_RUN = 16 /* RUN of shaders/lists_sort.comp.glsl */ };
+enum { LIST_RUN = 16 /* RUN of shaders/transparency/lists_sort.comp.glsl */ };
 bool list_history_find(struct list_history *history, struct content_key key,
                        struct list_sizes *room);
 bool list_sizes_fit(const struct list_sizes *sizes, const struct list_sizes *room);

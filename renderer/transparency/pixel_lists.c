@@ -8,7 +8,7 @@
 #include "shaders/shared/bindings.h"
 
 enum { LONGEST_GUESSED = LIST_RUN << 10 }; /* longer lists are read */
-enum { SCAN_TILE = 2048 };                 /* TILE of shaders/lists_scan.comp.glsl */
+enum { SCAN_TILE = 2048 };                 /* TILE of shaders/transparency/lists_scan.comp.glsl */
 
 static bool reserve(struct gl_buffer *buffer, const char *label, uint64_t bytes, struct error *err)
 {
@@ -42,6 +42,16 @@ static const struct geometry_layer_pass scattering = {.pass = "transparency.scat
                                                       .fragment = "lists_scatter.frag.glsl",
                                                       .evaluates = true,
                                                       .is_conditional = true};
+
+static const char lighting_pass[] = "shade.transparent";
+
+const struct transparency_pass pixel_lists_passes[] = {
+    {.name = "transparency.count"},
+    {.name = "transparency.scatter", .is_conditional = true},
+    {.name = "transparency.sort", .is_conditional = true},
+    {.name = lighting_pass, .is_conditional = true, .is_of_light = true},
+    {.name = NULL},
+};
 
 static struct program_desc compute_of(const char *file, const char *defines)
 {
@@ -86,27 +96,27 @@ static uint32_t scan_chunk(uint32_t count)
     return chunk;
 }
 
-static void read_sizes(struct pixel_lists *lists, const struct window_frame *frame)
+static void read_sizes(struct layers *layers, const struct window_frame *frame)
 {
     uint32_t totals[2] = {0}; /* a lost context reads nothing */
     gpu_timeline_will_wait(frame->timeline);
-    gl_buffer_read(&lists->statistics, 0, sizeof totals, totals);
-    lists->entry_count = totals[0];
-    lists->longest = totals[1];
+    gl_buffer_read(&layers->lists.statistics, 0, sizeof totals, totals);
+    layers->entry_count = totals[0];
+    layers->longest = totals[1];
 }
 
-static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame, struct error *err)
+static bool run_scan(struct layers *layers, const struct window_frame *frame, struct error *err)
 {
     bool has_tiles = !frame->limits->is_software;
     uint32_t count = (uint32_t)(frame->window.width * frame->window.height);
     uint32_t chunk = has_tiles ? (uint32_t)SCAN_TILE : scan_chunk(count);
     uint32_t chunks = (count + chunk - 1) / chunk;
-    if (!reserve(&lists->scan, "lists.scan", (uint64_t)chunks * 8, err) ||
-        !reserve(&lists->statistics, "lists.statistics", 16, err))
+    if (!reserve(&layers->lists.scan, "lists.scan", (uint64_t)chunks * 8, err) ||
+        !reserve(&layers->lists.statistics, "lists.statistics", 16, err))
         return false;
-    bind(&lists->ends, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
-    gl_buffer_bind_storage(&lists->scan, BIND_SCAN);
-    gl_buffer_bind_storage(&lists->statistics, BIND_STATISTICS);
+    bind(&layers->lists.ends, layers->lists.pixel_count * 4, BIND_PIXEL_COUNTS);
+    gl_buffer_bind_storage(&layers->lists.scan, BIND_SCAN);
+    gl_buffer_bind_storage(&layers->lists.statistics, BIND_STATISTICS);
     for (int i = 0; i < 3; i++) {
         const struct gl_program *program =
             get_compute(frame, scan_file_of(frame->limits), scan_passes[i], err);
@@ -124,94 +134,94 @@ static bool run_scan(struct pixel_lists *lists, const struct window_frame *frame
 }
 
 /* reads: their numbers, too, which waits. */
-static bool count_fragments(struct pixel_lists *lists, const struct window_frame *frame,
+static bool count_fragments(struct layers *layers, const struct window_frame *frame,
                             const struct geometry_items *items, bool reads, struct error *err)
 {
     uint64_t bytes = (uint64_t)frame->window.width * (uint64_t)frame->window.height * 4;
-    lists->pixel_count = bytes / 4;
-    lists->list_bytes = 2 * bytes;
-    if (!reserve(&lists->ends, "lists.ends", bytes, err) ||
-        !reserve(&lists->left, "lists.left", bytes, err))
+    layers->lists.pixel_count = bytes / 4;
+    layers->lists.list_bytes = 2 * bytes;
+    if (!reserve(&layers->lists.ends, "lists.ends", bytes, err) ||
+        !reserve(&layers->lists.left, "lists.left", bytes, err))
         return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
                                          .pass = counting.pass,
                                          .because = "transparent surfaces are in view",
-                                         .technique = "lists",
+                                         .technique = transparency_name((int)layers->method->id),
                                          .stage = REPORT_SHADE,
                                      });
-    bool ok = window_clear(frame, &lists->left, bytes, err);
-    bind(&lists->left, lists->pixel_count * 4, BIND_PIXEL_LEFT);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* a window that was split has just been scanned
-                                                     */
+    bool ok = window_clear(frame, &layers->lists.left, bytes, err);
+    bind(&layers->lists.left, layers->lists.pixel_count * 4, BIND_PIXEL_LEFT);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* a split window has just been scanned */
     ok = ok &&
          geometry_draw_transparent(frame, items, counting.fragment, counting.evaluates, err) &&
-         run_scan(lists, frame, err);
+         run_scan(layers, frame, err);
     if (ok && reads)
-        read_sizes(lists, frame);
+        read_sizes(layers, frame);
     gpu_scope_end(frame->timeline);
     return ok;
 }
 
-static void finish_entries(struct pixel_lists *lists)
+static void finish_entries(struct layers *layers)
 {
-    gl_buffer_finish(&lists->keys);
+    gl_buffer_finish(&layers->lists.keys);
     for (int i = 0; i < 3; i++)
-        gl_buffer_finish(&lists->surfaces[i]);
-    gl_buffer_finish(&lists->colors);
+        gl_buffer_finish(&layers->lists.surfaces[i]);
+    gl_buffer_finish(&layers->lists.colors);
 }
 
 /* Bytes of the keys of an entry: of its two halves where lists are merged. */
-static uint64_t key_bytes(const struct pixel_lists *lists)
+static uint64_t key_bytes(const struct layers *layers)
 {
-    return lists->longest > LIST_RUN ? 32 : 16;
+    return layers->longest > LIST_RUN ? 32 : 16;
 }
 
-static uint64_t entry_bytes(const struct pixel_lists *lists)
+static uint64_t entry_bytes(const struct layers *layers)
 {
-    return key_bytes(lists) + 32 + 3 * 16;
+    return key_bytes(layers) + 32 + 3 * 16;
 }
 
 /* Whether the entries that were counted have room. Buffers that would grow beyond it by what they
  * hold in store begin anew. */
-static bool find_room(struct pixel_lists *lists)
+static bool find_room(struct layers *layers)
 {
-    uint64_t n = lists->entry_count,
-             pixels = lists->ends.size_bytes + lists->left.size_bytes + lists->scan.size_bytes;
-    uint64_t exact = pixels + n * entry_bytes(lists);
-    uint64_t grown = pixels + gl_buffer_reserved_bytes(&lists->keys, n * key_bytes(lists)) +
-                     gl_buffer_reserved_bytes(&lists->colors, n * 32);
+    uint64_t n = layers->entry_count, pixels = layers->lists.ends.size_bytes +
+                                               layers->lists.left.size_bytes +
+                                               layers->lists.scan.size_bytes;
+    uint64_t exact = pixels + n * entry_bytes(layers);
+    uint64_t grown = pixels + gl_buffer_reserved_bytes(&layers->lists.keys, n * key_bytes(layers)) +
+                     gl_buffer_reserved_bytes(&layers->lists.colors, n * 32);
     for (int i = 0; i < 3; i++)
-        grown += gl_buffer_reserved_bytes(&lists->surfaces[i], n * 16);
-    if (!lists->most_bytes)
+        grown += gl_buffer_reserved_bytes(&layers->lists.surfaces[i], n * 16);
+    if (!layers->most_bytes)
         return true;
-    if (grown > lists->most_bytes)
-        finish_entries(lists);
-    lists->lacked_bytes = exact > lists->most_bytes ? exact : 0;
-    return !lists->lacked_bytes;
+    if (grown > layers->most_bytes)
+        finish_entries(layers);
+    layers->missing_bytes = exact > layers->most_bytes ? exact : 0;
+    return !layers->missing_bytes;
 }
 
-static bool scatter_fragments(struct pixel_lists *lists, const struct window_frame *frame,
+static bool scatter_fragments(struct layers *layers, const struct window_frame *frame,
                               const struct geometry_items *items, struct error *err)
 {
     static const char *const labels[] = {"lists.surface_0", "lists.surface_1", "lists.surface_2"};
-    uint64_t n = lists->entry_count;
-    lists->list_bytes += n * entry_bytes(lists);
-    if (!reserve(&lists->keys, "lists.keys", n * key_bytes(lists), err) ||
-        !reserve(&lists->colors, "lists.colors", n * 32, err))
+    uint64_t n = layers->entry_count;
+    layers->lists.list_bytes += n * entry_bytes(layers);
+    if (!reserve(&layers->lists.keys, "lists.keys", n * key_bytes(layers), err) ||
+        !reserve(&layers->lists.colors, "lists.colors", n * 32, err))
         return false;
     for (int i = 0; i < 3; i++)
-        if (!reserve(&lists->surfaces[i], labels[i], n * 16, err))
+        if (!reserve(&layers->lists.surfaces[i], labels[i], n * 16, err))
             return false;
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
                                          .pass = scattering.pass,
                                          .because = "transparent surfaces are in view",
-                                         .technique = "lists",
+                                         .technique = transparency_name((int)layers->method->id),
                                          .stage = REPORT_SHADE,
                                      });
     struct window_frame roomy = *frame;
     roomy.list_room = (uint32_t)n;
-    pixel_lists_bind(lists, NULL);
-    bind(&lists->left, lists->pixel_count * 4, BIND_PIXEL_LEFT);
+    pixel_lists_bind(layers, NULL);
+    bind(&layers->lists.left, layers->lists.pixel_count * 4, BIND_PIXEL_LEFT);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     bool ok =
         geometry_draw_transparent(&roomy, items, scattering.fragment, scattering.evaluates, err);
@@ -219,23 +229,23 @@ static bool scatter_fragments(struct pixel_lists *lists, const struct window_fra
     return ok;
 }
 
-static bool run_sort(struct pixel_lists *lists, const struct window_frame *frame, const char *pass,
+static bool run_sort(struct layers *layers, const struct window_frame *frame, const char *pass,
                      uint64_t run, struct error *err)
 {
     const struct gl_program *program = get_compute(frame, sort_file, pass, err);
     if (!program)
         return false;
-    uint64_t to = lists->keys_offset ? 0 : lists->entry_count;
+    uint64_t to = layers->lists.keys_offset ? 0 : layers->entry_count;
     gl_program_use(program);
-    gl_program_set_u(program, "u_entries", (uint32_t)lists->entry_count);
+    gl_program_set_u(program, "u_entries", (uint32_t)layers->entry_count);
     gl_program_set_u(program, "u_pixels", (uint32_t)(frame->window.width * frame->window.height));
     gl_program_set_u(program, "u_run", (uint32_t)run);
-    gl_program_set_u(program, "u_from", (uint32_t)lists->keys_offset);
+    gl_program_set_u(program, "u_from", (uint32_t)layers->lists.keys_offset);
     gl_program_set_u(program, "u_to", (uint32_t)to);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    window_dispatch_items(lists->entry_count);
+    window_dispatch_items(layers->entry_count);
     if (run)
-        lists->keys_offset = to;
+        layers->lists.keys_offset = to;
     return true;
 }
 
@@ -246,51 +256,47 @@ static bool merges_by_rank(const struct window_frame *frame, uint64_t run)
     return !frame->limits->is_software || run <= 128;
 }
 
-static bool sort_lists(struct pixel_lists *lists, const struct window_frame *frame,
-                       struct error *err)
+static bool sort_lists(struct layers *layers, const struct window_frame *frame, struct error *err)
 {
     char because[REPORT_TEXT_BYTES];
-    if (lists->is_guessed)
+    if (layers->is_guessed)
         snprintf(because, sizeof because, "transparent surfaces are in view");
     else
         snprintf(because, sizeof because, "some pixel has %llu transparent layers",
-                 (unsigned long long)lists->longest);
+                 (unsigned long long)layers->longest);
     gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){
                                          .pass = "transparency.sort",
                                          .because = because,
-                                         .technique = "lists",
+                                         .technique = transparency_name((int)layers->method->id),
                                          .stage = REPORT_SHADE,
                                      });
-    lists->keys_offset = 0;
-    bool ok = lists->longest < 2 || run_sort(lists, frame, sort_passes[0], 0, err);
-    for (uint64_t run = LIST_RUN; ok && run < lists->longest; run *= 2)
-        ok = run_sort(lists, frame, sort_passes[merges_by_rank(frame, run) ? 1 : 2], run, err);
+    layers->lists.keys_offset = 0;
+    bool ok = layers->longest < 2 || run_sort(layers, frame, sort_passes[0], 0, err);
+    for (uint64_t run = LIST_RUN; ok && run < layers->longest; run *= 2)
+        ok = run_sort(layers, frame, sort_passes[merges_by_rank(frame, run) ? 1 : 2], run, err);
     gpu_scope_end(frame->timeline);
     return ok;
 }
 
-void pixel_lists_clear(struct pixel_lists *lists)
+void pixel_lists_clear(struct layers *layers)
 {
-    lists->entry_count = lists->longest = lists->keys_offset = lists->list_bytes = 0;
-    lists->pixel_count = 0;
-    lists->has_media = lists->may_surround = lists->is_guessed = lists->is_counted = false;
-    lists->lacked_bytes = 0;
+    layers->lists.keys_offset = layers->lists.list_bytes = layers->lists.pixel_count = 0;
 }
 
-void pixel_lists_report(const struct pixel_lists *lists, struct frame_report *report)
+void pixel_lists_report(const struct layers *layers, struct frame_report *report)
 {
-    report->counts.transparent_fragments += lists->entry_count;
-    if (report->counts.longest_pixel_list < lists->longest)
-        report->counts.longest_pixel_list = lists->longest;
-    report_raise_bytes(report, "pixel_lists", lists->list_bytes);
+    report->counts.transparent_fragments += layers->entry_count;
+    if (report->counts.longest_pixel_list < layers->longest)
+        report->counts.longest_pixel_list = layers->longest;
+    report_raise_bytes(report, "pixel_lists", layers->lists.list_bytes);
 }
 
-struct pixel_lists_guess pixel_lists_guess_of(const struct pixel_lists *lists)
+struct pixel_lists_guess pixel_lists_guess_of(const struct layers *layers)
 {
     return (struct pixel_lists_guess){
-        .room = {.entries = lists->entry_count, .longest = lists->longest},
-        .pixels_bytes = lists->list_bytes - lists->entry_count * entry_bytes(lists),
-        .entry_bytes = entry_bytes(lists),
+        .room = {.entries = layers->entry_count, .longest = layers->longest},
+        .pixels_bytes = layers->lists.list_bytes - layers->entry_count * entry_bytes(layers),
+        .entry_bytes = entry_bytes(layers),
     };
 }
 
@@ -306,16 +312,16 @@ void pixel_lists_guess_report(const struct pixel_lists_guess *guess, const struc
 }
 
 /* Where there is no memory for what is guessed sizes are read, which may be smaller. */
-static void take_guess(struct pixel_lists *lists, const struct list_sizes *room,
+static void take_guess(struct layers *layers, const struct list_sizes *room,
                        const struct gl_limits *limits)
 {
     if (!room || room->entries > pixel_lists_entries_max(limits) || room->longest > LONGEST_GUESSED)
         return;
-    lists->entry_count = room->entries;
-    lists->longest = room->longest;
-    lists->is_guessed = find_room(lists);
-    if (!lists->is_guessed)
-        lists->entry_count = lists->longest = lists->lacked_bytes = 0;
+    layers->entry_count = room->entries;
+    layers->longest = room->longest;
+    layers->is_guessed = find_room(layers);
+    if (!layers->is_guessed)
+        layers->entry_count = layers->longest = layers->missing_bytes = 0;
 }
 
 static bool are_any(const struct geometry_items *items)
@@ -323,96 +329,136 @@ static bool are_any(const struct geometry_items *items)
     return items->transparent_count || items->medium_count;
 }
 
-static void begin(struct pixel_lists *lists, const struct geometry_items *items)
+static void begin(struct layers *layers, const struct geometry_items *items)
 {
-    pixel_lists_clear(lists);
-    lists->has_media = items->medium_count > 0;
-    lists->may_surround = items->may_surround;
+    layers_clear(layers);
+    layers->has_media = items->medium_count > 0;
+    layers->may_surround = items->may_surround;
 }
 
-bool pixel_lists_count(struct pixel_lists *lists, const struct window_frame *frame,
+bool pixel_lists_count(struct layers *layers, const struct window_frame *frame,
                        const struct geometry_items *items, struct error *err)
 {
-    begin(lists, items);
-    lists->is_counted = are_any(items) && count_fragments(lists, frame, items, false, err);
-    return lists->is_counted || !are_any(items);
+    begin(layers, items);
+    layers->is_counted = are_any(items) && count_fragments(layers, frame, items, false, err);
+    return layers->is_counted || !are_any(items);
 }
 
 /* Until their sizes are known, or guessed. */
-static bool find_sizes(struct pixel_lists *lists, const struct window_frame *frame,
+static bool find_sizes(struct layers *layers, const struct window_frame *frame,
                        const struct geometry_items *items, const struct list_sizes *room,
                        struct error *err)
 {
-    if (lists->is_counted) {
-        lists->is_counted = false;
-        read_sizes(lists, frame);
+    if (layers->is_counted) {
+        layers->is_counted = false;
+        read_sizes(layers, frame);
         return true;
     }
-    begin(lists, items);
-    take_guess(lists, room, frame->limits);
-    if (!count_fragments(lists, frame, items, !lists->is_guessed, err))
+    begin(layers, items);
+    take_guess(layers, room, frame->limits);
+    if (!count_fragments(layers, frame, items, !layers->is_guessed, err))
         return false;
-    if (lists->is_guessed && !find_room(lists)) {
-        lists->is_guessed = false;
-        read_sizes(lists, frame);
+    if (layers->is_guessed && !find_room(layers)) {
+        layers->is_guessed = false;
+        read_sizes(layers, frame);
     }
     return true;
 }
 
-enum pixel_lists_outcome pixel_lists_build(struct pixel_lists *lists,
-                                           const struct window_frame *frame,
-                                           const struct geometry_items *items,
-                                           const struct list_sizes *room, struct error *err)
+enum layers_outcome pixel_lists_find(struct layers *layers, const struct window_frame *frame,
+                                     const struct geometry_items *items,
+                                     const struct list_sizes *room, struct error *err)
 {
     if (!are_any(items)) {
-        begin(lists, items);
-        return PIXEL_LISTS_BUILT;
+        begin(layers, items);
+        return LAYERS_FOUND;
     }
-    if (!find_sizes(lists, frame, items, room, err))
-        return PIXEL_LISTS_FAILED;
-    if (lists->longest > PIXEL_LISTS_LONGEST_MAX) {
+    if (!find_sizes(layers, frame, items, room, err))
+        return LAYERS_FAILED;
+    if (layers->longest > PIXEL_LISTS_LONGEST_MAX) {
         error_set(err, ERROR_OVER_BUDGET, "a pixel has %llu transparent layers, limit is %d",
-                  (unsigned long long)lists->longest, PIXEL_LISTS_LONGEST_MAX);
-        return PIXEL_LISTS_FAILED;
+                  (unsigned long long)layers->longest, PIXEL_LISTS_LONGEST_MAX);
+        return LAYERS_FAILED;
     }
-    if (lists->entry_count > pixel_lists_entries_max(frame->limits) || !find_room(lists))
-        return PIXEL_LISTS_TOO_MANY;
-    if (lists->entry_count &&
-        (!scatter_fragments(lists, frame, items, err) || !sort_lists(lists, frame, err)))
-        return PIXEL_LISTS_FAILED;
-    if (!lists->is_guessed)
-        pixel_lists_report(lists, frame->report);
-    return PIXEL_LISTS_BUILT;
+    if (layers->entry_count > pixel_lists_entries_max(frame->limits) || !find_room(layers))
+        return LAYERS_TOO_MANY;
+    if (layers->entry_count &&
+        (!scatter_fragments(layers, frame, items, err) || !sort_lists(layers, frame, err)))
+        return LAYERS_FAILED;
+    if (!layers->is_guessed)
+        pixel_lists_report(layers, frame->report);
+    return LAYERS_FOUND;
 }
 
-void pixel_lists_bind(const struct pixel_lists *lists, const struct gl_program *program)
+static void bind_window(const struct window_frame *frame, const struct gl_program *program)
 {
-    bind(&lists->ends, lists->pixel_count * 4, BIND_PIXEL_COUNTS);
-    uint64_t n = lists->entry_count;
-    bind(&lists->keys, n * key_bytes(lists), BIND_FRAGMENT_KEYS);
-    bind(&lists->surfaces[0], n * 16, BIND_FRAGMENT_SURFACE_0);
-    bind(&lists->surfaces[1], n * 16, BIND_FRAGMENT_SURFACE_1);
-    bind(&lists->surfaces[2], n * 16, BIND_FRAGMENT_SURFACE_2);
-    bind(&lists->colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_FRAGMENT_COLORS);
+    const struct camera_window *window = &frame->window;
+    gl_program_set_u(program, "u_width_px", (uint32_t)window->width);
+    gl_program_set_u(program, "u_pixels", (uint32_t)(window->width * window->height));
+}
+
+const struct surface_kind pixel_lists_surfaces = {
+    .pass = lighting_pass,
+    .program = "shade_surfaces.comp.glsl",
+    .fragment = "lists_surfaces.glsl",
+    .are_transparent = true,
+    .order = SURFACES_IN_ITEMS,
+    .slice_kind = TIME_SLICE_ENTRIES,
+    .bind = bind_window,
+};
+
+int pixel_lists_count_sets(const struct layers *layers)
+{
+    return layers->entry_count > 0;
+}
+
+/* All entries at once: what each lets through is known already, so that lighting needs no order. */
+bool pixel_lists_light(struct layers *layers, const struct window_frame *frame,
+                       const struct surface_lighter *lighter, struct error *err)
+{
+    struct surface_set set = {
+        .kind = &pixel_lists_surfaces,
+        .count = layers->entry_count,
+        .technique = transparency_name((int)layers->method->id),
+    };
+    (void)frame;
+    if (layers->is_guessed)
+        snprintf(set.because, sizeof set.because, "transparent surface samples are lit");
+    else
+        snprintf(set.because, sizeof set.because, "%llu transparent surface samples are lit",
+                 (unsigned long long)layers->entry_count);
+    return !layers->entry_count || lighter->light(lighter->context, &set, err);
+}
+
+void pixel_lists_bind(const struct layers *layers, const struct gl_program *program)
+{
+    bind(&layers->lists.ends, layers->lists.pixel_count * 4, BIND_PIXEL_COUNTS);
+    uint64_t n = layers->entry_count;
+    bind(&layers->lists.keys, n * key_bytes(layers), BIND_FRAGMENT_KEYS);
+    bind(&layers->lists.surfaces[0], n * 16, BIND_FRAGMENT_SURFACE_0);
+    bind(&layers->lists.surfaces[1], n * 16, BIND_FRAGMENT_SURFACE_1);
+    bind(&layers->lists.surfaces[2], n * 16, BIND_FRAGMENT_SURFACE_2);
+    bind(&layers->lists.colors, n * PIXEL_LISTS_ENTRY_BYTES, BIND_FRAGMENT_COLORS);
     if (!program)
         return;
-    gl_program_set_u(program, "u_keys_offset", (uint32_t)lists->keys_offset);
+    gl_program_set_u(program, "u_keys_offset", (uint32_t)layers->lists.keys_offset);
     gl_program_set_u(program, "u_list_room", (uint32_t)n);
 }
 
-void pixel_lists_finish(struct pixel_lists *lists)
+void pixel_lists_finish(struct layers *layers)
 {
-    gl_buffer_finish(&lists->ends);
-    gl_buffer_finish(&lists->left);
-    gl_buffer_finish(&lists->scan);
-    gl_buffer_finish(&lists->statistics);
-    finish_entries(lists);
-    *lists = (struct pixel_lists){0};
+    gl_buffer_finish(&layers->lists.ends);
+    gl_buffer_finish(&layers->lists.left);
+    gl_buffer_finish(&layers->lists.scan);
+    gl_buffer_finish(&layers->lists.statistics);
+    finish_entries(layers);
+    layers->lists = (struct pixel_lists){.pixel_count = 0};
 }
 
-uint64_t pixel_lists_size_bytes(const struct pixel_lists *lists)
+uint64_t pixel_lists_size_bytes(const struct layers *layers)
 {
-    return lists->ends.size_bytes + lists->left.size_bytes + lists->scan.size_bytes +
-           lists->keys.size_bytes + lists->surfaces[0].size_bytes + lists->surfaces[1].size_bytes +
-           lists->surfaces[2].size_bytes + lists->colors.size_bytes;
+    return layers->lists.ends.size_bytes + layers->lists.left.size_bytes +
+           layers->lists.scan.size_bytes + layers->lists.keys.size_bytes +
+           layers->lists.surfaces[0].size_bytes + layers->lists.surfaces[1].size_bytes +
+           layers->lists.surfaces[2].size_bytes + layers->lists.colors.size_bytes;
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Two passes over the light of a window: what may be apart, of all pixels, and what is, of those.
- */
+/* Two passes over the light of a window: the first finds candidates, the second decides. */
 #include "renderer/window/apart.h"
 
 #include <assert.h>
@@ -101,7 +100,7 @@ static bool look_into_candidates(const struct window_frame *frame, struct error 
         return false;
     bind_list(frame->targets, CANDIDATES, BIND_APART);
     bind_list(frame->targets, FOUND, BIND_APART_FOUND);
-    gl_program_set_u(program, "u_first_entry", 0);
+    gl_program_set_u(program, "u_first", 0);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, frame->targets->apart.name);
     glDispatchComputeIndirect(0);

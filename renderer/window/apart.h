@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Which pixels of a window have their samples shaded apart: those in which light differs from that
- * of their neighbours (shaders/light_apart.comp.glsl). Thread: GL. */
+ * of their neighbours (shaders/window/light_apart.comp.glsl). Thread: GL. */
 #ifndef VITRAIL_RENDERER_WINDOW_APART_H
 #define VITRAIL_RENDERER_WINDOW_APART_H
 
@@ -16,7 +16,7 @@ uint64_t apart_count_bytes_at(const struct targets *targets);
 bool apart_is_possible(const struct window_frame *frame);
 /* Lists the pixels of the window, which is shaded, in frame->targets, which has room. */
 MUST_CHECK bool apart_find(const struct window_frame *frame, struct error *err);
-/* Binds the list, for shaders/apart.glsl. */
+/* Binds the list, for shaders/window/apart.glsl. */
 void apart_bind(const struct targets *targets);
 /* How many they are; waits for the device. */
 uint32_t apart_count(const struct window_frame *frame);

@@ -131,7 +131,7 @@ struct variant_context {
     const uint32_t *items; /* of a submission */
     bool evaluates;
     bool is_layer;
-    bool lifts;                                  /* smooth surfaces say how far */
+    bool has_normal_offset;                      /* smooth surfaces say how far */
     bool is_hidden;                              /* of media: the part behind the opaque depth */
     float across[2], depth[4];                   /* camera_clip */
     const struct gl_program *programs[VARIANTS]; /* those in use, their uniforms set */
@@ -195,7 +195,8 @@ static void describe_variant(const struct variant_context *context, uint32_t var
              variant & VARIANT_NORMAL_MAP ? " HAS_NORMAL_MAP" : "",
              variant & VARIANT_MASKED ? " IS_MASKED" : "",
              context->frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
-             has_coverage ? " HAS_COVERAGE" : "", context->lifts ? " HAS_LIFT" : "",
+             has_coverage ? " HAS_COVERAGE" : "",
+             context->has_normal_offset ? " HAS_NORMAL_OFFSET" : "",
              is_by_depth ? " COVERAGE_BY_DEPTH" : "", variant & VARIANT_MEDIUM ? " IS_MEDIUM" : "",
              context->is_hidden ? " IS_HIDDEN" : "", kinds);
 }
@@ -258,8 +259,8 @@ static struct variant_context context_of(const struct window_frame *frame, const
                                     .fragment = pass->fragment,
                                     .evaluates = pass->evaluates,
                                     .is_layer = pass->is_layer,
-                                    .lifts =
-                                        pass->evaluates && !pass->is_layer && frame->needs->lifts,
+                                    .has_normal_offset = pass->evaluates && !pass->is_layer &&
+                                                         frame->needs->has_normal_offset,
                                     .is_hidden = pass->is_hidden};
 }
 

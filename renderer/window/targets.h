@@ -7,7 +7,7 @@
 
 struct targets {
     int width, height, samples;             /* of what is allocated */
-    struct gl_texture surface_0, surface_1; /* RGBA32UI: shaders/surface.glsl */
+    struct gl_texture surface_0, surface_1; /* RGBA32UI: shaders/draw/surface.glsl */
     struct gl_texture signature; /* R32UI: tells surfaces apart; only when multisampled */
     struct gl_texture depth;     /* D32F, reversed: 0 is infinitely far */
     struct gl_texture image;     /* RGBA32F, linear, associated alpha */

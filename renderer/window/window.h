@@ -31,7 +31,7 @@ struct window_frame {
     uint32_t list_room;           /* entries that lists_scatter.frag.glsl may write */
 };
 
-/* Window and depth uniforms of shaders/view_ray.glsl. */
+/* Window and depth uniforms of shaders/window/view_ray.glsl. */
 void window_set_view_ray(const struct window_frame *frame, const struct gl_program *program);
 
 /* The view's clip planes as u_clip_planes, for positions in view space in units of unit_m. */
@@ -56,8 +56,7 @@ void window_list_clear(const struct window_frame *frame, const char *pass,
 
 /* Runs one compute thread per item in groups of 64, over two dimensions where one is too short. */
 void window_dispatch_items(uint64_t count);
-/* Runs one compute thread per pixel in groups of 8 x 8: of the window, or of so many of its rows.
- */
+/* Runs a compute thread per pixel of the window, or of so many rows, in groups of 8 x 8. */
 void window_dispatch_pixels(const struct window_frame *frame);
 void window_dispatch_rows(const struct window_frame *frame, int rows);
 

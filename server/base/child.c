@@ -41,7 +41,7 @@ static void environment_finish(struct environment *environment)
     free(environment->entries);
 }
 
-/* What a decoder may know: how to find libraries and how sanitizers report. */
+/* The environment of a decoder: how it finds libraries, and how sanitizers report. */
 static bool environment_init_decoder(struct environment *environment)
 {
     static const char *const kept[] = {"LD_LIBRARY_PATH", "ASAN_OPTIONS", "UBSAN_OPTIONS",

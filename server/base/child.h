@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The other roles of this program as child processes: started from /proc/self/exe, spoken to over
- * one socket, killed without mercy. Thread: any, one child on one thread at a time. */
+ * one socket, ended with SIGKILL. Thread: any, one child on one thread at a time. */
 #ifndef VITRAIL_SERVER_BASE_CHILD_H
 #define VITRAIL_SERVER_BASE_CHILD_H
 

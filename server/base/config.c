@@ -32,8 +32,7 @@ enum key_kind {
 };
 
 struct key {
-    const char *name; /* as in the file and, with dashes, as a flag; VITRAIL_NAME in the environment
-                       */
+    const char *name; /* in the file; with dashes a flag; VITRAIL_NAME in the environment */
     enum key_kind kind;
     size_t offset;
     int64_t min, max; /* of numbers; a negative least one: 0 is taken, too */
@@ -209,7 +208,7 @@ static bool parse_self_test(const char *text, enum config_self_test *self_test)
     return false;
 }
 
-/* Also what a switch takes. */
+/* Parses what a switch takes, too. */
 static bool parse_compression(const char *text, enum config_compression *compression)
 {
     bool is_on = false, is_auto = strcasecmp(text, "auto") == 0;
@@ -486,7 +485,7 @@ static bool resolve_listen(struct config *config, struct error *err)
         return error_set(
             err, ERROR_INVALID_REQUEST,
             "listen: %s can be reached from other machines; add --allow-remote if a proxy or "
-            "firewall stands in front (docs/api.md)",
+            "firewall stands in front (docs/reference/http.md)",
             config->listen_host);
     return true;
 }

@@ -16,8 +16,8 @@ struct digest;
 struct digest *digest_create(struct error *err);
 void digest_destroy(struct digest *digest); /* accepts NULL */
 void digest_write(struct digest *digest, const void *bytes, size_t size_bytes);
-void digest_end(struct digest *digest, char text[DIGEST_TEXT_BYTES]); /* also makes it ready for the
-                                                                         next content */
+/* Also makes the digest ready for the next content. */
+void digest_end(struct digest *digest, char text[DIGEST_TEXT_BYTES]);
 
 bool digest_is_text(const char *text); /* 64 lowercase hexadecimal digits and nothing else */
 

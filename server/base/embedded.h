@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Files that are part of the program; made by cmake/embed_text.cmake and cmake/embed_files.cmake.
- */
+/* Files that cmake/embed_text.cmake and cmake/embed_files.cmake embed in the program. */
 #ifndef VITRAIL_SERVER_BASE_EMBEDDED_H
 #define VITRAIL_SERVER_BASE_EMBEDDED_H
 

@@ -47,8 +47,8 @@ MUST_CHECK enum ipc_status ipc_receive(int socket, struct ipc_message *message, 
 
 /* An error as {"code","message","pointer"}, both ways. */
 MUST_CHECK json_t *ipc_error_to_json(const struct error *problem);
-void ipc_error_from_json(const json_t *json, struct error *problem); /* problem must hold no error;
-                                                                        afterwards it does */
+/* problem must hold no error; afterwards it does. */
+void ipc_error_from_json(const json_t *json, struct error *problem);
 
 /* A sealed memfd holding a copy of bytes; -1 on failure. */
 MUST_CHECK int ipc_memfd_create(const char *name, const void *bytes, size_t size_bytes,

@@ -21,8 +21,7 @@ void processor_get_name(char name[PROCESSOR_NAME_BYTES])
 
 double processor_crowding(void)
 {
-    const double most = 4; /* more would say of the last minute what need not be of the next second
-                            */
+    const double most = 4; /* a minute's load says too little of the next second for more */
     double load, processors = fmax((double)sysconf(_SC_NPROCESSORS_ONLN), 1);
     return getloadavg(&load, 1) == 1 ? fmin(fmax(load / processors, 1), most) : 1;
 }

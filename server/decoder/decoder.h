@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The decoder role: one upload in, one scene blob out, in a cage. Thread: main of its own process.
- */
+/* The decoder role: turns one upload into one scene blob, in a sandbox. Thread: main of its own
+ * process. */
 #ifndef VITRAIL_SERVER_DECODER_DECODER_H
 #define VITRAIL_SERVER_DECODER_DECODER_H
 

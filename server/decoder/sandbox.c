@@ -119,8 +119,8 @@ static int add_conditional(scmp_filter_ctx filter)
                                 SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
     failure |= seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 1,
                                 SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
-    /* Threads, but no processes; clone3 hides its flags in memory, so glibc is told to fall back.
-     */
+    /* Allows threads, but no processes. clone3 hides its flags in memory, so glibc has to fall
+     * back. */
     failure |= seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), 1,
                                 SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
     failure |= seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);

@@ -41,8 +41,7 @@ struct decode_job_desc {
      * already is not decoded. */
     bool (*fill)(void *context, struct upload *upload, char id[DIGEST_TEXT_BYTES],
                  struct error *err);
-    /* Called once, on a thread of the pool: problem->code is ERROR_NONE when the scene is stored.
-     */
+    /* Called once, on a thread of the pool. problem->code is ERROR_NONE if the scene is stored. */
     void (*done)(void *context, bool is_new, const struct error *problem);
 };
 /* ERROR_OVERLOADED when the queue is full or the pool has stopped. */

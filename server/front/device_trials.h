@@ -25,9 +25,10 @@ struct device_trials {
     enum gl_device_step step;
 };
 
-/* Of the worker's message (server/mapping/device_messages.h). */
+/* Notes the trial that the worker announces (server/mapping/device_messages.h). */
 void device_trials_begin(struct device_trials *trials, const json_t *message);
-/* The worker serves, and what its device did before is forgiven; or it said itself what fails. */
+/* The trial is over: the worker serves, and earlier failures of its device are cleared; or the
+ * worker said itself what fails. */
 void device_trials_succeed(struct device_trials *trials);
 void device_trials_abandon(struct device_trials *trials);
 

@@ -15,13 +15,12 @@ struct frames;
 struct frames *frames_create(size_t capacity, struct error *err);
 void frames_destroy(struct frames *frames); /* accepts NULL */
 
-MUST_CHECK bool frames_make_id(char id[FRAME_ID_BYTES], struct error *err); /* 64 random bits in
-                                                                               hexadecimal */
+/* The id is 64 random bits in hexadecimal. */
+MUST_CHECK bool frames_make_id(char id[FRAME_ID_BYTES], struct error *err);
 
-void frames_add(struct frames *frames, const char *id, char *json); /* takes json, which may be NULL
-                                                                     */
-char *frames_get(struct frames *frames, const char *id, struct error *err); /* malloc'ed copy;
-                                                                               ERROR_NOT_FOUND */
+void frames_add(struct frames *frames, const char *id, char *json); /* takes json; NULL is none */
+/* A malloc'ed copy; NULL with ERROR_NOT_FOUND. */
+char *frames_get(struct frames *frames, const char *id, struct error *err);
 size_t frames_count(struct frames *frames);
 
 #endif

@@ -29,7 +29,7 @@ struct route_metrics {
     struct histogram duration;
 };
 
-/* What frames took over what was expected of them, where something was. */
+/* Bounds of the time that frames took over the expected one. */
 static const double bounds_ratio[RATIOS] = {0.5, 0.67, 0.8, 0.9, 1.1, 1.25, 1.5, 2, 3};
 
 struct forecasts { /* of one technique */

@@ -31,7 +31,7 @@ void quarantine_add_death(struct quarantine *quarantine, const char *scene, cons
     utf8_copy(entry->reason, sizeof entry->reason, reason);
 }
 
-void quarantine_forgive(struct quarantine *quarantine, const char *scene)
+void quarantine_clear(struct quarantine *quarantine, const char *scene)
 {
     struct quarantine_entry *entry = find(quarantine, scene);
     if (entry)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Scenes that ended workers: two deaths without a success between them, and a scene is not rendered
- * any more. Not locked: its owner locks. */
+/* Scenes that crashed workers. After two crashes without a success between them a scene is not
+ * rendered any more. Not locked: its owner locks. */
 #ifndef VITRAIL_SERVER_FRONT_QUARANTINE_H
 #define VITRAIL_SERVER_FRONT_QUARANTINE_H
 
@@ -11,13 +11,13 @@
 
 enum {
     QUARANTINE_DEATHS = 2,
-    QUARANTINE_SCENES = 64, /* remembered; of more, the one with the oldest death is forgotten */
+    QUARANTINE_SCENES = 64, /* remembered; beyond it the scene with the oldest crash is forgotten */
 };
 
 struct quarantine_entry {
     char scene[DIGEST_TEXT_BYTES]; /* "" = free */
     int deaths;
-    unsigned long when; /* order of the last death */
+    unsigned long when; /* order of the last crash */
     char reason[96];
 };
 
@@ -28,10 +28,10 @@ struct quarantine {
 };
 
 void quarantine_add_death(struct quarantine *quarantine, const char *scene, const char *reason);
-void quarantine_forgive(struct quarantine *quarantine, const char *scene); /* a success, or a new
-                                                                              upload */
+/* To be called after a success of the scene, or a new upload. */
+void quarantine_clear(struct quarantine *quarantine, const char *scene);
 
-/* ERROR_RENDER_FAILED with the reason of the last death when the scene is quarantined. */
+/* ERROR_RENDER_FAILED, with the reason of the last crash, if the scene is quarantined. */
 MUST_CHECK bool quarantine_check(const struct quarantine *quarantine, const char *scene,
                                  struct error *err);
 int quarantine_count(const struct quarantine *quarantine);

@@ -27,6 +27,7 @@ void render_task_destroy(struct render_task *task)
     free(task->outcome.stats);
     json_decref(task->outcome.answer);
     json_decref(task->question);
+    json_decref(task->offer);
     free(task);
 }
 

@@ -20,10 +20,12 @@ enum render_priority { RENDER_INTERACTIVE, RENDER_NORMAL, RENDER_BATCH, RENDER_P
 /* Exactly one of problem (a code other than ERROR_NONE) and an image. */
 struct render_outcome {
     struct error problem;
-    int image_fd;              /* owned by the task; `done` may take it and put -1 here */
-    struct frame_stats *stats; /* owned by the task; NULL on failure, and of a question */
-    json_t *answer;            /* owned by the task; to a question, whose image is optional */
-    double queue_ms;           /* from submission to the GL thread */
+    int image_fd;                  /* owned by the task; `done` may take it and put -1 here */
+    struct frame_stats *stats;     /* owned by the task; NULL on failure, and of a question */
+    char drawn[DIGEST_TEXT_BYTES]; /* the digest of the canonical request that was drawn, where the
+                                      worker chose for a target; else "" */
+    json_t *answer;                /* owned by the task; to a question, whose image is optional */
+    double queue_ms;               /* from submission to the GL thread */
 };
 
 struct render_task {
@@ -36,12 +38,12 @@ struct render_task {
     int part_fds[LIMIT_PART_SCENES]; /* parts.count of them are open */
     enum image_format format;
     enum render_priority priority;
-    bool is_cancelled;            /* nobody waits for it any more */
-    bool expects_reuse;           /* one of many frames: renderer/view.h */
-    bool may_be_coarse;           /* likewise */
-    int64_t queued_us;            /* set when queued */
-    int deaths;                   /* workers that died on it */
-    struct frame_promise promise; /* told in the stats of the frame */
+    bool is_cancelled;  /* nobody waits for it any more */
+    bool expects_reuse; /* one of many frames: renderer/view.h */
+    bool may_be_coarse; /* likewise */
+    int64_t queued_us;  /* set when queued */
+    int deaths;         /* workers that died on it */
+    json_t *offer; /* owned; for the worker's choice (server/mapping/choice_offer.h), or NULL */
     /* Owned; NULL: a render. What is asked of the worker instead (server/worker/measure.h,
      * server/worker/explain.h, server/worker/pick.h): once, and its failure says nothing about the
      * scene. */
@@ -50,8 +52,8 @@ struct render_task {
     int limit_ms;     /* from its begin to its end; 0: that of the configuration */
     struct render_outcome outcome;
     void *context;
-    void (*done)(void *context, struct render_outcome *outcome); /* once, on the thread that ends
-                                                                    the task */
+    /* Called once, on the thread that ends the task. */
+    void (*done)(void *context, struct render_outcome *outcome);
 };
 /* NULL for want of memory; the descriptors are -1. */
 struct render_task *render_task_create(void);
@@ -66,24 +68,21 @@ struct render_queue {
 /* Takes the task, or answers false when max_count wait already. */
 MUST_CHECK bool render_queue_push(struct render_queue *queue, struct render_task *task,
                                   size_t max_count);
-void render_queue_push_back(struct render_queue *queue, struct render_task *task); /* a retry: first
-                                                                                      of its
-                                                                                      priority */
+/* Queues a retry as the first of its priority. */
+void render_queue_push_back(struct render_queue *queue, struct render_task *task);
 struct render_task *render_queue_pop(struct render_queue *queue); /* NULL when empty */
-/* The first that is not interactive: NULL when there is none, or when it is a question and
- * interactive ones wait, because they cannot go before the rest of that. */
+/* The first task that is not interactive. NULL when there is none, or when it is a question while
+ * interactive tasks wait: they could not preempt it. */
 struct render_task *render_queue_pop_patient(struct render_queue *queue);
-/* The first interactive one, or NULL. */
+/* The first interactive task, or NULL. */
 struct render_task *render_queue_pop_urgent(struct render_queue *queue);
-struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket); /* NULL when
-                                                                                         not waiting
-                                                                                       */
+/* Removes the task; NULL when it does not wait. */
+struct render_task *render_queue_remove(struct render_queue *queue, uint64_t ticket);
 const struct render_task *render_queue_find(const struct render_queue *queue, uint64_t ticket);
-/* The newest with this request id; NULL when none is waiting. */
+/* The newest task with this request id; NULL when none waits. */
 const struct render_task *render_queue_find_request(const struct render_queue *queue,
                                                     const char *request_id);
-int64_t render_queue_oldest_us(const struct render_queue *queue, int64_t otherwise); /* queued_us of
-                                                                                        the oldest
-                                                                                      */
+/* queued_us of the oldest task. */
+int64_t render_queue_oldest_us(const struct render_queue *queue, int64_t otherwise);
 
 #endif

@@ -49,8 +49,8 @@ MUST_CHECK bool scene_draft_begin(struct scene_store *store, struct scene_draft 
 MUST_CHECK bool scene_draft_commit(struct scene_store *store, struct scene_draft *draft,
                                    const struct scene_summary *summary, bool *is_new,
                                    struct error *err);
-void scene_draft_discard(struct scene_store *store, struct scene_draft *draft); /* accepts zeroed
-                                                                                   and committed */
+/* Accepts zeroed and committed drafts. */
+void scene_draft_discard(struct scene_store *store, struct scene_draft *draft);
 
 bool scene_store_has(struct scene_store *store, const char *id);
 

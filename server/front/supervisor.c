@@ -10,7 +10,6 @@
 
 #include "protocol/limits.h"
 #include "server/base/clock.h"
-#include "server/front/experience.h"
 #include "server/front/supervisor_internal.h"
 #include "server/mapping/questions.h"
 
@@ -35,8 +34,6 @@ static void end_task(struct supervisor *supervisor, struct render_task *task)
         return;
     }
     supervisor->totals.warm_ups.done += is_good && warm_up_is_step(task->question);
-    if (is_good && warm_up_is_step(task->question))
-        experience_note_warm(supervisor->experience, task->scene);
     if (task->question)
         supervisor->totals.answered += is_good;
     else if (is_good)
@@ -98,8 +95,7 @@ struct supervisor *supervisor_create(const struct supervisor_desc *desc, struct 
     pthread_mutex_init(&supervisor->mutex, NULL);
     supervisor->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     supervisor->forgotten = json_array();
-    supervisor->experience = experience_create(err);
-    if (supervisor->wake_fd >= 0 && supervisor->forgotten && supervisor->experience)
+    if (supervisor->wake_fd >= 0 && supervisor->forgotten)
         supervisor->has_thread =
             pthread_create(&supervisor->thread, NULL, supervisor_run, supervisor) == 0;
     if (supervisor->has_thread)
@@ -123,9 +119,9 @@ void supervisor_stop(struct supervisor *supervisor)
     }
     struct error stopping = {ERROR_OVERLOADED, "the server is stopping", ""};
     pthread_mutex_lock(&supervisor->mutex);
-    struct flights *flights = &supervisor->flights;
-    while (flights->count > 0)
-        supervisor_refuse(supervisor, flights->list[--flights->count].task, &stopping);
+    struct worker_jobs *jobs = &supervisor->jobs;
+    while (jobs->count > 0)
+        supervisor_refuse(supervisor, jobs->list[--jobs->count].task, &stopping);
     supervisor_refuse_waiting(supervisor, &stopping);
     warm_ups_drop(&supervisor->warm_ups, NULL);
     pthread_mutex_unlock(&supervisor->mutex);
@@ -138,7 +134,6 @@ void supervisor_destroy(struct supervisor *supervisor)
         return;
     supervisor_stop(supervisor);
     json_decref(supervisor->forgotten);
-    experience_destroy(supervisor->experience);
     free(supervisor->hopeless);
     if (supervisor->wake_fd >= 0)
         close(supervisor->wake_fd);
@@ -190,13 +185,13 @@ void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket)
 {
     pthread_mutex_lock(&supervisor->mutex);
     struct render_task *task = render_queue_remove(&supervisor->queue, ticket);
-    int flight = task ? -1 : flights_find(&supervisor->flights, ticket);
+    int job = task ? -1 : worker_jobs_find(&supervisor->jobs, ticket);
     if (task)
         supervisor->totals.cancelled++;
-    if (flight >= 0 && !supervisor->flights.list[flight].task->question)
-        supervisor->flights.list[flight].task->is_cancelled = true;
+    if (job >= 0 && !supervisor->jobs.list[job].task->question)
+        supervisor->jobs.list[job].task->is_cancelled = true;
     pthread_mutex_unlock(&supervisor->mutex);
-    if (flight >= 0)
+    if (job >= 0)
         wake(supervisor);
     if (!task)
         return;
@@ -206,30 +201,30 @@ void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket)
 }
 
 bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
-                             struct flight_progress *progress)
+                             struct job_progress *progress)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    int index = flights_find(&supervisor->flights, ticket);
-    bool is_known = index >= 0 && supervisor->flights.list[index].progress.stage[0];
+    int index = worker_jobs_find(&supervisor->jobs, ticket);
+    bool is_known = index >= 0 && supervisor->jobs.list[index].progress.stage[0];
     if (is_known)
-        *progress = supervisor->flights.list[index].progress;
+        *progress = supervisor->jobs.list[index].progress;
     pthread_mutex_unlock(&supervisor->mutex);
     return is_known;
 }
 
-/* Of the one that was submitted later; either may be absent. Under the mutex. */
-static bool read_status(const struct render_task *queued, const struct flight *flight,
+/* Reads the status of the one that was submitted later; either may be absent. Under the mutex. */
+static bool read_status(const struct render_task *queued, const struct worker_job *job,
                         struct render_status *status)
 {
-    *status = (struct render_status){.state = FLIGHT_SENT};
-    if (flight && queued && flight->task->ticket < queued->ticket)
-        flight = NULL;
-    const struct render_task *task = flight ? flight->task : queued;
+    *status = (struct render_status){.state = JOB_SENT};
+    if (job && queued && job->task->ticket < queued->ticket)
+        job = NULL;
+    const struct render_task *task = job ? job->task : queued;
     if (!task)
         return false;
-    if (flight) {
-        status->state = flight->state;
-        status->progress = flight->progress;
+    if (job) {
+        status->state = job->state;
+        status->progress = job->progress;
     }
     memcpy(status->scene, task->scene, sizeof status->scene);
     status->elapsed_s = 1e-6 * (double)(now_us() - task->queued_us);
@@ -240,9 +235,9 @@ bool supervisor_get_render(struct supervisor *supervisor, uint64_t ticket,
                            struct render_status *status)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    int index = flights_find(&supervisor->flights, ticket);
+    int index = worker_jobs_find(&supervisor->jobs, ticket);
     bool is_known = read_status(render_queue_find(&supervisor->queue, ticket),
-                                index >= 0 ? &supervisor->flights.list[index] : NULL, status);
+                                index >= 0 ? &supervisor->jobs.list[index] : NULL, status);
     pthread_mutex_unlock(&supervisor->mutex);
     return is_known;
 }
@@ -251,9 +246,9 @@ bool supervisor_find_render(struct supervisor *supervisor, const char *request_i
                             struct render_status *status)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    int index = flights_find_request(&supervisor->flights, request_id);
+    int index = worker_jobs_find_request(&supervisor->jobs, request_id);
     bool is_known = read_status(render_queue_find_request(&supervisor->queue, request_id),
-                                index >= 0 ? &supervisor->flights.list[index] : NULL, status);
+                                index >= 0 ? &supervisor->jobs.list[index] : NULL, status);
     pthread_mutex_unlock(&supervisor->mutex);
     return is_known;
 }
@@ -268,10 +263,10 @@ void supervisor_drain(struct supervisor *supervisor)
 void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    quarantine_forgive(&supervisor->quarantine, scene);
+    quarantine_clear(&supervisor->quarantine, scene);
     warm_ups_drop(&supervisor->warm_ups, scene);
-    for (int i = 0; i < supervisor->flights.count; i++) { /* one under way is not to come back */
-        struct render_task *task = supervisor->flights.list[i].task;
+    for (int i = 0; i < supervisor->jobs.count; i++) { /* one under way is not to come back */
+        struct render_task *task = supervisor->jobs.list[i].task;
         if (warm_up_is_step(task->question) && strcmp(task->scene, scene) == 0)
             task->is_cancelled = true;
     }
@@ -281,10 +276,10 @@ void supervisor_forget_scene(struct supervisor *supervisor, const char *scene)
     wake(supervisor);
 }
 
-void supervisor_forgive_scene(struct supervisor *supervisor, const char *scene)
+void supervisor_clear_scene(struct supervisor *supervisor, const char *scene)
 {
     pthread_mutex_lock(&supervisor->mutex);
-    quarantine_forgive(&supervisor->quarantine, scene);
+    quarantine_clear(&supervisor->quarantine, scene);
     pthread_mutex_unlock(&supervisor->mutex);
 }
 
@@ -325,18 +320,13 @@ struct supervisor_budgets supervisor_get_budgets(struct supervisor *supervisor)
                                        config->texture_budget_bytes};
 }
 
-struct experience *supervisor_experience(struct supervisor *supervisor)
-{
-    return supervisor->experience;
-}
-
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor)
 {
     pthread_mutex_lock(&supervisor->mutex);
     struct supervisor_totals totals = supervisor->totals;
     int64_t now = now_us();
     totals.waiting = supervisor->queue.count;
-    totals.in_flight = (uint64_t)supervisor->flights.count;
+    totals.in_flight = (uint64_t)supervisor->jobs.count;
     totals.quarantined = (uint64_t)quarantine_count(&supervisor->quarantine);
     totals.warm_ups.dropped = supervisor->warm_ups.dropped;
     totals.oldest_wait_s = 1e-6 * (double)(now - render_queue_oldest_us(&supervisor->queue, now));

@@ -16,11 +16,10 @@
 #include "protocol/error.h"
 #include "server/base/config.h"
 #include "server/base/log.h"
-#include "server/front/flights.h"
+#include "server/front/worker_jobs.h"
 #include "server/front/render_queue.h"
 #include "server/front/warm_up.h"
 
-struct experience;
 struct supervisor;
 
 struct supervisor_desc {
@@ -55,21 +54,21 @@ void supervisor_warm_up(struct supervisor *supervisor, struct render_task *task)
  * or is done; a question goes on. No-op for unknown tickets. */
 void supervisor_cancel(struct supervisor *supervisor, uint64_t ticket);
 
-/* How far a render is that the worker has had for a while; false: nothing is known of it. */
+/* The progress of a render that the worker has had for a while; false: not known. */
 bool supervisor_get_progress(struct supervisor *supervisor, uint64_t ticket,
-                             struct flight_progress *progress);
+                             struct job_progress *progress);
 
 /* A render or a plan that a client waits for. */
 struct render_status {
     char scene[DIGEST_TEXT_BYTES];
-    enum flight_state state; /* FLIGHT_SENT also where it waits in the queue */
-    double elapsed_s;        /* since it was submitted */
-    struct flight_progress progress;
+    enum job_state state; /* JOB_SENT also where it waits in the queue */
+    double elapsed_s;     /* since it was submitted */
+    struct job_progress progress;
 };
 /* False: none with that ticket is in work. */
 bool supervisor_get_render(struct supervisor *supervisor, uint64_t ticket,
                            struct render_status *status);
-/* By the task's request id, of several the newest. */
+/* Finds a render by its request id; of several the newest. */
 bool supervisor_find_render(struct supervisor *supervisor, const char *request_id,
                             struct render_status *status);
 
@@ -78,7 +77,7 @@ void supervisor_drain(struct supervisor *supervisor);
 
 /* The worker drops its copy of a deleted scene; a new upload of a scene ends its quarantine. */
 void supervisor_forget_scene(struct supervisor *supervisor, const char *scene);
-void supervisor_forgive_scene(struct supervisor *supervisor, const char *scene);
+void supervisor_clear_scene(struct supervisor *supervisor, const char *scene);
 
 /* ERROR_NO_DEVICE or ERROR_OVERLOADED says why no render would be served now. */
 MUST_CHECK bool supervisor_is_ready(struct supervisor *supervisor, struct error *err);
@@ -86,8 +85,8 @@ MUST_CHECK bool supervisor_is_ready(struct supervisor *supervisor, struct error 
 /* False while no worker has ever been ready. */
 bool supervisor_get_device(struct supervisor *supervisor, struct device_capabilities *device);
 
-/* Of the device's memory as configured, 0 for the defaults [bytes]. Beyond them pictures may have
- * coarser textures or compressed shadows, where these were asked for. */
+/* Budgets of the device's memory as configured, 0 for the defaults [bytes]. Pictures beyond them
+ * may have coarser textures, or compressed shadows if these were asked for. */
 struct supervisor_budgets {
     uint64_t gpu, textures;
 };
@@ -111,8 +110,5 @@ struct supervisor_totals {
     int worker_pid; /* 0 = none */
 };
 struct supervisor_totals supervisor_get_totals(struct supervisor *supervisor);
-
-/* Of what its frames took, for as long as it lives. */
-struct experience *supervisor_experience(struct supervisor *supervisor);
 
 #endif

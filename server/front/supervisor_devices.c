@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What becomes of devices whose drivers end workers, and of the daemon when none is left. */
+/* Decides about devices whose drivers crash workers, and about the daemon when none is left. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the parts of the supervisor share: supervisor.c holds the tasks and serves other threads,
- * supervisor_run.c the life of the worker, supervisor_messages.c what is said to it and by it. */
+/* What the parts of the supervisor share. supervisor.c holds the tasks and serves other threads,
+ * supervisor_run.c starts and ends the worker, supervisor_messages.c speaks with it. */
 #ifndef VITRAIL_SERVER_FRONT_SUPERVISOR_INTERNAL_H
 #define VITRAIL_SERVER_FRONT_SUPERVISOR_INTERNAL_H
 
@@ -10,7 +10,7 @@
 #include "server/base/child.h"
 #include "server/base/config.h"
 #include "server/front/device_trials.h"
-#include "server/front/flights.h"
+#include "server/front/worker_jobs.h"
 #include "server/front/quarantine.h"
 #include "server/front/supervisor.h"
 #include "server/front/warm_up.h"
@@ -28,8 +28,7 @@ struct supervisor {
     struct warm_ups warm_ups; /* sent when there is nothing else to do */
     int64_t asked_ms;         /* when someone last submitted a task */
     struct quarantine quarantine;
-    struct experience *experience; /* guards itself */
-    struct flights flights;
+    struct worker_jobs jobs;
     struct render_task *ended; /* outcome known, `done` not yet called */
     json_t *forgotten;         /* ids of deleted scenes that the worker has not been told of */
     struct child worker;       /* touched by the supervisor's thread only, but for its pid */
@@ -50,7 +49,7 @@ struct supervisor {
 
 /* ---- tasks: decided under the mutex, told outside it ---- */
 
-/* Ends the task, well where `problem` is none. Under the mutex. */
+/* Ends the task: with success if `problem` is none. Under the mutex. */
 void supervisor_refuse(struct supervisor *supervisor, struct render_task *task,
                        const struct error *problem);
 void supervisor_refuse_waiting(struct supervisor *supervisor, const struct error *problem);
@@ -59,7 +58,7 @@ void supervisor_tell_ended(struct supervisor *supervisor);
 /* The problem of a task whose client has left. */
 extern const struct error supervisor_nobody_waits;
 
-/* The task's scene, and those of its parts. Under the mutex. */
+/* Checks the task's scene and those of its parts. Under the mutex. */
 bool supervisor_check_quarantine(const struct supervisor *supervisor,
                                  const struct render_task *task, struct error *err);
 
@@ -72,28 +71,29 @@ enum { SUPERVISOR_PATH_BYTES = CONFIG_PATH_BYTES + 128 };
 void supervisor_cache_path(const struct supervisor *supervisor, const char *what,
                            char path[SUPERVISOR_PATH_BYTES]);
 
-/* reason: why it is killed, or NULL when it ended by itself. */
-void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, bool is_timeout);
+/* Kills the worker if it still runs, and requeues its jobs. reason: why it is killed; NULL: it
+ * ended by itself. */
+void supervisor_reap_worker(struct supervisor *supervisor, const char *reason, bool is_timeout);
 
 /* ---- devices whose drivers end workers ---- */
 
-/* The worker tells what it tries. */
+/* The worker says which device it tries. */
 void supervisor_try_device(struct supervisor *supervisor, const json_t *message);
-/* The worker tells that there is none that it can take. */
+/* The worker says that it can take no device. */
 void supervisor_note_no_device(struct supervisor *supervisor, const json_t *message);
-/* Whether the worker ended while it tried one; then it is tried again or passed over. Under the
- * mutex. */
+/* Whether the worker ended while it tried a device, which is then tried again or passed over. Under
+ * the mutex. */
 bool supervisor_blame_device(struct supervisor *supervisor, const char *how, bool is_hang);
-/* Calls on_hopeless, once, where that is due. */
+/* Calls on_hopeless once, when no worker is started any more. */
 void supervisor_tell_hopeless(struct supervisor *supervisor);
 
 /* ---- its messages ---- */
 
-/* Takes one, or buries the worker at the end of the stream. */
+/* Takes one message, or reaps the worker at the end of the stream. */
 void supervisor_receive(struct supervisor *supervisor);
 
-/* Sends what there is room for. False when the worker no longer listens; then its socket will say
- * so, too. Under the mutex. */
+/* Sends as many tasks as the worker has room for. False when the worker no longer listens; its
+ * socket then ends, too. Under the mutex. */
 bool supervisor_feed_worker(struct supervisor *supervisor);
 
 /* When the idle worker is to be told something: a warm-up, or to rest. INT64_MAX: nothing, or not

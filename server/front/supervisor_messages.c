@@ -1,61 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-/* What the worker says, and what is said to it. */
+/* The messages of the worker, and the messages to it. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "server/base/build_id.h"
+#include "protocol/utf8.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
-#include "server/front/experience.h"
 #include "server/front/supervisor_internal.h"
 #include "server/mapping/questions.h"
 
 enum { FORGOTTEN_PER_MESSAGE = 1000 };
 
 /* ---- messages of the worker ---- */
-
-/* By its name; -1: none. */
-static int find_technique(const char *name)
-{
-    const char *known;
-    for (int i = 0; (known = shadow_technique_name(i)); i++)
-        if (strcmp(known, name) == 0)
-            return i;
-    return -1;
-}
-
-/* What the frame took teaches the next choice. */
-static void learn_from(struct supervisor *supervisor, const struct frame_stats *stats,
-                       const struct render_task *task)
-{
-    const struct frame_promise *promise = &task->promise;
-    const struct frame_stats_chosen *chosen = &stats->chosen;
-    int shadows = find_technique(chosen->shadows);
-    if (shadows < 0)
-        return;
-    const struct experience_frame frame = {
-        .scene = task->scene,
-        .setting = {(enum shadow_technique)shadows, chosen->shadow_resolution, chosen->shadow_taps,
-                    chosen->samples, chosen->shadow_compression, chosen->shadow_prefilter},
-        .is_warm = promise->is_warm,
-        .base_ms = promise->base_ms,
-        .is_measured = promise->is_measured,
-        .bytes = promise->bytes,
-    };
-    experience_note(supervisor->experience, &frame, chosen->took_ms,
-                    stats->counts.programs_built || stats->counts.programs_loaded);
-}
-
-/* Only what lies over its picture was drawn: what was expected and taken is of something else. */
-static bool is_over_kept(const struct frame_stats *stats)
-{
-    for (int i = 0; i < stats->reused_count; i++)
-        if (strcmp(stats->reused[i], "picture") == 0)
-            return true;
-    return false;
-}
 
 static void take_image(struct supervisor *supervisor, struct render_task *task,
                        struct ipc_message *message)
@@ -70,18 +28,13 @@ static void take_image(struct supervisor *supervisor, struct render_task *task,
         error_set(&problem, ERROR_INTERNAL, "the worker sent no image");
     struct frame_stats *stats = task->outcome.stats;
     if (stats && problem.code == ERROR_NONE) {
-        quarantine_forgive(&supervisor->quarantine, task->scene);
+        quarantine_clear(&supervisor->quarantine, task->scene);
         supervisor->has_rendered = true;
         warm_ups_note_drawn(&supervisor->warm_ups, task->scene);
-        frame_stats_promise(stats, &task->promise);
-        if (is_over_kept(stats)) {
-            stats->chosen.expected_ms = 0;
-        } else {
-            frame_stats_judge(stats, task->promise.budget_ms);
-            learn_from(supervisor, stats, task);
-        }
+        const char *drawn = json_string_value(json_object_get(message->json, "drawn"));
+        utf8_copy(task->outcome.drawn, sizeof task->outcome.drawn, drawn ? drawn : "");
     }
-    supervisor_refuse(supervisor, task, &problem); /* which, without a problem, is its success */
+    supervisor_refuse(supervisor, task, &problem); /* without a problem the task succeeds */
 }
 
 static void take_answer(struct supervisor *supervisor, struct render_task *task,
@@ -96,46 +49,46 @@ static void take_answer(struct supervisor *supervisor, struct render_task *task,
     supervisor_refuse(supervisor, task, &problem);
 }
 
-/* What the worker says of one flight. Under the mutex. */
+/* Takes in what the worker says of one job. Under the mutex. */
 static void flight_message(struct supervisor *supervisor, const char *op,
                            struct ipc_message *message)
 {
     uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
-    int index = flights_find(&supervisor->flights, id);
+    int index = worker_jobs_find(&supervisor->jobs, id);
     if (index < 0)
         return;
-    struct flight *flight = &supervisor->flights.list[index];
-    struct render_task *task = flight->task;
+    struct worker_job *job = &supervisor->jobs.list[index];
+    struct render_task *task = job->task;
     if (strcmp(op, "begin") == 0) {
         task->outcome.queue_ms = 1e-3 * (double)(now_us() - task->queued_us);
         supervisor->totals.overlapped +=
-            !task->question && flights_is_any(&supervisor->flights, FLIGHT_ENCODING);
+            !task->question && worker_jobs_have(&supervisor->jobs, JOB_ENCODING);
         supervisor->totals.ahead +=
-            !task->question && flights_is_any(&supervisor->flights, FLIGHT_ON_DEVICE);
+            !task->question && worker_jobs_have(&supervisor->jobs, JOB_ON_DEVICE);
     }
     if (strcmp(op, "progress") == 0) {
         const char *stage = json_string_value(json_object_get(message->json, "stage"));
-        flight_progress_note(&flight->progress, stage ? stage : "",
-                             json_number_value(json_object_get(message->json, "share")), now_ms());
+        job_progress_note(&job->progress, stage ? stage : "",
+                          json_number_value(json_object_get(message->json, "share")), now_ms());
         return;
     }
-    bool was_on_device = flight->state == FLIGHT_ON_DEVICE;
+    bool was_on_device = job->state == JOB_ON_DEVICE;
     if (strcmp(op, "lost") == 0)
-        flights_note_lost(&supervisor->flights, index);
+        worker_jobs_note_lost(&supervisor->jobs, index);
     else if (was_on_device)
-        flights_note_free_device(&supervisor->flights, now_ms());
-    if (flights_note(flight, op, now_ms()))
+        worker_jobs_note_free_device(&supervisor->jobs, now_ms());
+    if (worker_job_note(job, op, now_ms()))
         return;
     if (strcmp(op, "done") == 0) {
-        flights_remove(&supervisor->flights, index);
+        worker_jobs_remove(&supervisor->jobs, index);
         take_image(supervisor, task, message);
     } else if (strcmp(op, "answer") == 0) {
-        flights_remove(&supervisor->flights, index);
+        worker_jobs_remove(&supervisor->jobs, index);
         take_answer(supervisor, task, message);
     } else if (strcmp(op, "error") == 0) {
         struct error problem = {0};
         ipc_error_from_json(json_object_get(message->json, "error"), &problem);
-        flights_remove(&supervisor->flights, index);
+        worker_jobs_remove(&supervisor->jobs, index);
         supervisor_refuse(supervisor, task,
                           task->is_cancelled ? &supervisor_nobody_waits : &problem);
     }
@@ -178,7 +131,7 @@ static void log_speed(struct supervisor *supervisor, const struct device_auto *a
                   automatic->note[0] ? ", " : "", automatic->note);
 }
 
-/* Its speed is known, which was pending. */
+/* The worker has measured the device's speed, which was pending. */
 static bool measured_message(struct supervisor *supervisor, const json_t *json, struct error *err)
 {
     struct device_capabilities device;
@@ -216,30 +169,18 @@ static void log_devices(struct supervisor *supervisor, const struct device_capab
         log_write(supervisor->desc.log, LOG_WARNING, "%s", device->warning);
 }
 
-/* What budgets taught is of one device and one build. */
-static void keep_experience(struct supervisor *supervisor, const struct device_capabilities *device)
-{
-    char path[SUPERVISOR_PATH_BYTES], key[1024], build[BUILD_ID_BYTES];
-    build_id_get(build);
-    supervisor_cache_path(supervisor, "budgets", path);
-    snprintf(key, sizeof key, "%s, %s, %ld processors, %s", device->renderer, device->version,
-             sysconf(_SC_NPROCESSORS_ONLN), build);
-    experience_keep(supervisor->experience, path, key);
-}
-
 static bool hello_message(struct supervisor *supervisor, const json_t *json, struct error *err)
 {
     struct device_capabilities device;
     if (!device_capabilities_from_json(json_object_get(json, "device"), &device, err))
         return false;
-    keep_experience(supervisor, &device);
     json_int_t depth = json_integer_value(json_object_get(json, "depth"));
     pthread_mutex_lock(&supervisor->mutex);
     supervisor->device = device;
     supervisor->has_device = true;
-    supervisor->flights.depth = depth < 1                   ? 1
-                                : depth > FLIGHTS_DEPTH_MAX ? FLIGHTS_DEPTH_MAX
-                                                            : (int)depth;
+    supervisor->jobs.depth = depth < 1                       ? 1
+                             : depth > WORKER_JOBS_DEPTH_MAX ? WORKER_JOBS_DEPTH_MAX
+                                                             : (int)depth;
     supervisor->state = WORKER_READY;
     supervisor->state_ms = now_ms();
     supervisor->start_error = (struct error){0};
@@ -276,7 +217,7 @@ void supervisor_receive(struct supervisor *supervisor)
     struct error problem = {0};
     enum ipc_status status = ipc_receive(supervisor->worker.socket, &message, &problem);
     if (status != IPC_MESSAGE) {
-        supervisor_bury_worker(supervisor, status == IPC_CLOSED ? NULL : "a broken message", false);
+        supervisor_reap_worker(supervisor, status == IPC_CLOSED ? NULL : "a broken message", false);
         return;
     }
     const char *op = json_string_value(json_object_get(message.json, "op"));
@@ -303,7 +244,7 @@ void supervisor_receive(struct supervisor *supervisor)
         ipc_error_from_json(json_object_get(message.json, "error"), &problem);
     ipc_message_finish(&message);
     if (!is_good || is_lost)
-        supervisor_bury_worker(supervisor, problem.message, false);
+        supervisor_reap_worker(supervisor, problem.message, false);
 }
 
 /* ---- sending ---- */
@@ -346,26 +287,26 @@ static json_t *list_parts(const struct render_task *task)
     return ids;
 }
 
-/* Messages are small and at most `depth` of them wait, so sending never blocks. Under the mutex. */
+/* Sending never blocks: messages are small, and at most `depth` of them wait. Under the mutex. */
 static bool send_task(struct supervisor *supervisor, struct render_task *task)
 {
     json_t *message = json_pack(
-        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:O*,s:o*}", "op", task->question ? "ask" : "render",
+        "{s:s,s:I,s:s,s:b,s:s,s:b,s:b,s:o,s:O*,s:O*,s:o*}", "op", task->question ? "ask" : "render",
         "id", (json_int_t)task->ticket, "scene", task->scene, "urgent",
         task->priority == RENDER_INTERACTIVE, "format", image_format_name(task->format), "reuse",
         task->expects_reuse, "coarse", task->may_be_coarse, "parts", list_parts(task), "question",
-        task->question, "forget", take_forgotten(supervisor));
+        task->question, "offer", task->offer, "forget", take_forgotten(supervisor));
     int fds[IPC_FDS_MAX], fd_count = list_fds(task, fds);
     struct error problem = {0};
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, fds, fd_count, &problem);
     json_decref(message);
-    flights_add(&supervisor->flights, task, now_ms());
+    worker_jobs_add(&supervisor->jobs, task, now_ms());
     if (!warm_up_is_step(task->question))
         supervisor->is_resting = false;
     return is_sent;
 }
 
-/* Takes the reference. */
+/* Sends a message without descriptors, and takes the reference to it. */
 static bool send_small(struct supervisor *supervisor, json_t *message)
 {
     bool is_sent = message && ipc_send(supervisor->worker.socket, message, NULL, 0, NULL);
@@ -377,7 +318,7 @@ int64_t supervisor_idle_due_ms(const struct supervisor *supervisor)
 {
     int rest_s = supervisor->desc.config->rest_s;
     bool warms_up = supervisor->warm_ups.count > 0;
-    if (supervisor->state != WORKER_READY || supervisor->flights.count > 0 ||
+    if (supervisor->state != WORKER_READY || supervisor->jobs.count > 0 ||
         supervisor->is_draining || (!warms_up && (supervisor->is_resting || rest_s == 0)))
         return INT64_MAX;
     int64_t since = supervisor->asked_ms > supervisor->last_event_ms ? supervisor->asked_ms
@@ -392,7 +333,6 @@ static bool send_idle(struct supervisor *supervisor)
         return true;
     if (!supervisor->warm_ups.count) {
         supervisor->is_resting = true;
-        experience_forget_memory(supervisor->experience);
         return send_small(supervisor, json_pack("{s:s}", "op", "rest"));
     }
     struct render_task *task = warm_ups_take(&supervisor->warm_ups);
@@ -406,25 +346,25 @@ static bool send_idle(struct supervisor *supervisor)
 /* Tells the worker which of its renders nobody waits for any more. Under the mutex. */
 static bool send_cancelled(struct supervisor *supervisor)
 {
-    for (int i = 0; i < supervisor->flights.count; i++) {
-        struct flight *flight = &supervisor->flights.list[i];
-        if (!flight->task->is_cancelled || flight->is_told || flight->state == FLIGHT_ENCODING)
+    for (int i = 0; i < supervisor->jobs.count; i++) {
+        struct worker_job *job = &supervisor->jobs.list[i];
+        if (!job->task->is_cancelled || job->is_told || job->state == JOB_ENCODING)
             continue;
-        flight->is_told = true;
+        job->is_told = true;
         if (!send_small(supervisor, json_pack("{s:s,s:I}", "op", "cancel", "id",
-                                              (json_int_t)flight->task->ticket)))
+                                              (json_int_t)job->task->ticket)))
             return false;
     }
     return true;
 }
 
-/* What the worker has room for. Under the mutex. */
+/* The next task that the worker has room for, or NULL. Under the mutex. */
 static struct render_task *next_task(struct supervisor *supervisor)
 {
     struct render_task *task = NULL;
-    if (flights_have_room(&supervisor->flights, RENDER_INTERACTIVE))
+    if (worker_jobs_have_room(&supervisor->jobs, RENDER_INTERACTIVE))
         task = render_queue_pop_urgent(&supervisor->queue);
-    if (!task && flights_have_room(&supervisor->flights, RENDER_NORMAL))
+    if (!task && worker_jobs_have_room(&supervisor->jobs, RENDER_NORMAL))
         task = render_queue_pop_patient(&supervisor->queue);
     return task;
 }
@@ -435,14 +375,14 @@ bool supervisor_feed_worker(struct supervisor *supervisor)
         return false;
     for (struct render_task *task; (task = next_task(supervisor));) {
         struct error problem = {0};
-        if (task->is_cancelled) /* before the worker died that had it */
+        if (task->is_cancelled) /* the worker that had it died first */
             supervisor_refuse(supervisor, task, &supervisor_nobody_waits);
         else if (!supervisor_check_quarantine(supervisor, task, &problem))
             supervisor_refuse(supervisor, task, &problem);
         else if (!send_task(supervisor, task))
             return false;
     }
-    json_t *ids = supervisor->flights.count == 0 ? take_forgotten(supervisor) : NULL;
+    json_t *ids = supervisor->jobs.count == 0 ? take_forgotten(supervisor) : NULL;
     if (!ids)
         return send_idle(supervisor);
     return send_small(supervisor, json_pack("{s:s,s:o}", "op", "forget", "forget", ids));

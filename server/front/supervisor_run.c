@@ -8,7 +8,6 @@
 #include "renderer/base/device_choice.h"
 #include "server/base/clock.h"
 #include "server/base/ipc.h"
-#include "server/front/experience.h"
 #include "server/front/supervisor_internal.h"
 #include "server/mapping/device_messages.h"
 
@@ -45,17 +44,18 @@ static void charge(struct supervisor *supervisor, struct render_task *task, cons
     supervisor_refuse(supervisor, task, &problem);
 }
 
-/* Requeues what the worker had, the guilty one first, and plans the next start. Under the mutex. */
+/* Requeues the jobs of a worker that ended, the culprit first, and plans the next start. Under the
+ * mutex. */
 static void settle_death(struct supervisor *supervisor, const char *how, bool is_timeout)
 {
-    struct flights *flights = &supervisor->flights;
+    struct worker_jobs *jobs = &supervisor->jobs;
     bool is_of_device = supervisor_blame_device(supervisor, how, is_timeout);
-    int guilty = is_of_device ? -1 : flights_guilty(flights, is_timeout);
-    struct render_task *charged = guilty >= 0 ? flights->list[guilty].task : NULL;
+    int culprit = is_of_device ? -1 : worker_jobs_culprit(jobs, is_timeout);
+    struct render_task *charged = culprit >= 0 ? jobs->list[culprit].task : NULL;
     if (charged)
-        flights_remove(flights, guilty);
-    while (flights->count > 0)
-        render_queue_push_back(&supervisor->queue, flights->list[--flights->count].task);
+        worker_jobs_remove(jobs, culprit);
+    while (jobs->count > 0)
+        render_queue_push_back(&supervisor->queue, jobs->list[--jobs->count].task);
     if (charged)
         charge(supervisor, charged, how, is_timeout);
     bool was_stable =
@@ -84,7 +84,7 @@ static void settle_death(struct supervisor *supervisor, const char *how, bool is
     supervisor->totals.timed = supervisor->totals.timings_stopped = 0;
 }
 
-void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, bool is_timeout)
+void supervisor_reap_worker(struct supervisor *supervisor, const char *reason, bool is_timeout)
 {
     char how[96], end[64];
     child_stop(&supervisor->worker, reason ? 0 : 1000, end, sizeof end);
@@ -101,7 +101,7 @@ void supervisor_bury_worker(struct supervisor *supervisor, const char *reason, b
 
 /* ---- starting ---- */
 
-/* As a part of a file's name. */
+/* Makes the device's name a part of a file's name. */
 static void name_device(const char *device, char name[GL_DEVICE_NAME_BYTES])
 {
     snprintf(name, GL_DEVICE_NAME_BYTES, "%.*s", GL_DEVICE_NAME_BYTES - 1, device);
@@ -124,7 +124,7 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
     const struct config *config = supervisor->desc.config;
     char speed_file[CONFIG_PATH_BYTES + 128], texture_file[CONFIG_PATH_BYTES + 128];
     char lessons_file[CONFIG_PATH_BYTES + 128];
-    char proof_file[CONFIG_PATH_BYTES + 128];
+    char proof_file[CONFIG_PATH_BYTES + 128], budgets_file[SUPERVISOR_PATH_BYTES];
     char program_folder[CONFIG_PATH_BYTES + 64];
     snprintf(program_folder, sizeof program_folder, "%s/cache/programs", config->state_dir);
     char device[GL_DEVICE_NAME_BYTES];
@@ -136,11 +136,12 @@ static bool send_settings(struct supervisor *supervisor, struct error *err)
     snprintf(lessons_file, sizeof lessons_file, "%s/cache/forecasts-%s.json", config->state_dir,
              device);
     snprintf(proof_file, sizeof proof_file, "%s/cache/self-test-%s", config->state_dir, device);
+    supervisor_cache_path(supervisor, "budgets", budgets_file);
     json_t *settings = json_pack(
-        "{s:s,s:o,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op",
+        "{s:s,s:o,s:s,s:s,s:s,s:I,s:I,s:I,s:i,s:i,s:I,s:s,s:s,s:I,s:i,s:s,s:s,s:i,s:s}", "op",
         "configure", "passed_over", device_reasons_to_json(&supervisor->trials.devices),
-        "lessons_file", lessons_file, "device", config->device, "gpu_budget_bytes",
-        (json_int_t)config->gpu_budget_bytes, "texture_budget_bytes",
+        "lessons_file", lessons_file, "budgets_file", budgets_file, "device", config->device,
+        "gpu_budget_bytes", (json_int_t)config->gpu_budget_bytes, "texture_budget_bytes",
         (json_int_t)config->texture_budget_bytes, "texture_upload_bytes",
         (json_int_t)config->texture_upload_bytes, "texture_upload_ms", config->texture_upload_ms,
         "texture_compression", (int)config->texture_compression, "cache_bytes",
@@ -168,7 +169,6 @@ static void start_worker(struct supervisor *supervisor)
     supervisor->state = WORKER_STARTING;
     supervisor->state_ms = now_ms();
     supervisor->has_rendered = false;
-    experience_forget_programs(supervisor->experience);
     supervisor->is_resting = true; /* what warm-ups make is kept until someone has asked */
     supervisor->totals.worker_starts++;
     supervisor->totals.worker_pid = (int)supervisor->worker.pid;
@@ -193,24 +193,24 @@ static int start_limit_ms(const struct supervisor *supervisor)
     return supervisor->trials.current ? DEVICE_TRIAL_MS : START_MS;
 }
 
-/* Of the flight that a late worker is charged with. Under the mutex. */
+/* The limit of the job that a late worker is charged with. Under the mutex. */
 static int limit_s(const struct supervisor *supervisor)
 {
-    int guilty = flights_guilty(&supervisor->flights, true);
-    if (supervisor->state == WORKER_STARTING || supervisor->trials.current || guilty < 0)
+    int culprit = worker_jobs_culprit(&supervisor->jobs, true);
+    if (supervisor->state == WORKER_STARTING || supervisor->trials.current || culprit < 0)
         return start_limit_ms(supervisor) / 1000;
-    const struct flight *flight = &supervisor->flights.list[guilty];
-    return (int)(flight_limit_ms(flight, timeout_ms(supervisor)) / 1000);
+    const struct worker_job *job = &supervisor->jobs.list[culprit];
+    return (int)(worker_job_limit_ms(job, timeout_ms(supervisor)) / 1000);
 }
 
-/* When the worker must have done something. Under the mutex. */
+/* By when the worker must have said something. Under the mutex. */
 static int64_t next_deadline(const struct supervisor *supervisor)
 {
     bool is_trying = supervisor->trials.current != 0; /* of one that serves: its speed */
     return supervisor->state == WORKER_STARTING || is_trying
                ? supervisor->state_ms + start_limit_ms(supervisor)
-               : flights_deadline(&supervisor->flights, timeout_ms(supervisor),
-                                  supervisor->last_event_ms);
+               : worker_jobs_deadline(&supervisor->jobs, timeout_ms(supervisor),
+                                      supervisor->last_event_ms);
 }
 
 /* Starts, feeds and checks the worker. Returns how long poll may sleep. */
@@ -231,13 +231,13 @@ static int look_around(struct supervisor *supervisor)
     int64_t due = supervisor_idle_due_ms(supervisor);
     pthread_mutex_unlock(&supervisor->mutex);
     if (is_deaf) {
-        supervisor_bury_worker(supervisor, NULL, false);
+        supervisor_reap_worker(supervisor, NULL, false);
         return 0;
     }
     if (is_late) {
         char reason[64];
         snprintf(reason, sizeof reason, "a missed deadline of %d s", allowed_s);
-        supervisor_bury_worker(supervisor, reason, true);
+        supervisor_reap_worker(supervisor, reason, true);
         return 0;
     }
     int64_t left = (due < until ? due : until) - now;
@@ -267,6 +267,6 @@ void *supervisor_run(void *argument)
             supervisor_receive(supervisor);
         supervisor_tell_ended(supervisor);
     }
-    child_stop(&supervisor->worker, supervisor->flights.count > 0 ? 0 : 2000, NULL, 0);
+    child_stop(&supervisor->worker, supervisor->jobs.count > 0 ? 0 : 2000, NULL, 0);
     return NULL;
 }

@@ -40,7 +40,7 @@ MUST_CHECK bool upload_end(struct upload *upload, char id[DIGEST_TEXT_BYTES], st
 int upload_fd(const struct upload *upload);
 const struct upload_file *upload_files(const struct upload *upload, size_t *count);
 uint64_t upload_size_bytes(const struct upload *upload); /* of all files */
-/* What the scene is to be called; copied. */
+/* Sets the name of the scene; copied. */
 MUST_CHECK bool upload_set_name(struct upload *upload, const char *name, struct error *err);
 /* The name that was set; else that of the .gltf or .glb; "" when the body was the file. */
 const char *upload_name(const struct upload *upload);

@@ -25,7 +25,7 @@ struct warm_ups {
     uint64_t dropped;
 };
 
-/* What warm-ups did, since the start. */
+/* The work of warm-ups since the start. */
 struct warm_up_totals {
     uint64_t done, dropped, interrupted; /* scenes; interrupted: times that one gave way */
     uint64_t pictures;                   /* drawn */
@@ -37,8 +37,8 @@ struct warm_up_desc {
     const char *scene; /* required */
     bool is_at_start;  /* nobody posted it since */
 };
-/* A question (server/worker/worker.h) about the scene; nobody waits for its answer. NULL with err.
- */
+/* Makes a question (server/worker/worker.h) about the scene, whose answer nobody waits for. NULL
+ * with err. */
 struct render_task *warm_up_task(struct scene_store *store, uint64_t ticket,
                                  const struct warm_up_desc *desc, struct error *err);
 
@@ -52,8 +52,8 @@ void warm_ups_drop(struct warm_ups *warm_ups, const char *scene);
  * and their programs compiled. */
 void warm_ups_note_drawn(struct warm_ups *warm_ups, const char *scene);
 
-/* In the front: whether the answer to one says that it gave way to what came in between; then the
- * task goes on with what is left when it is sent again. */
+/* Whether a warm-up was preempted, by its answer. The task then does the rest when it is sent
+ * again. Called in the front. */
 bool warm_up_continue(struct render_task *task);
 /* Adds what an answer says that it did. */
 void warm_up_count(struct warm_up_totals *totals, const json_t *answer);

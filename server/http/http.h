@@ -51,7 +51,7 @@ struct http_server_desc {
 /* Binds and listens. ERROR_IO names the address that could not be bound. */
 struct http_server *http_server_create(const struct http_server_desc *desc, struct error *err);
 
-/* From here on callbacks come, so whatever they use must be in place. */
+/* From here on callbacks are called, so all that they use must exist. */
 MUST_CHECK bool http_server_start(struct http_server *server, struct error *err);
 int http_server_port(const struct http_server *server);
 
@@ -60,8 +60,8 @@ int http_server_port(const struct http_server *server);
  * wait; wait_idle lets replies leave, until the deadline; destroy ends the rest, until when
  * callbacks come. Destroy accepts NULL. */
 void http_server_quiesce(struct http_server *server);
-bool http_server_wait_idle(struct http_server *server, int timeout_ms); /* true: no exchange is open
-                                                                         */
+/* True: no exchange is open. */
+bool http_server_wait_idle(struct http_server *server, int timeout_ms);
 void http_server_destroy(struct http_server *server);
 
 struct http_server_totals {
@@ -71,16 +71,13 @@ struct http_server_totals http_server_get_totals(struct http_server *server);
 
 /* ---- the request; texts live as long as the exchange ---- */
 enum http_method http_request_method(const struct http_exchange *exchange);
-/* As the client wrote it, at most 23 characters of printable ASCII; for people. */
+/* The method as the client wrote it, at most 23 characters of printable ASCII; for people. */
 const char *http_request_method_name(const struct http_exchange *exchange);
-const char *http_request_path(const struct http_exchange *exchange); /* percent-decoded, without
-                                                                        query */
-const char *http_request_query(const struct http_exchange *exchange, const char *name); /* NULL when
-                                                                                           absent */
-const char *http_request_header(const struct http_exchange *exchange, const char *name); /* NULL
-                                                                                            when
-                                                                                            absent
-                                                                                          */
+/* The path, percent-decoded, without the query. */
+const char *http_request_path(const struct http_exchange *exchange);
+/* A member of the query, or a header; NULL when absent. */
+const char *http_request_query(const struct http_exchange *exchange, const char *name);
+const char *http_request_header(const struct http_exchange *exchange, const char *name);
 /* The query has no members but these (NULL-terminated, at most 63), each once and with a value;
  * ERROR_INVALID_REQUEST names what is wrong. */
 MUST_CHECK bool http_request_check_query(const struct http_exchange *exchange,
@@ -108,7 +105,7 @@ void http_request_take_body(struct http_exchange *exchange, const struct http_bo
 
 /* ---- the reply; exactly one per exchange, the first wins ---- */
 
-/* Before the reply. Fields may also be added by the thread that an exchange waits for. */
+/* Adds a field before the reply. The thread that an exchange waits for may add fields, too. */
 void http_reply_header(struct http_exchange *exchange, const char *name, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 void http_reply_bytes(struct http_exchange *exchange, int status, const char *media_type,
@@ -116,8 +113,8 @@ void http_reply_bytes(struct http_exchange *exchange, int status, const char *me
 void http_reply_fd(struct http_exchange *exchange, int status, const char *media_type, int fd,
                    uint64_t size_bytes); /* takes the descriptor */
 void http_reply_empty(struct http_exchange *exchange, int status);
-void http_reply_error(struct http_exchange *exchange, const struct error *problem); /* problem+json
-                                                                                     */
+/* Replies with application/problem+json. */
+void http_reply_error(struct http_exchange *exchange, const struct error *problem);
 
 /* In run only, before the exchange is shown to another thread: from here on the exchange belongs to
  * that thread until it calls http_resume, after the reply. on_gone: see http_watch_wait. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the files of the HTTP server share. Included by http*.c only. */
+/* The structures that the files of the HTTP server share. Only http*.c include it. */
 #ifndef VITRAIL_SERVER_HTTP_HTTP_INTERNAL_H
 #define VITRAIL_SERVER_HTTP_HTTP_INTERNAL_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Where the fields of a head lie in the buffer that they came in. */
+/* Finds where the fields of a head lie in the buffer that was received. */
 #include "server/http/http_lines.h"
 
 #include <string.h>

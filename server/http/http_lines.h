@@ -23,11 +23,11 @@ bool http_lines_can_judge(const char *library_version);
 /* version: the last word of the request's line. */
 void http_lines_init(struct http_lines *lines, const char *version);
 
-/* For each field in the order of the head. */
+/* Adds a field; to be called in the order of the head. */
 void http_lines_add(struct http_lines *lines, const char *name, const char *value);
 
-/* After the last field: whether every line ended in CRLF, held one field and no zero byte. The head
- * has size_bytes from `method` on, with the empty line that ends it. */
+/* Whether every line ended in CRLF, and held one field and no zero byte; after the last field. The
+ * head has size_bytes from `method` on, with the empty line that ends it. */
 bool http_lines_are_plain(const struct http_lines *lines, const char *method, size_t size_bytes);
 
 #endif

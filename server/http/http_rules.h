@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What a request's head must satisfy before any route sees it: framing that every proxy reads the
- * same way, a Host that is ours, no foreign page behind it. Thread: any; no state. */
+/* Checks a request's head before any route sees it: the framing must read the same way for every
+ * proxy, the Host must be ours, and no foreign page may have sent it. Thread: any; no state. */
 #ifndef VITRAIL_SERVER_HTTP_HTTP_RULES_H
 #define VITRAIL_SERVER_HTTP_HTTP_RULES_H
 
@@ -31,8 +31,7 @@ struct http_policy {
     const char *allow_origin; /* comma-separated origins whose pages may do all that ours may */
 };
 
-/* ERROR_INVALID_REQUEST says which rule was broken; the connection must be closed after the reply.
- */
+/* ERROR_INVALID_REQUEST names the broken rule; the connection must be closed after the reply. */
 MUST_CHECK bool http_head_check(const struct http_head *head, const struct http_policy *policy,
                                 struct error *err);
 

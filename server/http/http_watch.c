@@ -52,7 +52,7 @@ static void wake(struct http_watch *watch)
     eventfd_write(watch->wake_fd, 1);
 }
 
-/* What poll is asked about, and which connection each entry meant. */
+/* The entries for poll, and the connection of each. */
 struct poll_set {
     struct pollfd *fds;
     uint64_t *serials;

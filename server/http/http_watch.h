@@ -22,15 +22,13 @@ struct http_watch;
 struct http_watched; /* one connection */
 
 struct http_watch *http_watch_create(const struct http_watch_desc *desc, struct error *err);
-void http_watch_destroy(struct http_watch *watch); /* accepts NULL; all connections must be removed
-                                                    */
+void http_watch_destroy(struct http_watch *watch); /* accepts NULL; without connections left */
 
-/* NULL when memory runs out. The descriptor stays the caller's and must be open until the removal.
- */
+/* NULL if memory runs out. The descriptor stays the caller's and must be open until the removal. */
 struct http_watched *http_watch_add(struct http_watch *watch, int fd);
 void http_watch_remove(struct http_watch *watch, struct http_watched *watched); /* accepts NULL */
 
-/* What the connection does now. All accept a NULL connection. */
+/* Note what the connection does now. All accept a NULL connection. */
 void http_watch_expect_head(struct http_watch *watch, struct http_watched *watched);
 void http_watch_expect_body(struct http_watch *watch, struct http_watched *watched);
 void http_watch_count_body(struct http_watch *watch, struct http_watched *watched, uint64_t bytes);

@@ -29,8 +29,7 @@ struct multipart {
     enum state state;
     char delimiter[BOUNDARY_BYTES + 5]; /* CRLF--boundary */
     size_t delimiter_length;
-    size_t fail[BOUNDARY_BYTES + 5]; /* Knuth, Morris, Pratt 1977: the longest border of each prefix
-                                      */
+    size_t fail[BOUNDARY_BYTES + 5]; /* Knuth, Morris, Pratt 1977: longest border of each prefix */
     size_t matched;                  /* bytes of the delimiter matched so far */
     size_t borrowed; /* how many of those belong to the header before, not to the data */
     char line[HEADER_LINE_BYTES];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What a request's headers choose: the image format by Accept, and whether an entity tag matches.
- * Thread: any. */
+/* Reads the headers by which a client chooses: the image format by Accept, and whether an entity
+ * tag matches. Thread: any. */
 #ifndef VITRAIL_SERVER_HTTP_NEGOTIATE_H
 #define VITRAIL_SERVER_HTTP_NEGOTIATE_H
 

@@ -235,7 +235,8 @@ static void fail(struct websocket *socket, bool was_idle)
     socket->closing_ms = now_ms();
 }
 
-/* Until the client has closed, too: closing over unread bytes could cost it our close frame. */
+/* Reads and drops bytes until the client has closed, too: closing with unread bytes could cost it
+ * our close frame. */
 static void throw_away(struct websocket *socket)
 {
     char ignored[4096];

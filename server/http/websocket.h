@@ -16,7 +16,7 @@
 
 struct websocket;
 
-/* What a session does; all on the thread of the loop. */
+/* The callbacks of a session, all on the thread of the loop. */
 struct websocket_session {
     void *context; /* required, the session's own */
     void (*open)(void *context, struct websocket *socket);
@@ -39,8 +39,8 @@ struct websocket_loop *websocket_loop_create(const struct websocket_desc *desc, 
 void websocket_loop_stop(struct websocket_loop *loop);
 void websocket_loop_destroy(struct websocket_loop *loop);
 
-/* From any thread: takes the upgraded connection; the session begins on the loop's thread, or is
- * closed at once for want of memory. */
+/* Takes the upgraded connection. The session begins on the loop's thread, or is closed at once if
+ * memory runs out. Thread: any. */
 void websocket_loop_add(struct websocket_loop *loop, int fd, const char *extra, size_t extra_bytes,
                         struct http_upgrade *upgrade, const struct websocket_session *session);
 
@@ -48,8 +48,8 @@ void websocket_loop_add(struct websocket_loop *loop, int fd, const char *extra, 
 void websocket_send_text(struct websocket *socket, const char *text, size_t length);
 void websocket_send_binary(struct websocket *socket, const void *bytes, size_t size_bytes);
 bool websocket_is_idle(const struct websocket *socket); /* nothing waits to be sent */
-void websocket_close(struct websocket *socket, int code, const char *reason); /* at most 123 bytes
-                                                                               */
+/* reason: at most 123 bytes. */
+void websocket_close(struct websocket *socket, int code, const char *reason);
 
 void websocket_poke(struct websocket *socket); /* from any thread, while the session lives */
 

@@ -62,7 +62,7 @@ static bool read(const json_t *json, struct learning *learned)
     bool is_good = clock > 0 && json_array_size(doubt) == LEARNING_STATES && json_is_array(views) &&
                    count <= LEARNING_VIEWS_MAX &&
                    read_numbers(json_object_get(json, "factor"), learned->factor, LEARNING_STATES);
-    for (size_t i = 0; i < FORECAST_TECHNIQUES; i++)
+    for (size_t i = 0; i < LEARNING_FAMILIES; i++)
         read_run(json_object_get(json, "run"), 2 * i, &learned->run[i]);
     for (size_t i = 0; is_good && i < LEARNING_STATES; i++)
         is_good = read_numbers(json_array_get(doubt, i), learned->doubt[i], LEARNING_STATES);
@@ -130,7 +130,7 @@ bool lessons_file_save(const struct learning *learned, const char *path, const c
     json_t *doubt = json_array(), *runs = json_array();
     for (int i = 0; i < LEARNING_STATES; i++)
         json_array_append_new(doubt, write_numbers(learned->doubt[i], LEARNING_STATES));
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++)
+    for (int i = 0; i < LEARNING_FAMILIES; i++)
         for (int k = 0; k < 2; k++)
             json_array_append_new(runs,
                                   json_integer(k ? learned->run[i].passed : learned->run[i].count));

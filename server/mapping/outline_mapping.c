@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* From a decoded scene to its outline: what a viewer lists and edits. */
+/* Makes the outline of a decoded scene, which viewers list and edit. */
 #include "server/mapping/outline_mapping.h"
 
 #include <math.h>

@@ -27,14 +27,13 @@ void plan_document_from_plan(const struct render_request *request, const struct 
         .pass_count = plan->pass_count,
         .counts = {.opaque_items = plan->opaque_items,
                    .transparent_items = plan->transparent_items,
-                   .map_lights = plan->map_lights,
-                   .deep_lights = plan->deep_lights,
-                   .linked_lights = plan->linked_lights,
                    .unshadowed_lights = plan->unshadowed_lights,
                    .unseen_lights = plan->unseen_lights,
                    .shadow_texels = plan->shadow_texels,
                    .light_batches = plan->least_batches},
     };
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        document->counts.lights_by_technique[i] = plan->lights_by_technique[i];
     snprintf(document->scene, sizeof document->scene, "%s", request->scene);
     snprintf(document->device, sizeof document->device, "%s", device);
     for (int i = 0; i < PLAN_NEED_COUNT; i++) {

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* From the renderer to the wire: frame reports to stats, scenes to summaries, devices to
+/* Translates from the renderer to the wire: frame reports to stats, scenes to summaries, devices to
  * capabilities. */
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
 #include "protocol/utf8.h"
+#include "protocol/quality_defaults.h"
 #include "server/mapping/view_mapping.h"
 
 static_assert((int)FRAME_STATS_PASSES_MAX >= (int)REPORT_PASSES_MAX, "passes do not fit");
@@ -128,7 +129,7 @@ static void copy_chosen(const struct render_request *request, const struct frame
         chosen->shadow_resolution = quality->shadow_resolution;
         chosen->shadow_taps = quality->shadow_taps;
     }
-    chosen->samples = quality->samples ? quality->samples : 4;
+    chosen->samples = quality_or(quality->samples, SAMPLES_DEFAULT);
     chosen->expected_ms = report->chosen.expected_ms;
     utf8_copy(chosen->because, sizeof chosen->because, report->chosen.because);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* From a decoded scene to its summary: counts, names, lights and cameras. */
+/* Makes the summary of a decoded scene: counts, names, lights and cameras. */
 #include "server/mapping/scene_mapping.h"
 
 #include <string.h>

@@ -30,8 +30,6 @@ SAME(REQUEST_ALPHA_BLEND, SCENE_BLEND);
 SAME(REQUEST_PASS_CONSTANT, SCENE_PASS_CONSTANT);
 SAME(REQUEST_PASS_SLAB, SCENE_PASS_SLAB);
 SAME(REQUEST_PASS_EDGE, SCENE_PASS_EDGE);
-SAME(REQUEST_TRANSPARENCY_AUTO, VIEW_TRANSPARENCY_AUTO);
-SAME(REQUEST_TRANSPARENCY_LISTS, VIEW_TRANSPARENCY_LISTS);
 SAME(REQUEST_LIGHT_LISTS_AUTO, VIEW_LIGHT_LISTS_AUTO);
 SAME(REQUEST_LIGHT_LISTS_CLUSTERED, VIEW_LIGHT_LISTS_CLUSTERED);
 SAME(REQUEST_LIGHT_LISTS_LINKED, VIEW_LIGHT_LISTS_LINKED);
@@ -182,11 +180,11 @@ static bool storage_init(struct view_storage *storage, const struct render_reque
            storage->cuts && storage->parts;
 }
 
-static void map_quality(const struct request_quality *from, struct view_quality *to)
+void view_quality_from_request(const struct request_quality *from, struct view_quality *to)
 {
     *to = (struct view_quality){
         .shadows = from->shadows,
-        .transparency = (enum view_transparency)from->transparency,
+        .transparency = from->transparency,
         .light_lists = (enum view_light_lists)from->light_lists,
         .blend_filter = (enum view_blend_filter)from->blend_filter,
         .shadow_resolution = from->shadow_resolution,
@@ -264,7 +262,7 @@ bool view_from_request(const struct render_request *request, struct view_storage
         .animation_time_s = request->animation.time_s,
     };
     map_camera(&request->camera, &view->camera);
-    map_quality(&request->quality, &view->quality);
+    view_quality_from_request(&request->quality, &view->quality);
     map_overlays(request, view);
     to_floats(request->sky, view->sky, 3);
     to_floats(request->ground, view->ground, 3);

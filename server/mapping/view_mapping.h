@@ -32,6 +32,9 @@ MUST_CHECK bool view_from_request(const struct render_request *request,
                                   struct view_storage *storage, struct view *view,
                                   struct error *err);
 
+/* Of a request whose max_error and budget_ms are chosen for. */
+void view_quality_from_request(const struct request_quality *from, struct view_quality *to);
+
 /* The rest of a request, for those who tone map and encode. */
 void tone_map_from_request(const struct render_request *request, struct tone_map_desc *desc);
 /* What an answer in the format needs of the picture, at most. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* From paths and methods to handlers. Thread: those of the HTTP server. */
+/* Finds the handler of a path and a method. Thread: those of the HTTP server. */
 #ifndef VITRAIL_SERVER_ROUTES_ROUTER_H
 #define VITRAIL_SERVER_ROUTES_ROUTER_H
 
@@ -12,9 +12,8 @@
  * the {id} of the path, or "". */
 struct route_handler {
     enum http_method method;
-    void (*open)(struct service *service, struct http_exchange *exchange,
-                 const char *id); /* optional
-                                   */
+    /* Optional. */
+    void (*open)(struct service *service, struct http_exchange *exchange, const char *id);
     void (*run)(struct service *service, struct http_exchange *exchange, const char *id);
 };
 
@@ -32,7 +31,7 @@ extern const struct route routes_scenes[], routes_renders[], routes_service[], r
 
 struct http_service router_service(struct service *service);
 
-/* What a route attaches to its exchange, freed with it. */
+/* Attaches data of a route to its exchange, freed with the exchange. */
 void route_attach(struct http_exchange *exchange, void *data, void (*destroy)(void *data));
 void *route_attached(struct http_exchange *exchange);
 

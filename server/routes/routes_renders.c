@@ -8,7 +8,7 @@
 
 #include "protocol/limits.h"
 #include "protocol/plan_document.h"
-#include "protocol/render_request.h"
+#include "protocol/request_tree.h"
 #include "server/base/ipc.h"
 #include "server/front/task_scenes.h"
 #include "server/http/negotiate.h"
@@ -22,7 +22,9 @@ struct render_post {
     struct service *service;
     struct http_exchange *exchange;
     struct text_body body;
-    char *canonical; /* the request as it decides pixels */
+    char *canonical;                /* the request, before anything is chosen */
+    char digest[DIGEST_TEXT_BYTES]; /* of it, and of what is chosen from */
+    bool has_target;                /* the picture's tag is known when it is there */
     enum image_format format;
     int plan_format; /* enum plan_format: the plan is asked for; -1: the image */
     uint64_t ticket;
@@ -102,12 +104,6 @@ static bool choose_plan_format(struct render_post *post, struct error *err)
                      "?explain=%.40s is none of 1, json, text, dot, svg and glsl", form);
 }
 
-/* False while no device is known. */
-static bool make_tag(const struct render_post *post, char tag[IMAGE_TAG_BYTES])
-{
-    return image_tag_make(post->service->supervisor, post->service->build_id, post->canonical, tag);
-}
-
 /* ---- the reply ---- */
 
 static void reply_image(struct render_post *post, struct render_outcome *outcome)
@@ -132,8 +128,9 @@ static void reply_image(struct render_post *post, struct render_outcome *outcome
     http_reply_header(post->exchange, "Link", "</v1/frames/%s>; rel=\"describedby\"", id);
     http_reply_header(post->exchange, "Cache-Control", "private, no-cache");
     http_reply_header(post->exchange, "Vary", "Accept");
-    if (make_tag(post, tag))
-        http_reply_header(post->exchange, "ETag", "%s", tag);
+    if (service_tag_image(service, post->digest, outcome->drawn, tag) &&
+        reply_if_unchanged(post->exchange, tag))
+        return;
     int fd = outcome->image_fd;
     outcome->image_fd = -1;
     http_reply_fd(post->exchange, 200, image_format_media_type(post->format), fd,
@@ -172,6 +169,27 @@ static void rendered(void *context, struct render_outcome *outcome)
 
 /* ---- the request ---- */
 
+static char *reference_text(const void *context)
+{
+    const struct render_request *request = context;
+    json_t *members = request_to_tree(request);
+    char *text = members ? request_reference_text(members, &request->quality) : NULL;
+    json_decref(members);
+    return text;
+}
+
+static bool offer(const struct render_post *post, struct render_task *task,
+                  const struct render_request *request, struct error *err)
+{
+    const struct tradeoff_view view = {.scene = request->scene,
+                                       .width_px = request->width,
+                                       .height_px = request->height,
+                                       .quality = &request->quality,
+                                       .reference_text = reference_text,
+                                       .context = request};
+    return tradeoffs_offer(post->service->tradeoffs, &view, false, &task->offer, err);
+}
+
 static bool prepare(struct render_post *post, struct render_task *task, struct error *err)
 {
     struct render_request request;
@@ -179,12 +197,14 @@ static bool prepare(struct render_post *post, struct render_task *task, struct e
                               &request, err))
         return false;
     text_body_finish(&post->body);
-    bool is_good =
-        choose_plan_format(post, err) &&
-        (post->plan_format >= 0 || choose_format(post, &request, err)) &&
-        tradeoffs_choose(post->service->tradeoffs, &request, false, &task->promise, err) &&
-        ((post->canonical = render_request_to_json(&request)) ||
-         error_set(err, ERROR_NO_MEMORY, "request"));
+    bool is_good = choose_plan_format(post, err) &&
+                   (post->plan_format >= 0 || choose_format(post, &request, err)) &&
+                   offer(post, task, &request, err) &&
+                   ((post->canonical = render_request_to_json(&request)) ||
+                    error_set(err, ERROR_NO_MEMORY, "request"));
+    if (is_good)
+        image_digest(post->canonical, task->offer, post->digest);
+    post->has_target = request_quality_asks(&request.quality);
     struct part_scenes parts;
     is_good = render_request_part_scenes(&request, &parts) && is_good;
     memcpy(task->scene, request.scene, sizeof task->scene);
@@ -217,7 +237,8 @@ static struct render_task *make_task(struct render_post *post)
         http_reply_error(exchange, &problem);
         return NULL;
     }
-    if (post->plan_format < 0 && make_tag(post, tag) &&
+    if (post->plan_format < 0 &&
+        service_find_tag(post->service, post->digest, post->has_target, tag) &&
         negotiate_tag_matches(http_request_header(exchange, "If-None-Match"), tag)) {
         render_task_destroy(task);
         http_reply_header(exchange, "Vary", "Accept");
@@ -249,7 +270,7 @@ static bool waits_for_speed(const struct render_post *post)
     return waits;
 }
 
-/* On a thread of the supervisor: what is chosen by the speed can be chosen. */
+/* The device's speed is known, and choices that need it can be made. Thread: of the supervisor. */
 static void speed_known(void *context, struct render_outcome *outcome)
 {
     struct render_post *post = context;
@@ -297,13 +318,13 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
 
 static json_t *status_to_json(const struct render_status *status, const char *request_id)
 {
-    static const char *const states[] = {[FLIGHT_SENT] = "waiting",
-                                         [FLIGHT_BEGUN] = "rendering",
-                                         [FLIGHT_PAUSED] = "paused",
-                                         [FLIGHT_ON_DEVICE] = "rendering",
-                                         [FLIGHT_ENCODING] = "encoding"};
-    bool has_progress = status->progress.stage[0] && status->state != FLIGHT_ENCODING;
-    json_t *progress = has_progress ? flight_progress_to_json(&status->progress) : NULL;
+    static const char *const states[] = {[JOB_SENT] = "waiting",
+                                         [JOB_BEGUN] = "rendering",
+                                         [JOB_PAUSED] = "paused",
+                                         [JOB_ON_DEVICE] = "rendering",
+                                         [JOB_ENCODING] = "encoding"};
+    bool has_progress = status->progress.stage[0] && status->state != JOB_ENCODING;
+    json_t *progress = has_progress ? job_progress_to_json(&status->progress) : NULL;
     return json_pack("{s:s,s:s,s:s,s:f,s:o*}", "request_id", request_id, "scene", status->scene,
                      "state", states[status->state], "elapsed_s",
                      round(10 * status->elapsed_s) / 10, "progress", progress);

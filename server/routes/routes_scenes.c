@@ -90,7 +90,7 @@ static void open_post(struct service *service, struct http_exchange *exchange, c
                                                .max_bytes = service->config->max_upload_bytes});
 }
 
-/* Without it the first render of the scene takes longer, that is all. */
+/* Asks for a warm-up. If it fails, only the first render of the scene takes longer. */
 static void warm_up(struct service *service, const char *id)
 {
     struct error ignored = {0};
@@ -153,7 +153,7 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
         return;
     }
     metrics_count_upload(service->metrics, upload_size_bytes(post->upload));
-    supervisor_forgive_scene(service->supervisor, post->id);
+    supervisor_clear_scene(service->supervisor, post->id);
     if (scene_store_has(service->store, post->id)) {
         reply_stored_before(post);
         return;
@@ -162,7 +162,8 @@ static void run_post(struct service *service, struct http_exchange *exchange, co
                      .id = post->id, .upload = post->upload, .context = post, .done = decoded});
 }
 
-/* On a thread of the decode pool: the front's own generator, so nothing of it has to be caged. */
+/* Generates the demo scene in the front itself, where it needs no sandbox. Thread: of the decode
+ * pool. */
 static bool fill_demo(void *context, struct upload *upload, char id[DIGEST_TEXT_BYTES],
                       struct error *err)
 {
@@ -181,7 +182,7 @@ static bool fill_demo(void *context, struct upload *upload, char id[DIGEST_TEXT_
     if (!is_good)
         return false;
     memcpy(id, post->id, sizeof post->id);
-    supervisor_forgive_scene(service->supervisor, post->id);
+    supervisor_clear_scene(service->supervisor, post->id);
     return true;
 }
 

@@ -18,7 +18,7 @@ static double uptime_s(const struct service *service)
            1e-9 * (double)(now.tv_nsec - service->started.tv_nsec);
 }
 
-/* That this runs is the answer: a hung worker is the supervisor's affair, not a reason to restart
+/* Answers that the front runs. A hung worker is the supervisor's affair, and no reason to restart
  * the front. */
 static void run_alive(struct service *service, struct http_exchange *exchange, const char *id)
 {
@@ -98,7 +98,7 @@ static json_t *cache_json(const struct supervisor_totals *totals)
                      integer(totals->cache_misses), "evictions", integer(totals->cache_evictions));
 }
 
-/* Where the worker that runs found its shader programs. */
+/* Counts where the present worker found its shader programs. */
 static json_t *programs_json(const struct supervisor_totals *totals)
 {
     return json_pack("{s:o,s:o,s:o,s:o,s:o}", "memory", integer(totals->programs_reused), "disk",
@@ -107,7 +107,7 @@ static json_t *programs_json(const struct supervisor_totals *totals)
                      integer(totals->programs_kept_bytes));
 }
 
-/* What was done before anyone asked. */
+/* Counts the work of warm-ups. */
 static json_t *warm_ups_json(const struct warm_up_totals *totals)
 {
     return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "done", integer(totals->done), "dropped",

@@ -16,6 +16,7 @@ struct image_get {
     struct http_exchange *exchange;
     char id[VIEW_ID_BYTES];
     struct view_picture picture;
+    char tag[IMAGE_TAG_BYTES]; /* as it is told */
 };
 
 static void image_get_destroy(void *data)
@@ -57,22 +58,22 @@ static bool read_format(const struct http_exchange *exchange, unsigned allowed,
                      allowed & 1u << IMAGE_FORMAT_PNG ? " or png" : "");
 }
 
-static bool read_shot(const struct http_exchange *exchange, struct view_shot *shot,
-                      enum image_format *format, struct error *err)
+static bool read_frame(const struct http_exchange *exchange, struct view_frame_desc *frame,
+                       enum image_format *format, struct error *err)
 {
     static const char *const known[] = {"aov", "format", "quality_percent", NULL};
     if (!http_request_check_query(exchange, known, err) ||
-        !read_output(http_request_query(exchange, "aov"), &shot->output, err) ||
-        !read_format(exchange, frame_image_formats(1u << shot->output), format, err) ||
-        !query_int(exchange, "quality_percent", 1, 100, &shot->quality_percent, err))
+        !read_output(http_request_query(exchange, "aov"), &frame->output, err) ||
+        !read_format(exchange, frame_image_formats(1u << frame->output), format, err) ||
+        !query_int(exchange, "quality_percent", 1, 100, &frame->quality_percent, err))
         return false;
-    shot->format = request_format_of_image(*format);
+    frame->format = request_format_of_image(*format);
     bool is_lossless = *format == IMAGE_FORMAT_PNG || *format == IMAGE_FORMAT_EXR;
-    if (is_lossless && shot->quality_percent && http_request_query(exchange, "format"))
+    if (is_lossless && frame->quality_percent && http_request_query(exchange, "format"))
         return error_set(err, ERROR_INVALID_REQUEST, "?quality_percent=%d, but %s is lossless",
-                         shot->quality_percent, image_format_name(*format));
+                         frame->quality_percent, image_format_name(*format));
     if (is_lossless)
-        shot->quality_percent = 0;
+        frame->quality_percent = 0;
     return true;
 }
 
@@ -107,10 +108,13 @@ static void made(void *context, struct view_image *image, enum view_image_source
     add_headers(get);
     http_reply_header(exchange, "Server-Timing", "%s", image->timing);
     http_reply_header(exchange, "Link", "</v1/frames/%s>; rel=\"describedby\"", image->frame);
-    if (image_tag_make(get->service->supervisor, get->service->build_id, get->picture.text,
-                       get->picture.tag))
-        http_reply_header(exchange, "ETag", "%s", get->picture.tag);
-    http_reply_fd(exchange, 200, image_format_media_type(image->format), fd, image->size_bytes);
+    if (service_tag_image(get->service, get->picture.digest, image->drawn, get->tag) &&
+        reply_if_unchanged(exchange, get->tag)) {
+        close(fd);
+        views_count_not_modified(get->service->views);
+    } else {
+        http_reply_fd(exchange, 200, image_format_media_type(image->format), fd, image->size_bytes);
+    }
     http_resume(exchange);
 }
 
@@ -137,20 +141,20 @@ static struct image_get *image_get_create(struct service *service, struct http_e
 static void run_image(struct service *service, struct http_exchange *exchange, const char *id)
 {
     struct error problem = {0};
-    struct view_shot shot = {0};
+    struct view_frame_desc frame = {0};
     enum image_format format;
     struct image_get *get = image_get_create(service, exchange, id, &problem);
-    if (!get || !read_shot(exchange, &shot, &format, &problem) ||
-        !views_shoot(service->views, id, &shot, &get->picture, &problem) ||
+    if (!get || !read_frame(exchange, &frame, &format, &problem) ||
+        !views_describe_frame(service->views, id, &frame, &get->picture, &problem) ||
         !task_has_scenes(service->store, get->picture.scene, &get->picture.parts, &problem)) {
         http_reply_error(exchange, &problem);
         return;
     }
-    if (get->picture.has_tag &&
-        negotiate_tag_matches(http_request_header(exchange, "If-None-Match"), get->picture.tag)) {
+    if (service_find_tag(service, get->picture.digest, get->picture.has_target, get->tag) &&
+        negotiate_tag_matches(http_request_header(exchange, "If-None-Match"), get->tag)) {
         views_count_not_modified(service->views);
         add_headers(get);
-        reply_if_unchanged(exchange, get->picture.tag);
+        reply_if_unchanged(exchange, get->tag);
         return;
     }
     struct view_image_request request = {
@@ -163,7 +167,7 @@ static void run_image(struct service *service, struct http_exchange *exchange, c
         .request_id = http_request_id(exchange),
         .view = get->id,
         .revision = get->picture.revision,
-        .promise = &get->picture.promise,
+        .offer = get->picture.offer,
         .context = get,
         .done = made};
     uint64_t ticket = view_images_next_ticket(service->view_images);

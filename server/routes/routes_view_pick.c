@@ -145,7 +145,8 @@ static struct render_task *make_task(struct pick_get *get, struct error *err)
 static struct pick_get *prepare(struct service *service, struct http_exchange *exchange,
                                 const char *id, struct error *err)
 {
-    const struct view_shot shot = {.output = REQUEST_OUTPUT_COLOR, .format = REQUEST_FORMAT_PNG};
+    const struct view_frame_desc frame = {.output = REQUEST_OUTPUT_COLOR,
+                                          .format = REQUEST_FORMAT_PNG};
     struct pick_get *get = calloc(1, sizeof *get);
     if (!get) {
         error_set(err, ERROR_NO_MEMORY, "pick");
@@ -156,7 +157,7 @@ static struct pick_get *prepare(struct service *service, struct http_exchange *e
     memcpy(get->id, id, strnlen(id, sizeof get->id - 1));
     route_attach(exchange, get, pick_get_destroy);
     return read_query(exchange, &get->desc, err) &&
-                   views_shoot(service->views, id, &shot, &get->picture, err) &&
+                   views_describe_frame(service->views, id, &frame, &get->picture, err) &&
                    fit(&get->desc, &get->picture, err)
                ? get
                : NULL;

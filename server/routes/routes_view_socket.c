@@ -120,7 +120,7 @@ static void send_frame(struct view_socket *session, const struct live_frame *fra
     json_decref(header);
 }
 
-/* What is new, as far as the client has room for it. */
+/* Sends what is new, as far as the client has room for it. */
 static void turn(void *context)
 {
     struct view_socket *session = context;
@@ -136,7 +136,7 @@ static void turn(void *context)
     session->has_said_hello = true;
     session->revision = news.revision;
     if (news.has_progress) {
-        json_t *message = flight_progress_to_json(&news.progress);
+        json_t *message = job_progress_to_json(&news.progress);
         json_object_set_new(message, "type", json_string("progress"));
         say(session, message);
     }
@@ -215,7 +215,7 @@ static void closed(void *context)
 
 /* ---- the handshake ---- */
 
-/* What the exchange owns: the session until it is taken. */
+/* The data of the exchange, which owns the session until that is taken. */
 struct socket_get {
     struct view_socket *session;
 };

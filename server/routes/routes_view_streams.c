@@ -19,7 +19,7 @@ struct stream_get {
     struct watcher *watcher;
     _Atomic(struct http_stream *) stream; /* NULL until the reply has begun */
     bool is_ended;                        /* what waits to be sent is the last */
-    /* What waits to be sent: a text, then an image, then the end of a part. */
+    /* The data to be sent: a text, then an image, then the end of a part. */
     char *text; /* owned */
     size_t text_bytes;
     struct view_image *image; /* held, or NULL */
@@ -159,9 +159,9 @@ static void put_stats(struct stream_get *get, const struct live_frame *frame)
     view_image_release(frame->image);
 }
 
-static void put_progress(struct stream_get *get, const struct flight_progress *progress)
+static void put_progress(struct stream_get *get, const struct job_progress *progress)
 {
-    json_t *json = flight_progress_to_json(progress);
+    json_t *json = job_progress_to_json(progress);
     char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(15)) : NULL;
     if (text)
         append(get, "event: progress\ndata: %s\n\n", text);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the route files of views share. Thread: those of the HTTP server. */
+/* Functions that the route files of views share. Thread: those of the HTTP server. */
 #ifndef VITRAIL_SERVER_ROUTES_ROUTES_VIEWS_H
 #define VITRAIL_SERVER_ROUTES_ROUTES_VIEWS_H
 

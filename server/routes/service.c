@@ -22,7 +22,7 @@ static void worker_ready(void *context)
         sd_notify_state("READY=1");
 }
 
-/* Likewise, at most once. Whoever waits for signals is to end the service. */
+/* Called at most once, on the supervisor's thread: has the main thread end the service. */
 static void worker_hopeless(void *context, const char *why)
 {
     struct service *service = context;
@@ -70,6 +70,9 @@ struct service *service_create(const struct config *config, const struct log *lo
                                                   .scenes = service->store},
                          err);
     if (!service->tradeoffs)
+        goto fail;
+    service->targets = target_digests_create(err);
+    if (!service->targets)
         goto fail;
     service->view_images =
         view_images_create(&(struct view_images_desc){.supervisor = service->supervisor,
@@ -135,6 +138,7 @@ void service_destroy(struct service *service, bool (*must_hurry)(void))
     websocket_loop_destroy(service->sockets);
     views_destroy(service->views);
     view_images_destroy(service->view_images);
+    target_digests_destroy(service->targets);
     tradeoffs_destroy(service->tradeoffs);
     supervisor_destroy(service->supervisor);
     decode_pool_destroy(service->decoders);
@@ -158,6 +162,27 @@ void service_warm_up(struct service *service)
         if (task)
             supervisor_warm_up(service->supervisor, task);
     }
+}
+
+static bool make_tag(struct service *service, const char *digest, const char *drawn,
+                     char tag[IMAGE_TAG_BYTES])
+{
+    return image_tag_make(service->supervisor, service->build_id, *drawn ? drawn : digest, tag);
+}
+
+bool service_tag_image(struct service *service, const char *digest, const char *drawn,
+                       char tag[IMAGE_TAG_BYTES])
+{
+    target_digests_note(service->targets, digest, drawn);
+    return make_tag(service, digest, drawn, tag);
+}
+
+bool service_find_tag(struct service *service, const char *digest, bool has_target,
+                      char tag[IMAGE_TAG_BYTES])
+{
+    char drawn[DIGEST_TEXT_BYTES] = "";
+    return (!has_target || target_digests_find(service->targets, digest, drawn)) &&
+           make_tag(service, digest, drawn, tag);
 }
 
 int service_port(const struct service *service)

@@ -20,7 +20,9 @@
 #include "server/http/http.h"
 #include "server/http/websocket.h"
 #include "server/tradeoffs/tradeoffs.h"
+#include "server/views/image_tag.h"
 #include "server/views/views.h"
+#include "server/views/target_digests.h"
 
 /* Members are set once by service_create and then only read; each looks after its own threads. */
 struct service {
@@ -34,6 +36,7 @@ struct service {
     struct metrics *metrics;
     struct http_server *http;
     struct view_images *view_images;
+    struct target_digests *targets; /* what was drawn for them */
     struct views *views;
     struct websocket_loop *sockets;
     char build_id[BUILD_ID_BYTES];
@@ -50,9 +53,18 @@ struct service *service_create(const struct config *config, const struct log *lo
  * replies leave, threads end. Accepts NULL. */
 void service_destroy(struct service *service, bool (*must_hurry)(void));
 
-/* Has the scenes that last gave images drawn while nobody asks for anything (config.warm_at_start).
- */
+/* Warms up the scenes of the last images while the server is idle (config.warm_at_start). */
 void service_warm_up(struct service *service);
+
+/* The tag of an image that is made, which is kept for its target. digest: image_digest of the
+ * request; drawn: as in render_outcome, "" where nothing was chosen for a target. False while no
+ * device is known. */
+bool service_tag_image(struct service *service, const char *digest, const char *drawn,
+                       char tag[IMAGE_TAG_BYTES]);
+/* The tag of an image that is not made yet. For a target it is that of the image that was made for
+ * it before; false: there is none. */
+bool service_find_tag(struct service *service, const char *digest, bool has_target,
+                      char tag[IMAGE_TAG_BYTES]);
 
 int service_port(const struct service *service);
 

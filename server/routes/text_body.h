@@ -7,7 +7,7 @@
 
 #include "server/http/http.h"
 
-/* For Accept-Patch and refusals. */
+/* The value of Accept-Patch, also named by refusals. */
 extern const char text_body_patch_types[];
 
 /* Zeroed = empty. */
@@ -17,7 +17,7 @@ struct text_body {
 };
 void text_body_finish(struct text_body *body); /* accepts zeroed */
 
-/* For http_request_take_body; the body must stay where it is. */
+/* The sink for http_request_take_body; the body must stay where it is. */
 struct http_body_sink text_body_sink(struct text_body *body, uint64_t max_bytes);
 
 /* For the `open` of a route whose body is JSON: has the body collected and attached to the

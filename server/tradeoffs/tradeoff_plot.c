@@ -36,16 +36,33 @@ enum {
     "class=\"front\" fill=\"none\" stroke=\"" INK "\" stroke-width=\"1.5\" " \
     "stroke-dasharray=\"5 3\""
 
-/* Of the marks, by technique; dark ones are in `style`. */
-static const char *const mark_colors[] = {
-    [SHADOWS_AUTO] = INK,
-    [SHADOWS_NONE] = "#7a7a86",
-    [SHADOWS_MAP] = "#00795a",
-    [SHADOWS_DEEP] = "#c44e00",
-    [SHADOWS_DEEP_LINKED] = "#a8407f",
-    [SHADOWS_RAYTRACED] = "#0063a8",
-    [SHADOWS_RAYTRACED_SHADOWS] = "#5b4bc9",
+enum shape {
+    SHAPE_CROSS,
+    SHAPE_TRIANGLE,
+    SHAPE_SQUARE,
+    SHAPE_DIAMOND,
+    SHAPE_CIRCLE,
+    SHAPE_DROP, /* three quarters of a circle and a corner */
+    SHAPE_WEDGE /* a triangle on its tip */
 };
+
+/* The marks of techniques by their number, which repeat if there are more techniques than marks. */
+static const struct mark {
+    const char *color, *dark; /* on paper; in the dark scheme */
+    enum shape shape;
+} marks[] = {
+    {INK, "#ececf1", SHAPE_CROSS},          {"#7a7a86", "#9a9aa6", SHAPE_CROSS},
+    {"#00795a", "#35c79a", SHAPE_TRIANGLE}, {"#c44e00", "#ff9248", SHAPE_SQUARE},
+    {"#a8407f", "#e58ac2", SHAPE_DIAMOND},  {"#0063a8", "#63b8ff", SHAPE_CIRCLE},
+    {"#5b4bc9", "#a99cff", SHAPE_DROP},     {"#8a6d00", "#e2c04a", SHAPE_WEDGE},
+    {"#006d77", "#4fc9d4", SHAPE_DIAMOND},  {"#a02c2c", "#ff8a80", SHAPE_TRIANGLE},
+};
+enum { MARKS = sizeof marks / sizeof *marks };
+
+static int mark_of(int technique)
+{
+    return technique % MARKS;
+}
 
 struct box {
     double x0, y0, x1, y1;
@@ -214,40 +231,44 @@ static void write_title(struct plot *plot)
 
 /* ---- points ---- */
 
-static void write_shape(FILE *out, enum shadow_technique shadows, double x, double y, double r)
+static void write_shape(FILE *out, enum shape shape, double x, double y, double r)
 {
-    switch (shadows) {
-    case SHADOWS_RAYTRACED:
+    switch (shape) {
+    case SHAPE_CIRCLE:
         fprintf(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"/>", x, y, r);
         break;
-    case SHADOWS_RAYTRACED_SHADOWS: /* a drop: three quarters of a circle and a corner */
+    case SHAPE_DROP:
         fprintf(out, "<path d=\"M%.1f %.1fv%.1fa%.1f %.1f 0 1 1 %.1f %.1fz\"/>", x + r, y - r, r, r,
                 r, -r, -r);
         break;
-    case SHADOWS_DEEP:
+    case SHAPE_SQUARE:
         fprintf(out, "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>", x - r, y - r,
                 2 * r, 2 * r);
         break;
-    case SHADOWS_MAP:
+    case SHAPE_TRIANGLE:
         fprintf(out, "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fz\"/>", x, y - 1.2 * r, x + 1.1 * r,
                 y + 0.8 * r, x - 1.1 * r, y + 0.8 * r);
         break;
-    case SHADOWS_DEEP_LINKED:
+    case SHAPE_DIAMOND:
         fprintf(out, "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fL%.1f %.1fz\"/>", x, y - 1.4 * r,
                 x + 1.4 * r, y, x, y + 1.4 * r, x - 1.4 * r, y);
         break;
-    default:
+    case SHAPE_WEDGE:
+        fprintf(out, "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fz\"/>", x, y + 1.2 * r, x + 1.1 * r,
+                y - 0.8 * r, x - 1.1 * r, y - 0.8 * r);
+        break;
+    case SHAPE_CROSS:
         fprintf(out, "<path d=\"M%.1f %.1fL%.1f %.1fM%.1f %.1fL%.1f %.1f\"/>", x - r, y - r, x + r,
                 y + r, x - r, y + r, x + r, y - r);
         break;
     }
 }
 
-static void begin_mark(FILE *out, const char *id, int shadows, bool is_hollow)
+static void begin_mark(FILE *out, const char *id, int technique, bool is_hollow)
 {
-    const char *color = mark_colors[shadows];
+    const char *color = marks[mark_of(technique)].color;
     fprintf(out, "<g%s class=\"point t%d%s\" stroke-width=\"1.8\" stroke=\"%s\" fill=\"%s\">", id,
-            shadows, is_hollow ? " one" : "", color, is_hollow ? PAPER : color);
+            mark_of(technique), is_hollow ? " one" : "", color, is_hollow ? PAPER : color);
 }
 
 static void write_point(struct plot *plot, int index)
@@ -264,7 +285,8 @@ static void write_point(struct plot *plot, int index)
     if (row->flip >= 0)
         fprintf(out, ", FLIP %.4g", row->flip);
     fprintf(out, ", %.1f MiB</title>", (double)row->bytes / 1048576.);
-    write_shape(out, row->setting.shadows, x, y, row->is_on_front ? 6 : 4.5);
+    write_shape(out, marks[mark_of((int)row->setting.shadows)].shape, x, y,
+                row->is_on_front ? 6 : 4.5);
     fputs("</g>\n", out);
     plot->taken[plot->taken_count++] = (struct box){x - 6, y - 6, x + 6, y + 6};
 }
@@ -362,7 +384,7 @@ static void write_label(struct plot *plot, const struct tradeoff_row *row)
 static void write_legend(struct plot *plot)
 {
     FILE *out = plot->out;
-    bool is_used[8] = {false}, has_one = false;
+    bool is_used[SHADOWS_COUNT] = {false}, has_one = false;
     int y = TOP + 12, x = RIGHT + 24;
     for (int i = 0; i < plot->tradeoff->row_count; i++) {
         is_used[plot->tradeoff->rows[i].setting.shadows] = true;
@@ -372,14 +394,14 @@ static void write_legend(struct plot *plot)
         if (!is_used[s])
             continue;
         begin_mark(out, "", s, false);
-        write_shape(out, (enum shadow_technique)s, x, y, 5);
+        write_shape(out, marks[mark_of(s)].shape, x, y, 5);
         fprintf(out, "</g><text " A_KEY " x=\"%d\" y=\"%d\">%s</text>\n", x + 14, y + 4,
                 shadow_technique_name(s));
         y += 22;
     }
     if (has_one) {
         begin_mark(out, "", SHADOWS_AUTO, true);
-        write_shape(out, SHADOWS_RAYTRACED, x, y, 5);
+        write_shape(out, SHAPE_CIRCLE, x, y, 5);
         fprintf(out, "</g><text " A_KEY " x=\"%d\" y=\"%d\">hollow: 1 sample</text>\n", x + 14,
                 y + 4);
         y += 22;
@@ -390,14 +412,17 @@ static void write_legend(struct plot *plot)
             x - 8, y, x + 14, y + 4, x + 14, y + 19);
 }
 
-static const char style[] =
-    "<style>@media(prefers-color-scheme:dark){.plot .paper{fill:#17171b}.plot text{fill:#ececf1}"
-    ".plot .tick,.plot .subtitle{fill:#a5a5b2}.plot .grid{stroke:#2e2e36}"
-    ".plot .frame,.plot .leader{stroke:#a5a5b2}.plot .front{stroke:#ececf1}"
-    ".plot .t0{fill:#ececf1;stroke:#ececf1}.plot .t1{fill:#9a9aa6;stroke:#9a9aa6}"
-    ".plot .t2{fill:#35c79a;stroke:#35c79a}.plot .t3{fill:#ff9248;stroke:#ff9248}"
-    ".plot .t4{fill:#e58ac2;stroke:#e58ac2}.plot .t5{fill:#63b8ff;stroke:#63b8ff}"
-    ".plot .t6{fill:#a99cff;stroke:#a99cff}.plot .one{fill:#17171b}}</style>\n";
+static void write_style(FILE *out)
+{
+    fputs("<style>@media(prefers-color-scheme:dark){.plot .paper{fill:#17171b}"
+          ".plot text{fill:#ececf1}.plot .tick,.plot .subtitle{fill:#a5a5b2}"
+          ".plot .grid{stroke:#2e2e36}.plot .frame,.plot .leader{stroke:#a5a5b2}"
+          ".plot .front{stroke:#ececf1}",
+          out);
+    for (int i = 0; i < MARKS; i++)
+        fprintf(out, ".plot .t%d{fill:%s;stroke:%s}", i, marks[i].dark, marks[i].dark);
+    fputs(".plot .one{fill:#17171b}}</style>\n", out);
+}
 
 char *tradeoff_to_svg(const struct tradeoff *tradeoff)
 {
@@ -416,9 +441,10 @@ char *tradeoff_to_svg(const struct tradeoff *tradeoff)
     fprintf(out,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 %d %d\" "
             "role=\"img\" aria-label=\"time against error\" "
-            "font-family=\"system-ui, 'DejaVu Sans', sans-serif\">\n%s"
-            "<rect " A_PAPER " width=\"%d\" height=\"%d\"/>\n",
-            WIDTH, HEIGHT, style, WIDTH, HEIGHT);
+            "font-family=\"system-ui, 'DejaVu Sans', sans-serif\">\n",
+            WIDTH, HEIGHT);
+    write_style(out);
+    fprintf(out, "<rect " A_PAPER " width=\"%d\" height=\"%d\"/>\n", WIDTH, HEIGHT);
     write_title(plot);
     write_frame(plot);
     int count = find_front(tradeoff, front);

@@ -9,7 +9,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "server/tradeoffs/tradeoff_ladder.h"
+#include "server/tradeoffs/tradeoff_sweep.h"
+#include "protocol/quality_defaults.h"
 #include "server/tradeoffs/tradeoff_step.h"
 
 #define BAND_MS 250.        /* of the reference: what others may have to wait for */
@@ -54,8 +55,8 @@ static void set_setting(struct run *run, const struct tradeoff_setting *setting)
 {
     struct request_quality *quality = &run->request.quality;
     quality->shadows = setting->shadows;
-    quality->shadow_resolution = setting->shadow_resolution ? setting->shadow_resolution : 1024;
-    quality->shadow_taps = setting->shadow_taps ? setting->shadow_taps : 4;
+    quality->shadow_resolution = quality_or(setting->shadow_resolution, SHADOW_RESOLUTION_DEFAULT);
+    quality->shadow_taps = quality_or(setting->shadow_taps, SHADOW_TAPS_DEFAULT);
     quality->samples = setting->samples;
     quality->shadow_compression = setting->shadow_compression;
     quality->shadow_prefilter = setting->shadow_prefilter ? setting->shadow_prefilter : 1;
@@ -85,7 +86,7 @@ static void save(struct run *run)
     free(copy);
 }
 
-/* What a daemon that is killed leaves is at most so old. */
+/* Saves regularly, so that a killed daemon loses little. */
 static void save_now_and_then(struct run *run)
 {
     if (tradeoffs_clock_s() - run->saved_s >= SAVE_EVERY_S)
@@ -140,7 +141,7 @@ static bool probe(struct run *run)
 {
     struct step_result result;
     struct tradeoff *document = &run->entry->document;
-    set_setting(run, &(struct tradeoff_setting){.shadows = SHADOWS_DEEP,
+    set_setting(run, &(struct tradeoff_setting){.shadows = SHADOWS_RASTER_DEFAULT,
                                                 .shadow_resolution = 256,
                                                 .shadow_taps = 1,
                                                 .samples = 1});
@@ -277,7 +278,7 @@ static bool has_room(const struct run *run, double frame_ms)
     return elapsed_s(run) + 1e-3 * needed_ms <= run->options.time_budget_s;
 }
 
-/* A setting of the ladder that is missing; what the ladder itself leaves out is no loss. */
+/* A setting of the sweep that is missing; what the sweep itself leaves out is no loss. */
 static void skip(struct run *run, const struct tradeoff_setting *setting, const char *because)
 {
     char label[TRADEOFF_LABEL_BYTES];
@@ -346,15 +347,15 @@ static void plan_settings(struct run *run)
 {
     struct tradeoff *document = &run->entry->document;
     pthread_mutex_lock(&run->tradeoffs->mutex);
-    run->planned = tradeoff_ladder(
-        &(struct ladder_desc){.fixed = &run->entry->request.render.quality,
-                              .has_shadows = document->shadowed_lights > 0,
-                              .has_transparent_casters = document->has_transparent_casters,
-                              .has_linked_lists = run->entry->request.render.quality.light_lists ==
-                                                  REQUEST_LIGHT_LISTS_LINKED,
-                              .max_samples = run->max_samples,
-                              .reference_samples = run->options.reference_samples,
-                              .max_settings = run->options.max_settings},
+    run->planned = tradeoff_sweep(
+        &(struct sweep_desc){.fixed = &run->entry->request.render.quality,
+                             .has_shadows = document->shadowed_lights > 0,
+                             .has_transparent_casters = document->has_transparent_casters,
+                             .has_linked_lists = run->entry->request.render.quality.light_lists ==
+                                                 REQUEST_LIGHT_LISTS_LINKED,
+                             .max_samples = run->max_samples,
+                             .reference_samples = run->options.reference_samples,
+                             .max_settings = run->options.max_settings},
         run->settings, document);
     pthread_mutex_unlock(&run->tradeoffs->mutex);
     for (int i = 0; i < run->planned; i++)
@@ -383,15 +384,14 @@ static void tell_left_out(struct run *run)
     pthread_mutex_unlock(&run->tradeoffs->mutex);
 }
 
-/* What settings' times have in common: those of rays, of traced shadows, and of maps or none. */
-static int kind_of(const struct tradeoff_setting *setting)
+/* Settings whose times are alike: pictures with maps and pictures without are one family here. */
+static enum shadow_family family_of(const struct tradeoff_setting *setting)
 {
-    return setting->shadows == SHADOWS_RAYTRACED           ? 0
-           : setting->shadows == SHADOWS_RAYTRACED_SHADOWS ? 1
-                                                           : 2;
+    enum shadow_family family = shadow_technique_family(setting->shadows);
+    return family == SHADOW_FAMILY_NONE ? SHADOW_FAMILY_MAPS : family;
 }
 
-/* Its own measured frame, else the last one of this technique, else of any of the same kind; -1. */
+/* Finds the setting's measured frame, else the last one of its technique or kind; -1: none. */
 static int find_known(const struct run *run, int index)
 {
     const struct tradeoff_setting *setting = &run->settings[index];
@@ -402,7 +402,7 @@ static int find_known(const struct run *run, int index)
         if (run->known_ms[i] <= 0)
             continue;
         bool is_same = run->settings[i].shadows == setting->shadows;
-        bool is_kin = kind_of(&run->settings[i]) == kind_of(setting);
+        bool is_kin = family_of(&run->settings[i]) == family_of(setting);
         if (is_same || (is_kin && (found < 0 || run->settings[found].shadows != setting->shadows)))
             found = i;
     }
@@ -415,17 +415,17 @@ static double map_work(int resolution)
     return (double)resolution * resolution + 512. * 512.;
 }
 
-/* What a setting is expected to take; 0: nothing is known of its kind. */
+/* The expected time of a setting; 0: nothing is known of its kind. */
 static double expected_ms(const struct run *run, int index)
 {
     const struct tradeoff_setting *setting = &run->settings[index];
     int at = find_known(run, index);
     const struct tradeoff_setting *known = at >= 0 ? &run->settings[at] : NULL;
     double ms = known ? run->known_ms[at] : 0;
-    if (setting->shadows == SHADOWS_RAYTRACED)
+    if (family_of(setting) == SHADOW_FAMILY_RAYS)
         return known ? ms * setting->samples / known->samples
                      : run->traced_ms * setting->samples / run->options.reference_samples;
-    if (setting->shadows == SHADOWS_RAYTRACED_SHADOWS) /* its surfaces, and their rays */
+    if (family_of(setting) == SHADOW_FAMILY_POINTS) /* its surfaces, and their rays */
         return known ? ms : run->traced_ms / run->options.reference_samples;
     return known ? ms * map_work(setting->shadow_resolution) / map_work(known->shadow_resolution)
                  : 0;
@@ -452,7 +452,7 @@ static int find_quickest(const struct run *run)
     return quickest;
 }
 
-/* Where none was kept for want of time, one is nevertheless. */
+/* Measures one setting even if there is no time for any. */
 static bool measure_one(struct run *run)
 {
     if (run->planned == 0 || run->entry->document.row_count > 0)
@@ -472,7 +472,7 @@ static bool measure_one(struct run *run)
     return true;
 }
 
-/* Those that are open and have room. */
+/* Measures the errors of all open settings that have room. */
 static bool measure_errors(struct run *run, double progress, double progress_end)
 {
     for (int i = 0; i < run->planned; i++) {
@@ -516,7 +516,7 @@ static bool measure_time(struct run *run, struct tradeoff_row *row, bool settles
     return outcome != STEP_INTERRUPTED;
 }
 
-/* What the runs since then took, for the room of those that come. */
+/* Learns from the time of the last runs how many more have room. */
 static void learn_scale(struct run *run, double begun_s)
 {
     double forecast_ms = 0;

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Steps: submitted to the supervisor, waited for, and left alone when nobody wants them any more.
- */
+/* Submits steps to the supervisor, waits for them, and abandons them when nobody wants them. */
 #include "server/tradeoffs/tradeoff_step.h"
 
 #include <errno.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One step of a measurement as a render of the lowest priority, and the wait for it. Thread: that
+/* Sends a step of a measurement as a render of the lowest priority, and waits for it. Thread: that
  * of the trade-offs. */
 #ifndef VITRAIL_SERVER_TRADEOFFS_TRADEOFF_STEP_H
 #define VITRAIL_SERVER_TRADEOFFS_TRADEOFF_STEP_H

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "protocol/request_tree.h"
 #include "server/base/clock.h"
 #include "server/base/digest.h"
 #include "server/front/frames.h"
@@ -74,28 +75,23 @@ bool tradeoffs_device_name(struct tradeoffs *tradeoffs, char name[TRADEOFF_DEVIC
     return true;
 }
 
-bool tradeoff_view_key(const struct render_request *request, char key[65], struct error *err)
+bool tradeoff_view_key(const char *text, char key[65], struct error *err)
 {
-    struct render_request plain = *request;
-    struct digest *digest = NULL;
-    plain.quality.shadows = SHADOWS_AUTO;
-    plain.quality.shadow_resolution = plain.quality.shadow_taps = 1;
-    plain.quality.samples = 0;
-    plain.quality.reference = false;
-    plain.quality.max_error = plain.quality.budget_ms = 0;
-    plain.quality.shadow_compression = plain.quality.shadow_fallback = 0;
-    plain.quality.shadow_prefilter = 1;
-    plain.outputs = 1u << REQUEST_OUTPUT_COLOR;
-    plain.format = REQUEST_FORMAT_ANY;
-    plain.quality_percent = 0;
-    plain.tone_mapping = REQUEST_TONE_NEUTRAL;
-    char *text = render_request_to_json(&plain);
-    if (text && (digest = digest_create(NULL))) {
-        digest_write(digest, text, strlen(text));
-        digest_end(digest, key);
-    }
-    bool is_good = digest || error_set(err, ERROR_NO_MEMORY, "trade-off");
+    struct digest *digest = text ? digest_create(NULL) : NULL;
+    if (!digest)
+        return error_set(err, ERROR_NO_MEMORY, "trade-off");
+    digest_write(digest, text, strlen(text));
+    digest_end(digest, key);
     digest_destroy(digest);
+    return true;
+}
+
+static bool key_of_request(const struct render_request *request, char key[65], struct error *err)
+{
+    json_t *members = request_to_tree(request);
+    char *text = members ? request_reference_text(members, &request->quality) : NULL;
+    bool is_good = tradeoff_view_key(text, key, err);
+    json_decref(members);
     free(text);
     return is_good;
 }
@@ -113,10 +109,12 @@ static void set_created(char created[TRADEOFF_TIME_BYTES])
 /* New reference, or NULL where the request is too long to be kept with its results. */
 static json_t *request_to_keep(const struct render_request *request)
 {
-    char *text = render_request_to_json(request);
-    json_t *json = text && strlen(text) <= REQUEST_KEPT_BYTES ? json_loads(text, 0, NULL) : NULL;
-    free(text);
-    return json;
+    json_t *json = request_to_tree(request);
+    bool is_long = json_dumpb(json, NULL, 0, JSON_COMPACT) > REQUEST_KEPT_BYTES;
+    if (!is_long)
+        return json;
+    json_decref(json);
+    return NULL;
 }
 
 static struct tradeoff_entry *entry_create(const struct tradeoff_request *request,
@@ -134,7 +132,7 @@ static struct tradeoff_entry *entry_create(const struct tradeoff_request *reques
     document->options = request->options;
     set_created(document->created);
     if (!frames_make_id(document->id, err) ||
-        !tradeoff_view_key(&request->render, document->view_key, err)) {
+        !key_of_request(&request->render, document->view_key, err)) {
         entry_destroy(entry);
         return NULL;
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The trade-offs of the service: measures them one after the other, keeps them, and chooses
- * settings from them. Thread: any; owns one thread, which only waits for the worker and writes
- * files.
+/* The trade-offs of the service: measures them one after the other, keeps them, and offers their
+ * rows to the worker, which chooses. Thread: any; owns one thread, which only waits for the worker
+ * and writes files.
  *
  * A measurement is a row of small steps (server/worker/measure.h), each one render of the lowest
  * priority, so that whoever waits for a picture waits for one step at most: a band of the reference
@@ -59,13 +59,22 @@ MUST_CHECK bool tradeoffs_cancel(struct tradeoffs *tradeoffs, const char *id, st
 MUST_CHECK bool tradeoffs_forget(struct tradeoffs *tradeoffs, const char *id, struct error *err);
 void tradeoffs_forget_scene(struct tradeoffs *tradeoffs, const char *scene);
 
-/* Where quality asks (request_quality_asks): chooses what it leaves open, writes that into the
- * request, takes max_error and budget_ms out of it, and tells in `promise` what was chosen and why.
- * Else the request stays and the promise is zeroed. Rows measured for this view on this device
- * count before those of other views of the scene, and these before the models (renderer/plan/
- * choice.h). is_warm: the time that counts is that of a frame whose shadow structures are there
- * already, for a view that is rendered again and again; else that of a first frame. */
-MUST_CHECK bool tradeoffs_choose(struct tradeoffs *tradeoffs, struct render_request *request,
-                                 bool is_warm, struct frame_promise *promise, struct error *err);
+/* A picture that is about to be asked for. */
+struct tradeoff_view {
+    const char *scene; /* required */
+    int width_px, height_px;
+    const struct request_quality *quality; /* required */
+    /* Required: protocol/request_tree.h, malloc'ed; called where something of the scene was
+     * measured. */
+    char *(*reference_text)(const void *context);
+    const void *context;
+};
+
+/* What the worker may choose from (server/mapping/choice_offer.h): a new reference in `made`, NULL
+ * where the picture's quality leaves nothing open that was measured or is to be estimated. is_warm:
+ * the times that count are those of frames whose shadow structures are there already, for a view
+ * that is rendered again and again; else those of first frames. */
+MUST_CHECK bool tradeoffs_offer(struct tradeoffs *tradeoffs, const struct tradeoff_view *view,
+                                bool is_warm, json_t **made, struct error *err);
 
 #endif

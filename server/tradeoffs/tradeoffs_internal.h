@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The parts of struct tradeoffs, shared by server/tradeoffs/tradeoffs.c, tradeoff_run.c and
- * tradeoff_choice.c only. */
+ * tradeoff_offer.c only. */
 #ifndef VITRAIL_SERVER_TRADEOFFS_TRADEOFFS_INTERNAL_H
 #define VITRAIL_SERVER_TRADEOFFS_TRADEOFFS_INTERNAL_H
 
@@ -35,18 +35,18 @@ bool tradeoff_has_ended(const struct tradeoff *tradeoff);
 
 double tradeoffs_clock_s(void); /* monotonic */
 
-/* Under the mutex. NULL when absent. */
+/* Called under the mutex. NULL if absent. */
 struct tradeoff_entry *tradeoffs_find(struct tradeoffs *tradeoffs, const char *id);
 
 /* Measures one entry, from RUNNING to an end, on the thread of the trade-offs. */
 void tradeoff_run(struct tradeoffs *tradeoffs, struct tradeoff_entry *entry);
 
-/* What a device is called in results: results of another name are not used for promises. False
+/* The name of the device in results: results of another name are not used for promises. False
  * while no device is known. */
 bool tradeoffs_device_name(struct tradeoffs *tradeoffs, char name[TRADEOFF_DEVICE_BYTES]);
 
-/* Digest of what decides the reference and is not varied. */
-MUST_CHECK bool tradeoff_view_key(const struct render_request *request, char key[65],
-                                  struct error *err);
+/* Digest of what decides the reference and is not varied. text: of request_reference_text; NULL: no
+ * memory. */
+MUST_CHECK bool tradeoff_view_key(const char *text, char key[65], struct error *err);
 
 #endif

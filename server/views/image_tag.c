@@ -4,9 +4,25 @@
 
 #include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *canonical,
+void image_digest(const char *text, const json_t *offer, char digest[DIGEST_TEXT_BYTES])
+{
+    struct digest *made = digest_create(NULL);
+    char *rows = offer ? json_dumps(offer, JSON_COMPACT) : NULL;
+    digest[0] = '\0';
+    if (made && (rows || !offer)) {
+        digest_write(made, text, strlen(text));
+        if (rows)
+            digest_write(made, rows, strlen(rows) + 1);
+        digest_end(made, digest);
+    }
+    digest_destroy(made);
+    free(rows);
+}
+
+bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *request_digest,
                     char tag[IMAGE_TAG_BYTES])
 {
     struct device_capabilities device = {0};
@@ -21,11 +37,10 @@ bool image_tag_make(struct supervisor *supervisor, const char *build_id, const c
              device.automatic.maps, device.automatic.trace, device.automatic.build,
              device.automatic.learned);
     const struct supervisor_budgets budgets = supervisor_get_budgets(supervisor);
-    char memory[96]; /* what decides about levels of textures, compressed ones and compressed lists
-                      */
+    char memory[96]; /* budgets that decide about texture levels and compression */
     snprintf(memory, sizeof memory, "%d %" PRIu64 " %" PRIu64, device.blocks.from_levels,
              budgets.gpu, budgets.textures);
-    const char *parts[] = {canonical,      build_id,  device.vendor, device.renderer,
+    const char *parts[] = {request_digest, build_id,  device.vendor, device.renderer,
                            device.version, automatic, memory};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         digest_write(digest, parts[i], strlen(parts[i]) + 1);

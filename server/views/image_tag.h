@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What images of renders and of views have in common: their entity tag, and how urgent they are.
- * Thread: any. */
+/* Entity tags and priorities, which images of renders and of views have in common. Thread: any. */
 #ifndef VITRAIL_SERVER_VIEWS_IMAGE_TAG_H
 #define VITRAIL_SERVER_VIEWS_IMAGE_TAG_H
 
@@ -12,10 +11,16 @@
 
 enum { IMAGE_TAG_BYTES = DIGEST_TEXT_BYTES + 2 };
 
-/* The strong tag, with its quotes, of everything that decides pixels: the canonical request, which
- * names the scene, the program, the device and the budgets of its memory. False while no device is
- * known; then the tag still tells requests apart. */
-bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *canonical,
+/* Of a canonical request, and of what the worker chooses from (NULL: nothing). For a target it
+ * tells equal requests apart from others, but not the picture: that is known by
+ * render_outcome.drawn once it is there. "" for
+ * want of memory. */
+void image_digest(const char *text, const json_t *offer, char digest[DIGEST_TEXT_BYTES]);
+
+/* The strong tag, with its quotes, of everything that decides pixels: the digest of the request,
+ * which names the scene, the program, the device and the budgets of its memory. False while no
+ * device is known; then the tag still tells requests apart. */
+bool image_tag_make(struct supervisor *supervisor, const char *build_id, const char *request_digest,
                     char tag[IMAGE_TAG_BYTES]);
 
 /* Value of the Priority header (RFC 9218): urgency 0 to 7, 3 without one. NULL is none. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What is rendered for those who watch, when, and at which scale. */
+/* Decides which frames of a watched view are rendered, when, and at which scale. */
 #include "server/views/live.h"
 
 #include <math.h>
@@ -16,7 +16,7 @@ enum {
     PROGRESS_EVERY_MS = 250,
 };
 
-/* Scales of quick frames: few, so that render targets are not made anew for each frame. */
+/* Scales of moving frames. There are few, so that render targets are not created for each frame. */
 static const double scales[] = {1, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.1};
 enum { SCALES = sizeof scales / sizeof scales[0] };
 
@@ -40,7 +40,7 @@ static void take_frame(const struct live_frame *from, struct live_frame *to)
     view_image_hold(to->image);
 }
 
-/* So that views which nobody watches hold no images. */
+/* A view that nobody watches holds no images. */
 static void forget_frames(struct live *live)
 {
     view_image_release(live->newest.image);
@@ -83,24 +83,24 @@ static void frame_done(void *context, struct view_image *image, enum view_image_
     pthread_mutex_lock(&views->mutex);
     bool is_unwanted = live->is_unwanted && !image;
     if (!is_unwanted) {
-        live->tried_revision = live->flight_revision;
+        live->tried_revision = live->pending_revision;
         live->tried_exact = launch->is_exact;
     }
-    live->flight = FLIGHT_NONE;
-    live->progress = (struct flight_progress){0};
+    live->pending = PENDING_NONE;
+    live->progress = (struct job_progress){0};
     live->is_unwanted = false;
     live->shown_ms = now_ms();
     if (image && live->watcher_count > 0) {
         show(&live->newest, &(struct live_frame){.image = image,
                                                  .number = ++live->frame_number,
-                                                 .revision = live->flight_revision,
+                                                 .revision = live->pending_revision,
                                                  .is_exact = launch->is_exact,
-                                                 .scale = live->flight_scale});
+                                                 .scale = live->pending_scale});
         if (launch->is_exact) {
             views->totals.exact_frames++;
         } else {
             views->totals.moving_frames++;
-            live->scale = next_scale(live->flight_scale, image->cost_ms,
+            live->scale = next_scale(live->pending_scale, image->cost_ms,
                                      view_document_stream(view->document));
         }
     } else if (!image && !is_unwanted) {
@@ -133,13 +133,13 @@ static struct launch *prepare(struct view *view, bool is_exact)
     enum request_format format = is_exact ? stream->rest_format : stream->format;
     double scale = is_exact ? 1 : fmax(fmin(live->scale, 1), stream->min_scale);
     int percent = format == REQUEST_FORMAT_PNG ? 0 : is_exact ? 100 : stream->quality_percent;
-    if (!launch || !view_shoot(view,
-                               &(struct view_shot){.output = REQUEST_OUTPUT_COLOR,
-                                                   .format = format,
-                                                   .quality_percent = percent,
-                                                   .scale = scale,
-                                                   .is_quick = !is_exact},
-                               &launch->picture, &problem)) {
+    if (!launch || !view_describe_frame(view,
+                                        &(struct view_frame_desc){.output = REQUEST_OUTPUT_COLOR,
+                                                                  .format = format,
+                                                                  .quality_percent = percent,
+                                                                  .scale = scale,
+                                                                  .is_moving = !is_exact},
+                                        &launch->picture, &problem)) {
         free(launch); /* no memory: the next look tries again */
         return NULL;
     }
@@ -147,15 +147,15 @@ static struct launch *prepare(struct view *view, bool is_exact)
     launch->is_exact = is_exact;
     launch->format = image_format_of(format);
     view->references++;
-    live->flight = is_exact ? FLIGHT_EXACT : FLIGHT_QUICK;
-    live->flight_revision = view->revision;
-    live->flight_scale = scale;
+    live->pending = is_exact ? PENDING_EXACT : PENDING_MOVING;
+    live->pending_revision = view->revision;
+    live->pending_scale = scale;
     live->progress_ms = now_ms() + PROGRESS_FIRST_MS;
-    live->flight_ticket = launch->ticket = view_images_next_ticket(view->views->desc.images);
+    live->pending_ticket = launch->ticket = view_images_next_ticket(view->views->desc.images);
     return launch;
 }
 
-/* Under the mutex: an exact frame of what was before is not wanted any more. */
+/* Cancels the pending exact frame, because the view has changed since. Under the mutex. */
 static struct launch *cancel_exact(struct view *view)
 {
     struct live *live = &view->live;
@@ -164,7 +164,7 @@ static struct launch *cancel_exact(struct view *view)
         return NULL;
     live->is_unwanted = true;
     launch->view = view;
-    launch->unwanted = live->flight_ticket;
+    launch->unwanted = live->pending_ticket;
     view->references++;
     return launch;
 }
@@ -197,8 +197,8 @@ void live_launch(struct launch *launch)
                                                                               : RENDER_INTERACTIVE,
                                                  .view = launch->view->id,
                                                  .revision = picture->revision,
-                                                 .is_passing = !launch->is_exact,
-                                                 .promise = &picture->promise,
+                                                 .is_moving = !launch->is_exact,
+                                                 .offer = picture->offer,
                                                  .context = launch,
                                                  .done = frame_done},
                     launch->ticket);
@@ -222,14 +222,14 @@ static void beat(struct view *view, int64_t now_ms, int64_t *until_ms)
     }
 }
 
-/* Those who watch a long frame hear how far it is. */
+/* Notifies the watchers of a long frame of its progress. */
 static void look_at_progress(struct view *view, int64_t now_ms, int64_t *until_ms)
 {
     struct live *live = &view->live;
-    struct flight_progress progress;
+    struct job_progress progress;
     if (now_ms >= live->progress_ms) {
         live->progress_ms = now_ms + PROGRESS_EVERY_MS;
-        if (view_images_get_progress(view->views->desc.images, live->flight_ticket, &progress) &&
+        if (view_images_get_progress(view->views->desc.images, live->pending_ticket, &progress) &&
             (progress.share != live->progress.share ||
              strcmp(progress.stage, live->progress.stage) != 0)) {
             live->progress = progress;
@@ -259,16 +259,16 @@ struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms)
 {
     struct live *live = &view->live;
     beat(view, now_ms, until_ms);
-    if (live->flight != FLIGHT_NONE && live->watcher_count > 0)
+    if (live->pending != PENDING_NONE && live->watcher_count > 0)
         look_at_progress(view, now_ms, until_ms);
-    if (live->flight == FLIGHT_EXACT && live->flight_revision != view->revision &&
+    if (live->pending == PENDING_EXACT && live->pending_revision != view->revision &&
         !live->is_unwanted)
         return cancel_exact(view);
-    if (live->active_count == 0 || live->flight != FLIGHT_NONE || !is_wanted(live))
+    if (live->active_count == 0 || live->pending != PENDING_NONE || !is_wanted(live))
         return NULL;
     if (live->tried_revision != view->revision)
-        return prepare(view, live->is_over); /* the picture below stands: nothing is gained by less
-                                              */
+        /* with is_over the picture below stands, and a smaller one would gain nothing */
+        return prepare(view, live->is_over);
     if (live->tried_exact)
         return NULL;
     /* Counted from the last frame, too: a client that moves on as soon as it sees one is not at

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Watching views: quick frames while a view changes, one exact frame when it rests, the same for
+/* Watching views: moving frames while a view changes, one exact frame when it rests, the same for
  * all who watch. A watcher takes the newest frame when it has room for one, so nothing queues up.
  * Thread: any, one watcher on one thread at a time. */
 #ifndef VITRAIL_SERVER_VIEWS_LIVE_H
@@ -7,7 +7,7 @@
 
 #include <jansson.h>
 
-#include "server/front/flights.h"
+#include "server/front/worker_jobs.h"
 #include "server/views/views.h"
 
 struct watcher;
@@ -34,7 +34,7 @@ struct live_frame {
     double scale;
 };
 
-/* What is new since the last look. Zeroed = nothing. */
+/* The changes since the last look. Zeroed = nothing. */
 struct watcher_news {
     bool is_gone; /* the view was deleted, or the daemon stops: nothing follows */
     bool has_revision;
@@ -44,8 +44,8 @@ struct watcher_news {
     bool has_problem;
     struct error problem; /* of a frame that could not be rendered */
     bool has_progress;
-    struct flight_progress progress; /* of the frame that is being made, since it takes long */
-    bool is_beat_due;                /* nothing was sent for a while: say something */
+    struct job_progress progress; /* of the frame that is being made, since it takes long */
+    bool is_beat_due;             /* nothing was sent for a while: say something */
 };
 
 /* wants_frame: there is room for one; none is handed out otherwise. A passive watcher gets each

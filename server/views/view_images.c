@@ -33,7 +33,7 @@ struct making {
     char view[FRAME_ID_BYTES];
     uint64_t revision;
     enum image_format format;
-    bool is_passing;
+    bool is_moving;
     uint64_t render; /* ticket of the supervisor */
     double asked_ms;
     struct waiter *waiters;
@@ -102,6 +102,7 @@ static struct view_image *make_image(const struct making *making, struct render_
     image->fd = outcome->image_fd;
     outcome->image_fd = -1;
     image->format = making->format;
+    memcpy(image->drawn, outcome->drawn, sizeof image->drawn);
     if (!map_image(image, err) || !frames_make_id(image->frame, err)) {
         view_image_release(image);
         return NULL;
@@ -182,7 +183,7 @@ static void complete(struct making *making, struct view_image *image, const stru
     pthread_mutex_lock(&images->mutex);
     unlink_making(images, making);
     images->totals.rendered += image != NULL;
-    if (image && !making->is_passing)
+    if (image && !making->is_moving)
         keep(images, making->tag, image);
     pthread_mutex_unlock(&images->mutex);
     for (struct waiter *waiter = making->waiters, *next; waiter; waiter = next) {
@@ -216,10 +217,9 @@ static struct render_task *make_task(struct view_images *images,
     task->format = request->format;
     task->priority = request->priority;
     task->expects_reuse = true;
-    task->may_be_coarse = request->is_passing;
+    task->may_be_coarse = request->is_moving;
     task->done = rendered;
-    if (request->promise)
-        task->promise = *request->promise;
+    task->offer = json_incref(request->offer);
     if (task_open_scenes(task, images->desc.store, request->parts, err))
         task->request_fd =
             ipc_memfd_create("vitrail-request", request->text, strlen(request->text), err);
@@ -238,7 +238,7 @@ static struct making *making_create(struct view_images *images,
     *making = (struct making){.images = images,
                               .revision = request->revision,
                               .format = request->format,
-                              .is_passing = request->is_passing,
+                              .is_moving = request->is_moving,
                               .render = supervisor_next_ticket(images->desc.supervisor),
                               .asked_ms = now_fine_ms()};
     memcpy(making->tag, request->tag, sizeof making->tag);
@@ -254,7 +254,7 @@ static bool join(struct view_images *images, const struct view_image_request *re
 {
     struct making *found = images->making;
     while (found && (strcmp(found->tag, request->tag) != 0 ||
-                     (found->is_passing && !request->is_passing))) /* it may be coarse */
+                     (found->is_moving && !request->is_moving))) /* it may be coarse */
         found = found->next;
     if (!found)
         return false;
@@ -337,7 +337,7 @@ uint64_t view_images_next_ticket(struct view_images *images)
 }
 
 bool view_images_get_progress(struct view_images *images, uint64_t ticket,
-                              struct flight_progress *progress)
+                              struct job_progress *progress)
 {
     uint64_t render = 0;
     pthread_mutex_lock(&images->mutex);

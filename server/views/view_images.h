@@ -25,6 +25,7 @@ struct view_image {
     char timing[FRAME_SERVER_TIMING_BYTES]; /* Server-Timing */
     double queue_ms, cost_ms, total_ms;     /* cost: of the renderer and the encoder */
     char *stats;                            /* owned JSON */
+    char drawn[DIGEST_TEXT_BYTES];          /* render_outcome.drawn */
 };
 struct view_image *view_image_hold(struct view_image *image);
 void view_image_release(struct view_image *image); /* accepts NULL */
@@ -35,14 +36,14 @@ struct view_image_request {
     const char *scene;               /* required */
     const struct part_scenes *parts; /* optional: of its parts */
     const char *text;                /* required; canonical, names its format */
-    const char *tag;                 /* required; image_tag_make of text */
+    const char *tag;                 /* required; image_tag_make of text and offer */
     enum image_format format;
     enum render_priority priority;
     const char *request_id; /* borrowed until done; NULL: none */
     const char *view;       /* for the stats */
     uint64_t revision;
-    bool is_passing;                     /* not to be kept */
-    const struct frame_promise *promise; /* optional; told in the stats */
+    bool is_moving; /* of a moving frame: not cached */
+    json_t *offer;  /* borrowed; of the task, or NULL */
     void *context;
     /* Called exactly once. image is borrowed and NULL on failure. */
     void (*done)(void *context, struct view_image *image, enum view_image_source source,
@@ -59,7 +60,7 @@ struct view_images_desc {
 };
 struct view_images *view_images_create(const struct view_images_desc *desc, struct error *err);
 
-/* After the supervisor, which completes what waits. Accepts NULL. */
+/* To be called after the supervisor, which completes what waits, was destroyed. Accepts NULL. */
 void view_images_destroy(struct view_images *images);
 
 /* A ticket for a later request. */
@@ -73,9 +74,9 @@ void view_images_ask(struct view_images *images, const struct view_image_request
  * for unknown tickets. */
 void view_images_cancel(struct view_images *images, uint64_t ticket);
 
-/* How far the image of such a ticket is; false: nothing is known of it, as of quick ones. */
+/* The progress of the image with this ticket; false: not known, as for quick images. */
 bool view_images_get_progress(struct view_images *images, uint64_t ticket,
-                              struct flight_progress *progress);
+                              struct job_progress *progress);
 
 /* The supervisor's ticket of what is being made for the newest with this request id; 0: nothing. */
 uint64_t view_images_find_render(struct view_images *images, const char *request_id);

@@ -121,7 +121,7 @@ static json_t *summary_or_error(const struct view *view, struct error *err)
 {
     json_t *summary = summarise(view);
     if (summary && view->live.progress.stage[0])
-        json_object_set_new(summary, "progress", flight_progress_to_json(&view->live.progress));
+        json_object_set_new(summary, "progress", job_progress_to_json(&view->live.progress));
     if (!summary)
         error_set(err, ERROR_NO_MEMORY, "view");
     return summary;
@@ -358,57 +358,56 @@ bool views_remove(struct views *views, const char *id, const struct view_conditi
 
 /* ---- pictures ---- */
 
-/* Puts what max_error or budget_ms choose into the picture's text. A view's document has every
- * default written out, so resolution and taps at their defaults count as not said. */
-static bool choose(struct tradeoffs *tradeoffs, struct view_picture *picture, struct error *err)
+static char *reference_text(const void *context)
 {
-    struct render_request request, defaults;
-    render_request_init_defaults(&defaults);
-    if (!render_request_parse(picture->text, strlen(picture->text), &request, err))
+    return view_document_reference_text(context);
+}
+
+/* Sets what the worker chooses from, and the tag. Pictures in motion leave nothing to choose. */
+static bool describe(struct view *view, const struct view_frame_desc *frame,
+                     struct view_picture *picture, struct error *err)
+{
+    const struct views_desc *desc = &view->views->desc;
+    const struct request_quality *quality = view_document_quality(view->document);
+    const struct tradeoff_view measured = {.scene = picture->scene,
+                                           .width_px = picture->width_px,
+                                           .height_px = picture->height_px,
+                                           .quality = quality,
+                                           .reference_text = reference_text,
+                                           .context = view->document};
+    picture->has_target = !frame->is_moving && request_quality_asks(quality);
+    if (picture->has_target &&
+        !tradeoffs_offer(desc->tradeoffs, &measured, true, &picture->offer, err))
         return false;
-    struct request_quality *quality = &request.quality;
-    quality->says_shadow_resolution &=
-        quality->shadow_resolution != defaults.quality.shadow_resolution;
-    quality->says_shadow_taps &= quality->shadow_taps != defaults.quality.shadow_taps;
-    bool is_good = tradeoffs_choose(tradeoffs, &request, true, &picture->promise, err);
-    char *text = is_good ? render_request_to_json(&request) : NULL;
-    render_request_finish(&request);
-    if (!text)
-        return error_set(err, ERROR_NO_MEMORY, "picture of a view");
-    free(picture->text);
-    picture->text = text;
+    image_digest(picture->text, picture->offer, picture->digest);
+    (void)!image_tag_make(desc->supervisor, desc->build_id, picture->digest, picture->tag);
     return true;
 }
 
-bool view_shoot(struct view *view, const struct view_shot *shot, struct view_picture *picture,
-                struct error *err)
+bool view_describe_frame(struct view *view, const struct view_frame_desc *frame,
+                         struct view_picture *picture, struct error *err)
 {
-    const struct views_desc *desc = &view->views->desc;
     *picture = (struct view_picture){.revision = view->revision,
                                      .shape = view_document_shape(view->document)};
     snprintf(picture->scene, sizeof picture->scene, "%s", view_document_scene(view->document));
     view_document_part_scenes(view->document, &picture->parts);
     picture->text =
-        view_document_shot(view->document, shot, &picture->width_px, &picture->height_px);
+        view_document_frame(view->document, frame, &picture->width_px, &picture->height_px);
     if (!picture->text)
         return error_set(err, ERROR_NO_MEMORY, "picture of a view");
-    bool asks = !shot->is_quick && view_document_asks(view->document);
-    if (asks && !choose(desc->tradeoffs, picture, err)) {
-        view_picture_finish(picture);
-        return false;
-    }
-    picture->has_tag =
-        image_tag_make(desc->supervisor, desc->build_id, picture->text, picture->tag);
-    return true;
+    if (describe(view, frame, picture, err))
+        return true;
+    view_picture_finish(picture);
+    return false;
 }
 
-bool views_shoot(struct views *views, const char *id, const struct view_shot *shot,
-                 struct view_picture *picture, struct error *err)
+bool views_describe_frame(struct views *views, const char *id, const struct view_frame_desc *frame,
+                          struct view_picture *picture, struct error *err)
 {
     *picture = (struct view_picture){0};
     pthread_mutex_lock(&views->mutex);
     struct view *view = views_find(views, id, err);
-    bool is_good = view && view_shoot(view, shot, picture, err);
+    bool is_good = view && view_describe_frame(view, frame, picture, err);
     pthread_mutex_unlock(&views->mutex);
     return is_good;
 }
@@ -416,6 +415,7 @@ bool views_shoot(struct views *views, const char *id, const struct view_shot *sh
 void view_picture_finish(struct view_picture *picture)
 {
     free(picture->text);
+    json_decref(picture->offer);
     *picture = (struct view_picture){0};
 }
 

@@ -47,7 +47,7 @@ MUST_CHECK json_t *views_list(struct views *views); /* summaries, oldest first; 
 /* The summary, with all members in `view` when is_whole. ERROR_NOT_FOUND. */
 MUST_CHECK json_t *views_get(struct views *views, const char *id, bool is_whole, struct error *err);
 
-/* What a change depends on. Zeroed = on nothing. */
+/* The condition of a change. Zeroed = none. */
 struct view_condition {
     const char *if_match; /* value of the header, borrowed; NULL = none */
     uint64_t revision;    /* 0 = any */
@@ -68,15 +68,17 @@ MUST_CHECK bool views_remove(struct views *views, const char *id,
 struct view_picture {
     char scene[65];
     struct part_scenes parts;
-    char *text; /* owned */
-    struct frame_promise promise;
-    char tag[IMAGE_TAG_BYTES];
-    bool has_tag; /* the device is known, so that the tag may be told */
+    char *text;                     /* owned */
+    json_t *offer;                  /* owned; what the worker chooses from, or NULL */
+    char digest[DIGEST_TEXT_BYTES]; /* image_digest of text and offer */
+    char tag[IMAGE_TAG_BYTES];      /* of that: equal pictures are made once */
+    bool has_target;                /* the worker chooses: target_digests.h knows what it drew */
     uint64_t revision, shape;
     int width_px, height_px;
 };
-MUST_CHECK bool views_shoot(struct views *views, const char *id, const struct view_shot *shot,
-                            struct view_picture *picture, struct error *err);
+MUST_CHECK bool views_describe_frame(struct views *views, const char *id,
+                                     const struct view_frame_desc *frame,
+                                     struct view_picture *picture, struct error *err);
 void view_picture_finish(struct view_picture *picture); /* accepts zeroed */
 
 struct views_totals {

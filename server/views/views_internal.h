@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What views.c and live.c share. */
+/* The structures that views.c and live.c share. */
 #ifndef VITRAIL_SERVER_VIEWS_VIEWS_INTERNAL_H
 #define VITRAIL_SERVER_VIEWS_VIEWS_INTERNAL_H
 
@@ -17,7 +17,7 @@ struct scene_names {
     struct view_names *names;
 };
 
-enum live_flight { FLIGHT_NONE, FLIGHT_QUICK, FLIGHT_EXACT };
+enum live_pending { PENDING_NONE, PENDING_MOVING, PENDING_EXACT };
 
 struct live {
     struct watcher *watchers;
@@ -25,17 +25,17 @@ struct live {
     struct live_frame newest; /* image NULL: none yet */
     struct live_frame noted;  /* of /image, for passive watchers; image NULL: none */
     uint64_t frame_number;
-    enum live_flight flight;
-    uint64_t flight_revision, flight_ticket;
-    bool is_unwanted; /* the flight is cancelled */
-    double flight_scale;
+    enum live_pending pending;
+    uint64_t pending_revision, pending_ticket;
+    bool is_unwanted; /* the pending frame is cancelled */
+    double pending_scale;
     bool is_over;            /* since the exact frame only what lies over the picture has changed */
-    uint64_t tried_revision; /* what the last flight was of, whether it failed or not */
+    uint64_t tried_revision; /* of the last frame, whether it failed or not */
     bool tried_exact;
-    struct error problem; /* of the last flight that failed */
+    struct error problem; /* of the last frame that failed */
     uint64_t problem_number;
-    double scale;                    /* of quick frames */
-    struct flight_progress progress; /* of the flight */
+    double scale;                 /* of moving frames */
+    struct job_progress progress; /* of the pending frame */
     uint64_t progress_number;
     int64_t progress_ms; /* when to look next how far it is */
     int64_t shown_ms;    /* when the last frame was made */
@@ -44,7 +44,7 @@ struct live {
 struct view {
     struct view *next; /* newer */
     struct views *views;
-    int references; /* of the table, of watchers, of flights */
+    int references; /* of the table, of watchers, of pending frames */
     bool is_gone;
     char id[VIEW_ID_BYTES];
     char address[ADDRESS_BYTES];
@@ -77,15 +77,15 @@ struct views {
     struct views_totals totals;
 };
 
-/* All under the mutex. */
+/* The functions below are called under the mutex. */
 struct view *views_find(struct views *views, const char *id, struct error *err); /* and use it */
 void view_release(struct view *view);
 void views_poke(struct views *views); /* the thread looks at once */
 void live_tell(struct view *view);    /* notifies every watcher */
 
 /* The text and tag of a picture of the present revision. */
-MUST_CHECK bool view_shoot(struct view *view, const struct view_shot *shot,
-                           struct view_picture *picture, struct error *err);
+MUST_CHECK bool view_describe_frame(struct view *view, const struct view_frame_desc *frame,
+                                    struct view_picture *picture, struct error *err);
 
 /* A frame that the view's watchers need now, to be asked for outside the mutex. */
 struct launch {
@@ -98,9 +98,8 @@ struct launch {
     uint64_t unwanted; /* if not 0, all that this launch does is to cancel that ticket */
 };
 
-/* Under the mutex: what to do for a view; *until_ms is lowered to when to look again. NULL:
- * nothing.
- */
+/* Decides under the mutex what to do for a view; NULL: nothing. Lowers *until_ms to the time of the
+ * next look. */
 struct launch *live_step(struct view *view, int64_t now_ms, int64_t *until_ms);
 void live_launch(struct launch *launch); /* outside the mutex; takes it */
 /* Under the mutex, before the view gets its next revision. is_over: the patch changes nothing but

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What is measured of a device, or was. */
+/* The speed of a device, as it is measured or was before. */
 #include "server/worker/device_speed.h"
 
 #include <stdio.h>

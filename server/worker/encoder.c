@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A queue of frames and threads that encode them. Its length is bounded by whoever sends requests.
- */
+/* A queue of frames, and threads that encode them. Who sends requests bounds its length. */
 #include "server/worker/encoder.h"
 
 #include <pthread.h>

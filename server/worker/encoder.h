@@ -10,6 +10,7 @@
 #include "protocol/frame_stats.h"
 #include "protocol/render_request.h"
 #include "renderer/renderer.h"
+#include "server/base/digest.h"
 
 struct encoder;
 
@@ -20,7 +21,11 @@ struct encode_task {
     uint64_t id;
     struct render_request request;
     struct frame frame;
-    struct frame_stats stats; /* all but encode, queue, total, id */
+    struct frame_stats stats;      /* all but encode, queue, total, id */
+    struct frame_promise promise;  /* what was chosen, and is told in the stats */
+    char drawn[DIGEST_TEXT_BYTES]; /* of the canonical request with what was chosen for a target;
+                                      else
+                                      "" */
     enum image_format format;
     void *bytes; /* the encoded image */
     size_t size_bytes;

@@ -56,7 +56,7 @@ static bool write_program(const struct listed_program *program, const char *devi
     return true;
 }
 
-/* Of every program once, as --dump-shaders saves them, each stage under a line with its name. */
+/* Writes the sources of every program once, as --dump-shaders does, each stage under its name. */
 static char *write_sources(const struct explanation *made, size_t *length, struct error *err)
 {
     char *text = NULL;

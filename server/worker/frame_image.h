@@ -9,7 +9,7 @@
 #include "renderer/renderer.h"
 
 /* Builds the image for a format; it may take pixels out of the frame. What each output looks like
- * in each format is written down in docs/api.md. */
+ * in each format is written down in docs/reference/http.md. */
 MUST_CHECK bool frame_image_init(struct image *image, struct frame *frame,
                                  const struct render_request *request, enum image_format format,
                                  struct error *err);

@@ -11,6 +11,7 @@ void idle_timing_note(struct idle_timing *timing, struct ipc_message *message)
 {
     const char *op = json_string_value(json_object_get(message->json, "op"));
     if (!op || strcmp(op, "render") != 0 || message->fd_count < 1 ||
+        json_object_get(message->json, "offer") || /* its technique was chosen by other times */
         !json_is_true(json_object_get(message->json, "reuse")))
         return;
     ipc_message_finish(&timing->last);

@@ -13,8 +13,8 @@
 
 enum { CANCELLED_MAX = 32 }; /* more than may be on their way */
 
-struct letter {
-    struct letter *next;
+struct inbox_entry {
+    struct inbox_entry *next;
     struct ipc_message message;
     bool is_urgent;
 };
@@ -25,7 +25,7 @@ struct inbox {
     bool has_thread;
     pthread_mutex_t mutex; /* guards what is not atomic below */
     pthread_cond_t arrived;
-    struct letter *first;
+    struct inbox_entry *first;
     bool is_closed;
     uint64_t current, cancelled[CANCELLED_MAX];
     unsigned cancelled_count; /* ever: a ring */
@@ -40,10 +40,10 @@ static bool says(const json_t *message, const char *op)
     return said && strcmp(said, op) == 0;
 }
 
-static void letter_destroy(struct letter *letter)
+static void entry_destroy(struct inbox_entry *entry)
 {
-    ipc_message_finish(&letter->message);
-    free(letter);
+    ipc_message_finish(&entry->message);
+    free(entry);
 }
 
 /* Under the mutex, as those below. */
@@ -54,46 +54,46 @@ static void cancel(struct inbox *inbox, uint64_t id)
         atomic_store(&inbox->is_cancelled, true);
 }
 
-static void add(struct inbox *inbox, struct letter *letter)
+static void add(struct inbox *inbox, struct inbox_entry *entry)
 {
-    struct letter **at = &inbox->first;
+    struct inbox_entry **at = &inbox->first;
     while (*at)
         at = &(*at)->next;
-    *at = letter;
-    if (letter->is_urgent) {
+    *at = entry;
+    if (entry->is_urgent) {
         atomic_fetch_add(&inbox->urgent_count, 1);
         atomic_fetch_add(&inbox->urgent_arrivals, 1);
     }
 }
 
-/* Takes the letter's message. */
-static void take(struct inbox *inbox, struct letter **at, struct ipc_message *message)
+/* Moves the message out of its entry. */
+static void take(struct inbox *inbox, struct inbox_entry **at, struct ipc_message *message)
 {
-    struct letter *letter = *at;
-    *at = letter->next;
-    *message = letter->message;
-    atomic_fetch_sub(&inbox->urgent_count, letter->is_urgent);
-    free(letter);
+    struct inbox_entry *entry = *at;
+    *at = entry->next;
+    *message = entry->message;
+    atomic_fetch_sub(&inbox->urgent_count, entry->is_urgent);
+    free(entry);
 }
 
 /* False at the end, or without memory. */
 static bool receive(struct inbox *inbox)
 {
-    struct letter *letter = calloc(1, sizeof *letter);
-    if (!letter)
+    struct inbox_entry *entry = calloc(1, sizeof *entry);
+    if (!entry)
         return false;
-    if (ipc_receive(inbox->socket, &letter->message, NULL) != IPC_MESSAGE) {
-        free(letter);
+    if (ipc_receive(inbox->socket, &entry->message, NULL) != IPC_MESSAGE) {
+        free(entry);
         return false;
     }
-    const json_t *json = letter->message.json;
-    letter->is_urgent = json_is_true(json_object_get(json, "urgent"));
+    const json_t *json = entry->message.json;
+    entry->is_urgent = json_is_true(json_object_get(json, "urgent"));
     pthread_mutex_lock(&inbox->mutex);
     if (says(json, "cancel")) {
         cancel(inbox, (uint64_t)json_integer_value(json_object_get(json, "id")));
-        letter_destroy(letter);
+        entry_destroy(entry);
     } else {
-        add(inbox, letter);
+        add(inbox, entry);
         pthread_cond_signal(&inbox->arrived);
     }
     pthread_mutex_unlock(&inbox->mutex);
@@ -142,9 +142,9 @@ void inbox_destroy(struct inbox *inbox)
         shutdown(inbox->socket, SHUT_RDWR);
         pthread_join(inbox->thread, NULL);
     }
-    for (struct letter *letter; (letter = inbox->first);) {
-        inbox->first = letter->next;
-        letter_destroy(letter);
+    for (struct inbox_entry *entry; (entry = inbox->first);) {
+        inbox->first = entry->next;
+        entry_destroy(entry);
     }
     pthread_cond_destroy(&inbox->arrived);
     pthread_mutex_destroy(&inbox->mutex);
@@ -187,7 +187,7 @@ bool inbox_take_urgent(struct inbox *inbox, bool (*may_take)(void *context, cons
                        void *context, struct ipc_message *message)
 {
     pthread_mutex_lock(&inbox->mutex);
-    struct letter **at = &inbox->first;
+    struct inbox_entry **at = &inbox->first;
     while (*at && !((*at)->is_urgent && may_take(context, (*at)->message.json)))
         at = &(*at)->next;
     bool has_one = *at;
@@ -207,7 +207,7 @@ unsigned inbox_urgent_arrivals(const struct inbox *inbox)
     return atomic_load(&inbox->urgent_arrivals);
 }
 
-bool inbox_has_letters(struct inbox *inbox)
+bool inbox_has_messages(struct inbox *inbox)
 {
     pthread_mutex_lock(&inbox->mutex);
     bool has_any = inbox->first != NULL;

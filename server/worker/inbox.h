@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the front sends to the worker, read by a thread of its own: so that the GL thread can see,
- * in the middle of a frame, that something more urgent waits or that the frame is not wanted. */
+/* A queue of the messages to the worker. A thread of its own reads them, so that the GL thread sees
+ * in the middle of a frame that an urgent message waits, or that the frame is cancelled. */
 #ifndef VITRAIL_SERVER_WORKER_INBOX_H
 #define VITRAIL_SERVER_WORKER_INBOX_H
 
@@ -17,8 +17,7 @@ void inbox_destroy(struct inbox *inbox); /* shuts the socket down; accepts NULL 
 /* The next message, which the caller finishes; waits for it. False at the end. Thread: GL. */
 MUST_CHECK bool inbox_take(struct inbox *inbox, struct ipc_message *message);
 
-/* The first message that says "urgent" and that `may_take`; false when there is none. Thread: GL.
- */
+/* The first urgent message that `may_take` accepts; false when there is none. Thread: GL. */
 MUST_CHECK bool inbox_take_urgent(struct inbox *inbox,
                                   bool (*may_take)(void *context, const json_t *message),
                                   void *context, struct ipc_message *message);
@@ -28,7 +27,7 @@ int inbox_urgent_count(const struct inbox *inbox);
 unsigned inbox_urgent_arrivals(const struct inbox *inbox);
 
 /* Whether anything waits. Thread: any. */
-bool inbox_has_letters(struct inbox *inbox);
+bool inbox_has_messages(struct inbox *inbox);
 
 /* Waits so long until something does, or the stream has ended; false: nothing does. Thread: GL. */
 bool inbox_wait(struct inbox *inbox, int timeout_ms);

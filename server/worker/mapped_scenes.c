@@ -114,7 +114,7 @@ void mapped_scenes_destroy(struct mapped_scenes *scenes)
     free(scenes);
 }
 
-/* To the front of the list, and wanted. */
+/* Moves the scene to the front of the list, and marks it as wanted. */
 static struct mapped_scene *ready(struct mapped_scenes *scenes, const char *key, int blob_fd,
                                   struct error *err)
 {

@@ -229,12 +229,8 @@ static json_t *measure_error(const struct measure_desc *desc, int *image_fd, str
     json_t *result = NULL;
     renderer_drop_structures(desc->renderer, desc->request->scene);
     bool is_good = render(desc, 0, 0, &frame, err);
-    if (is_good &&
-        frame.report.counts.programs_built + frame.report.counts.programs_loaded > 0) { /* its time
-                                                                                           is that
-                                                                                           of a
-                                                                                           compiler
-                                                                                         */
+    /* a frame that compiled programs has the time of the compiler */
+    if (is_good && frame.report.counts.programs_built + frame.report.counts.programs_loaded > 0) {
         frame_finish(&frame);
         renderer_drop_structures(desc->renderer, desc->request->scene);
         is_good = render(desc, 0, 0, &frame, err);
@@ -283,8 +279,8 @@ static bool time_frames(const struct measure_desc *desc, double ms[2], bool *is_
     return true;
 }
 
-/* What was paused is measured again; the last time, and soon where frames take long, in one piece.
- */
+/* A measurement that was paused is repeated. The last repetition does not yield, and where frames
+ * take long an early one does not either. */
 static json_t *measure_time(const struct measure_desc *desc, struct error *err)
 {
     double ms[2], spent_ms = 0;
@@ -293,7 +289,7 @@ static json_t *measure_time(const struct measure_desc *desc, struct error *err)
         return NULL;
     for (int tries = 1; is_paused && tries <= TIME_TRIES; tries++) {
         if (tries == TIME_TRIES || spent_ms > TIME_AGAIN_MS)
-            renderer_set_interlude(desc->renderer, NULL);
+            renderer_set_yield_point(desc->renderer, NULL);
         if (!time_frames(desc, ms, &is_paused, err))
             return NULL;
         spent_ms += ms[0] + ms[1];

@@ -31,9 +31,9 @@ struct measure_desc {
  * show       {}                      image: the reference as WebP
  * error      {keep_image}            ms, rmse, p999, max, flip, bytes, and the image if kept
  * time       {settles}               cold_ms (all structures built anew), warm_ms; settles: after a
- *                                    cold frame that is not timed. Frames that an interlude of the
- *                                    renderer paused are made again, three times or for ten
- *                                    seconds; then the interlude is taken out
+ *                                    cold frame that is not timed. Frames that yielded to urgent
+ *                                    ones are made again, three times or for ten
+ *                                    seconds; then they yield no more
  *
  * New reference. *image_fd becomes a sealed memory file, or -1. ERROR_NO_DEVICE: the context is
  * lost. */

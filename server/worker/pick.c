@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Picks in the words of docs/views.md. */
+/* Picks in the words of docs/reference/views.md. */
 #include "server/worker/pick.h"
 
 #include <stdio.h>
@@ -36,7 +36,7 @@ static uint32_t first_material(const struct scene_part *part)
     return part->first_material;
 }
 
-/* As requests may say it: its name, or "#12", or "PART/#3". */
+/* The name by which requests refer to it: its own, or "#12", or "PART/#3". */
 static json_t *name_or_index(const struct scene *scene, uint32_t name, uint32_t index,
                              uint32_t (*first)(const struct scene_part *part))
 {

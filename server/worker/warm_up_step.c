@@ -9,36 +9,38 @@
 #include "server/mapping/view_mapping.h"
 
 enum {
-    SMALL_WIDTH = 64,  /* of a picture of the default size's shape: its lights and casters are */
-    SMALL_HEIGHT = 36, /* those of that */
-    TECHNIQUES = SHADOWS_RAYTRACED_SHADOWS + 1,
+    /* Small pictures have the shape of the default size, and so the same lights and casters. */
+    SMALL_WIDTH = 64,
+    SMALL_HEIGHT = 36,
 };
 
-/* What is asked of a scene first: a picture, and a view at rest and in motion, whose pictures have
- * one sample per pixel (protocol/view_document.h). */
-static const struct view_quality occasions[] = {
+/* The first requests for a scene: a render, and a view at rest and in motion. Pictures in motion
+ * have one sample per pixel (protocol/view_document.h). */
+static const struct view_quality cases[] = {
     {.expects_reuse = false},
     {.expects_reuse = true},
     {.expects_reuse = true, .samples = 1, .shadow_taps = 1},
 };
 
-/* What the answer tells. */
+/* The counts of the answer. */
 struct warm_up_done {
     uint64_t pictures, shadow_maps_built, ray_structures_built;
 };
 
 struct warming {
     const struct warm_up_step_desc *desc;
-    const struct view *view;                            /* of the default size */
-    bool is_small[TECHNIQUES][2], is_built[TECHNIQUES]; /* drawn, by whether in motion; built */
+    const struct view *view;         /* of the default size */
+    bool is_small[SHADOWS_COUNT][2]; /* drawn, by whether in motion */
+    bool is_built[SHADOWS_COUNT];
     struct warm_up_done done;
     const char *left; /* NULL: nothing, so far */
 };
 
 /* Whoever comes goes before what nobody asked for: the picture ends. */
-static bool gives_way(void *desc)
+static bool gives_way(void *desc, struct error *err)
 {
     (void)desc;
+    (void)err;
     return false;
 }
 
@@ -59,21 +61,34 @@ static void count(const struct frame_report *report, struct warm_up_done *done)
 static bool make(struct warming *warming, const struct view *view, bool draws, struct error *err)
 {
     const struct warm_up_step_desc *desc = warming->desc;
-    const struct interlude interlude = {
-        .context = (void *)(uintptr_t)desc, .is_due = is_due, .serve = gives_way};
+    const struct yield_point yield = {
+        .context = (void *)(uintptr_t)desc, .should_yield = is_due, .run_urgent = gives_way};
     struct frame frame = {0};
     const char *scene = desc->request->scene;
-    renderer_set_interlude(desc->renderer, &interlude);
+    renderer_set_yield_point(desc->renderer, &yield);
     bool is_good = draws ? renderer_render(desc->renderer, scene, view, &frame, err)
                          : renderer_build(desc->renderer, scene, view, &frame, err);
-    renderer_set_interlude(desc->renderer, NULL);
+    renderer_set_yield_point(desc->renderer, NULL);
     count(&frame.report, &warming->done);
     warming->done.pictures += is_good && draws;
     frame_finish(&frame);
     return is_good;
 }
 
-/* What `auto` takes for the view. */
+/* The technique of the picture: of a rasterised one that of any light, if it is a candidate of
+ * `auto`. */
+static enum shadow_technique technique_of(const struct plan *plan)
+{
+    enum shadow_technique technique = SHADOWS_RASTER_DEFAULT;
+    if (plan->requirements[PLAN_NEED_TRACED].is_met)
+        return SHADOWS_RAYTRACED;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (plan->lights_by_technique[i] && shadow_technique_is_candidate((enum shadow_technique)i))
+            technique = (enum shadow_technique)i;
+    return technique;
+}
+
+/* Finds the technique that `auto` takes for the view. */
 static bool choose(const struct warming *warming, const struct view *view,
                    enum shadow_technique *technique, struct error *err)
 {
@@ -82,26 +97,24 @@ static bool choose(const struct warming *warming, const struct view *view,
     if (!plan)
         return error_set(err, ERROR_NO_MEMORY, "plan");
     bool is_good = renderer_explain(desc->renderer, desc->request->scene, view, plan, err);
-    *technique = plan->requirements[PLAN_NEED_TRACED].is_met           ? SHADOWS_RAYTRACED
-                 : plan->requirements[PLAN_NEED_TRACED_SHADOWS].is_met ? SHADOWS_RAYTRACED_SHADOWS
-                                                                       : SHADOWS_DEEP;
+    *technique = technique_of(plan);
     free(plan);
     return is_good;
 }
 
-/* One occasion: by the technique that it has at full size, as small as can be. */
-static bool meet(struct warming *warming, const struct view_quality *occasion, bool draws,
-                 struct error *err)
+/* Draws one use case as a small picture, by the technique that its full size would have. */
+static bool prepare_case(struct warming *warming, const struct view_quality *use_case, bool draws,
+                         struct error *err)
 {
     struct view view = *warming->view;
-    enum shadow_technique technique = SHADOWS_DEEP;
-    bool is_in_motion = occasion->samples == 1;
-    view.quality.expects_reuse = occasion->expects_reuse;
-    view.quality.samples = occasion->samples;
-    view.quality.shadow_taps = occasion->shadow_taps;
+    enum shadow_technique technique = SHADOWS_RASTER_DEFAULT;
+    bool is_in_motion = use_case->samples == 1;
+    view.quality.expects_reuse = use_case->expects_reuse;
+    view.quality.samples = use_case->samples;
+    view.quality.shadow_taps = use_case->shadow_taps;
     if (!choose(warming, &view, &technique, err))
         return false;
-    bool *is_done = draws && technique != SHADOWS_RAYTRACED
+    bool *is_done = draws && !shadow_technique_is_renderer(technique)
                         ? &warming->is_small[technique][is_in_motion]
                         : &warming->is_built[technique];
     if (*is_done)
@@ -132,14 +145,14 @@ static bool compile(struct warming *warming, bool is_in_motion, struct error *er
 static bool warm_up(struct warming *warming, struct error *err)
 {
     const char *what = warm_up_asked(warming->desc->question);
-    const int count = sizeof occasions / sizeof occasions[0];
+    const int count = sizeof cases / sizeof cases[0];
     bool draws = strcmp(what, "all") == 0;
     for (int i = 0; i < count && strcmp(what, "programs") != 0; i++) {
         struct error problem = {0};
         warming->left = i > 0 && is_due((void *)(uintptr_t)warming->desc) ? what : NULL;
         if (warming->left)
             return true;
-        if (meet(warming, &occasions[i], draws, &problem))
+        if (prepare_case(warming, &cases[i], draws, &problem))
             continue;
         if (problem.code != ERROR_OVERLOADED) /* it gave way */
             return error_pass(err, &problem);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The worker: messages in, frames through the renderer, images out of the encode pool. */
+/* The worker: it takes messages, has the renderer draw, and hands frames to the encode pool. */
 #include "server/worker/worker.h"
 
 #include <pthread.h>
@@ -16,6 +16,7 @@
 #include "server/mapping/device_messages.h"
 #include "server/mapping/questions.h"
 #include "server/mapping/view_mapping.h"
+#include "server/worker/chooser.h"
 #include "server/worker/encoder.h"
 #include "server/worker/explain.h"
 #include "server/worker/idle_timing.h"
@@ -28,18 +29,17 @@
 
 enum {
     ENCODE_THREADS_MAX = 4,
-    INTERLUDE_US = 60000, /* urgent frames that begin within it go before the rest of another ... */
-    LOOK_MS = 1,          /* for messages, while the device is waited for */
-    SLICE_US = 10000,     /* ... which goes on for half of what they took, and not less than this */
-    TELL_FIRST_US = 500000, /* of a frame, how far it is: quicker ones are told of when they end ...
-                             */
-    TELL_EVERY_US = 250000, /* ... and so often after that */
+    URGENT_US = 60000,      /* urgent frames that arrive within it preempt a long frame, ... */
+    LOOK_MS = 1,            /* for messages, while the device is waited for */
+    SLICE_US = 10000,       /* ... which then runs for half of their time, and at least so long */
+    TELL_FIRST_US = 500000, /* before the first message about a frame's progress, ... */
+    TELL_EVERY_US = 250000, /* ... and between two of them */
     MEASURE_IDLE_MS = 1000, /* after which the device's speed is measured: a client that opens a
                                scene at once goes before */
 };
 
-/* A view as the renderer borrows it. */
-struct shot {
+/* A view that the renderer borrows until its frame is retired. */
+struct submitted_view {
     struct view view;
     struct view_storage storage;
 };
@@ -47,17 +47,17 @@ struct shot {
 struct worker {
     int socket;
     struct inbox *inbox;
-    struct interlude interlude;
+    struct yield_point yield;
     struct frame_progress progress;
-    uint64_t told;                /* the frame that it is of */
-    atomic_int_least64_t tell_us; /* when it is told next */
-    bool is_paused, is_lost;      /* a frame is, for urgent ones; the context is */
-    uint64_t current;             /* the frame that may be paused */
-    struct encode_task *flying;   /* its frame is on the device; or NULL */
-    struct shot *flying_shot;
-    struct frame_arrival arrival;
-    int64_t slice_until_us;     /* of that frame: not before */
-    unsigned urgent_arrivals;   /* when none of those that waited could be served */
+    uint64_t told;                 /* the frame that progress is of */
+    atomic_int_least64_t tell_us;  /* when the next message is due */
+    bool is_paused, is_lost;       /* a frame is preempted; the GL context is lost */
+    uint64_t current;              /* the frame that may be paused */
+    struct encode_task *in_flight; /* whose frame is in flight; or NULL */
+    struct submitted_view *in_flight_view;
+    struct frame_completion completion;
+    int64_t slice_until_us;     /* before it the frame that may be paused does not yield */
+    unsigned urgent_arrivals;   /* at the time when no waiting frame could be served */
     json_t *forgotten;          /* ids of scenes to be forgotten between frames */
     pthread_mutex_t send_mutex; /* the GL thread and the encode pool both send */
     struct renderer *renderer;
@@ -66,6 +66,7 @@ struct worker {
     struct encoder *encoder;
     struct worker_device device;
     struct idle_timing timing;
+    struct experience *experience; /* of frames that were chosen */
     struct gl_device_list devices; /* that may not be taken, and why */
     struct gl_device tried;        /* the last one */
 };
@@ -109,17 +110,17 @@ static void encoded(void *context, struct encode_task *task, const struct error 
     if (image_fd >= 0 && !stats)
         error_set(&failure, ERROR_NO_MEMORY, "stats of the frame");
     if (failure.code == ERROR_NONE)
-        send_message(
-            worker,
-            json_pack("{s:s,s:I,s:o}", "op", "done", "id", (json_int_t)task->id, "stats", stats),
-            &image_fd, 1);
+        send_message(worker,
+                     json_pack("{s:s,s:I,s:o,s:s}", "op", "done", "id", (json_int_t)task->id,
+                               "stats", stats, "drawn", task->drawn),
+                     &image_fd, 1);
     else
         send_error(worker, "error", task->id, &failure);
     if (image_fd >= 0)
         close(image_fd);
 }
 
-/* What the front shows in /metrics; sent from the GL thread, which alone may ask. */
+/* Sends the totals for /metrics, from the GL thread, which alone may ask the renderer. */
 static void send_totals(struct worker *worker)
 {
     struct mapped_scenes_totals totals = mapped_scenes_get_totals(worker->scenes);
@@ -147,6 +148,7 @@ static void pass_on(struct worker *worker, struct encode_task *task)
 {
     frame_stats_from_report(&task->request, &task->frame.report, worker->info.renderer,
                             &task->stats);
+    chooser_judge(worker->experience, &task->promise, &task->stats);
     send_progress(worker, "rendered", task->id);
     send_totals(worker);
     encoder_submit(worker->encoder, task);
@@ -161,29 +163,29 @@ static void say_failed(struct worker *worker, uint64_t id, const struct error *p
 }
 
 /* Accepts NULL. */
-static void shot_destroy(struct shot *shot)
+static void submitted_view_destroy(struct submitted_view *submitted)
 {
-    if (shot)
-        view_storage_finish(&shot->storage);
-    free(shot);
+    if (submitted)
+        view_storage_finish(&submitted->storage);
+    free(submitted);
 }
 
-/* Ends the frame that is on the device, if any: waits for it. */
-static void land(void *context)
+/* Waits for the frame in flight, if any, and hands it on. */
+static void retire(void *context)
 {
     struct worker *worker = context;
-    struct encode_task *task = worker->flying;
-    struct shot *shot = worker->flying_shot;
+    struct encode_task *task = worker->in_flight;
+    struct submitted_view *submitted = worker->in_flight_view;
     struct error problem = {0};
-    worker->flying = NULL;
-    worker->flying_shot = NULL;
+    worker->in_flight = NULL;
+    worker->in_flight_view = NULL;
     if (task && renderer_collect(worker->renderer, &problem)) {
         pass_on(worker, task);
     } else if (task) {
         say_failed(worker, task->id, &problem);
         encode_task_destroy(task);
     }
-    shot_destroy(shot);
+    submitted_view_destroy(submitted);
 }
 
 /* Makes the scene of a request ready, and those of its parts, whose files follow it. */
@@ -209,7 +211,7 @@ static bool attach_scenes(struct worker *worker, const struct ipc_message *messa
         err);
 }
 
-/* Whether nothing has to be brought to the device for the message. */
+/* Whether all scenes of the message are on the device. */
 static bool is_at_hand(void *context, const json_t *message)
 {
     const struct worker *worker = context;
@@ -239,8 +241,8 @@ static bool read_request(struct worker *worker, const struct ipc_message *messag
     struct ipc_mapping text = {0};
     bool is_good = ipc_mapping_init(&text, message->fd_count > 0 ? message->fds[0] : -1, err) &&
                    render_request_parse(text.bytes, text.size_bytes, request, err);
-    if (is_good && !is_at_hand(worker, message->json)) /* to bring a scene may take long */
-        land(worker);
+    if (is_good && !is_at_hand(worker, message->json)) /* uploading a scene may take long */
+        retire(worker);
     is_good = is_good && attach_scenes(worker, message, request->scene, err);
     ipc_mapping_finish(&text);
     return is_good;
@@ -253,14 +255,38 @@ static bool read_format(const json_t *message, enum image_format *format, struct
            error_set(err, ERROR_INTERNAL, "worker: no image format in the message");
 }
 
-/* The shot is then the frame's until it is there; is_done: false where it is on the device. */
-static bool draw(struct worker *worker, struct ipc_message *message, struct encode_task *task,
-                 struct shot *shot, bool *is_done, struct error *err)
+/* Chooses what the request leaves open, from what came with its message. */
+static bool choose(struct worker *worker, const struct ipc_message *message,
+                   struct render_request *request, struct frame_promise *promise, struct error *err)
 {
-    struct view *view = &shot->view;
-    if (!read_request(worker, message, &task->request, err) ||
+    return chooser_choose(
+        &(struct chooser_desc){.experience = worker->experience,
+                               .automatic = &worker->device.automatic,
+                               .info = &worker->info,
+                               .offer = json_object_get(message->json, "offer"),
+                               .is_warm = json_is_true(json_object_get(message->json, "reuse"))},
+        request, promise, err);
+}
+
+static bool read_chosen(struct worker *worker, const struct ipc_message *message,
+                        struct encode_task *task, struct error *err)
+{
+    if (!read_request(worker, message, &task->request, err))
+        return false;
+    bool asks = request_quality_asks(&task->request.quality);
+    return choose(worker, message, &task->request, &task->promise, err) &&
+           (!asks || chooser_digest(&task->request, task->drawn, err));
+}
+
+/* Submits a frame. If it is in flight afterwards, is_done is false and the renderer borrows the
+ * view until the frame is retired. */
+static bool draw(struct worker *worker, struct ipc_message *message, struct encode_task *task,
+                 struct submitted_view *submitted, bool *is_done, struct error *err)
+{
+    struct view *view = &submitted->view;
+    if (!read_chosen(worker, message, task, err) ||
         !read_format(message->json, &task->format, err) ||
-        !view_from_request(&task->request, &shot->storage, view, err))
+        !view_from_request(&task->request, &submitted->storage, view, err))
         return false;
     view->quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
     view->quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
@@ -273,12 +299,12 @@ static bool is_urgent(const struct ipc_message *message)
     return json_is_true(json_object_get(message->json, "urgent"));
 }
 
-static void take_interludes(struct worker *worker, uint64_t id)
+static void begin_yielding(struct worker *worker, uint64_t id)
 {
     worker->current = id;
     worker->slice_until_us = now_us() + SLICE_US;
     inbox_set_current(worker->inbox, id);
-    renderer_set_interlude(worker->renderer, &worker->interlude);
+    renderer_set_yield_point(worker->renderer, &worker->yield);
 }
 
 /* On any thread of the renderer, often. */
@@ -299,7 +325,7 @@ static void tell_progress(void *context, enum frame_stage stage, double share)
                      NULL, 0);
 }
 
-/* Renders that are not urgent are pausable; urgent ones are made in one piece. */
+/* Renders yield to urgent ones; urgent renders are drawn without a yield point. */
 static void begin_render(struct worker *worker, const struct ipc_message *message, uint64_t id)
 {
     send_progress(worker, "begin", id);
@@ -309,7 +335,7 @@ static void begin_render(struct worker *worker, const struct ipc_message *messag
     atomic_store(&worker->tell_us, now_us() + TELL_FIRST_US);
     renderer_set_progress(worker->renderer, &worker->progress);
     if (!is_urgent(message))
-        take_interludes(worker, id);
+        begin_yielding(worker, id);
 }
 
 static void end_render(struct worker *worker)
@@ -317,14 +343,15 @@ static void end_render(struct worker *worker)
     if (worker->is_paused)
         return;
     inbox_set_current(worker->inbox, 0);
-    renderer_set_interlude(worker->renderer, NULL);
+    renderer_set_yield_point(worker->renderer, NULL);
     renderer_set_progress(worker->renderer, NULL);
 }
 
-static void take_off(struct worker *worker, struct encode_task *task, struct shot *shot)
+static void submit(struct worker *worker, struct encode_task *task,
+                   struct submitted_view *submitted)
 {
-    worker->flying = task;
-    worker->flying_shot = shot;
+    worker->in_flight = task;
+    worker->in_flight_view = submitted;
     send_progress(worker, "submitted", task->id);
 }
 
@@ -336,25 +363,26 @@ static bool serve_render(struct worker *worker, struct ipc_message *message)
     bool is_done = true;
     begin_render(worker, message, id);
     struct encode_task *task = calloc(1, sizeof *task);
-    struct shot *shot = calloc(1, sizeof *shot);
-    if (!task || !shot)
+    struct submitted_view *submitted = calloc(1, sizeof *submitted);
+    if (!task || !submitted)
         error_set(&problem, ERROR_NO_MEMORY, "frame");
     else
         task->id = id;
-    bool is_good = task && shot && !(worker->current == id && inbox_is_cancelled(worker->inbox)) &&
-                   draw(worker, message, task, shot, &is_done, &problem);
+    bool is_good = task && submitted &&
+                   !(worker->current == id && inbox_is_cancelled(worker->inbox)) &&
+                   draw(worker, message, task, submitted, &is_done, &problem);
     end_render(worker);
     if (is_good && !is_done)
-        take_off(worker, task, shot);
+        submit(worker, task, submitted);
     else
-        shot_destroy(shot);
+        submitted_view_destroy(submitted);
     if (is_good && is_done)
         pass_on(worker, task);
     if (is_good)
         return !worker->is_lost;
     encode_task_destroy(task);
-    if (problem.code == ERROR_NO_DEVICE) /* it may have been lost by the one before */
-        land(worker);
+    if (problem.code == ERROR_NO_DEVICE) /* the frame in flight may have lost the context */
+        retire(worker);
     if (worker->is_lost)
         return false;
     if (problem.code == ERROR_NONE)
@@ -363,10 +391,10 @@ static bool serve_render(struct worker *worker, struct ipc_message *message)
     return !worker->is_lost;
 }
 
-static bool has_letters(void *context)
+static bool has_messages(void *context)
 {
     struct worker *worker = context;
-    return inbox_has_letters(worker->inbox);
+    return inbox_has_messages(worker->inbox);
 }
 
 /* The libraries of other formats last: the next image is a PNG most likely. */
@@ -376,11 +404,13 @@ static json_t *warm_up(struct worker *worker, const struct render_request *reque
     json_t *answer = warm_up_step(&(struct warm_up_step_desc){.renderer = worker->renderer,
                                                               .request = request,
                                                               .question = question,
-                                                              .shall_stop = has_letters,
+                                                              .shall_stop = has_messages,
                                                               .context = worker},
                                   err);
-    if (answer && !json_object_get(answer, "left"))
+    if (answer && !json_object_get(answer, "left")) {
+        experience_note_warm(worker->experience, request->scene);
         encoder_warm_up(worker->encoder);
+    }
     return answer;
 }
 
@@ -389,7 +419,7 @@ static json_t *measure(struct worker *worker, const struct ipc_message *message,
                        const struct render_request *request, int *fd, struct error *err)
 {
     if (!worker->is_paused)
-        take_interludes(worker, (uint64_t)json_integer_value(json_object_get(message->json, "id")));
+        begin_yielding(worker, (uint64_t)json_integer_value(json_object_get(message->json, "id")));
     json_t *result =
         measure_step(&(struct measure_desc){.renderer = worker->renderer,
                                             .request = request,
@@ -402,15 +432,18 @@ static json_t *measure(struct worker *worker, const struct ipc_message *message,
 
 /* The answer to a question, or NULL. */
 static json_t *answer(struct worker *worker, const struct ipc_message *message,
-                      const struct render_request *request, int *fd, struct error *err)
+                      struct render_request *request, int *fd, struct error *err)
 {
     const json_t *question = json_object_get(message->json, "question");
+    struct frame_promise untold;
     if (json_object_get(question, "explain"))
-        return explain_frame(&(struct explain_desc){.renderer = worker->renderer,
-                                                    .device = worker->info.renderer,
-                                                    .request = request,
-                                                    .question = question},
-                             fd, err);
+        return !choose(worker, message, request, &untold, err)
+                   ? NULL
+                   : explain_frame(&(struct explain_desc){.renderer = worker->renderer,
+                                                          .device = worker->info.renderer,
+                                                          .request = request,
+                                                          .question = question},
+                                   fd, err);
     if (warm_up_is_step(question))
         return warm_up(worker, request, question, err);
     if (pick_is_step(question))
@@ -429,7 +462,7 @@ static bool serve_question(struct worker *worker, struct ipc_message *message)
     uint64_t id = (uint64_t)json_integer_value(json_object_get(message->json, "id"));
     int fd = -1;
     json_t *result = NULL;
-    land(worker);
+    retire(worker);
     if (worker->is_lost)
         return false;
     send_progress(worker, "begin", id);
@@ -511,6 +544,11 @@ static bool start(struct worker *worker, const json_t *settings, struct error *e
     if (!worker->scenes || !worker->encoder)
         return false;
     worker->forgotten = json_array();
+    renderer_get_info(worker->renderer, &worker->info);
+    worker->experience = chooser_open_experience(
+        &worker->info, json_string_value(json_object_get(settings, "budgets_file")), err);
+    if (!worker->experience)
+        return false;
     if (!worker->forgotten)
         return error_set(err, ERROR_NO_MEMORY, "worker");
     worker->inbox = inbox_create(worker->socket, err);
@@ -526,10 +564,10 @@ static json_t *device_json(struct worker *worker)
     return device_capabilities_to_json(&device);
 }
 
-/* Its speed, which is pending. */
+/* Measures the device's speed, which is pending. */
 static void measure_device(struct worker *worker)
 {
-    land(worker);
+    retire(worker);
     tell_trial(worker, &worker->tried, GL_DEVICE_MEASURING);
     worker_device_measure(&worker->device);
     send_message(worker, json_pack("{s:s,s:o}", "op", "measured", "device", device_json(worker)),
@@ -573,11 +611,12 @@ static void say_hello(struct worker *worker)
     send_totals(worker);
 }
 
-/* Nobody has asked for a while. */
+/* Frees memory when nobody has asked for a while. */
 static void rest(struct worker *worker)
 {
-    land(worker);
-    renderer_rest(worker->renderer);
+    retire(worker);
+    renderer_trim(worker->renderer);
+    experience_forget_memory(worker->experience);
     malloc_trim(0);
     send_totals(worker);
 }
@@ -595,13 +634,13 @@ static bool serve(struct worker *worker, struct ipc_message *message)
     return !op || strcmp(op, "render") != 0 || serve_render(worker, message);
 }
 
-/* Not while a frame is paused: it may be of such a scene. */
+/* Drops deleted scenes, but not while a frame is paused, which may show one of them. */
 static void forget_scenes(struct worker *worker)
 {
     const json_t *scene;
     size_t i;
-    if (json_array_size(worker->forgotten)) /* the one on the device may have to be made again */
-        land(worker);
+    if (json_array_size(worker->forgotten)) /* the frame in flight may have to be drawn again */
+        retire(worker);
     json_array_foreach(worker->forgotten, i, scene)
     {
         if (json_is_string(scene))
@@ -610,9 +649,9 @@ static void forget_scenes(struct worker *worker)
     json_array_clear(worker->forgotten);
 }
 
-/* ---- interludes ---- */
+/* ---- urgent frames ---- */
 
-static bool is_interlude_due(void *context)
+static bool should_yield(void *context)
 {
     const struct worker *worker = context;
     if (inbox_is_cancelled(worker->inbox)) /* which is told there, too */
@@ -628,15 +667,15 @@ static bool is_unwanted(void *context)
     return inbox_is_cancelled(worker->inbox);
 }
 
-/* Serves what is urgent for a while; false when the worker must end. */
+/* Serves urgent messages for a while; false when the worker must end. */
 static bool serve_urgent(struct worker *worker, int64_t until_us)
 {
     bool is_good = true;
     while (is_good && now_us() < until_us) {
         struct ipc_message message = {0};
         unsigned arrivals = inbox_urgent_arrivals(worker->inbox);
-        /* a scene that would have to be brought takes its turn: it could drive out that of the
-         * paused frame */
+        /* A scene that is not on the device waits for its turn: its upload could evict the scene of
+           the paused frame. */
         if (!inbox_take_urgent(worker->inbox, is_at_hand, worker, &message)) {
             worker->urgent_arrivals = arrivals;
             break;
@@ -651,13 +690,14 @@ static bool serve_urgent(struct worker *worker, int64_t until_us)
 }
 
 /* True while the frame is wanted. */
-static bool serve_interlude(void *context)
+static bool run_urgent(void *context, struct error *err)
 {
+    (void)err; /* why a frame is not wanted needs no words */
     struct worker *worker = context;
     int64_t begin_us = now_us();
     if (inbox_is_cancelled(worker->inbox))
         return false;
-    worker->is_lost |= !serve_urgent(worker, begin_us + INTERLUDE_US);
+    worker->is_lost |= !serve_urgent(worker, begin_us + URGENT_US);
     if (worker->is_paused && !worker->is_lost)
         send_progress(worker, "resumed", worker->current);
     worker->is_paused = false;
@@ -668,14 +708,14 @@ static bool serve_interlude(void *context)
 
 /* ---- life ---- */
 
-/* Nobody asks. */
+/* Uses idle time to measure the second-best technique of `auto`. */
 static void time_runner_up(struct worker *worker)
 {
     if (idle_timing_run(&worker->timing,
                         &(struct idle_timing_desc){
                             .renderer = worker->renderer,
                             .has_scenes = is_at_hand(worker, idle_timing_message(&worker->timing)),
-                            .shall_stop = has_letters,
+                            .shall_stop = has_messages,
                             .context = worker}))
         send_totals(worker);
 }
@@ -683,9 +723,9 @@ static void time_runner_up(struct worker *worker)
 /* The next message; waits for it, or for what is on the device as long as there is none. */
 static bool next_message(struct worker *worker, struct ipc_message *message)
 {
-    while (worker->flying && !inbox_has_letters(worker->inbox))
+    while (worker->in_flight && !inbox_has_messages(worker->inbox))
         if (renderer_wait(worker->renderer, LOOK_MS))
-            land(worker);
+            retire(worker);
     if (worker->device.is_pending && !worker->is_lost &&
         !inbox_wait(worker->inbox, MEASURE_IDLE_MS))
         measure_device(worker);
@@ -705,7 +745,7 @@ static void run(struct worker *worker)
         ipc_message_finish(&message);
         forget_scenes(worker);
     }
-    land(worker);
+    retire(worker);
     worker->is_lost |= !goes_on;
 }
 
@@ -715,12 +755,12 @@ int worker_main(int socket)
     struct worker worker = {.socket = socket};
     struct ipc_message message = {0};
     bool is_good = false;
-    worker.interlude = (struct interlude){.context = &worker,
-                                          .is_due = is_interlude_due,
-                                          .serve = serve_interlude,
-                                          .is_unwanted = is_unwanted};
+    worker.yield = (struct yield_point){.context = &worker,
+                                        .should_yield = should_yield,
+                                        .run_urgent = run_urgent,
+                                        .is_unwanted = is_unwanted};
     worker.progress = (struct frame_progress){.context = &worker, .tell = tell_progress};
-    worker.arrival = (struct frame_arrival){.context = &worker, .collect = land};
+    worker.completion = (struct frame_completion){.context = &worker, .collect = retire};
     pthread_mutex_init(&worker.send_mutex, NULL);
     if (ipc_receive(socket, &message, &problem) == IPC_MESSAGE)
         is_good = start(&worker, message.json, &problem);
@@ -728,7 +768,7 @@ int worker_main(int socket)
     if (is_good) {
         say_hello(&worker);
         send_totals(&worker);
-        renderer_set_arrival(worker.renderer, &worker.arrival);
+        renderer_set_completion(worker.renderer, &worker.completion);
         run(&worker);
     } else {
         send_message(&worker,
@@ -742,6 +782,7 @@ int worker_main(int socket)
     idle_timing_finish(&worker.timing);
     mapped_scenes_destroy(worker.scenes);
     worker_device_finish(&worker.device);
+    experience_destroy(worker.experience);
     renderer_destroy(worker.renderer);
     json_decref(worker.forgotten);
     pthread_mutex_destroy(&worker.send_mutex);

@@ -18,7 +18,7 @@ static const char *path_of(const json_t *settings, const char *member)
     return path ? path : "";
 }
 
-/* What an earlier start has learned of this device. */
+/* Reads what an earlier start has learned of this device. */
 static void read_lessons(struct worker_device *device)
 {
     char key[SPEED_KEY_BYTES];

@@ -37,8 +37,8 @@ void worker_device_measure(struct worker_device *device);
 void worker_device_describe(const struct worker_device *device,
                             struct device_capabilities *capabilities);
 
-/* Keeps what frames taught; its print. What cannot be written is learned again at the next start.
- */
+/* Stores what was learned from frames, and returns its print. What cannot be written is learned
+ * again at the next start. */
 uint64_t worker_device_keep_lessons(struct worker_device *device);
 
 #endif

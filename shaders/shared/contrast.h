@@ -13,8 +13,9 @@
 #define CONTRAST_LEAST 0.2
 /* Radiance over base colour is light; a black texture has none to tell. */
 #define CONTRAST_BASE_LEAST 1e-3
-/* Light of the rasteriser is a word of logarithms, ten bits a channel (shaders/light_word.glsl): so
- * many steps are the ratio (1 + CONTRAST_LEAST) / (1 - CONTRAST_LEAST), 40 octaves in all. */
+/* Light of the rasteriser is a word of logarithms, ten bits a channel
+ * (shaders/window/light_word.glsl): so many steps are the ratio (1 + CONTRAST_LEAST) / (1 -
+ * CONTRAST_LEAST), 40 octaves in all. */
 #define CONTRAST_STEPS 15
 #define CONTRAST_DARKEST 1e-6           /* light; below, nothing is told apart */
 #define CONTRAST_CHANNEL_LEAST 0.015625 /* of the brightest channel; below, colours are not */

@@ -117,9 +117,6 @@ struct area_record { /* beside each light_record, where points are taken on area
 LAYOUT(area_record, half_u, 0)
 LAYOUT_SIZE(area_record, 32)
 
-#define SHADOW_MAP 0u      /* opaque depth only */
-#define SHADOW_DEEP 1u     /* opaque depth + contiguous events */
-#define SHADOW_LINKED 2u   /* opaque depth + linked list */
 #define SHADOW_ONE_FACE 0u /* perspective along the light's axis */
 #define SHADOW_CUBE 1u     /* six perspective faces, +X -X +Y -Y +Z -Z */
 #define SHADOW_ORTHOGRAPHIC 2u
@@ -144,7 +141,7 @@ struct shadow_record {           /* read as SHADOW_RECORD_TEXELS of UNIT_SHADOW_
                         z = near [m];
                         orthographic: x, y = 1/half extents, z = depth range [m];
                         w = keys per metre of deep events */
-    uint kind_shape_flags_resolution; /* SHADOW_MAP ... | SHADOW_ONE_FACE ... << 4 |
+    uint technique_shape_flags_resolution; /* number of the technique | SHADOW_ONE_FACE ... << 4 |
                                          SHADOW_FLAG_* << 8 | texels per side of a face << 16 */
     uint depth_base; /* of a texel: depth_base + (face * resolution + y) * resolution + x */
     uint head_base;  /* likewise */
@@ -152,7 +149,7 @@ struct shadow_record {           /* read as SHADOW_RECORD_TEXELS of UNIT_SHADOW_
     vec4 sigma;      /* rgb: extinction where the light stands [1/m], with SHADOW_FLAG_MEDIA */
 };
 LAYOUT(shadow_record, projection, 48)
-LAYOUT(shadow_record, kind_shape_flags_resolution, 64)
+LAYOUT(shadow_record, technique_shape_flags_resolution, 64)
 LAYOUT(shadow_record, sigma, 80)
 LAYOUT_SIZE(shadow_record, 96)
 
@@ -175,11 +172,12 @@ LAYOUT_SIZE(deep_light, 80)
 
 #define SHADOW_POINT_UNLIT 1u     /* no light is asked for it */
 #define SHADOW_POINT_TRANSMITS 2u /* light from behind counts, too */
-#define SHADOW_POINT_LEAVES_OUT 2 /* shift: a node, and one, that casts no shadow here; 0: none */
+#define SHADOW_POINT_EXCLUDED_NODE \
+    2 /* shift: a node, and one, that casts no shadow here; 0: none */
 
 struct shadow_point { /* one surface of a pixel, or one entry of its list, that asks for shadows */
-    vec4 position_lift; /* xyz view space [m]; w how far its surface may lie above it [m] */
-    uint geo_normal;    /* of the triangle and for shading: pack.glsl, on the viewer's side */
+    vec4 position_offset; /* xyz view space [m]; w how far its surface may lie above it [m] */
+    uint geo_normal;      /* of the triangle and for shading: pack.glsl, on the viewer's side */
     uint normal;
     uint pixel; /* row * width + column of the window, row 0 at the bottom */
     uint flags; /* SHADOW_POINT_* */

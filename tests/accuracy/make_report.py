@@ -266,7 +266,8 @@ def page_html(report, pictures):
             f"<p class=\"verdict {'pass' if is_good else 'fail'}\">{html.escape(told)}</p>\n"
             f"{failures_html(results, report['faults'])}\n{sections}"
             f"<p class=\"facts\">Each cell: the largest error, its limit, the time of a frame, and "
-            f"how much of the limit is used. What the metrics mean is in docs/accuracy.md. "
+            f"how much of the limit is used. What the metrics mean is in "
+            f"docs/reference/accuracy.md. "
             f"Difference pictures: black is none, pale yellow the most.</p></body></html>\n")
 
 

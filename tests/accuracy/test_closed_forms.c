@@ -18,6 +18,7 @@
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/image_checks.h"
 #include "tests/support/render_support.h"
+#include "tests/support/raytrace_probe.h"
 
 enum { SIDE_PX = 24, RESOLUTION = 1024, EVEN_RESOLUTION = 128 };
 
@@ -269,7 +270,7 @@ static void the_shadow_of_a_wedge_has_the_slope_of_the_wedge(void **state)
 
 /* -- A12 -- */
 
-/* KHR_lights_punctual, as docs/shading.md section 4: E on the floor y = 0 at p. */
+/* KHR_lights_punctual, as docs/explanation/shading.md section 4: E on the floor y = 0 at p. */
 static double illuminance(const struct view_light *light, const double p[3])
 {
     if (light->type == SCENE_LIGHT_DIRECTIONAL) {

@@ -217,7 +217,7 @@ struct coplanar_case {
 };
 
 /* All copies count for what is behind them, none for a receiver in their very plane: the rule of
- * ties of docs/shading.md, strictly nearer. */
+ * ties of docs/explanation/shading.md, strictly nearer. */
 static void check_coplanar(const struct coplanar_case *c, double *worst, float first[LAMPS][3])
 {
     struct pane_scene panes = {0};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Every technique on every scene against the ray-traced reference: error and time for the report,
- * and the tolerances that docs/accuracy.md promises ("Techniques by scene"). */
+ * and the tolerances that docs/reference/accuracy.md promises ("Techniques by scene"). */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -76,7 +76,7 @@ def read_color(data):
 
 
 def rmse(image, reference):
-    """Of colours cut to [0, 1], as `max_error` is defined (docs/tradeoffs.md)."""
+    """Of colours cut to [0, 1], as `max_error` is defined (docs/reference/tradeoffs.md)."""
     def cut(value):
         return min(max(value, 0.0), 1.0)
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fits the models behind `auto`, `max_error` and `budget_ms` (docs/tradeoffs.md, "The models").
+"""Fits the models behind `auto`, `max_error`, `budget_ms` (docs/explanation/cost-model.md).
 
     vitrail-bench forecast --json > F.json;  fit_models.py costs F.json...
     vitrail tradeoff SCENE -o T.json;        fit_models.py errors T.json...
     vitrail-bench auto --scene fit --json > A.json;  fit_models.py auto A.json...
     vitrail-bench auto --json > A.json;      fit_models.py keep A.json > auto_timings.json
 
-costs: what each unit of work takes in ns of processor time, for renderer/cost/forecast.c: least
+costs: what each unit of work takes in ns of processor time, for renderer/forecast/forecast.c: least
 squares without negative costs, in which each case weighs by its own time, so that a case of 5 ms
 counts as much as one of 500. errors: the RMSE of each kind of setting, for renderer/cost/choice.c:
 the value below which four of five measured settings are. auto: from the costs that stand in
@@ -148,7 +148,8 @@ def fit_costs(paths):
 
 MAPS_TEXELS, TAPS = 1024, 4
 HUBER, DRAWN = 0.25, 0.7  # logarithms: where the loss turns linear; how far a cost may well be off
-COSTS_FILE = os.path.join(os.path.dirname(__file__), "..", "..", "renderer", "plan", "forecast.c")
+COSTS_FILE = os.path.join(os.path.dirname(__file__), "..", "..", "renderer", "forecast",
+                          "forecast.c")
 
 
 def read_costs():
@@ -162,7 +163,7 @@ def read_costs():
 
 
 def drawn_units(case, speed, has_maps):
-    """{cost: units} of the rasterised picture, by renderer/cost/forecast.c."""
+    """{cost: units} of the rasterised picture, by renderer/forecast/forecast.c."""
     work, more = case["workload"], 1.0 if case["samples"] > 1 else 0.0
     pixels, shade = work["pixels"], NS * speed["shade"]
     layers, covered = pixels * work["layers"], pixels * work["covered"]

@@ -8,7 +8,7 @@
 #include "shaders/shared/bindings.h"
 #include "tests/bench/meter.h"
 
-enum { STATISTICS_WORDS = 128, STATISTICS_LOOKUPS = 64 }; /* shaders/lighting.glsl */
+enum { STATISTICS_WORDS = 128, STATISTICS_LOOKUPS = 64 }; /* shaders/shading/lighting.glsl */
 
 static const struct gl_program *lookup_program(const struct shade_desc *desc, bool is_silent,
                                                struct error *err)
@@ -67,7 +67,7 @@ bool lookups_measure(struct shade *shade, const struct shade_desc *desc, struct 
     *times = (struct lookup_times){0};
     if (desc->is_continued || desc->continues || !*shadow_system_defines(desc->shadows))
         return error_set(err, ERROR_INTERNAL, "lookups alone: no frame with all of its shadows");
-    enum traced_outcome outcome = traced_shadows_collect(&points, desc->frame, desc->pixels, err);
+    enum traced_outcome outcome = traced_shadows_collect(&points, desc->frame, desc->layers, err);
     if (outcome == TRACED_TOO_MANY)
         error_set(err, ERROR_INTERNAL, "lookups alone: too many points");
     bool ok = outcome == TRACED_COLLECTED;

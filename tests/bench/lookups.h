@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The shadow lookups of a frame alone: the points that it shades, opaque and in every layer, ask
- * for the same lights with the same taps (shaders/shadow_lookups.comp.glsl). Thread: GL. */
+ * for the same lights with the same taps (tests/support/shaders/shadow_lookups.comp.glsl). Thread:
+ * GL. */
 #ifndef VITRAIL_TESTS_BENCH_LOOKUPS_H
 #define VITRAIL_TESTS_BENCH_LOOKUPS_H
 

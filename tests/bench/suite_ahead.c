@@ -39,11 +39,11 @@ static struct view view_at(const struct view *view, int frame)
 static bool run_burst(struct series_of_frames *series, const struct view *view, bool is_ahead,
                       int first, struct frame_times *times, struct error *err)
 {
-    const struct frame_arrival arrival = {.context = series, .collect = collect};
+    const struct frame_completion arrival = {.context = series, .collect = collect};
     double wall_ms = wall_now_ms(), cpu_ms = cpu_now_ms();
     bool ok = true, is_done = true;
     series->left_ms = 0;
-    renderer_set_arrival(series->renderer, is_ahead ? &arrival : NULL);
+    renderer_set_completion(series->renderer, is_ahead ? &arrival : NULL);
     for (int i = 0; ok && i < BURST; i++) {
         const struct view at = view_at(view, first + i);
         struct frame *frame = &series->frames[i % 2];
@@ -54,7 +54,7 @@ static bool run_burst(struct series_of_frames *series, const struct view *view, 
     }
     if (ok && !is_done)
         collect(series);
-    renderer_set_arrival(series->renderer, NULL);
+    renderer_set_completion(series->renderer, NULL);
     *times = (struct frame_times){.wall_ms = (wall_now_ms() - wall_ms) / BURST,
                                   .cpu_ms = (cpu_now_ms() - cpu_ms) / BURST};
     for (int i = 0; i < 2; i++)

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/cost/workload.h"
 #include "renderer/frame/calibrate.h"
 #include "tests/bench/frames.h"
 #include "tests/support/auto_replay.h"
@@ -14,13 +15,7 @@
 
 enum { SPECIAL = 7, SEEDS = 40, SEEDS_QUICK = 2, SEED_OF_FIT = 1000, SEEDS_OF_FIT = 24 };
 
-static const enum shadow_technique techniques[FORECAST_TECHNIQUES] = {
-    [FORECAST_MAPS] = SHADOWS_DEEP,
-    [FORECAST_RAYS] = SHADOWS_RAYTRACED,
-    [FORECAST_TRACED_SHADOWS] = SHADOWS_RAYTRACED_SHADOWS,
-};
-
-/* --scene fit: other seeds, which the costs of renderer/cost/forecast.c were fitted to. */
+/* --scene fit: other seeds, which the costs of renderer/forecast/forecast.c were fitted to. */
 static bool is_of_fit(const struct bench_options *options)
 {
     return options->scene && strcmp(options->scene, "fit") == 0;
@@ -58,19 +53,19 @@ static bool count_work(const struct rig_scene *rig, const struct view *view,
 /* Shadows stand; the camera moves a little. The first frame compiles and builds, the second may
  * still have to. */
 static bool time_technique(struct bench *bench, const struct rig_scene *rig,
-                           const struct view *from, enum forecast_technique technique,
+                           const struct view *from, enum shadow_technique technique,
                            struct replay_case *one, struct error *err)
 {
     struct view view = *from;
-    bool is_ours = bench->info.is_software || technique == FORECAST_RAYS;
-    view.quality.shadows = techniques[technique];
+    bool is_ours = bench->info.is_software || technique == SHADOWS_RAYTRACED;
+    view.quality.shadows = technique;
     for (int frame = -2; frame < REPLAY_FRAMES; frame++) {
         struct frame_times times;
         view.camera.eye[1] += 0.01;
         struct frame_report report;
         if (!frame_measure(bench_renderer(bench), rig, &view, false, &times, &report, err))
             return false;
-        if (technique == FORECAST_MAPS)
+        if (technique == SHADOWS_RASTER_DEFAULT)
             one->maps_stay = !report.counts.shadow_maps_built;
         if (frame >= 0)
             one->ms[technique][frame] = calibrate_alone_ms(times.wall_ms, times.cpu_ms, is_ours);
@@ -93,8 +88,9 @@ static bool run_case(struct bench *bench, int index, struct replay_case *one, st
         snprintf(one->name, sizeof one->name, "%d: %s", index, scene->name);
         one->samples = scene->view.quality.samples;
     }
-    for (int i = 0; ok && i < FORECAST_TECHNIQUES; i++)
-        ok = time_technique(bench, &rig, &scene->view, (enum forecast_technique)i, one, err);
+    for (int i = 0; ok && i < SHADOWS_COUNT; i++)
+        ok = !shadow_technique_is_candidate((enum shadow_technique)i) ||
+             time_technique(bench, &rig, &scene->view, (enum shadow_technique)i, one, err);
     rig_scene_finish(&rig, renderer);
     if (scene)
         generated_scene_finish(scene);
@@ -109,15 +105,19 @@ struct tally {
 static void tell(struct bench *bench, const struct replay_case *one,
                  const struct replay_result *result, struct tally *tally)
 {
-    static const char *const names[] = {"maps", "rays", "traced shadows"};
+    static const char *const names[SHADOWS_COUNT] = {
+        [SHADOWS_RASTER_DEFAULT] = "maps",
+        [SHADOWS_RAYTRACED] = "rays",
+        [SHADOWS_RAYTRACED_SHADOWS] = "traced shadows",
+    };
     tally->cases++;
     tally->first_good += result->first <= 1.25;
     tally->first_bad += result->first > 2;
     tally->later_good += result->later <= 1.1;
     fprintf(bench->options.is_json ? stderr : stdout,
             "  %-46.46s %8.1f %8.1f %8.1f  %-14s %5.2f  %-14s %5.2f\n", one->name,
-            one->ms[FORECAST_MAPS][0], one->ms[FORECAST_RAYS][0],
-            one->ms[FORECAST_TRACED_SHADOWS][0], names[result->first_technique], result->first,
+            one->ms[SHADOWS_RASTER_DEFAULT][0], one->ms[SHADOWS_RAYTRACED][0],
+            one->ms[SHADOWS_RAYTRACED_SHADOWS][0], names[result->first_technique], result->first,
             names[result->later_technique], result->later);
 }
 

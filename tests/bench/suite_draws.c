@@ -59,7 +59,7 @@ static bool build_assembly(int count, void **glb, size_t *size, struct error *er
     int side = (int)ceil(cbrt(count));
     double cell = SIDE_M / side;
     for (int i = 0; i < count; i++) {
-        char name[16];
+        char name[24];
         snprintf(name, sizeof name, "part-%d", i);
         unsigned mixed = (unsigned)i * 2654435761u >> 16;
         struct glb_node_desc node = {.name = name,

@@ -2,14 +2,16 @@
 /* Suite `forecast`: how well the models behind `auto` tell time. Each scene as a request without
  * camera and lights sees it, rasterised, ray traced, and rasterised with traced shadows, cold and
  * warm, with 1 and 4 samples; beside it what was counted and what was forecast after measuring this
- * device. tests/bench/fit_models.py fits the costs of renderer/cost/forecast.c to the JSON. */
+ * device. tests/bench/fit_models.py fits the costs of renderer/forecast/forecast.c to the JSON. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "glb/demo_scene.h"
-#include "renderer/cost/forecast.h"
+#include "renderer/cost/auto_technique.h"
+#include "renderer/cost/technique_forecast.h"
+#include "renderer/cost/workload.h"
 #include "renderer/frame/calibrate.h"
 #include "tests/bench/frames.h"
 #include "tests/support/render_support.h"
@@ -40,14 +42,11 @@ enum technique { MAPS, RAYS, TRACED_SHADOWS, TECHNIQUES };
 static const struct {
     const char *name; /* in the JSON */
     enum shadow_technique shadows;
-    double (*forecast)(const struct workload *workload, const struct forecast_setting *setting,
-                       const struct device_speed *speed);
     bool is_on_processors; /* whatever the device */
 } techniques[TECHNIQUES] = {
-    [MAPS] = {"raster", SHADOWS_DEEP, forecast_raster_ms, false},
-    [RAYS] = {"raytraced", SHADOWS_RAYTRACED, forecast_traced_ms, true},
-    [TRACED_SHADOWS] = {"raytraced_shadows", SHADOWS_RAYTRACED_SHADOWS, forecast_traced_shadows_ms,
-                        true},
+    [MAPS] = {"raster", SHADOWS_DEEP, false},
+    [RAYS] = {"raytraced", SHADOWS_RAYTRACED, true},
+    [TRACED_SHADOWS] = {"raytraced_shadows", SHADOWS_RAYTRACED_SHADOWS, true},
 };
 
 struct tally { /* over all cases */
@@ -118,14 +117,13 @@ static json_t *describe_times(const struct timed *timed)
 /* As renderer/cost/auto_technique.c has it. */
 static enum technique choose(const struct timed timed[TECHNIQUES], int warm)
 {
-    double forecast_ms[TECHNIQUES];
+    double forecast_ms[SHADOWS_COUNT] = {0};
+    int chosen = 0;
     for (int i = 0; i < TECHNIQUES; i++)
-        forecast_ms[i] = timed[i].forecast_ms[warm];
-    enum forecast_technique chosen =
-        forecast_choose(forecast_ms[MAPS], forecast_ms[RAYS], forecast_ms[TRACED_SHADOWS]);
-    return chosen == FORECAST_RAYS             ? RAYS
-           : chosen == FORECAST_TRACED_SHADOWS ? TRACED_SHADOWS
-                                               : MAPS;
+        forecast_ms[techniques[i].shadows] = timed[i].forecast_ms[warm];
+    while (techniques[chosen].shadows != auto_fastest(forecast_ms))
+        chosen++;
+    return (enum technique)chosen;
 }
 
 static void add_to_tally(struct tally *tally, const struct timed timed[TECHNIQUES], int warm,
@@ -196,7 +194,8 @@ static bool run_scene(struct bench *bench, const char *name, const struct rig_sc
                 timed[i].alone_ms[warm] =
                     calibrate_alone_ms(timed[i].wall_ms[warm], timed[i].cpu_ms[warm],
                                        techniques[i].is_on_processors || bench->info.is_software);
-                timed[i].forecast_ms[warm] = techniques[i].forecast(&workload, &setting, speed);
+                timed[i].forecast_ms[warm] = technique_forecast_ms(
+                    techniques[i].shadows, &(struct forecast_frame){&workload, &setting, speed});
             }
         }
         tell(bench, name, samples, &workload, timed, &bare, tally);

@@ -40,13 +40,13 @@ static void expect_sound(const struct view_document *document)
     char *text = text_of(document);
     expect(view_document_bytes(document) >= strlen(text) / 4);
     free(text);
-    for (int quick = 0; quick < 2; quick++) {
-        const struct view_shot shot = {
-            .format = REQUEST_FORMAT_PNG, .scale = quick ? 0.1 : 1, .is_quick = quick};
+    for (int moving = 0; moving < 2; moving++) {
+        const struct view_frame_desc shot = {
+            .format = REQUEST_FORMAT_PNG, .scale = moving ? 0.1 : 1, .is_moving = moving};
         struct render_request request;
         struct error err = {0};
         int width = 0, height = 0;
-        char *asked = view_document_shot(document, &shot, &width, &height);
+        char *asked = view_document_frame(document, &shot, &width, &height);
         expect(asked && width >= 1 && height >= 1);
         expect(render_request_parse(asked, strlen(asked), &request, &err));
         render_request_finish(&request);

@@ -195,8 +195,8 @@ static void open_renderer(void)
     struct renderer_info info = {.has_true_timers = false};
     for (int i = 0; i < TRIES && !info.has_true_timers; i++) {
         renderer_destroy(stage.renderer);
-        stage.renderer =
-            render_rig_create_as(&(struct renderer_desc){.is_strict = true, .defers_frames = true});
+        stage.renderer = render_rig_create_as(
+            &(struct renderer_desc){.is_strict = true, .hooks.defers_frames = true});
         renderer_get_info(stage.renderer, &info);
     }
 }

@@ -24,8 +24,8 @@ static void stage_begin(struct stage *stage)
     *stage = (struct stage){.renderer = NULL};
     gl_hooks_install(&(struct gl_hooks_desc){
         .counts = true, .hostility = {.is_not_software = true, .timers = GL_TIMERS_TRUE}});
-    stage->renderer =
-        render_rig_create_as(&(struct renderer_desc){.is_strict = true, .defers_frames = true});
+    stage->renderer = render_rig_create_as(
+        &(struct renderer_desc){.is_strict = true, .hooks.defers_frames = true});
     rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
     for (int i = 0; i < 2; i++)
         stage->lamps[i] = (struct view_light){.type = SCENE_LIGHT_SPOT,
@@ -170,8 +170,9 @@ static bool is_never_due(void *context)
     return false;
 }
 
-static bool serve_nothing(void *context)
+static bool serve_nothing(void *context, struct error *err)
 {
+    (void)err;
     (void)context;
     return true;
 }
@@ -181,12 +182,12 @@ static bool serve_nothing(void *context)
 static void shading_that_others_may_interrupt_stops_the_device_for_the_picture_alone(void **state)
 {
     struct stage stage;
-    const struct interlude interlude = {.is_due = is_never_due, .serve = serve_nothing};
+    const struct yield_point yield = {.should_yield = is_never_due, .run_urgent = serve_nothing};
     (void)state;
     stage_begin(&stage);
     stage.view.width_px = stage.view.height_px = 512; /* several pieces */
     expect_waits(&stage, UINT64_MAX, "the first frame");
-    renderer_set_interlude(stage.renderer, &interlude);
+    renderer_set_yield_point(stage.renderer, &yield);
     for (int i = 0; i < 3; i++) {
         struct frame frame;
         stage.view.camera.eye[0] += 0.05;
@@ -203,10 +204,10 @@ static void shading_that_others_may_interrupt_stops_the_device_for_the_picture_a
 static void a_first_picture_that_others_may_interrupt_reads_once_a_piece(void **state)
 {
     struct stage stage;
-    const struct interlude interlude = {.is_due = is_never_due, .serve = serve_nothing};
+    const struct yield_point yield = {.should_yield = is_never_due, .run_urgent = serve_nothing};
     (void)state;
     stage_begin(&stage);
-    renderer_set_interlude(stage.renderer, &interlude);
+    renderer_set_yield_point(stage.renderer, &yield);
     for (int i = 0; i < 2; i++) {
         struct frame frame;
         const struct gl_counts counts = count_frame(&stage, &frame);

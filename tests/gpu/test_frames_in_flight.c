@@ -20,7 +20,7 @@ struct stage {
     struct rig_scene demo;
     struct view views[SHOTS]; /* a frame in flight borrows its own */
     struct frame frames[SHOTS];
-    int flying; /* index, or -1 */
+    int in_flight; /* index, or -1 */
     int collected_within, arrivals;
 };
 
@@ -69,16 +69,16 @@ static struct view view_of(int shot)
     return view;
 }
 
-static bool may_fly(int shot)
+static bool may_be_in_flight(int shot)
 {
     return shot != 5 && shot != 9;
 }
 
 static void stage_begin(struct stage *stage, bool defers)
 {
-    *stage = (struct stage){.flying = -1};
-    stage->renderer =
-        render_rig_create_as(&(struct renderer_desc){.is_strict = true, .defers_frames = defers});
+    *stage = (struct stage){.in_flight = -1};
+    stage->renderer = render_rig_create_as(
+        &(struct renderer_desc){.is_strict = true, .hooks.defers_frames = defers});
     rig_demo_open(&stage->demo, stage->renderer, "demo", 64);
 }
 
@@ -94,8 +94,8 @@ static void collect(void *context)
 {
     struct stage *stage = context;
     struct error err = {0};
-    assert_true(stage->flying >= 0);
-    stage->flying = -1;
+    assert_true(stage->in_flight >= 0);
+    stage->in_flight = -1;
     stage->arrivals++;
     if (!renderer_collect(stage->renderer, &err))
         fail_msg("%s", err.message);
@@ -111,7 +111,7 @@ static bool submit(struct stage *stage, int shot)
                          &stage->frames[shot], &is_done, &err))
         fail_msg("frame %d: %s", shot, err.message);
     if (!is_done)
-        stage->flying = shot;
+        stage->in_flight = shot;
     return !is_done;
 }
 
@@ -186,13 +186,13 @@ static void frames_that_overlap_have_the_bits_of_frames_that_do_not(void **state
     struct stage stage;
     (void)state;
     stage_begin(&stage, true);
-    const struct frame_arrival arrival = {.context = &stage, .collect = collect};
-    renderer_set_arrival(stage.renderer, &arrival);
+    const struct frame_completion arrival = {.context = &stage, .collect = collect};
+    renderer_set_completion(stage.renderer, &arrival);
     int flights = 0;
     for (int i = 0; i < SHOTS; i++) {
-        bool flies = submit(&stage, i);
-        assert_int_equal(may_fly(i), flies);
-        flights += flies;
+        bool is_in_flight = submit(&stage, i);
+        assert_int_equal(may_be_in_flight(i), is_in_flight);
+        flights += is_in_flight;
     }
     assert_int_equal(flights - 1, stage.arrivals); /* each by the frame after it, but the last */
     assert_false(renderer_wait(stage.renderer, 0));
@@ -212,7 +212,7 @@ static void without_an_arrival_one_frame_flies(void **state)
     assert_true(submit(&stage, 0));
     for (int i = 1; i < SHOTS; i++)
         assert_false(submit(&stage, i));
-    assert_int_equal(0, stage.flying);
+    assert_int_equal(0, stage.in_flight);
     collect(&stage);
     expect_all(&stage);
     stage_end(&stage);
@@ -232,7 +232,7 @@ static void a_frame_that_fails_leaves_the_one_in_flight(void **state)
     assert_false(renderer_submit(stage.renderer, stage.demo.key, &bad, &failed, &is_done, &err));
     assert_int_equal(ERROR_INVALID_REQUEST, err.code);
     assert_null(failed.outputs[VIEW_OUTPUT_COLOR].pixels);
-    assert_int_equal(0, stage.flying);
+    assert_int_equal(0, stage.in_flight);
     for (int i = 1; i < SHOTS; i++) /* as the frames before have what is kept */
         assert_false(submit(&stage, i));
     collect(&stage);
@@ -254,15 +254,16 @@ static bool is_due(void *context)
     return pauses->left > 0;
 }
 
-static bool serve(void *context)
+static bool serve(void *context, struct error *why)
 {
+    (void)why;
     struct pauses *pauses = context;
     struct stage *stage = pauses->stage;
     const struct view view = view_of(3);
     struct error err = {0};
     struct frame frame;
     bool is_done;
-    assert_int_equal(-1, stage->flying); /* who is in flight does not wait for a pause */
+    assert_int_equal(-1, stage->in_flight); /* who is in flight does not wait for a pause */
     assert_true(renderer_submit(stage->renderer, stage->demo.key, &view, &frame, &is_done, &err));
     assert_true(is_done);
     assert_int_equal(pauses->hash, image_hash(&frame.outputs[VIEW_OUTPUT_COLOR]));
@@ -276,14 +277,15 @@ static void pauses_and_flights_go_together(void **state)
     struct stage stage;
     (void)state;
     stage_begin(&stage, true);
-    const struct frame_arrival arrival = {.context = &stage, .collect = collect};
-    renderer_set_arrival(stage.renderer, &arrival);
+    const struct frame_completion arrival = {.context = &stage, .collect = collect};
+    renderer_set_completion(stage.renderer, &arrival);
     assert_true(submit(&stage, 1));
     struct pauses pauses = {&stage, 8, image_hash(&alone[3].outputs[VIEW_OUTPUT_COLOR])};
-    const struct interlude interlude = {.context = &pauses, .is_due = is_due, .serve = serve};
-    renderer_set_interlude(stage.renderer, &interlude);
+    const struct yield_point yield = {
+        .context = &pauses, .should_yield = is_due, .run_urgent = serve};
+    renderer_set_yield_point(stage.renderer, &yield);
     assert_true(submit(&stage, 2)); /* of two windows, one of which is sent when the other pauses */
-    renderer_set_interlude(stage.renderer, NULL);
+    renderer_set_yield_point(stage.renderer, NULL);
     assert_int_equal(0, pauses.left);
     collect(&stage);
     for (int i = 1; i < 3; i++)
@@ -301,11 +303,11 @@ static void a_frame_that_has_come_is_done_at_once(void **state)
     stage_begin(&stage, false);
     renderer_get_info(stage.renderer, &info);
     for (int i = 0; i < 2; i++) {
-        bool flies = submit(&stage, i);
+        bool is_in_flight = submit(&stage, i);
         if (info.is_software && !info.has_true_timers) /* passes are waited for, so nothing is left
                                                           to wait for */
-            assert_false(flies);
-        if (flies)
+            assert_false(is_in_flight);
+        if (is_in_flight)
             collect(&stage);
         expect_same(&stage, i, &alone[i]);
     }
@@ -317,9 +319,9 @@ static uint64_t resident_after_two(bool has_arrival)
 {
     struct stage stage;
     stage_begin(&stage, true);
-    const struct frame_arrival arrival = {.context = &stage, .collect = collect};
+    const struct frame_completion arrival = {.context = &stage, .collect = collect};
     if (has_arrival)
-        renderer_set_arrival(stage.renderer, &arrival);
+        renderer_set_completion(stage.renderer, &arrival);
     assert_true(submit(&stage, 1));
     assert_int_equal(has_arrival, submit(&stage, 3));
     collect(&stage);

@@ -34,7 +34,7 @@ struct stage {
     struct rig_scene panes;
     struct view views[SHOTS]; /* a frame in flight borrows its own */
     struct frame frames[SHOTS];
-    int flying, order[SHOTS], arrived; /* index, or -1; in which they came */
+    int in_flight, order[SHOTS], arrived; /* index, or -1; in which they came */
 };
 
 static void open_panes(struct stage *stage)
@@ -54,7 +54,7 @@ static void open_panes(struct stage *stage)
 static void stage_begin(struct stage *stage, const struct renderer_desc *desc)
 {
     struct renderer_desc strict = *desc;
-    *stage = (struct stage){.flying = -1};
+    *stage = (struct stage){.in_flight = -1};
     strict.is_strict = true;
     stage->renderer = render_rig_create_as(&strict);
     open_panes(stage);
@@ -150,7 +150,7 @@ static void guesses_of_any_quality_give_the_same_bits(void **state)
     static const int expected_reads[SHOTS] = {1, 0, 1, 0, 1, 0, 0, 0, 0, 0};
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.poses_as_hardware = true});
+    stage_begin(&stage, &(struct renderer_desc){.hooks.poses_as_hardware = true});
     for (int i = 0; i < SHOTS; i++) {
         const struct view view = view_of(i);
         int before = reads;
@@ -169,7 +169,7 @@ static void kept_lists_are_still_checked(void **state)
     struct stage stage;
     struct frame again;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.poses_as_hardware = true});
+    stage_begin(&stage, &(struct renderer_desc){.hooks.poses_as_hardware = true});
     for (int i = 2; i < 6; i++) {
         struct view view = view_of(i);
         shoot(stage.renderer, &stage.panes, &view, &stage.frames[i]);
@@ -202,7 +202,7 @@ static void expect_same_sequence(const struct renderer_desc *desc, struct view (
 {
     struct frame read[SHOTS], guessed[SHOTS];
     struct renderer_desc posing = *desc;
-    posing.poses_as_hardware = true;
+    posing.hooks.poses_as_hardware = true;
     shoot_all(desc, of, read);
     shoot_all(&posing, of, guessed);
     for (int i = 0; i < SHOTS; i++)
@@ -239,9 +239,9 @@ static void collect(void *context)
 {
     struct stage *stage = context;
     struct error err = {0};
-    assert_true(stage->flying >= 0);
-    stage->order[stage->arrived++] = stage->flying;
-    stage->flying = -1;
+    assert_true(stage->in_flight >= 0);
+    stage->order[stage->arrived++] = stage->in_flight;
+    stage->in_flight = -1;
     if (!renderer_collect(stage->renderer, &err))
         fail_msg("%s", err.message);
 }
@@ -257,7 +257,7 @@ static bool submit(struct stage *stage, int shot)
     if (is_done)
         stage->order[stage->arrived++] = shot;
     else
-        stage->flying = shot;
+        stage->in_flight = shot;
     return !is_done;
 }
 
@@ -265,12 +265,13 @@ static void frames_in_flight_are_made_again_before_they_arrive(void **state)
 {
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.poses_as_hardware = true, .defers_frames = true});
-    const struct frame_arrival arrival = {.context = &stage, .collect = collect};
-    renderer_set_arrival(stage.renderer, &arrival);
+    stage_begin(&stage, &(struct renderer_desc){.hooks.poses_as_hardware = true,
+                                                .hooks.defers_frames = true});
+    const struct frame_completion arrival = {.context = &stage, .collect = collect};
+    renderer_set_completion(stage.renderer, &arrival);
     for (int i = 0; i < SHOTS; i++)
         submit(&stage, i);
-    if (stage.flying >= 0)
+    if (stage.in_flight >= 0)
         collect(&stage);
     assert_int_equal(SHOTS, stage.arrived);
     for (int i = 0; i < SHOTS; i++) {
@@ -284,7 +285,8 @@ static void without_an_arrival_a_cut_frame_is_made_again_when_it_is_collected(vo
 {
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.poses_as_hardware = true, .defers_frames = true});
+    stage_begin(&stage, &(struct renderer_desc){.hooks.poses_as_hardware = true,
+                                                .hooks.defers_frames = true});
     for (int i = 3; i < SHOTS; i++) {
         assert_true(submit(&stage, i));
         collect(&stage);
@@ -307,8 +309,9 @@ static bool is_due(void *context)
     return pauses->left > 0;
 }
 
-static bool serve(void *context)
+static bool serve(void *context, struct error *err)
 {
+    (void)err;
     struct pauses *pauses = context;
     struct stage *stage = pauses->stage;
     struct frame frame;
@@ -328,14 +331,16 @@ static void urgent_frames_have_guesses_of_their_own(void **state)
 {
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.poses_as_hardware = true, .first_band = 64});
+    stage_begin(&stage,
+                &(struct renderer_desc){.hooks.poses_as_hardware = true, .hooks.first_slice = 64});
     for (int i = 2; i < 6; i++) {
         struct pauses pauses = {.stage = &stage, .left = 4};
-        const struct interlude interlude = {.context = &pauses, .is_due = is_due, .serve = serve};
+        const struct yield_point yield = {
+            .context = &pauses, .should_yield = is_due, .run_urgent = serve};
         const struct view view = view_of(i);
-        renderer_set_interlude(stage.renderer, &interlude);
+        renderer_set_yield_point(stage.renderer, &yield);
         shoot(stage.renderer, &stage.panes, &view, &stage.frames[i]);
-        renderer_set_interlude(stage.renderer, NULL);
+        renderer_set_yield_point(stage.renderer, NULL);
         assert_int_equal(0, pauses.left);
         expect_same(i, &plain[i], &stage.frames[i]);
     }
@@ -347,21 +352,23 @@ static void a_cut_frame_goes_before_the_rest_of_a_long_one(void **state)
 {
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){
-                            .poses_as_hardware = true, .defers_frames = true, .first_band = 64});
-    const struct frame_arrival arrival = {.context = &stage, .collect = collect};
-    renderer_set_arrival(stage.renderer, &arrival);
+    stage_begin(&stage, &(struct renderer_desc){.hooks.poses_as_hardware = true,
+                                                .hooks.defers_frames = true,
+                                                .hooks.first_slice = 64});
+    const struct frame_completion arrival = {.context = &stage, .collect = collect};
+    renderer_set_completion(stage.renderer, &arrival);
     struct pauses pauses = {.stage = &stage};
-    const struct interlude interlude = {.context = &pauses, .is_due = is_due, .serve = serve};
+    const struct yield_point yield = {
+        .context = &pauses, .should_yield = is_due, .run_urgent = serve};
     assert_true(submit(&stage, 3));
     collect(&stage);
     assert_true(submit(&stage, 4));
     stage.arrived = 0;
-    renderer_set_interlude(stage.renderer, &interlude);
+    renderer_set_yield_point(stage.renderer, &yield);
     submit(&stage, 5);
-    renderer_set_interlude(stage.renderer, NULL);
+    renderer_set_yield_point(stage.renderer, NULL);
     assert_true(pauses.is_early);
-    if (stage.flying >= 0)
+    if (stage.in_flight >= 0)
         collect(&stage);
     assert_int_equal(4, stage.order[0]);
     for (int i = 3; i < 6; i++)

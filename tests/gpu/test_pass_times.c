@@ -165,6 +165,33 @@ static void passes_are_fenced_where_the_device_is_our_processors(void **state)
         assert_true(report.passes[i].ms >= 0);
 }
 
+static void count_call(void *context)
+{
+    ++*(int *)context;
+}
+
+static void a_scope_calls_nobody_and_a_wait_calls_the_waiter(void **state)
+{
+    struct error err = {0};
+    (void)state;
+    for (int poses_as_hardware = 0; poses_as_hardware < 2; poses_as_hardware++) {
+        int calls = 0;
+        struct gl_context *context = create(poses_as_hardware);
+        struct gpu_timeline *timeline = gpu_timeline_create(context, &err);
+        struct frame_report report = {0};
+        gpu_timeline_set_waiter(timeline,
+                                &(struct gpu_waiter){.context = &calls, .before_wait = count_call});
+        gpu_scope_begin(timeline, &(struct gpu_scope_desc){.pass = "gbuffer", .because = "a test"});
+        gpu_scope_end(timeline);
+        gpu_timeline_collect(timeline, &report);
+        assert_int_equal(calls, 0);
+        gpu_timeline_will_wait(timeline);
+        assert_int_equal(calls, 1);
+        gpu_timeline_destroy(timeline);
+        gl_context_destroy(context);
+    }
+}
+
 int main(void)
 {
     gl_context_destroy(render_rig_context(true));
@@ -175,6 +202,7 @@ int main(void)
         cmocka_unit_test(nothing_is_waited_for_where_no_time_is_told),
         cmocka_unit_test(nothing_is_waited_for_where_stamps_are_true),
         cmocka_unit_test(passes_are_fenced_where_the_device_is_our_processors),
+        cmocka_unit_test(a_scope_calls_nobody_and_a_wait_calls_the_waiter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

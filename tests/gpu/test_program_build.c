@@ -157,7 +157,7 @@ static int render_first(bool poses_as_hardware, struct frame *frame, bool *is_pa
         .camera = {.kind = VIEW_CAMERA_LOOK_AT, .eye = {3, 4.5, 3}, .target = {0, 1.5, 0}},
         .quality = {.shadow_resolution = 64}};
     struct renderer *renderer = render_rig_create_as(
-        &(struct renderer_desc){.is_strict = true, .poses_as_hardware = poses_as_hardware});
+        &(struct renderer_desc){.is_strict = true, .hooks.poses_as_hardware = poses_as_hardware});
     rig_demo_open(&demo, renderer, "demo", 64);
     renderer_get_info(renderer, &info);
     *is_parallel = !info.is_software && /* else threads of the driver take the frame's own time */

@@ -62,14 +62,15 @@ static const struct program_desc scan = {
     .label = "test.scan", .compute = "lists_scan.comp.glsl", .defines = "PASS=0"};
 
 /* One start of a cache over the store: gets the program twice. */
-static struct program_cache_stats
-start(struct program_store *store, const struct program_binary_door *door, enum program_place place)
+static struct program_cache_stats start(struct program_store *store,
+                                        const struct program_binary_hooks *hooks,
+                                        enum program_place place)
 {
     struct error err = {0};
     struct program_cache *cache = program_cache_create(NULL, &err);
     struct program_cache_stats stats;
     assert_non_null(cache);
-    program_cache_set_store(cache, store, door);
+    program_cache_set_store(cache, store, hooks);
     assert_int_equal(program_cache_find(cache, &scan), place);
     assert_non_null(program_cache_get(cache, &scan, &err));
     assert_int_equal(program_cache_find(cache, &scan), PROGRAM_IN_MEMORY);
@@ -84,13 +85,13 @@ static void a_driver_that_takes_them_back_compiles_once(void **state)
 {
     (void)state;
     struct pretended_driver driver = {.gives = true, .takes = true};
-    const struct program_binary_door door = {&driver, pretend_get, pretend_load};
+    const struct program_binary_hooks hooks = {&driver, pretend_get, pretend_load};
     struct program_store *store = open_store("takes them");
-    struct program_cache_stats stats = start(store, &door, PROGRAM_ABSENT);
+    struct program_cache_stats stats = start(store, &hooks, PROGRAM_ABSENT);
     assert_int_equal(stats.misses, 1);
     assert_int_equal(stats.loaded, 0);
     for (int i = 0; i < 3; i++) {
-        stats = start(store, &door, PROGRAM_ON_DISK);
+        stats = start(store, &hooks, PROGRAM_ON_DISK);
         assert_int_equal(stats.misses, 0);
         assert_int_equal(stats.loaded, 1);
     }
@@ -103,11 +104,11 @@ static void a_driver_that_refuses_them_compiles_and_gives_anew(void **state)
 {
     (void)state;
     struct pretended_driver driver = {.gives = true};
-    const struct program_binary_door door = {&driver, pretend_get, pretend_load};
+    const struct program_binary_hooks hooks = {&driver, pretend_get, pretend_load};
     struct program_store *store = open_store("refuses them");
-    start(store, &door, PROGRAM_ABSENT);
+    start(store, &hooks, PROGRAM_ABSENT);
     for (int i = 0; i < 2; i++) {
-        struct program_cache_stats stats = start(store, &door, PROGRAM_ON_DISK);
+        struct program_cache_stats stats = start(store, &hooks, PROGRAM_ON_DISK);
         assert_int_equal(stats.misses, 1);
         assert_int_equal(stats.loaded, 0);
     }
@@ -123,10 +124,10 @@ static void a_driver_that_gives_none_compiles_each_time(void **state)
 {
     (void)state;
     struct pretended_driver driver = {.takes = true};
-    const struct program_binary_door door = {&driver, pretend_get, pretend_load};
+    const struct program_binary_hooks hooks = {&driver, pretend_get, pretend_load};
     struct program_store *store = open_store("gives none");
     for (int i = 0; i < 2; i++)
-        assert_int_equal(start(store, &door, PROGRAM_ABSENT).misses, 1);
+        assert_int_equal(start(store, &hooks, PROGRAM_ABSENT).misses, 1);
     assert_int_equal(driver.loads, 0);
     program_store_close(store);
 }
@@ -138,9 +139,9 @@ static void this_driver_refuses_what_is_not_its_own(void **state)
     if (!gl_context_limits(context)->program_formats)
         skip();
     struct pretended_driver driver = {.gives = true};
-    const struct program_binary_door door = {&driver, pretend_get, pretend_load};
+    const struct program_binary_hooks hooks = {&driver, pretend_get, pretend_load};
     struct program_store *store = open_store("forged");
-    start(store, &door, PROGRAM_ABSENT); /* format 7, four bytes */
+    start(store, &hooks, PROGRAM_ABSENT); /* format 7, four bytes */
     struct program_cache_stats stats = start(store, NULL, PROGRAM_ON_DISK);
     assert_int_equal(stats.misses, 1);
     stats = start(store, NULL, PROGRAM_ON_DISK); /* now there is a good one */

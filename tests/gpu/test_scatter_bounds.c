@@ -89,7 +89,7 @@ static struct image take(bool is_hardware, const char *doubled_pass,
     view.quality.shadow_resolution = SIZE;
     view.quality.shadow_taps = view.quality.samples = 1;
     struct renderer *renderer =
-        render_rig_create_as(&(struct renderer_desc){.poses_as_hardware = is_hardware});
+        render_rig_create_as(&(struct renderer_desc){.hooks.poses_as_hardware = is_hardware});
     hook();
     open_panes(renderer, &panes);
     doubled = doubled_pass;

@@ -180,7 +180,7 @@ static struct view demo_view(int width_px, int height_px)
 static struct renderer *begin(struct rig_scene *demo, bool poses)
 {
     struct renderer *renderer = render_rig_create_as(
-        &(struct renderer_desc){.is_strict = true, .poses_as_hardware = poses});
+        &(struct renderer_desc){.is_strict = true, .hooks.poses_as_hardware = poses});
     rig_demo_open(demo, renderer, "demo", 64);
     return renderer;
 }

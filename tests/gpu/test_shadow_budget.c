@@ -56,7 +56,7 @@ struct outcome {
     char message[ERROR_MESSAGE_BYTES];
 };
 
-static bool never(const void *context)
+static bool never(void *context)
 {
     (void)context;
     return false;
@@ -69,11 +69,11 @@ static struct outcome prepare(const struct pane_scene *panes, uint64_t budget_by
 {
     struct view_light lights[LIGHTS];
     struct error err = {0};
-    struct shadow_progress progress = {.is_due = never};
+    const struct yield_point yield = {.should_yield = never};
     struct view_quality quality = {.shadow_resolution = 48};
     add_lights(lights);
     use_budget(budget_bytes);
-    rig.progress = NULL;
+    rig.yield = NULL;
     if (way == AFTER_OTHERS) { /* a picture of half the resolution stands */
         quality.shadow_resolution = 24;
         (void)!shadow_rig_prepare(&rig, panes, lights, LIGHTS, no_eye, &quality, &err);
@@ -81,10 +81,10 @@ static struct outcome prepare(const struct pane_scene *panes, uint64_t budget_by
         quality.shadow_resolution = 48;
     }
     if (way == IN_PIECES)
-        rig.progress = &progress;
+        rig.yield = &yield;
     quality.shadow_error_allowed = error_allowed;
     bool ok = shadow_rig_prepare(&rig, panes, lights, LIGHTS, no_eye, &quality, &err);
-    rig.progress = NULL;
+    rig.yield = NULL;
     struct outcome outcome = {.is_refused = !ok,
                               .events = ok ? rig.report.counts.events : 0,
                               .compressed = rig.report.compression.maps};

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 #include "tests/support/shadow_rig.h"
 
@@ -136,8 +137,8 @@ static void a_light_gets_no_more_than_its_casters_call_for(void **state)
     pane.is_opaque = true;
     pane_scene_set(&panes, 0, &pane);
     expect(&panes, no_eye, &quality, 2, 0);
-    assert_int_equal(shadow_system_map(rig.shadows, 0)->kind, SHADOW_MAP);
-    assert_int_equal(shadow_system_map(rig.shadows, 1)->kind, SHADOW_DEEP);
+    assert_ptr_equal(shadow_system_map(rig.shadows, 0)->method, &shadow_method_map);
+    assert_ptr_equal(shadow_system_map(rig.shadows, 1)->method, &shadow_method_deep);
     expect(&panes, no_eye, &(struct view_quality){.shadow_resolution = 64, .shadows = SHADOWS_NONE},
            0, 0);
     assert_string_equal(shadow_system_defines(rig.shadows), "");
@@ -221,10 +222,10 @@ static void ranges_merge_and_are_found_again(void **state)
     assert_false(shadow_ranges_take(&ranges, 1, &taken[0]));
     assert_int_equal(shadow_ranges_capacity_for(&ranges, 7), 6407);
     for (int i = 0; i < 64; i += 2) /* holes first, then what lies between */
-        assert_true(shadow_ranges_give(&ranges, &taken[i], &err));
+        assert_true(shadow_ranges_free(&ranges, &taken[i], &err));
     assert_int_equal(ranges.free_count, 32);
     for (int i = 1; i < 64; i += 2)
-        assert_true(shadow_ranges_give(&ranges, &taken[i], &err));
+        assert_true(shadow_ranges_free(&ranges, &taken[i], &err));
     assert_int_equal(ranges.free_count, 1);
     assert_int_equal(ranges.free[0].count, 6400);
     shadow_ranges_finish(&ranges);

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 #include "tests/support/gl_counts.h"
 #include "tests/support/shadow_rig.h"
@@ -94,7 +95,7 @@ static struct words read_maps(size_t light_count)
         if (!map) /* it meets nothing */
             continue;
         read_pool(&all, SHADOW_POOL_DEPTHS, &map->depths, 1);
-        if (map->kind != SHADOW_DEEP)
+        if (map->method != &shadow_method_deep)
             continue;
         read_pool(&all, SHADOW_POOL_HEADS, &map->heads, 1);
         read_pool(&all, SHADOW_POOL_EVENTS, &map->events, 4);

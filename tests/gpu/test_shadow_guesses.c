@@ -24,7 +24,7 @@ struct stage {
     struct view views[SHOTS]; /* a frame in flight borrows its own */
     struct view_light lamps[SHOTS][LAMPS];
     struct frame frames[SHOTS];
-    int flying, order[SHOTS], arrived; /* index, or -1; in which they came */
+    int in_flight, order[SHOTS], arrived; /* index, or -1; in which they came */
 };
 
 static void stage_begin(struct stage *stage, const struct renderer_desc *desc)
@@ -32,9 +32,9 @@ static void stage_begin(struct stage *stage, const struct renderer_desc *desc)
     struct renderer_desc strict = *desc;
     double colors[PANES][4];
     struct closed_form_scene scene;
-    *stage = (struct stage){.flying = -1};
-    strict.is_strict = strict.poses_as_hardware = true;
-    strict.wide_floats = WIDE_FLOATS_F64; /* else as is quicker at the start */
+    *stage = (struct stage){.in_flight = -1};
+    strict.is_strict = strict.hooks.poses_as_hardware = true;
+    strict.hooks.wide_floats = WIDE_FLOATS_F64; /* else as is quicker at the start */
     stage->renderer = render_rig_create_as(&strict);
     for (int i = 0; i < PANES; i++)
         for (int c = 0; c < 4; c++)
@@ -113,7 +113,7 @@ static void take_all(const struct renderer_desc *desc, bool reads, struct frame 
 {
     struct stage stage;
     stage_begin(&stage, desc);
-    stage.renderer->reads_sizes = reads;
+    stage.renderer->frames.reads_sizes = reads;
     for (int i = 0; i < SHOTS; i++) {
         take(&stage, i);
         frames[i] = stage.frames[i];
@@ -256,9 +256,9 @@ static void collect(void *context)
 {
     struct stage *stage = context;
     struct error err = {0};
-    assert_true(stage->flying >= 0);
-    stage->order[stage->arrived++] = stage->flying;
-    stage->flying = -1;
+    assert_true(stage->in_flight >= 0);
+    stage->order[stage->arrived++] = stage->in_flight;
+    stage->in_flight = -1;
     if (!renderer_collect(stage->renderer, &err))
         fail_msg("%s", err.message);
 }
@@ -273,19 +273,19 @@ static void submit(struct stage *stage, int shot, const struct view *view)
     if (is_done)
         stage->order[stage->arrived++] = shot;
     else
-        stage->flying = shot;
+        stage->in_flight = shot;
 }
 
 static void frames_in_flight_are_made_again_before_they_arrive(void **state)
 {
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.defers_frames = true});
-    const struct frame_arrival arrival = {.context = &stage, .collect = collect};
-    renderer_set_arrival(stage.renderer, &arrival);
+    stage_begin(&stage, &(struct renderer_desc){.hooks.defers_frames = true});
+    const struct frame_completion arrival = {.context = &stage, .collect = collect};
+    renderer_set_completion(stage.renderer, &arrival);
     for (int i = 0; i < SHOTS; i++)
         submit(&stage, i, view_of(&stage, i));
-    if (stage.flying >= 0)
+    if (stage.in_flight >= 0)
         collect(&stage);
     assert_int_equal(SHOTS, stage.arrived);
     for (int i = 0; i < SHOTS; i++) {
@@ -301,15 +301,15 @@ static void maps_of_a_frame_in_flight_are_checked_for_those_that_share_them(void
 {
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.defers_frames = true});
-    const struct frame_arrival arrival = {.context = &stage, .collect = collect};
-    renderer_set_arrival(stage.renderer, &arrival);
+    stage_begin(&stage, &(struct renderer_desc){.hooks.defers_frames = true});
+    const struct frame_completion arrival = {.context = &stage, .collect = collect};
+    renderer_set_completion(stage.renderer, &arrival);
     submit(&stage, 0, view_of(&stage, 0));
     for (int i = 3; i < 7; i++) { /* leaps; each picture twice */
         const struct view *view = view_of(&stage, i);
         submit(&stage, i, view);
         submit(&stage, i + 5, view);
-        if (stage.flying >= 0)
+        if (stage.in_flight >= 0)
             collect(&stage);
         expect_same(i, &stage.frames[i]);
         expect_same(i, &stage.frames[i + 5]);
@@ -333,8 +333,9 @@ static bool is_due(void *context)
     return pauses->left > 0;
 }
 
-static bool serve(void *context)
+static bool serve(void *context, struct error *err)
 {
+    (void)err;
     struct pauses *pauses = context;
     struct stage *stage = pauses->stage;
     struct frame frame;
@@ -352,13 +353,14 @@ static void urgent_frames_have_guesses_of_their_own(void **state)
 {
     struct stage stage;
     (void)state;
-    stage_begin(&stage, &(struct renderer_desc){.first_band = 64});
+    stage_begin(&stage, &(struct renderer_desc){.hooks.first_slice = 64});
     for (int i = 2; i < 7; i++) {
         struct pauses pauses = {.stage = &stage, .left = 5};
-        const struct interlude interlude = {.context = &pauses, .is_due = is_due, .serve = serve};
-        renderer_set_interlude(stage.renderer, &interlude);
+        const struct yield_point yield = {
+            .context = &pauses, .should_yield = is_due, .run_urgent = serve};
+        renderer_set_yield_point(stage.renderer, &yield);
         take(&stage, i);
-        renderer_set_interlude(stage.renderer, NULL);
+        renderer_set_yield_point(stage.renderer, NULL);
         assert_int_equal(0, pauses.left);
         expect_same(i, &stage.frames[i]);
     }
@@ -377,7 +379,7 @@ static void steps_wait_for_nothing_but_the_picture(void **state)
     (void)state;
     gl_hooks_install(&(struct gl_hooks_desc){
         .counts = true, .hostility = {.is_not_software = true, .timers = GL_TIMERS_TRUE}});
-    stage_begin(&stage, &(struct renderer_desc){.defers_frames = true});
+    stage_begin(&stage, &(struct renderer_desc){.hooks.defers_frames = true});
     for (int i = 0; i < 3; i++) {
         struct gl_counts before, after;
         gl_counts_get(&before);

@@ -172,9 +172,9 @@ static void creases_cast_no_shadow_on_their_own_sides(void **state)
             const struct view_quality quality = {.shadow_resolution = 64, .shadow_taps = taps};
             prepare(&panes, &sun, 1, no_eye, &quality);
             assert_true(count_dark((const double(*)[3])points, POINTS, n) > POINTS / 10);
-            rig.crease[opaque ? 0 : 1] = 1;
+            rig.tolerance[opaque ? 0 : 1] = 1;
             assert_int_equal(count_dark((const double(*)[3])points, POINTS, n), 0);
-            rig.crease[0] = rig.crease[1] = 0;
+            rig.tolerance[0] = rig.tolerance[1] = 0;
         }
         struct pane near_by = {.center = {0, 6 * texel_m, 0},
                                .u = {1, 0, 0},
@@ -183,9 +183,9 @@ static void creases_cast_no_shadow_on_their_own_sides(void **state)
                                .is_opaque = opaque};
         pane_scene_add(&panes, &near_by);
         prepare(&panes, &sun, 1, no_eye, &(struct view_quality){.shadow_resolution = 64});
-        rig.crease[0] = rig.crease[1] = 1;
+        rig.tolerance[0] = rig.tolerance[1] = 1;
         assert_int_equal(count_dark((const double(*)[3])points, POINTS, n), POINTS);
-        rig.crease[0] = rig.crease[1] = 0;
+        rig.tolerance[0] = rig.tolerance[1] = 0;
         pane_scene_finish(&panes);
     }
 }

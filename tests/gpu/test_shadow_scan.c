@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "renderer/shadows/shadow_deep_job.h"
+#include "renderer/shadows/technique.h"
 #include "shaders/shared/layout.h"
 #include "tests/support/shadow_rig.h"
 
@@ -54,7 +55,7 @@ static void begin(struct scan *scan, const uint32_t *texels, size_t count, int64
     scan->builds = calloc(count, sizeof *scan->builds);
     assert_true(scan->maps && scan->builds);
     for (size_t i = 0; i < count; i++) {
-        scan->maps[i] = (struct shadow_map){.kind = SHADOW_DEEP,
+        scan->maps[i] = (struct shadow_map){.method = &shadow_method_deep,
                                             .flags = i % 3 == 2 ? SHADOW_FLAG_MEDIA : 0,
                                             .resolution = (int)texels[i],
                                             .window = {.row_count = 1}};

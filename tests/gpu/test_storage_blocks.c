@@ -53,7 +53,7 @@ struct fixture {
 static void fixture_init(struct fixture *fixture, bool is_hardware)
 {
     fixture->renderer =
-        render_rig_create_as(&(struct renderer_desc){.poses_as_hardware = is_hardware});
+        render_rig_create_as(&(struct renderer_desc){.hooks.poses_as_hardware = is_hardware});
     rig_demo_open(&fixture->demo, fixture->renderer, "demo", 128);
 }
 

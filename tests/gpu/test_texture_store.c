@@ -98,9 +98,9 @@ static struct report_textures prepare(struct rig *rig, int first, int end, uint8
     for (int i = first; i < end; i++)
         levels[texture_key((uint32_t)i, true)] = level;
     const struct texture_demand demand = {.store = rig->store, .levels = levels};
-    const struct texture_wish wish = {
+    const struct texture_request request = {
         .demands = &demand, .count = 1, .may_be_coarse = may_be_coarse};
-    if (!texture_pool_prepare(rig->pool, &wish, &report, &err))
+    if (!texture_pool_prepare(rig->pool, &request, &report, &err))
         fail_msg("%s", err.message);
     assert_true(report.resident_bytes <= BUDGET);
     return report;
@@ -241,7 +241,7 @@ static void colours_are_compressed_from_so_many_levels_on(void **state)
 }
 
 /* What rays read is of the levels that the rasteriser would have, and counts as these do. */
-static void a_plan_counts_what_is_granted(void **state)
+static void a_plan_counts_what_is_budgeted(void **state)
 {
     (void)state;
     skip_without_blocks();
@@ -250,8 +250,8 @@ static void a_plan_counts_what_is_granted(void **state)
     struct report_textures report;
     open_rig(&rig, SIDE, SIDE, true);
     const struct texture_demand demand = {.store = rig.store};
-    const struct texture_wish wish = {.demands = &demand, .count = 1};
-    assert_true(texture_pool_plan(rig.pool, &wish, &report, &err));
+    const struct texture_request request = {.demands = &demand, .count = 1};
+    assert_true(texture_pool_plan(rig.pool, &request, &report, &err));
     assert_int_equal(report.resident_bytes, IMAGES * texture_blocks_bytes(SIDE, SIDE, 0, false));
     assert_int_equal(report.wanted_bytes, IMAGES * texture_levels_bytes(SIDE, SIDE, 0));
     assert_int_equal(report.coarse_count + report.level_bias, 0);
@@ -392,7 +392,7 @@ int main(void)
         cmocka_unit_test(frames_in_motion_read_no_level_that_blocks_stand_for),
         cmocka_unit_test(images_with_alpha_take_blocks_with_alpha),
         cmocka_unit_test(colours_are_compressed_from_so_many_levels_on),
-        cmocka_unit_test(a_plan_counts_what_is_granted),
+        cmocka_unit_test(a_plan_counts_what_is_budgeted),
         cmocka_unit_test(frames_wait_for_their_uploads_where_they_are_told_to),
         cmocka_unit_test(a_low_pace_is_learnt_anew_from_wide_rows),
         cmocka_unit_test(a_frame_that_took_too_long_halves_the_next_calls),

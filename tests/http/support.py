@@ -105,7 +105,7 @@ def multipart(files, boundary="xYzZy", name_from="filename"):
 
 
 def manifest_id(files):
-    """The id of an upload of several files, as docs/api.md defines it."""
+    """The id of an upload of several files, as docs/reference/http.md defines it."""
     lines = ["vitrail-scene-1\n"]
     for name in sorted(files, key=lambda name: name.encode()):
         lines.append(f"{sha256(files[name])} {len(files[name])} {name}\n")

@@ -128,9 +128,9 @@ class Measured(unittest.TestCase):
             self.assertIn("shade.opaque", {one["pass"] for one in report["plan"]}, quality)
 
     def test_what_is_chosen_goes_with_linked_lists(self):
-        for wish in ({"budget_ms": budget} for budget in (1, 10, 100, 1000, 10000)):
-            _, report = render(self.daemon, self.scene, {"light_lists": "linked", **wish})
-            self.assertNotEqual("raytraced-shadows", report["chosen"]["shadows"], wish)
+        for target in ({"budget_ms": budget} for budget in (1, 10, 100, 1000, 10000)):
+            _, report = render(self.daemon, self.scene, {"light_lists": "linked", **target})
+            self.assertNotEqual("raytraced-shadows", report["chosen"]["shadows"], target)
 
     def test_a_view_at_rest_is_one_picture_however_it_is_asked_for(self):
         body = {"scene": self.scene, **SIZE}

@@ -41,9 +41,15 @@ SCRIPT_S = 600
 
 
 def pages():
-    names = sorted(os.path.join(folder, name) for folder in ("how-to", "explanation")
-                   for name in os.listdir(os.path.join(DOCS, folder)))
-    return ["tutorial.md", *(name for name in names if name.endswith(".md"))]
+    """Those that have a command to run or a figure that a command draws."""
+    names = [os.path.join(folder, name) for folder in ("tutorial", "how-to", "explanation")
+             for name in sorted(os.listdir(os.path.join(DOCS, folder))) if name.endswith(".md")]
+    return [name for name in names if (page := page_of(name)).scripts or page.figures]
+
+
+def page_of(name):
+    with open(os.path.join(DOCS, name), encoding="utf-8") as file:
+        return Page(file.read(), name)
 
 
 class Page:
@@ -158,8 +164,7 @@ class Run:
 
 
 def run_page(name, folder):
-    with open(os.path.join(DOCS, name), encoding="utf-8") as file:
-        page = Page(file.read(), name)
+    page = page_of(name)
     with support.Daemon(program=REAL) as daemon:
         daemon.wait_device().wait_ready()
         return Run(page, folder, daemon.port)

@@ -103,27 +103,28 @@ class Scene:
         return self.daemon.request("GET", link[link.index("<") + 1 : link.index(">")]).json()
 
     def promises(self):
-        """Yields (wish, asked, got) for every promise that was made."""
+        """Yields (target, asked, got) for every promise that was made."""
         path, settings = self.measure({}, repeats=3, max_settings=10, time_budget_s=60)
         if not settings:
             return
         errors = sorted(s["error"]["rmse"] for s in settings)
         times = sorted(s["cold_ms"]["max"] for s in settings)
-        wishes = [("max_error", e * 1.02) for e in (errors[0], errors[len(errors) // 2])]
-        wishes += [("budget_ms", t * 1.25) for t in (times[len(times) // 2], times[-1])]
+        targets = [("max_error", e * 1.02) for e in (errors[0], errors[len(errors) // 2])]
+        targets += [("budget_ms", t * 1.25) for t in (times[len(times) // 2], times[-1])]
         frames = [
-            (wish, asked, self.choose(**{wish: asked})) for wish, asked in wishes if asked > 1e-9
+            (target, asked, self.choose(**{target: asked}))
+            for target, asked in targets if asked > 1e-9
         ]
         self.daemon.request("DELETE", path + "?forget=true")
-        for wish, asked, frame in frames:
+        for target, asked, frame in frames:
             chosen = frame["chosen"]
             is_more = chosen["shadows"] == "raytraced" and chosen["samples"] > 4
-            expected = "estimated" if wish == "budget_ms" and is_more else "measured"
+            expected = "estimated" if target == "budget_ms" and is_more else "measured"
             assert frame["error"]["source"] == expected, frame
-            if wish == "max_error":
-                yield wish, asked, self.error_again({key: chosen[key] for key in SETTING})
+            if target == "max_error":
+                yield target, asked, self.error_again({key: chosen[key] for key in SETTING})
             else:
-                yield wish, asked, self.time_before(chosen, settings)
+                yield target, asked, self.time_before(chosen, settings)
 
     def error_again(self, fixed):
         """The error of one setting, measured in a trade-off of its own."""
@@ -160,12 +161,12 @@ class Promises(unittest.TestCase):
                     continue
                 promises = list(Scene(daemon, reply.json()["id"]).promises())
                 empty += [] if promises else [name]
-                for wish, asked, got in promises:
+                for target, asked, got in promises:
                     if got <= asked:
                         kept += 1
                     else:
                         misses.append(
-                            f"{name}: {wish} {asked:.4g}, got {got:.4g} ({got / asked:.2f} times)"
+                            f"{name}: {target} {asked:.4g}, got {got:.4g} ({got / asked:.2f} times)"
                         )
         taken = len(found) - len(refused)
         print(f"{kept} of {kept + len(misses)} promises over {taken} scenes were kept")

@@ -109,7 +109,7 @@ class Measuring(TradeoffTest):
         )["settings"]
         self.assertEqual({0.1}, {s["shadow_compression"] for s in settings})
 
-    def test_traced_shadows_are_a_rung_where_their_lists_go_with_them(self):
+    def test_traced_shadows_are_swept_where_their_lists_go_with_them(self):
         scene = self.daemon.push(scene_of())
         for quality, expected in (
             ({}, {0.03}),
@@ -348,40 +348,40 @@ class Choosing(TradeoffTest):
     def test_max_error_takes_the_fastest_setting_that_keeps_it(self):
         scene = self.daemon.push(scene_of("fake:slow=0"))
         settings = self.measure(scene, tradeoff={"max_settings": 128})["settings"]
-        for wish in (0.03, 0.05, 0.3):
-            frame, _ = self.render(scene, max_error=wish)
-            fitting = [s for s in settings if s["error"]["rmse"] <= wish]
+        for target in (0.03, 0.05, 0.3):
+            frame, _ = self.render(scene, max_error=target)
+            fitting = [s for s in settings if s["error"]["rmse"] <= target]
             best = min(s["cold_ms"]["max"] for s in fitting)
             self.assertEqual(best, frame["chosen"]["expected_ms"])
             self.assertEqual(
                 ("rmse", "measured"), (frame["error"]["metric"], frame["error"]["source"])
             )
-            self.assertLessEqual(frame["error"]["value"], wish)
+            self.assertLessEqual(frame["error"]["value"], target)
             self.assertEqual([], frame["warnings"])
 
     def test_budget_takes_the_most_accurate_setting_within_it(self):
         scene = self.daemon.push(scene_of("fake:slow=0", "b"))
         settings = self.measure(scene, tradeoff={"max_settings": 128})["settings"]
-        for wish in (5, 20, 50, 1000):
-            frame, _ = self.render(scene, budget_ms=wish)
-            fitting = [s for s in settings if s["cold_ms"]["max"] <= wish]
+        for target in (5, 20, 50, 1000):
+            frame, _ = self.render(scene, budget_ms=target)
+            fitting = [s for s in settings if s["cold_ms"]["max"] <= target]
             best = min(s["error"]["rmse"] for s in fitting)
             self.assertAlmostEqual(best, frame["error"]["value"], 12)
-            self.assertLessEqual(frame["chosen"]["expected_ms"], wish)
+            self.assertLessEqual(frame["chosen"]["expected_ms"], target)
 
     def test_an_error_below_all_that_was_measured_takes_more_samples(self):
         scene = self.daemon.push(scene_of("fake:slow=0", "more"))
         self.measure(scene)  # rays: 0.02 and 0.01 at 1 and 4 samples, 100 ms each
-        for wish, samples, rmse, ms in (
+        for target, samples, rmse, ms in (
             ({"max_error": 0.003}, 64, 0.01 * 4 / 15.5, 6400),
             ({"max_error": 0.002}, 256, 0.01 * 2.2 / 15.5, 25600),
             ({"max_error": 0.009, "budget_ms": 2000}, 16, 0.01 * 7.5 / 15.5, 1600),
             ({"budget_ms": 7000}, 64, 0.01 * 4 / 15.5, 6400),
         ):
-            frame, _ = self.render(scene, **wish)
+            frame, _ = self.render(scene, **target)
             self.assertEqual([], frame["warnings"])
             chosen, error = frame["chosen"], frame["error"]
-            self.assertEqual(("raytraced", samples), (chosen["shadows"], chosen["samples"]), wish)
+            self.assertEqual(("raytraced", samples), (chosen["shadows"], chosen["samples"]), target)
             self.assertAlmostEqual(ms, chosen["expected_ms"], 6)
             self.assertAlmostEqual(rmse, error["value"], 6)
             self.assertEqual(("estimated", "estimated"), (chosen["source"], error["source"]))
@@ -443,7 +443,30 @@ class Choosing(TradeoffTest):
         self.assertIsNone(other["chosen"])
         self.assertEqual((chosen.body, chosen.header("ETag")), (said.body, said.header("ETag")))
 
-    def test_a_request_without_a_wish_chooses_nothing(self):
+    def test_a_picture_for_a_target_is_not_sent_twice(self):
+        scene = self.daemon.push(scene_of("fake:slow=0", "twice"))
+        self.measure(scene)
+        target = {"max_error": 0.03}
+        _, reply = self.render(scene, **target)
+        known = {"If-None-Match": reply.header("ETag")}
+
+        def rendered():
+            return self.daemon.request("GET", "/v1/stats").json()["renders"]["rendered"]
+
+        before = rendered()
+        again = self.daemon.request("POST", "/v1/renders",
+                                    {"scene": scene, **SMALL, "quality": target}, known)
+        self.assertEqual((304, b"", before), (again.status, again.body, rendered()))
+        view = self.daemon.request(
+            "POST", "/v1/views", {"scene": scene, **SMALL, "quality": target}
+        ).header("Location")
+        image = self.daemon.request("GET", view + "/image")
+        for known, status in ((image.header("ETag"), 304), ('"another"', 200)):
+            again = self.daemon.request("GET", view + "/image", headers={"If-None-Match": known})
+            self.assertEqual((status, image.header("ETag")), (again.status, again.header("ETag")))
+            self.assertEqual(status == 200, again.body == image.body)
+
+    def test_a_request_without_a_target_chooses_nothing(self):
         scene = self.daemon.push(scene_of("fake:slow=0", "g"))
         self.measure(scene)
         frame, _ = self.render(scene)
@@ -498,6 +521,15 @@ class Kept(unittest.TestCase):
                 link = reply.header("Link")
                 frame = again.request("GET", link[link.index("<") + 1 : link.index(">")]).json()
                 self.assertEqual("measured", frame["error"]["source"])
+
+    def test_what_frames_for_a_time_took_is_kept(self):
+        with support.Daemon() as daemon:
+            scene = daemon.wait_ready().push(scene_of())
+            reply = daemon.render(scene, **SMALL, quality={"budget_ms": 1000})
+            self.assertEqual(200, reply.status, reply.body)
+            self.assertEqual(0, daemon.stop())
+            kept = os.path.join(daemon.state_dir, "cache", "budgets-0.json")
+            self.assertTrue(os.path.exists(kept))
 
     def test_a_measurement_of_a_daemon_that_is_killed_keeps_what_it_had(self):
         with support.Daemon() as daemon:

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A background behind the tone-mapped picture: its own codes where nothing is before it, filtered
- * by glass, covered by what is opaque, in every technique. docs/shading.md, section 6. */
+ * by glass, covered by what is opaque, in every technique: section 6 of
+ * docs/explanation/shading.md. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -227,8 +228,8 @@ static void the_background_has_its_own_codes(void **state)
 static void a_device_shows_the_same_codes(void **unused)
 {
     (void)unused;
-    struct renderer *renderer =
-        render_rig_create_as(&(struct renderer_desc){.is_strict = true, .poses_as_hardware = true});
+    struct renderer *renderer = render_rig_create_as(
+        &(struct renderer_desc){.is_strict = true, .hooks.poses_as_hardware = true});
     struct rig_scene rig;
     struct error err = {0};
     struct frame frame;

@@ -20,7 +20,7 @@ enum { WIDTH_PX = 320, HEIGHT_PX = 180 };
 static struct renderer *open_renderer(bool hides_coverage)
 {
     return render_rig_create_as(
-        &(struct renderer_desc){.is_strict = true, .hides_coverage = hides_coverage});
+        &(struct renderer_desc){.is_strict = true, .hooks.hides_coverage = hides_coverage});
 }
 
 static struct image take(struct renderer *renderer, const struct rig_scene *scene,

@@ -187,6 +187,27 @@ static struct image shoot_bare(struct renderer *renderer, const struct rig_scene
     return shoot_color(renderer, rig, &view);
 }
 
+/* What takes the lists of a light at once takes them from one storage block, and a device that is
+ * no software says how large that may be: such a light is refused there in so many words. */
+static bool is_refused(struct renderer *renderer, const struct rig_scene *rig,
+                       const struct view *view)
+{
+    const struct view_quality *quality = &view->quality;
+    struct renderer_info info;
+    struct error err = {0};
+    struct frame frame;
+    renderer_get_info(renderer, &info);
+    if (info.is_software || (quality->shadow_compression == 0 && quality->shadow_prefilter == 0))
+        return false;
+    if (renderer_render(renderer, rig->key, view, &frame, &err)) {
+        frame_finish(&frame);
+        return false;
+    }
+    assert_int_equal(err.code, ERROR_OVER_BUDGET);
+    assert_non_null(strstr(err.message, "in one storage block, this device has"));
+    return true;
+}
+
 static void light_comes_in_where_planes_cut(void **state)
 {
     const struct closed_form_light *lights[] = {&lamp, &sun, &buried};
@@ -198,6 +219,10 @@ static void light_comes_in_where_planes_cut(void **state)
             struct image bare = shoot_bare(*state, &rig, view);
             for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
                 set_technique(&view, &techniques[i].quality);
+                if (is_refused(*state, &rig, &view)) {
+                    view = look_down(count);
+                    continue;
+                }
                 struct image image = shoot_color(*state, &rig, &view);
                 struct comparison c = compare(&image, &bare, &view, lights[l], count);
                 print_message("%s, light %d, %zu planes: worst %.2g of %d pixels\n",

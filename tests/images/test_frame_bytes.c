@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "tests/support/image_checks.h"
+#include "tests/support/techniques.h"
 
 struct stage {
     struct renderer *renderer;
@@ -57,13 +58,12 @@ static void expect_same(const struct frame_report *fresh, const struct frame_rep
 
 static void a_setting_has_the_same_bytes_whatever_was_before(void **state)
 {
-    static const enum shadow_technique techniques[] = {
-        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
-    enum { COUNT = sizeof techniques / sizeof *techniques };
-    struct frame_report first[COUNT]; /* one renderer at a time: each has a GL context */
+    enum shadow_technique techniques[SHADOWS_COUNT];
+    int count = (int)raster_techniques(0, techniques);
+    struct frame_report first[SHADOWS_COUNT]; /* one renderer at a time: each has a GL context */
     struct stage stage;
     (void)state;
-    for (int i = 0; i < COUNT; i++) {
+    for (int i = 0; i < count; i++) {
         struct view view = view_of(techniques[i], 32);
         stage_begin(&stage);
         first[i] = report_of(&stage, &view);
@@ -73,14 +73,14 @@ static void a_setting_has_the_same_bytes_whatever_was_before(void **state)
         stage_end(&stage);
     }
     stage_begin(&stage);
-    for (int i = COUNT - 1; i >= 0; i--) {
+    for (int i = count - 1; i >= 0; i--) {
         struct view view = view_of(techniques[i], 64);
-        bool may_be_linked = techniques[i] != SHADOWS_RAYTRACED_SHADOWS;
+        bool may_be_linked = shadow_technique_can(techniques[i], SHADOW_CAN_LINKED_LISTS);
         view.quality.light_lists =
             may_be_linked && i % 2 ? VIEW_LIGHT_LISTS_LINKED : VIEW_LIGHT_LISTS_CLUSTERED;
         report_of(&stage, &view);
     }
-    for (int i = 0; i < COUNT; i++) {
+    for (int i = 0; i < count; i++) {
         struct view view = view_of(techniques[i], 32);
         struct frame_report later = report_of(&stage, &view);
         expect_same(&first[i], &later);

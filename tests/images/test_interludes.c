@@ -13,10 +13,11 @@
 
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
+#include "tests/support/techniques.h"
 
 enum { OTHERS = 4, PAUSES = 6, PAUSES_MAX = 16 };
 
-/* What is rendered in an interlude, and what it looks like without one. */
+/* What is rendered at a yield point, and what it looks like without one. */
 struct other {
     const struct rig_scene *scene;
     struct view view;
@@ -36,8 +37,9 @@ static bool is_due(void *context)
     return interruption->pauses_left > 0;
 }
 
-static bool serve(void *context)
+static bool serve(void *context, struct error *err)
 {
+    (void)err;
     struct interruption *in = context;
     const struct other *other = &in->others[in->served % OTHERS];
     struct image color = shoot_color(in->renderer, other->scene, &other->view);
@@ -120,14 +122,14 @@ static void fixture_finish(struct fixture *fixture)
 static bool render_with_pauses(struct fixture *fixture, const struct view *view,
                                struct frame *frame, struct error *err)
 {
-    const struct interlude interlude = {
-        .context = &fixture->interruption, .is_due = is_due, .serve = serve};
+    const struct yield_point yield = {
+        .context = &fixture->interruption, .should_yield = is_due, .run_urgent = serve};
     fixture->interruption.served = 0;
     fixture->interruption.pauses_left =
         fixture->interruption.pauses ? fixture->interruption.pauses : PAUSES;
-    renderer_set_interlude(fixture->renderer, &interlude);
+    renderer_set_yield_point(fixture->renderer, &yield);
     bool ok = renderer_render(fixture->renderer, "demo", view, frame, err);
-    renderer_set_interlude(fixture->renderer, NULL);
+    renderer_set_yield_point(fixture->renderer, NULL);
     return ok;
 }
 
@@ -169,12 +171,12 @@ static void ray_traced_frames_keep_their_bits(void **state)
 /* Five steps of a window at least: surfaces, layers, light lists, shading, reading. */
 static void rasterised_frames_keep_their_bits(void **state)
 {
-    static const enum shadow_technique techniques[] = {
-        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
+    enum shadow_technique techniques[SHADOWS_COUNT];
+    size_t count = raster_techniques(0, techniques);
     struct fixture fixture;
     (void)state;
     fixture_init(&fixture, render_rig_create());
-    for (size_t i = 0; i < sizeof techniques / sizeof techniques[0]; i++) {
+    for (size_t i = 0; i < count; i++) {
         struct view view = demo_view(techniques[i]);
         view.outputs = 1u << VIEW_OUTPUT_COLOR | 1u << VIEW_OUTPUT_LAYERS;
         assert_pauses_change_nothing(&fixture, &view, 5);
@@ -211,7 +213,7 @@ static void batches_of_lights_keep_their_bits(void **state)
 /* A picture of 15,360 pixels in pieces that begin with 512: five steps, and three pieces at least
  * of the pixels and of the entries; in batches of lights, too. Devices that are not our own
  * processors have learned from the frame before that this is soon done. */
-static void shading_stops_between_bands(void **state)
+static void shading_stops_between_time_slices(void **state)
 {
     static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED_SHADOWS};
     struct fixture fixture;
@@ -219,7 +221,7 @@ static void shading_stops_between_bands(void **state)
     for (int budget_mib = 0; budget_mib <= 36; budget_mib += 36) {
         fixture_init(&fixture, create_renderer(&(struct renderer_desc){
                                    .is_strict = true,
-                                   .first_band = 512,
+                                   .hooks.first_slice = 512,
                                    .gpu_budget_bytes = (uint64_t)budget_mib << 20}));
         fixture.interruption.pauses = PAUSES_MAX;
         struct renderer_info info;
@@ -330,10 +332,9 @@ static void rays_of_an_unwanted_frame_end_within_a_tile(void **state)
     fixture_init(&fixture, render_rig_create());
     for (size_t i = 0; i < sizeof qualities / sizeof *qualities; i++) {
         atomic_int questions = 0;
-        const struct interlude interlude = {.context = &questions,
-                                            .is_due = is_never_due,
-                                            .serve = is_never_due,
-                                            .is_unwanted = is_unwanted_from_the_third_question_on};
+        const struct yield_point yield = {.context = &questions,
+                                          .should_yield = is_never_due,
+                                          .is_unwanted = is_unwanted_from_the_third_question_on};
         struct view view = {.width_px = 16,
                             .height_px = 16,
                             .lights = &area,
@@ -341,9 +342,9 @@ static void rays_of_an_unwanted_frame_end_within_a_tile(void **state)
                             .quality = qualities[i]};
         struct frame frame;
         struct error err = {0};
-        renderer_set_interlude(fixture.renderer, &interlude);
+        renderer_set_yield_point(fixture.renderer, &yield);
         assert_false(renderer_render(fixture.renderer, "demo", &view, &frame, &err));
-        renderer_set_interlude(fixture.renderer, NULL);
+        renderer_set_yield_point(fixture.renderer, NULL);
         if (err.code != ERROR_TIMEOUT)
             fail_msg("form %zu: %s", i, err.message);
         assert_null(frame.outputs[VIEW_OUTPUT_COLOR].pixels);
@@ -361,7 +362,7 @@ int main(void)
         cmocka_unit_test(ray_traced_frames_keep_their_bits),
         cmocka_unit_test(rasterised_frames_keep_their_bits),
         cmocka_unit_test(batches_of_lights_keep_their_bits),
-        cmocka_unit_test(shading_stops_between_bands),
+        cmocka_unit_test(shading_stops_between_time_slices),
         cmocka_unit_test(building_stops_between_lights),
         cmocka_unit_test(an_unwanted_frame_ends_and_the_next_is_whole),
         cmocka_unit_test(rays_of_an_unwanted_frame_end_within_a_tile),

@@ -32,7 +32,7 @@ static void fixture_init(struct fixture *fixture, bool poses_as_hardware)
 {
     struct renderer_info info;
     fixture->renderer = render_rig_create_as(
-        &(struct renderer_desc){.is_strict = true, .poses_as_hardware = poses_as_hardware});
+        &(struct renderer_desc){.is_strict = true, .hooks.poses_as_hardware = poses_as_hardware});
     renderer_get_info(fixture->renderer, &info);
     fixture->is_software = info.is_software;
     rig_demo_open(&fixture->demo, fixture->renderer, "demo", 64);
@@ -275,7 +275,7 @@ static void what_is_forgotten_is_drawn_again(void **state)
             CHECK(&fixture, {base, false}, {base, true});
             struct frame frame;
             if (how == 0)
-                renderer_rest(fixture.renderer);
+                renderer_trim(fixture.renderer);
             else
                 renderer_drop_structures(fixture.renderer, fixture.demo.key);
             shoot(fixture.renderer, &fixture.demo, &base, &frame);
@@ -295,7 +295,7 @@ static void a_picture_on_its_way_is_not_relied_on(void **state)
     (void)state;
     struct fixture fixture = {
         .renderer = render_rig_create_as(&(struct renderer_desc){
-            .is_strict = true, .poses_as_hardware = true, .defers_frames = true})};
+            .is_strict = true, .hooks.poses_as_hardware = true, .hooks.defers_frames = true})};
     rig_demo_open(&fixture.demo, fixture.renderer, "demo", 64);
     const struct view base = base_view(SHADOWS_DEEP), selected = highlighted(base, pane);
     struct view alone = selected;

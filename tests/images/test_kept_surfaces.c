@@ -128,12 +128,16 @@ static void turn_to_maps(struct series *series)
 {
     struct view view = small_view();
     const struct expected stood = {false, false, true};
+    struct renderer_info info;
+    renderer_get_info(series->renderer, &info);
+    /* rays ask for the exact sizes of lists, which other devices only guessed for the map */
+    const struct expected sized = {true, info.is_software, true};
     view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
     check(series, &view, none);
     view.quality.shadows = SHADOWS_DEEP;
     check(series, &view, stood);
     view.quality.shadows = SHADOWS_RAYTRACED_SHADOWS;
-    check(series, &view, all);
+    check(series, &view, sized);
     view.quality.shadows = SHADOWS_MAP;
     check(series, &view, all);
 }

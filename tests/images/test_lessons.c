@@ -142,12 +142,12 @@ static void teach_maps(struct fixture *fixture, const struct view *view)
     const struct learning_case *frames = plan.choice.frames;
     learning_init(learned);
     for (int i = 0; i < 12; i++)
-        learning_teach(learned, &frames[FORECAST_MAPS],
-                       learning_expect(learned, &frames[FORECAST_RAYS]).ms / 1.2);
-    learning_show(learned, &frames[FORECAST_MAPS]);
+        learning_teach(learned, &frames[SHADOWS_RASTER_DEFAULT],
+                       learning_expect(learned, &frames[SHADOWS_RAYTRACED]).ms / 1.2);
+    learning_show(learned, &frames[SHADOWS_RASTER_DEFAULT]);
     const struct auto_pick pick = auto_pick(frames, learned);
-    assert_int_equal(pick.technique, FORECAST_MAPS);
-    assert_true(pick.has_runner_up && pick.runner_up != FORECAST_MAPS);
+    assert_int_equal(pick.technique, SHADOWS_RASTER_DEFAULT);
+    assert_true(pick.has_runner_up && pick.runner_up != SHADOWS_RASTER_DEFAULT);
     renderer_set_learned(fixture->renderer, learned);
     free(learned);
 }
@@ -219,7 +219,7 @@ static void the_runner_up_is_timed_once_and_no_picture_changes(void **unused)
     check_same(&deep, &again);
     again = draw_still(&fixture, SHADOWS_RAYTRACED);
     check_same(&rays, &again);
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++) /* the third, if it is worth it, and then none */
+    for (int i = 0; i < 3; i++) /* the third, if it is worth it, and then none */
         (void)time_it(&fixture, -1);
     assert_int_equal(time_it(&fixture, -1), RUNNER_UP_NONE);
     image_finish(&deep);

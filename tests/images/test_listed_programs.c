@@ -11,6 +11,7 @@
 
 #include "tests/support/closed_form_media.h"
 #include "tests/support/image_checks.h"
+#include "tests/support/techniques.h"
 
 enum { ALL_OUTPUTS = (1 << VIEW_OUTPUT_COUNT) - 1 };
 
@@ -69,9 +70,9 @@ static void link_all(struct warm_scene *scene, const struct view *view)
 
 static void link_techniques(struct warm_scene *scene, const struct view *view)
 {
-    static const enum shadow_technique techniques[] = {
-        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
-    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+    enum shadow_technique techniques[SHADOWS_COUNT];
+    size_t count = raster_techniques(0, techniques);
+    for (size_t i = 0; i < count; i++) {
         struct view other = *view;
         other.quality.shadows = techniques[i];
         link_all(scene, &other);

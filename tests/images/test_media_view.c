@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What a camera sees through media, pixel by pixel, against closed forms in f64 (A2 to A5). */
+#include <assert.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -415,6 +416,7 @@ static void the_reference_sees_the_same(void **state)
         view.quality.reference = round > 3; /* else the production form, in packets */
         struct frame traced = render(*state, &desc, &view);
         int apart = 0;
+        assert(lists.outputs[VIEW_OUTPUT_COLOR].pixels && traced.outputs[VIEW_OUTPUT_COLOR].pixels);
         for (int i = 0; i < view.width_px * view.height_px; i++) {
             const float *p = (const float *)lists.outputs[VIEW_OUTPUT_COLOR].pixels + 4 * i;
             const float *q = (const float *)traced.outputs[VIEW_OUTPUT_COLOR].pixels + 4 * i;
@@ -430,6 +432,32 @@ static void the_reference_sees_the_same(void **state)
     }
 }
 
+/* The linked form keeps the thickness rule, and says so: with a new plan, and with a kept one. */
+static void linked_lists_warn_that_they_know_no_media(void **state)
+{
+    const struct closed_form_body slab = {.low = {-1, 0, -1},
+                                          .high = {1, 0.25, 1},
+                                          .remains = {0.5f, 0.25f, 0.75f},
+                                          .distance = 0.125f};
+    const struct media_scene_desc desc = {.bodies = &slab, .count = 1};
+    const struct view_light sun = {.type = SCENE_LIGHT_DIRECTIONAL,
+                                   .direction = {0.1, -1, 0.1},
+                                   .color = {1, 1, 1},
+                                   .intensity = 1};
+    struct view view = look((double[]){0, 3, 3}, (double[]){0, 0, 0}, 3, 0);
+    view.lights = &sun;
+    view.light_count = 1;
+    for (int round = 0; round < 4; round++) {
+        bool is_linked = round < 2;
+        view.quality.shadows = is_linked ? SHADOWS_DEEP_LINKED : SHADOWS_DEEP;
+        struct frame frame = render(*state, &desc, &view);
+        assert_int_equal(frame.report.warning_count, is_linked);
+        if (is_linked)
+            assert_non_null(strstr(frame.report.warnings[0], "deep-linked has no room for media"));
+        frame_finish(&frame);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -441,6 +469,7 @@ int main(void)
         cmocka_unit_test(a_clip_plane_cuts_through_media),
         cmocka_unit_test(antialiased_views_average_the_ways_of_their_samples),
         cmocka_unit_test(the_reference_sees_the_same),
+        cmocka_unit_test(linked_lists_warn_that_they_know_no_media),
     };
     return cmocka_run_group_tests(tests, render_rig_setup, render_rig_teardown);
 }

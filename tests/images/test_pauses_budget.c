@@ -31,8 +31,9 @@ static bool is_due(void *context)
     return loss->pauses < loss->at;
 }
 
-static bool serve(void *context)
+static bool serve(void *context, struct error *err)
 {
+    (void)err;
     struct loss *loss = context;
     const struct view view = {
         .width_px = 32, .height_px = 32, .quality = {.shadows = SHADOWS_NONE, .samples = 1}};
@@ -54,10 +55,11 @@ static void fixture_init(struct fixture *fixture, uint64_t texture_budget_bytes)
 {
     struct closed_form_scene scene;
     struct error err = {0};
-    fixture->renderer = renderer_create(
-        &(struct renderer_desc){
-            .is_strict = true, .first_band = 512, .texture_budget_bytes = texture_budget_bytes},
-        &err);
+    fixture->renderer =
+        renderer_create(&(struct renderer_desc){.is_strict = true,
+                                                .hooks.first_slice = 512,
+                                                .texture_budget_bytes = texture_budget_bytes},
+                        &err);
     if (!fixture->renderer)
         fail_msg("%s", err.message);
     rig_demo_open(&fixture->demo, fixture->renderer, "demo", 64);
@@ -99,11 +101,11 @@ static struct view lit_view(struct view_light lights[LIGHTS])
 static bool render_with_loss(struct fixture *fixture, const struct view *view, struct loss *loss,
                              struct frame *frame, bool *is_good, struct error *err)
 {
-    const struct interlude interlude = {.context = loss, .is_due = is_due, .serve = serve};
+    const struct yield_point yield = {.context = loss, .should_yield = is_due, .run_urgent = serve};
     uint64_t before = *loss->budget_bytes;
-    renderer_set_interlude(fixture->renderer, &interlude);
+    renderer_set_yield_point(fixture->renderer, &yield);
     *is_good = renderer_render(fixture->renderer, "demo", view, frame, err);
-    renderer_set_interlude(fixture->renderer, NULL);
+    renderer_set_yield_point(fixture->renderer, NULL);
     *loss->budget_bytes = before;
     return loss->pauses == loss->at;
 }
@@ -128,7 +130,7 @@ static void assert_batches_follow(struct fixture *fixture, uint64_t from_bytes, 
                             .left_bytes = to_bytes,
                             .at = at};
         struct error err = {0};
-        fixture->renderer->batches = (struct light_batches){0};
+        fixture->renderer->frames.batches = (struct light_batches){0};
         renderer_drop_structures(fixture->renderer, "demo");
         is_lost = render_with_loss(fixture, &view, &loss, &paused, &is_good, &err);
         if (!is_good)
@@ -178,7 +180,7 @@ static void what_fails_in_a_pause_of_shadow_rays_is_told(void **state)
     for (; is_lost; at++) {
         struct loss loss = {.renderer = fixture.renderer,
                             .other = &fixture.panes,
-                            .budget_bytes = &fixture.renderer->own_scenes.textures->budget_bytes,
+                            .budget_bytes = &fixture.renderer->scenes.textures->budget_bytes,
                             .left_bytes = 1,
                             .at = at};
         struct error err = {0};

@@ -10,6 +10,7 @@
 #include "tests/support/closed_form_media.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
+#include "tests/support/techniques.h"
 
 enum { SIDE = 48 };
 
@@ -73,7 +74,7 @@ static struct plan check_plan(struct renderer *renderer, struct scene_case *scen
     }
     if (!plan.requirements[PLAN_NEED_TRACED].is_met)
         assert_int_equal(report->counts.shadowed_lights,
-                         plan.map_lights + plan.deep_lights + plan.linked_lights);
+                         plan_shadowed_lights(&plan) - plan.traced_lights);
     for (int i = 0; i < PLAN_NEED_COUNT; i++) {
         assert_int_equal(plan.requirements[i].need, i);
         assert_true(plan.requirements[i].because[0]);
@@ -89,9 +90,10 @@ static struct view small_view(void)
 
 static void a_cold_frame_runs_what_its_plan_lists(void **state)
 {
-    static const enum shadow_technique techniques[] = {SHADOWS_AUTO, SHADOWS_NONE, SHADOWS_MAP,
-                                                       SHADOWS_DEEP, SHADOWS_DEEP_LINKED};
-    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+    enum shadow_technique techniques[SHADOWS_COUNT];
+    size_t count = raster_techniques(SHADOW_CAN_LINKED_LISTS, techniques);
+    techniques[count++] = SHADOWS_AUTO; /* in the place of the ray tracer's */
+    for (size_t i = 0; i < count; i++) {
         for (int samples = 1; samples <= 4; samples += 3) {
             struct scene_case scene = {0};
             open_demo(&scene, *state);
@@ -120,12 +122,12 @@ static void nothing_is_planned_that_the_scene_does_not_require(void **state)
     plan = check_plan(*state, &scene, &view, false);
     assert_true(plan.requirements[PLAN_NEED_LAYERS].is_met);
     assert_true(plan.requirements[PLAN_NEED_FILTERED_SHADOWS].is_met);
-    assert_int_equal(plan.deep_lights, 1);
+    assert_int_equal(plan.lights_by_technique[SHADOWS_DEEP], 1);
     view.outputs = 1u << VIEW_OUTPUT_DEPTH | 1u << VIEW_OUTPUT_NODE;
     plan = check_plan(*state, &scene, &view, false);
     assert_false(plan.requirements[PLAN_NEED_COLOR].is_met);
     assert_false(plan.requirements[PLAN_NEED_LIGHTS].is_met);
-    assert_int_equal(plan.deep_lights, 0);
+    assert_int_equal(plan.lights_by_technique[SHADOWS_DEEP], 0);
     close_scene(&scene, *state);
     open_panes(&scene, *state, 2);
     view.outputs = 0;

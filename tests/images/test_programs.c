@@ -11,6 +11,7 @@
 #include "tests/support/closed_form_media.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
+#include "tests/support/techniques.h"
 
 enum { SIDE = 48 };
 
@@ -138,12 +139,12 @@ static uint64_t check_programs(const struct program_case *c, const struct view *
 
 static void every_technique_builds_what_is_listed(void **state)
 {
-    static const enum shadow_technique techniques[] = {
-        SHADOWS_NONE, SHADOWS_MAP, SHADOWS_DEEP, SHADOWS_DEEP_LINKED, SHADOWS_RAYTRACED_SHADOWS};
+    enum shadow_technique techniques[SHADOWS_COUNT];
+    size_t count = raster_techniques(0, techniques);
     (void)state;
     struct program_case c;
     open_demo(&c);
-    for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
+    for (size_t i = 0; i < count; i++) {
         for (int samples = 1; samples <= 4; samples += 3) {
             struct view view = small_view();
             view.quality.shadows = techniques[i];
@@ -180,7 +181,7 @@ static void lists_outputs_and_cameras_build_what_is_listed(void **state)
 static void pictures_for_a_screen_build_what_is_listed(void **state)
 {
     struct program_case c = {.renderer = render_rig_create_as(&(struct renderer_desc){
-                                 .is_strict = true, .poses_as_hardware = true})};
+                                 .is_strict = true, .hooks.poses_as_hardware = true})};
     struct view view = small_view();
     (void)state;
     rig_demo_open(&c.rig, c.renderer, "demo", 64);

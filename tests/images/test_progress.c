@@ -125,20 +125,20 @@ static bool is_never_due(void *context)
     return false;
 }
 
-static void shading_tells_its_bands_and_never_falls(void **state)
+static void shading_tells_its_slices_and_never_falls(void **state)
 {
     static const enum shadow_technique techniques[] = {SHADOWS_DEEP, SHADOWS_RAYTRACED_SHADOWS};
     (void)state;
     struct fixture fixture;
     struct told told;
-    const struct interlude interlude = {.is_due = is_never_due, .serve = is_never_due};
-    fixture_init(&fixture, &(struct renderer_desc){.is_strict = true, .first_band = 512});
+    const struct yield_point yield = {.should_yield = is_never_due};
+    fixture_init(&fixture, &(struct renderer_desc){.is_strict = true, .hooks.first_slice = 512});
     for (size_t i = 0; i < sizeof techniques / sizeof *techniques; i++) {
         struct view view = demo_view(techniques[i]);
         struct image plain = shoot_color(fixture.renderer, &fixture.demo, &view);
-        renderer_set_interlude(fixture.renderer, &interlude);
+        renderer_set_yield_point(fixture.renderer, &yield);
         assert_true(image_hash(&plain) == render_and_listen(&fixture, &view, &told, NULL));
-        renderer_set_interlude(fixture.renderer, NULL);
+        renderer_set_yield_point(fixture.renderer, NULL);
         image_finish(&plain);
         assert_in_range(told.stages[FRAME_STAGE_SHADING].count, fixture.is_software ? 6 : 2,
                         INT32_MAX);
@@ -193,7 +193,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rays_tell_the_tiles_that_are_traced),
         cmocka_unit_test(shadows_tell_the_structures_that_stand),
-        cmocka_unit_test(shading_tells_its_bands_and_never_falls),
+        cmocka_unit_test(shading_tells_its_slices_and_never_falls),
         cmocka_unit_test(batches_of_lights_tell_the_lights_that_are_done),
         cmocka_unit_test(windows_tell_their_share_of_the_picture),
     };

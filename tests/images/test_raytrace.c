@@ -11,6 +11,7 @@
 #include "renderer/raytrace/raytrace.h"
 #include "tests/support/closed_form_scenes.h"
 #include "tests/support/image_checks.h"
+#include "tests/support/raytrace_probe.h"
 
 enum { SIDE_PX = 160 };
 
@@ -164,9 +165,14 @@ static void shading_equals_the_ground_truth(void **state)
     closed_form_scene_finish(&scene);
 }
 
-static bool cancel_at_once(void *context, double share)
+static bool is_never_due(void *context)
 {
-    (void)share;
+    (void)context;
+    return false;
+}
+
+static bool is_unwanted_at_once(void *context)
+{
     ++*(int *)context;
     return true;
 }
@@ -183,14 +189,12 @@ static void a_cancelled_render_leaves_nothing(void **state)
     struct image image;
     struct error err = {0};
     int calls = 0;
+    const struct yield_point unwanted = {
+        .context = &calls, .should_yield = is_never_due, .is_unwanted = is_unwanted_at_once};
     assert_true(scene_state_init(&scene_state, &imported.scene, &view, &err));
     assert_true(camera_resolve(&camera, &view, &scene_state, &err));
-    struct raytrace_desc desc = {.view = &view,
-                                 .state = &scene_state,
-                                 .camera = &camera,
-                                 .threads = 2,
-                                 .progress = cancel_at_once,
-                                 .context = &calls};
+    struct raytrace_desc desc = {
+        .view = &view, .state = &scene_state, .camera = &camera, .threads = 2, .yield = &unwanted};
     assert_false(raytrace_render(&desc, &image, NULL, &err));
     assert_int_equal(err.code, ERROR_TIMEOUT);
     assert_null(image.pixels);

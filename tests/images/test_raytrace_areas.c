@@ -17,6 +17,7 @@
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/import_support.h"
 #include "tests/support/render_support.h"
+#include "tests/support/raytrace_probe.h"
 
 enum { SAMPLES = 4096, POINTS = 201, DISC_CORNERS = 4096 };
 

@@ -16,6 +16,7 @@
 #include "renderer/scene/camera.h"
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/image_checks.h"
+#include "tests/support/raytrace_probe.h"
 
 enum { SIDE_PX = 160 };
 

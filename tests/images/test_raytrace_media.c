@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Media of the ray tracer against closed forms: slabs, wedges, spheres, overlapping boxes with
- * light, receiver and camera inside (A2 to A5 of docs/accuracy.md). */
+ * light, receiver and camera inside (A2 to A5 of docs/reference/accuracy.md). */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,6 +16,7 @@
 #include "tests/support/closed_form_internal.h"
 #include "tests/support/import_support.h"
 #include "tests/support/render_support.h"
+#include "tests/support/raytrace_probe.h"
 
 enum { BOXES = 4, PROBES = 64 };
 

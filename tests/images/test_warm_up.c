@@ -191,20 +191,27 @@ static bool always(void *context)
     return true;
 }
 
+static bool gives_way(void *context, struct error *err)
+{
+    (void)context;
+    (void)err;
+    return false;
+}
+
 static void building_gives_way(void **state)
 {
     (void)state;
-    static const struct interlude someone = {.is_due = always, .serve = never};
+    static const struct yield_point someone = {.should_yield = always, .run_urgent = gives_way};
     struct fixture fixture;
     struct frame frame;
     struct error err = {0};
     fixture_init(&fixture, &raster);
     struct view view = view_of(SHADOWS_DEEP);
     view.quality.shadow_resolution = 64;
-    renderer_set_interlude(fixture.renderer, &someone);
+    renderer_set_yield_point(fixture.renderer, &someone);
     assert_false(renderer_build(fixture.renderer, fixture.demo.key, &view, &frame, &err));
     assert_int_equal(ERROR_OVERLOADED, err.code);
-    renderer_set_interlude(fixture.renderer, NULL);
+    renderer_set_yield_point(fixture.renderer, NULL);
     uint64_t left = build(&fixture, &view).maps;
     assert_true(left > 0);
     fixture_finish(&fixture);

@@ -123,9 +123,9 @@ static int take_albums(void **unused)
 {
     (void)unused;
     for (int i = 0; i < 2; i++) {
-        struct renderer_desc desc = {.is_strict = true, .wide_floats = forms[i]};
+        struct renderer_desc desc = {.is_strict = true, .hooks.wide_floats = forms[i]};
         together[forms[i]] = take_all(&desc);
-        desc.poses_as_hardware = true;
+        desc.hooks.poses_as_hardware = true;
         in_turn[forms[i]] = take_all(&desc);
     }
     return 0;

@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "renderer/base/interlude.h"
+#include "renderer/base/yield_point.h"
 #include "tests/support/extreme_checks.h"
 #include "tests/support/image_checks.h"
 
@@ -36,7 +36,7 @@ struct fixture {
     struct renderer *renderer;
     struct rig_scene demo;
     uint64_t budget_bytes, most_bytes;
-    struct interlude interlude;
+    struct yield_point yield;
     pthread_t thread;
     const struct view *urgent; /* rendered in the next pause; NULL: none is due */
     int steps, urgent_at, urgent_made;
@@ -60,8 +60,9 @@ static bool is_due(void *context)
     return fixture->urgent && ++fixture->steps >= fixture->urgent_at;
 }
 
-static bool serve(void *context)
+static bool serve(void *context, struct error *why)
 {
+    (void)why;
     struct fixture *fixture = context;
     const struct view *view = fixture->urgent;
     struct frame frame;
@@ -86,8 +87,9 @@ static void fixture_init(struct fixture *fixture, uint64_t budget_bytes)
     if (!fixture->renderer && err.code == ERROR_NO_DEVICE)
         skip();
     assert_non_null(fixture->renderer);
-    fixture->interlude = (struct interlude){.context = fixture, .is_due = is_due, .serve = serve};
-    renderer_set_interlude(fixture->renderer, &fixture->interlude);
+    fixture->yield =
+        (struct yield_point){.context = fixture, .should_yield = is_due, .run_urgent = serve};
+    renderer_set_yield_point(fixture->renderer, &fixture->yield);
     rig_demo_open(&fixture->demo, fixture->renderer, "demo", 128);
 }
 

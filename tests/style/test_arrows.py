@@ -14,7 +14,8 @@ FOLDERS = {"server", "protocol", "renderer", "shaders", "glb", "clients", "tests
 # folder -> what it may include: whole folders, or single headers
 ARROWS = {
     "protocol": {"protocol"},
-    "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/shadow_technique.h"},
+    "renderer": {"renderer", "shaders", "protocol/error.h", "protocol/quality_defaults.h",
+                 "protocol/shadow_technique.h", "protocol/transparency.h"},
     "glb": {"glb", "protocol"},
     "server": {"server", "protocol", "renderer", "glb/demo_scene.h"},
     # images and their metrics need no GL, and a client that compares files needs no server
@@ -23,13 +24,29 @@ ARROWS = {
     "tests": FOLDERS,
 }
 
-# The rooms of server/ and renderer/: folders, and single files ("renderer/frame_report" is both .h
-# and .c). A room may include what it lists, and lists only rooms above it in this table, so that no
-# arrow runs back. An arrow that no include needs does not stand here.
+# The rooms of shaders/, renderer/ and server/: folders, and files ("renderer/frame_report" is
+# both .h and .c). A room may include what it lists, and lists only rooms above it in this table, so
+# that no arrow runs back. An arrow that no include needs does not stand here.
 #
 # "server/x" and "renderer/x" are rooms, or parts of them: "renderer/image/image.h" is that header
 # alone.
 ROOMS = {
+    # GLSL names fragments from shaders/ on
+    "shaders/shared": "",
+    "shaders/base": "shaders/shared",
+    "shaders/material": "",
+    "shaders/image": "shaders/shared",
+    "shaders/draw": "shaders/shared shaders/base shaders/material",
+    "shaders/window": "shaders/shared shaders/draw",
+    "shaders/lights": "shaders/shared shaders/base",
+    "shaders/transparency": "shaders/shared shaders/base shaders/material shaders/draw",
+    "shaders/shadows": "shaders/shared shaders/base shaders/material shaders/draw shaders/window",
+    "shaders/shading":
+        "shaders/shared shaders/base shaders/material shaders/image shaders/draw shaders/window"
+        " shaders/lights shaders/shadows",
+    "shaders/probes": "shaders/shared shaders/base",
+    "shaders/shader_table": "",
+
     "renderer/base": "",
     "renderer/image": "",
     "renderer/accuracy": "renderer/image",
@@ -49,27 +66,30 @@ ROOMS = {
         "renderer/base renderer/image renderer/view.h renderer/scene renderer/lights",
     "renderer/overlay":
         "renderer/base renderer/image renderer/view.h renderer/scene renderer/raytrace",
-    "renderer/transparency": "renderer/base renderer/window",
+    "renderer/transparency": "renderer/base renderer/gl renderer/window",
+    "renderer/forecast": "",
     "renderer/shadows":
         "renderer/base renderer/frame_report renderer/scene renderer/gl renderer/draw"
-        " renderer/window renderer/lights renderer/raytrace renderer/transparency",
+        " renderer/window renderer/lights renderer/raytrace renderer/transparency"
+        " renderer/forecast",
     "renderer/shading":
         "renderer/base renderer/image renderer/gl renderer/window renderer/lights"
         " renderer/transparency renderer/shadows",
     "renderer/cost":
         "renderer/base renderer/frame_report renderer/view.h renderer/scene renderer/lights"
-        " renderer/shadows",
+        " renderer/forecast renderer/shadows",
     "renderer/plan":
         "renderer/base renderer/frame_report renderer/view.h renderer/scene renderer/gl"
-        " renderer/draw renderer/window renderer/lights renderer/raytrace renderer/shadows"
-        " renderer/cost",
+        " renderer/draw renderer/window renderer/lights renderer/raytrace renderer/transparency"
+        " renderer/shadows renderer/cost",
     "renderer/renderer.h":
         "renderer/base renderer/image renderer/frame_report renderer/view.h renderer/scene"
         " renderer/gl renderer/raytrace renderer/plan",
     "renderer/frame":
         "renderer/base renderer/image renderer/frame_report renderer/scene renderer/gl"
         " renderer/textures renderer/draw renderer/window renderer/raytrace renderer/overlay"
-        " renderer/shadows renderer/shading renderer/cost renderer/plan renderer/renderer.h",
+        " renderer/forecast renderer/shadows renderer/shading renderer/cost renderer/plan"
+        " renderer/renderer.h",
 
     # what every process has
     "server/base": "renderer/base",
@@ -78,8 +98,8 @@ ROOMS = {
     "server/http": "server/base renderer/image/image.h",
     "server/front":
         "server/base server/mapping server/http renderer/base renderer/image/image.h"
-        " renderer/scene/scene_blob.h renderer/cost",
-    "server/tradeoffs": "server/base server/mapping server/front renderer/cost",
+        " renderer/scene/scene_blob.h",
+    "server/tradeoffs": "server/base server/mapping server/front",
     "server/views":
         "server/base server/http server/front server/tradeoffs renderer/image/image.h",
     "server/routes":
@@ -154,6 +174,7 @@ STANDARD = re.compile(r"""
     |c?[a-z_]+""", re.VERBOSE)
 
 GL_OWNER = re.compile(r"\bgl(Create|Gen|Delete)[A-Z]\w*\s*\(")
+SHADER_FRAGMENT = re.compile(r"[a-z_]+/[a-z_.]+[.](glsl|h)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
@@ -183,15 +204,24 @@ def arrow_of(room, target):
 
 
 def rooms_fault(path, target):
-    """Why the file `path` must not include the header `target` of server/ or renderer/, or None."""
+    """Why the file `path` must not include the file `target` of a room, or None."""
+    if target.startswith("shaders/") and not path.startswith("shaders/"):
+        return None  # ARROWS decide who reads what C and GLSL share
     room, other = room_of(path), room_of(target)
     if not room or not other or room == other or arrow_of(room, target):
         return None
     return f"{room} may not include {target}"
 
 
-def includes_of(text):
-    return [found[2] for line in text.splitlines() if (found := INCLUDE.match(line))]
+def named_by(path, target):
+    """The path of what the file `path` includes as `target`: the composer of GLSL looks fragments
+    up from shaders/ on."""
+    return f"shaders/{target}" if path.endswith(".glsl") else target
+
+
+def includes_of(path, text):
+    return [named_by(path, found[2])
+            for line in text.splitlines() if (found := INCLUDE.match(line))]
 
 
 def reached_from(path, includes):
@@ -214,6 +244,9 @@ def include_fault(path, quote, target):
     folder = path.split("/")[0]
     if folder not in FOLDERS:
         return None
+    if path.endswith(".glsl") and not SHADER_FRAGMENT.fullmatch(target):
+        return f'"{target}" names no folder of shaders/'
+    target = named_by(path, target)
     if target.split("/")[0] in FOLDERS:
         if not may_include(folder, target):
             return f"{folder} may not include {target}"
@@ -223,16 +256,11 @@ def include_fault(path, quote, target):
             if not any(fnmatch.fnmatchcase(path, home) for home in homes):
                 return f"{target} lives in {', '.join(homes) or 'no file of ours'}"
             return None
-    if quote == '"' and not is_shader_fragment(path, target):
+    if quote == '"':
         return f'"{target}" names no folder of ours'
     if quote == "<" and not STANDARD.fullmatch(target):
         return f"<{target}> has no home in {pathlib.Path(__file__).name}"
     return None
-
-
-def is_shader_fragment(path, target):
-    """GLSL names fragments from shaders/ on, because that is where the composer looks them up."""
-    return path.endswith(".glsl") and ".." not in target.split("/")
 
 
 def faults_of(path, text):
@@ -261,7 +289,6 @@ class Arrows(unittest.TestCase):
                   if path.suffix in {".cpp", ".cc", ".cxx"} and not path.stem.endswith("_shim")]
         self.assertEqual([], strays)
 
-
     def test_gl_names_are_made_and_ended_in_one_folder(self):
         strays = [f"{path}:{number}: {line.strip()}" for path in sources.files()
                   if path.suffix in sources.C_SUFFIXES and path.parts[:2] != ("renderer", "gl")
@@ -274,13 +301,20 @@ class Arrows(unittest.TestCase):
 class Rooms(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.includes = {str(path): includes_of(sources.read(path)) for path in sources.files()
-                        if path.suffix in sources.C_SUFFIXES
-                        and path.parts[0] in {"server", "renderer"}}
+        cls.includes = {str(path): includes_of(str(path), sources.read(path))
+                        for path in sources.files()
+                        if path.suffix in sources.C_SUFFIXES | {".glsl"}
+                        and path.parts[0] in {"server", "renderer", "shaders"}}
 
     def test_every_source_has_a_room(self):
         self.assertGreater(len(self.includes), 300, "the scanner must have found the sources")
-        self.assertEqual([], [path for path in self.includes if not room_of(path)])
+        self.assertEqual([], [path for path in self.includes
+                              if not room_of(path) and path != "shaders/shader_table.h"])
+
+    def test_a_shader_is_known_by_its_name_without_the_folder(self):
+        names = [path.rsplit("/", 1)[1] for path in self.includes if path.startswith("shaders/")]
+        self.assertGreater(len(names), 80, "the scanner must have found the shaders")
+        self.assertEqual(len(set(names)), len(names))
 
     def test_no_room_lists_one_below_itself(self):
         order = list(ROOMS)
@@ -293,7 +327,8 @@ class Rooms(unittest.TestCase):
     def test_every_listed_arrow_is_needed(self):
         used = {(room_of(path), arrow_of(room_of(path), target))
                 for path, targets in self.includes.items() for target in targets
-                if room_of(target) and room_of(target) != room_of(path)}
+                if room_of(target) and room_of(target) != room_of(path)
+                and arrow_of(room_of(path), target)}
         listed = {(room, entry) for room, allowed in ROOMS.items() for entry in allowed.split()}
         self.assertEqual(set(), listed - used)
 
@@ -342,8 +377,10 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_refused("renderer/gl/a.c", '"renderer/plan/plan.h"')
         self.assert_refused("renderer/gl/a.c", '"renderer/renderer.h"')
         self.assert_refused("renderer/window/a.c", '"renderer/shading/shade.h"')
-        self.assert_refused("renderer/shadows/a.h", '"renderer/cost/forecast.h"')
+        self.assert_refused("renderer/shadows/a.h", '"renderer/cost/choice.h"')
         self.assert_refused("renderer/view.h", '"renderer/scene/scene.h"')
+        self.assert_refused("shaders/material/a.glsl", '"shading/lighting.glsl"')
+        self.assert_refused("shaders/lights/a.glsl", '"shadows/shadow_query.glsl"')
 
     def test_what_is_reached_through_other_headers(self):
         includes = {"server/front/a.c": ["server/mapping/b.h"], "server/mapping/b.h": [],
@@ -372,7 +409,8 @@ class PlantedFaultsAreCaught(unittest.TestCase):
     def test_includes_without_a_folder(self):
         self.assert_refused("renderer/gl/a.c", '"program.h"')
         self.assert_refused("renderer/gl/a.c", '"../scene/scene.h"')
-        self.assert_refused("shaders/draw.glsl", '"../renderer/view.h"')
+        self.assert_refused("shaders/draw/draw.glsl", '"../renderer/view.h"')
+        self.assert_refused("shaders/draw/draw.glsl", '"surface.glsl"')
 
     def test_the_arrows_of_the_design_are_allowed(self):
         self.assert_allowed("server/a.c", '"protocol/error.h"')
@@ -390,7 +428,7 @@ class PlantedFaultsAreCaught(unittest.TestCase):
         self.assert_allowed("renderer/a.c", "<stdio.h>")
         self.assert_allowed("server/a.c", "<sys/socket.h>")
         self.assert_allowed("renderer/import/gltf_shim.cpp", "<vector>")
-        self.assert_allowed("shaders/draw.glsl", '"shared/records.h"')
+        self.assert_allowed("shaders/draw/draw.glsl", '"shared/records.h"')
 
 
 if __name__ == "__main__":

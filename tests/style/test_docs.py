@@ -68,6 +68,29 @@ class Links(unittest.TestCase):
         self.assertEqual([], link_faults(path, "see [this](#some-heading)\n# Some heading\n"))
 
 
+MENTION = re.compile(r"(?<![\w/.-])docs/[\w/-]+\.md")
+MENTIONING = sources.CODE_SUFFIXES | {".js", ".md"}
+
+
+def strays_of(path, text, known):
+    return [f"{path}: {name}" for name in MENTION.findall(text) if name not in known]
+
+
+class Mentions(unittest.TestCase):
+    def test_every_manual_that_a_source_names_exists(self):
+        known = {str(path) for path in manuals()}
+        strays = [stray for path in sources.files()
+                  if (path.suffix in MENTIONING or path.name == "openapi.json")
+                  and path.name not in {"CHANGELOG.md", "test_docs.py"}
+                  for stray in strays_of(path, sources.read(path), known)]
+        self.assertEqual([], strays, "\n" + "\n".join(strays))
+
+    def test_a_planted_mention_is_caught(self):
+        known = {"docs/explanation/shading.md"}
+        self.assertEqual([], strays_of("a.c", "(docs/explanation/shading.md, section 1)", known))
+        self.assertEqual(["a.c: docs/lost.md"], strays_of("a.c", "/* docs/lost.md. */", known))
+
+
 def linked_from(path):
     """The manuals that a manual links to, as paths from the root."""
     targets = LINK.findall(FENCE.sub("", sources.read(path)))
@@ -98,7 +121,7 @@ def glossary_faults(text):
 
 class Glossary(unittest.TestCase):
     def test_terms_are_in_order_and_each_has_a_link_to_its_page(self):
-        text = sources.read_manual("glossary.md")
+        text = sources.read_manual("explanation/glossary.md")
         self.assertGreater(len(TERM.findall(text)), 40)
         self.assertEqual([], glossary_faults(text))
 
@@ -113,10 +136,10 @@ class Flags(unittest.TestCase):
         commands = COMMAND.findall(overview)
         self.assertIn("render", commands)
         shown = overview + "".join(help_of("vitrail", command) for command in commands)
-        self.assertEqual([], missing_flags(shown, sources.read_manual("cli.md")))
+        self.assertEqual([], missing_flags(shown, sources.read_manual("reference/cli.md")))
 
     def test_every_command_of_vitrail_is_in_the_manual(self):
-        manual = sources.read_manual("cli.md")
+        manual = sources.read_manual("reference/cli.md")
         self.assertEqual([], [command for command in COMMAND.findall(help_of("vitrail"))
                               if f"vitrail {command}" not in manual])
 
@@ -124,7 +147,7 @@ class Flags(unittest.TestCase):
         commands = COMMAND.findall(help_of("vitrail"))
         known = help_of("vitrail") + "".join(help_of("vitrail", name) for name in commands)
         known += help_of("vitraild") + "--help --version"
-        self.assertEqual([], missing_flags(sources.read_manual("cli.md"), known))
+        self.assertEqual([], missing_flags(sources.read_manual("reference/cli.md"), known))
 
     def test_every_flag_of_vitraild_is_in_a_manual(self):
         manual = "".join(sources.read(path) for path in manuals() if path.parts[0] == "docs")
@@ -137,7 +160,7 @@ class Flags(unittest.TestCase):
 class Routes(unittest.TestCase):
     def test_every_route_is_in_the_manual(self):
         document = json.loads(sources.read("server/openapi.json"))
-        manual = sources.read_manual("api.md")
+        manual = sources.read_manual("reference/http.md")
         missing = [f"{method.upper()} {path}" for path, item in document["paths"].items()
                    for method in item if method in {"get", "head", "post", "patch", "put", "delete"}
                    if not route_is_told(manual, method.upper(), path)]

@@ -49,10 +49,11 @@ class Paths(unittest.TestCase):
         self.assertEqual([], strays, "\n" + "\n".join(strays))
 
     def test_planted_mentions(self):
-        names = names_of(["server/base/ipc.h", "shaders/aov.comp.glsl", "renderer/plan/plan.c",
+        names = names_of(["server/base/ipc.h", "shaders/shading/aov.comp.glsl",
+                          "renderer/plan/plan.c",
                           "renderer/plan/plan_cache.c"])
         for text in ("`server/base/ipc.h`", "server/base/ipc", "renderer/plan",
-                     "shaders/aov.comp.glsl", "renderer/plan/plan.c.", "renderer/*/a.h",
+                     "shaders/shading/aov.comp.glsl", "renderer/plan/plan.c.", "renderer/*/a.h",
                      "renderer/plan/plan_*.c", "http://host/server/of/others"):
             self.assertEqual([], strays_of("a.md", text, names), text)
         for text in ("`server/ipc.h`", "renderer/plan/plan.h", "(server/base/child)"):

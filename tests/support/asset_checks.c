@@ -145,7 +145,7 @@ static bool is_transparent(const struct scene *scene)
     return false;
 }
 
-/* Linked lists know no media (docs/architecture.md). */
+/* Linked lists know no media (docs/explanation/architecture.md). */
 static bool has_media(const struct scene *scene)
 {
     for (uint32_t i = 0; i < scene->primitive_count; i++)

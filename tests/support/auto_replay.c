@@ -7,7 +7,14 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const technique_names[FORECAST_TECHNIQUES] = {"maps", "rays", "traced_shadows"};
+#include "renderer/cost/technique_forecast.h"
+
+/* The candidates of `auto`; NULL: no times of the technique were recorded. */
+static const char *const technique_names[SHADOWS_COUNT] = {
+    [SHADOWS_RASTER_DEFAULT] = "maps",
+    [SHADOWS_RAYTRACED] = "rays",
+    [SHADOWS_RAYTRACED_SHADOWS] = "traced_shadows",
+};
 
 static const struct {
     const char *name;
@@ -49,11 +56,12 @@ json_t *replay_case_to_json(const struct replay_case *one)
     json_object_set_new(json, "samples", json_integer(one->samples));
     json_object_set_new(json, "maps_stay", json_boolean(one->maps_stay));
     json_object_set_new(json, "workload", workload);
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
-        json_t *ms = json_array();
-        for (int k = 0; k < REPLAY_FRAMES; k++)
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        json_t *ms = technique_names[i] ? json_array() : NULL;
+        for (int k = 0; ms && k < REPLAY_FRAMES; k++)
             json_array_append_new(ms, json_real(one->ms[i][k]));
-        json_object_set_new(json, technique_names[i], ms);
+        if (ms)
+            json_object_set_new(json, technique_names[i], ms);
     }
     return json;
 }
@@ -72,8 +80,8 @@ static bool read_case(struct replay_case *one, const json_t *json)
     one->workload.shadowed_lights =
         (size_t)json_integer_value(json_object_get(workload, "shadowed_lights"));
     bool is_good = one->samples > 0 && one->workload.pixels > 0;
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++)
-        for (size_t k = 0; k < REPLAY_FRAMES; k++) {
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        for (size_t k = 0; technique_names[i] && k < REPLAY_FRAMES; k++) {
             const json_t *times = json_object_get(json, technique_names[i]);
             one->ms[i][k] = json_number_value(json_array_get(times, k));
             is_good = is_good && one->ms[i][k] > 0;
@@ -116,34 +124,39 @@ static double median(const double ms[REPLAY_FRAMES])
     return (sorted[(REPLAY_FRAMES - 1) / 2] + sorted[REPLAY_FRAMES / 2]) / 2;
 }
 
-static double times_the_best(const struct replay_case *one, enum forecast_technique technique)
+static double times_the_best(const struct replay_case *one, enum shadow_technique technique)
 {
     double best = INFINITY;
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++)
-        best = fmin(best, median(one->ms[i]));
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        best = technique_names[i] ? fmin(best, median(one->ms[i])) : best;
     return median(one->ms[technique]) / best;
 }
 
 static void make_frames(const struct replay *replay, const struct replay_case *one,
-                        struct learning_case frames[FORECAST_TECHNIQUES])
+                        struct learning_case frames[SHADOWS_COUNT])
 {
     struct forecast_setting setting = {
         .samples = one->samples, .shadow_resolution = 1024, .shadow_taps = 4, .has_shadows = true};
     uint64_t view = 0xcbf29ce484222325u; /* FNV-1a of the name */
     for (const char *c = one->name; *c; c++)
         view = (view ^ (uint8_t)*c) * 0x100000001b3u;
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++) {
-        frames[i] = (struct learning_case){.technique = (enum forecast_technique)i, .view = view};
-        setting.is_warm = i != FORECAST_MAPS || one->maps_stay;
-        forecast_terms(&one->workload, &setting, &replay->speed, frames[i].technique,
-                       frames[i].terms);
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        frames[i] = (struct learning_case){.technique = (enum shadow_technique)i, .view = view};
+        setting.is_warm = i != SHADOWS_RASTER_DEFAULT || one->maps_stay;
+        if (!technique_names[i]) { /* no times of it: never the fastest */
+            frames[i].terms[FORECAST_TERM_FRAME] = 1e9;
+            continue;
+        }
+        technique_forecast_terms(frames[i].technique,
+                                 &(struct forecast_frame){&one->workload, &setting, &replay->speed},
+                                 frames[i].terms);
     }
 }
 
 /* As renderer/frame/runner_up.c between two pictures. */
 static void time_runner_up(const struct replay_case *one,
-                           const struct learning_case frames[FORECAST_TECHNIQUES], double slower,
-                           bool was_timed[FORECAST_TECHNIQUES], struct learning *learned)
+                           const struct learning_case frames[SHADOWS_COUNT], double slower,
+                           bool was_timed[SHADOWS_COUNT], struct learning *learned)
 {
     const struct auto_pick pick = auto_pick(frames, learned);
     if (!pick.has_runner_up || was_timed[pick.runner_up])
@@ -156,10 +169,10 @@ static void time_runner_up(const struct replay_case *one,
 struct replay_result replay_run(const struct replay *replay, const struct replay_case *one,
                                 struct learning *learned, const struct replay_trouble *trouble)
 {
-    struct learning_case frames[FORECAST_TECHNIQUES];
+    struct learning_case frames[SHADOWS_COUNT];
     struct replay_result result = {.first = 0};
-    int drawn[FORECAST_TECHNIQUES] = {0};
-    bool was_timed[FORECAST_TECHNIQUES] = {false};
+    int drawn[SHADOWS_COUNT] = {0};
+    bool was_timed[SHADOWS_COUNT] = {false};
     double slower = trouble && trouble->slower > 0 ? trouble->slower : 1;
     make_frames(replay, one, frames);
     for (int frame = 0; frame <= REPLAY_LATER; frame++) {

@@ -15,8 +15,8 @@ struct replay_case {
     char name[80];
     struct workload workload;
     int samples;
-    bool maps_stay;                                /* from frame to frame: they fit their budget */
-    double ms[FORECAST_TECHNIQUES][REPLAY_FRAMES]; /* alone on the machine: calibrate_alone_ms */
+    bool maps_stay;                          /* from frame to frame: they fit their budget */
+    double ms[SHADOWS_COUNT][REPLAY_FRAMES]; /* alone on the machine: calibrate_alone_ms */
 };
 
 struct replay {
@@ -42,7 +42,7 @@ struct replay_result {
     double first;     /* of the first frame, by its forecast */
     double later;     /* of the frame after REPLAY_LATER of them, */
     double later_off; /* whose forecast is off by this factor, either way, >= 1 */
-    enum forecast_technique first_technique, later_technique;
+    enum shadow_technique first_technique, later_technique;
 };
 /* The frames teach `learned`, whose earlier lessons count for the first; between two of them the
  * runner-up is timed, where there is one. */

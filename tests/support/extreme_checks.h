@@ -6,7 +6,7 @@
 
 #include "renderer/image/image.h"
 
-struct extreme_row { /* one row of the table in docs/accuracy.md, "Extremes" */
+struct extreme_row { /* one row of the table in docs/reference/accuracy.md, "Extremes" */
     const char *scene, *technique, *metric;
     double tolerance;
 };

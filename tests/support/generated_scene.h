@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Scenes and views by a seed, unlike those that the models of renderer/cost/forecast were fitted
- * to: what promises and choices are held against. Thread: any. */
+/* Scenes and views by a seed, unlike those that the models of renderer/forecast/forecast were
+ * fitted to: what promises and choices are held against. Thread: any. */
 #ifndef VITRAIL_TESTS_SUPPORT_GENERATED_SCENE_H
 #define VITRAIL_TESTS_SUPPORT_GENERATED_SCENE_H
 

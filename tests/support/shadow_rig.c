@@ -319,7 +319,7 @@ bool shadow_rig_prepare(struct shadow_rig *rig, const struct pane_scene *panes,
                                        .state = &rig->state,
                                        .arena = rig->arena,
                                        .quality = quality,
-                                       .progress = rig->progress};
+                                       .yield = rig->yield};
     memcpy(desc.eye, eye, sizeof desc.eye);
     ok = shadow_system_prepare(rig->shadows, &desc, &rig->report, err);
     gpu_timeline_collect(rig->timeline, &rig->report);
@@ -341,7 +341,7 @@ void shadow_rig_query(struct shadow_rig *rig, uint32_t light, const double (*poi
         probes[i].shadow = shadow_system_record(rig->shadows, light);
     }
     struct shadow_probe_desc desc = {
-        .points = probes, .count = count, .crease = {rig->crease[0], rig->crease[1]}};
+        .points = probes, .count = count, .tolerance = {rig->tolerance[0], rig->tolerance[1]}};
     bool ok = shadow_probe_run(rig->shadows, rig->programs, &desc, out, &err);
     must(ok && gl_context_check(rig->context, "asking for shadows", &err), &err);
     free(probes);

@@ -6,7 +6,7 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/shadows/shadow_frame.h"
-#include "renderer/shadows/shadow_probe.h"
+#include "tests/support/gl_shadow_probe.h"
 
 enum pane_shape {
     PANE_FLAT, /* a rectangle center + a * u + b * v, |a|, |b| <= 1 */
@@ -58,8 +58,8 @@ struct shadow_rig {
     const struct pane_scene *panes; /* borrowed while it is asked about */
     struct scene scene;             /* copy, so that the scene may end before the rig's */
     double eye[3];
-    float crease[2];                  /* of queries from now on: shadow_probe_desc */
-    struct shadow_progress *progress; /* of preparations from now on; NULL: all at once */
+    float tolerance[2];              /* of queries from now on: shadow_probe_desc */
+    const struct yield_point *yield; /* of preparations from now on; NULL: all at once */
     struct view_quality quality;
     struct frame_report report;
 };

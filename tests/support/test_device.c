@@ -3,8 +3,8 @@
  * VITRAIL_NOOP_DEVICE=1 a device that executes nothing is taken, whose buffers read as zeros, so
  * that calls can be counted there; VITRAIL_DUMP_SHADERS=DIR has the source of every composed
  * program written into the folder. VITRAIL_WIDE_FLOATS=f64, pairs or pairs-split has layers added
- * up in that form where a test does not ask for one. The linker sends calls of the functions here
- * (--wrap). */
+ * up in that form where a test does not ask for one. Besides, tests have shaders of their own. The
+ * linker sends calls of the functions here (--wrap). */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +16,7 @@
 #include "renderer/gl/selftest.h"
 #include "renderer/gl/wide_floats.h"
 #include "tests/support/gl_hostile.h"
+#include "tests/support/test_shader_table.h"
 
 bool __real_gl_selftest(struct gl_context *context, struct program_cache *programs,
                         struct error *err);
@@ -40,6 +41,15 @@ bool __real_wide_floats_choose(const struct wide_floats_desc *desc,
                                struct wide_floats_choice *choice, struct error *err);
 bool __wrap_wide_floats_choose(const struct wide_floats_desc *desc,
                                struct wide_floats_choice *choice, struct error *err);
+
+const struct shader_file *__real_shader_find(const char *name);
+const struct shader_file *__wrap_shader_find(const char *name);
+
+const struct shader_file *__wrap_shader_find(const char *name)
+{
+    const struct shader_file *file = __real_shader_find(name);
+    return file ? file : shader_table_find(test_shader_table, name);
+}
 
 bool __wrap_gl_selftest(struct gl_context *context, struct program_cache *programs,
                         struct error *err)

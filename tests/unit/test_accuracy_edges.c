@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "renderer/accuracy/edges.h"
+#include "tests/support/penumbra.h"
 
 static struct image image_of(int width_px, int height_px, int channels)
 {

@@ -372,23 +372,18 @@ static void float_images_are_refused_unless_asked_for(void **state)
     image_finish(&image);
 }
 
-static void formats_go_by_name_and_media_type(void **state)
+static void formats_go_by_name(void **state)
 {
     (void)state;
     for (int f = 0; f < IMAGE_FORMAT_COUNT; f++) {
         enum image_format found = IMAGE_FORMAT_COUNT;
         assert_true(image_format_from_name(image_format_name((enum image_format)f), &found));
         assert_int_equal(found, f);
-        found = IMAGE_FORMAT_COUNT;
-        assert_true(
-            image_format_from_media_type(image_format_media_type((enum image_format)f), &found));
-        assert_int_equal(found, f);
     }
     enum image_format found;
     assert_true(image_format_from_name("JPG", &found));
     assert_int_equal(found, IMAGE_FORMAT_JPEG);
     assert_false(image_format_from_name("tiff", &found));
-    assert_false(image_format_from_media_type("image/gif", &found));
 }
 
 static void image_sizes_that_overflow_are_refused(void **state)
@@ -422,7 +417,7 @@ int main(void)
         cmocka_unit_test(cut_off_files_are_refused),
         cmocka_unit_test(large_images_are_refused_before_decoding),
         cmocka_unit_test(float_images_are_refused_unless_asked_for),
-        cmocka_unit_test(formats_go_by_name_and_media_type),
+        cmocka_unit_test(formats_go_by_name),
         cmocka_unit_test(image_sizes_that_overflow_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

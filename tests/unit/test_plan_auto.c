@@ -11,6 +11,8 @@
 #include <cmocka.h>
 
 #include "renderer/cost/auto_technique.h"
+#include "renderer/cost/technique_forecast.h"
+#include "renderer/cost/workload.h"
 #include "tests/support/import_support.h"
 
 /* A square of 2 m in the plane z = 0, seen from the front; its material is the argument. */
@@ -152,6 +154,12 @@ static void events_are_the_share_of_the_map_that_casters_cover(void **unused)
     rig_close(&rig);
 }
 
+static double told_ms(enum shadow_technique technique, const struct workload *workload,
+                      const struct forecast_setting *setting, const struct device_speed *speed)
+{
+    return technique_forecast_ms(technique, &(struct forecast_frame){workload, setting, speed});
+}
+
 static void forecasts_grow_with_the_work(void **unused)
 {
     (void)unused;
@@ -176,27 +184,28 @@ static void forecasts_grow_with_the_work(void **unused)
                             offsetof(struct workload, textures)};
     struct forecast_setting setting = {
         .samples = 4, .shadow_resolution = 1024, .shadow_taps = 4, .has_shadows = true};
-    double raster = forecast_raster_ms(&base, &setting, &speed);
-    double traced = forecast_traced_ms(&base, &setting, &speed);
-    double shadows = forecast_traced_shadows_ms(&base, &setting, &speed);
+    double raster = told_ms(SHADOWS_DEEP, &base, &setting, &speed);
+    double traced = told_ms(SHADOWS_RAYTRACED, &base, &setting, &speed);
+    double shadows = told_ms(SHADOWS_RAYTRACED_SHADOWS, &base, &setting, &speed);
     for (size_t i = 0; i < sizeof grown / sizeof *grown; i++) {
         struct workload more = base;
         *(double *)((char *)&more + grown[i]) *= 2;
-        assert_true(forecast_raster_ms(&more, &setting, &speed) > raster);
-        assert_true(forecast_traced_ms(&more, &setting, &speed) > traced);
-        assert_true(forecast_traced_shadows_ms(&more, &setting, &speed) > shadows);
+        assert_true(told_ms(SHADOWS_DEEP, &more, &setting, &speed) > raster);
+        assert_true(told_ms(SHADOWS_RAYTRACED, &more, &setting, &speed) > traced);
+        assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &more, &setting, &speed) > shadows);
     }
     setting.is_warm = true;
-    assert_true(forecast_traced_shadows_ms(&base, &setting, &speed) < shadows); /* the tree */
-    assert_true(forecast_raster_ms(&base, &setting, &speed) < raster);
-    assert_true(forecast_traced_ms(&base, &setting, &speed) < traced);
-    double warm = forecast_raster_ms(&base, &setting, &speed);
+    assert_true(told_ms(SHADOWS_RAYTRACED_SHADOWS, &base, &setting, &speed) < shadows); /* the tree
+                                                                                         */
+    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &speed) < raster);
+    assert_true(told_ms(SHADOWS_RAYTRACED, &base, &setting, &speed) < traced);
+    double warm = told_ms(SHADOWS_DEEP, &base, &setting, &speed);
     setting.shadow_resolution = 4096; /* of maps that are there */
-    assert_true(forecast_raster_ms(&base, &setting, &speed) == warm);
+    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &speed) == warm);
     setting.samples = 1;
-    assert_true(forecast_raster_ms(&base, &setting, &speed) < warm);
+    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &speed) < warm);
     const struct device_speed slow = {1, 10, 10, 1, 1};
-    assert_true(forecast_raster_ms(&base, &setting, &slow) >
+    assert_true(told_ms(SHADOWS_DEEP, &base, &setting, &slow) >
                 9 * forecast_shade_ms(&base, &setting));
 }
 
@@ -208,19 +217,30 @@ static void traced_shadows_without_casters_cost_nothing(void **unused)
     const struct workload bare = {
         .pixels = 1e5, .covered = 0.5, .lit = 2, .triangles = 1e6, .triangles_in_view = 5e3};
     struct forecast_setting setting = {.samples = 4, .has_shadows = true};
-    double shadows = forecast_traced_shadows_ms(&bare, &setting, &speed);
-    assert_true(shadows == forecast_raster_ms(&bare, &setting, &speed));
+    double shadows = told_ms(SHADOWS_RAYTRACED_SHADOWS, &bare, &setting, &speed);
+    assert_true(shadows == told_ms(SHADOWS_DEEP, &bare, &setting, &speed));
     assert_true(forecast_point_rays_ms(&bare, &setting) == 0);
+}
+
+static enum shadow_technique fastest(double maps_ms, double rays_ms, double points_ms)
+{
+    double ms[SHADOWS_COUNT];
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        ms[i] = i == SHADOWS_DEEP                ? maps_ms
+                : i == SHADOWS_RAYTRACED         ? rays_ms
+                : i == SHADOWS_RAYTRACED_SHADOWS ? points_ms
+                                                 : INFINITY;
+    return auto_fastest(ms);
 }
 
 static void a_gain_within_the_error_of_forecasts_is_none(void **unused)
 {
     (void)unused;
-    assert_int_equal(forecast_choose(100, 95, 99), FORECAST_MAPS);
-    assert_int_equal(forecast_choose(100, 80, 85), FORECAST_RAYS);
-    assert_int_equal(forecast_choose(100, 85, 80), FORECAST_TRACED_SHADOWS);
-    assert_int_equal(forecast_choose(100, 200, 50), FORECAST_TRACED_SHADOWS);
-    assert_int_equal(forecast_choose(0, 0, 0), FORECAST_MAPS);
+    assert_int_equal(fastest(100, 95, 99), SHADOWS_RASTER_DEFAULT);
+    assert_int_equal(fastest(100, 80, 85), SHADOWS_RAYTRACED);
+    assert_int_equal(fastest(100, 85, 80), SHADOWS_RAYTRACED_SHADOWS);
+    assert_int_equal(fastest(100, 200, 50), SHADOWS_RAYTRACED_SHADOWS);
+    assert_int_equal(fastest(0, 0, 0), SHADOWS_RASTER_DEFAULT);
 }
 
 /* The same device but for how fast it rasterises or traces. */
@@ -238,29 +258,34 @@ static void the_faster_is_taken_and_the_reason_told(void **unused)
     struct rig rig;
     rig_open(&rig, "'alphaMode':'OPAQUE'");
     struct auto_choice choice = choose(&rig, &fast_rays), again = choose(&rig, &fast_rays);
-    assert_true(choice.is_open && choice.takes_traced && choice.traced_ms < choice.raster_ms);
+    assert_true(choice.is_open && choice.technique == SHADOWS_RAYTRACED &&
+                choice.ms[SHADOWS_RAYTRACED] < choice.ms[SHADOWS_DEEP]);
     assert_non_null(strstr(choice.because, "calibrated"));
-    assert_true(choice.traced_ms == again.traced_ms && choice.raster_ms == again.raster_ms);
+    assert_true(choice.ms[SHADOWS_RAYTRACED] == again.ms[SHADOWS_RAYTRACED] &&
+                choice.ms[SHADOWS_DEEP] == again.ms[SHADOWS_DEEP]);
     choice = choose(&rig, &fast_raster);
-    assert_true(choice.is_open && !choice.takes_traced && choice.raster_ms < choice.traced_ms);
-    double built = choice.raster_ms;
+    assert_true(choice.is_open && choice.technique == SHADOWS_DEEP &&
+                choice.ms[SHADOWS_DEEP] < choice.ms[SHADOWS_RAYTRACED]);
+    double built = choice.ms[SHADOWS_DEEP];
     choice = choose(&rig, &slow_maps);
-    assert_true(choice.takes_traced_shadows && !choice.takes_traced);
-    assert_true(auto_choice_ms(&choice) == choice.traced_shadows_ms);
-    assert_true(choice.traced_shadows_ms < choice.traced_ms &&
-                choice.traced_shadows_ms < choice.raster_ms);
+    assert_true(choice.technique == SHADOWS_RAYTRACED_SHADOWS);
+    assert_true(strstr(choice.because, "ms ray traced, ") <
+                strstr(choice.because, "ms rasterised, "));
+    assert_true(choice.ms[SHADOWS_RAYTRACED_SHADOWS] < choice.ms[SHADOWS_RAYTRACED] &&
+                choice.ms[SHADOWS_RAYTRACED_SHADOWS] < choice.ms[SHADOWS_DEEP]);
     assert_non_null(strstr(choice.because, "with traced shadows"));
     rig.view.quality.expects_reuse = true;
     choice = choose(&rig, &fast_raster);
-    assert_true(choice.raster_ms < built); /* shadow maps are there */
-    double kept_ms = choice.raster_ms;
+    assert_true(choice.ms[SHADOWS_DEEP] < built); /* shadow maps are there */
+    double kept_ms = choice.ms[SHADOWS_DEEP];
     struct workload w = measure(&rig);
     assert_true(w.map_faces > 0 && w.deep_faces == 0);
     rig.shadow_budget_bytes = (uint64_t)(w.map_faces * 1024 * 1024 * 4); /* they fit */
-    assert_true(choose(&rig, &fast_raster).raster_ms == kept_ms);
+    assert_true(choose(&rig, &fast_raster).ms[SHADOWS_DEEP] == kept_ms);
     rig.shadow_budget_bytes--;
     choice = choose(&rig, &fast_raster);
-    assert_true(choice.raster_ms > kept_ms && strstr(choice.because, "too many maps to keep"));
+    assert_true(choice.ms[SHADOWS_DEEP] > kept_ms &&
+                strstr(choice.because, "too many maps to keep"));
     rig_close(&rig);
 }
 
@@ -273,7 +298,7 @@ static void policies_need_no_numbers(void **unused)
     assert_false(choose(&rig, &(struct auto_settings){.policy = AUTO_RASTER}).is_open);
     assert_false(choose(&rig, &(struct auto_settings){.policy = AUTO_MEASURED}).is_open);
     struct auto_choice choice = choose(&rig, &(struct auto_settings){.policy = AUTO_RAYTRACED});
-    assert_true(choice.is_open && choice.takes_traced && choice.because[0]);
+    assert_true(choice.is_open && choice.technique == SHADOWS_RAYTRACED && choice.because[0]);
     rig_close(&rig);
 }
 

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "renderer/cost/auto_technique.h"
 #include "renderer/cost/choice.h"
 
 #define MAP(resolution, taps, samples)                \
@@ -25,26 +26,26 @@ static const struct choice_row rows[] = {
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
-static struct choice choose(const struct choice_wish *wish)
+static struct choice choose(const struct quality_target *target)
 {
     struct choice choice;
-    assert_true(choice_make(rows, ROWS, wish, &choice));
+    assert_true(choice_make(rows, ROWS, target, &choice));
     return choice;
 }
 
 static void max_error_takes_the_fastest_within_it(void **state)
 {
     (void)state;
-    struct choice choice = choose(&(struct choice_wish){.max_error = 0.05});
+    struct choice choice = choose(&(struct quality_target){.max_error = 0.05});
     assert_ptr_equal(choice.row, &rows[1]);
     assert_true(choice.keeps_error && choice.keeps_budget);
-    assert_ptr_equal(choose(&(struct choice_wish){.max_error = 1}).row, &rows[0]);
+    assert_ptr_equal(choose(&(struct quality_target){.max_error = 1}).row, &rows[0]);
 }
 
 static void max_error_below_all_takes_the_most_accurate_and_says_so(void **state)
 {
     (void)state;
-    struct choice choice = choose(&(struct choice_wish){.max_error = 0.001});
+    struct choice choice = choose(&(struct quality_target){.max_error = 0.001});
     assert_ptr_equal(choice.row, &rows[4]);
     assert_false(choice.keeps_error);
 }
@@ -71,9 +72,9 @@ static void rays_of_more_samples_follow_the_one_with_most(void **state)
 static void budget_takes_the_most_accurate_within_it(void **state)
 {
     (void)state;
-    assert_ptr_equal(choose(&(struct choice_wish){.budget_ms = 79}).row, &rows[3]);
-    assert_ptr_equal(choose(&(struct choice_wish){.budget_ms = 1000}).row, &rows[4]);
-    struct choice choice = choose(&(struct choice_wish){.budget_ms = 1});
+    assert_ptr_equal(choose(&(struct quality_target){.budget_ms = 79}).row, &rows[3]);
+    assert_ptr_equal(choose(&(struct quality_target){.budget_ms = 1000}).row, &rows[4]);
+    struct choice choice = choose(&(struct quality_target){.budget_ms = 1});
     assert_ptr_equal(choice.row, &rows[0]);
     assert_false(choice.keeps_budget);
 }
@@ -81,7 +82,7 @@ static void budget_takes_the_most_accurate_within_it(void **state)
 static void both_take_the_fastest_within_both(void **state)
 {
     (void)state;
-    struct choice choice = choose(&(struct choice_wish){.max_error = 0.05, .budget_ms = 50});
+    struct choice choice = choose(&(struct quality_target){.max_error = 0.05, .budget_ms = 50});
     assert_ptr_equal(choice.row, &rows[1]);
     assert_true(choice.keeps_error && choice.keeps_budget);
 }
@@ -89,13 +90,13 @@ static void both_take_the_fastest_within_both(void **state)
 static void both_out_of_reach_keep_the_time_before_the_error(void **state)
 {
     (void)state;
-    struct choice choice = choose(&(struct choice_wish){.max_error = 0.01, .budget_ms = 50});
+    struct choice choice = choose(&(struct quality_target){.max_error = 0.01, .budget_ms = 50});
     assert_ptr_equal(choice.row, &rows[3]);
     assert_true(choice.keeps_budget && !choice.keeps_error);
-    choice = choose(&(struct choice_wish){.max_error = 0.05, .budget_ms = 5});
+    choice = choose(&(struct quality_target){.max_error = 0.05, .budget_ms = 5});
     assert_ptr_equal(choice.row, &rows[1]);
     assert_true(choice.keeps_error && !choice.keeps_budget);
-    choice = choose(&(struct choice_wish){.max_error = 0.001, .budget_ms = 5});
+    choice = choose(&(struct quality_target){.max_error = 0.001, .budget_ms = 5});
     assert_ptr_equal(choice.row, &rows[0]);
     assert_true(!choice.keeps_error && !choice.keeps_budget);
 }
@@ -103,16 +104,16 @@ static void both_out_of_reach_keep_the_time_before_the_error(void **state)
 static void what_was_said_stays(void **state)
 {
     (void)state;
-    struct choice_wish wish = {.max_error = 0.5, .samples = 4};
-    assert_ptr_equal(choose(&wish).row, &rows[3]);
-    wish = (struct choice_wish){.max_error = 0.5, .shadows = SHADOWS_RAYTRACED};
-    assert_ptr_equal(choose(&wish).row, &rows[4]);
-    wish = (struct choice_wish){.max_error = 0.02, .shadow_resolution = 512};
-    assert_ptr_equal(choose(&wish).row, &rows[4]); /* which has no map to be of another size */
+    struct quality_target target = {.max_error = 0.5, .samples = 4};
+    assert_ptr_equal(choose(&target).row, &rows[3]);
+    target = (struct quality_target){.max_error = 0.5, .shadows = SHADOWS_RAYTRACED};
+    assert_ptr_equal(choose(&target).row, &rows[4]);
+    target = (struct quality_target){.max_error = 0.02, .shadow_resolution = 512};
+    assert_ptr_equal(choose(&target).row, &rows[4]); /* which has no map to be of another size */
     struct choice choice;
-    wish = (struct choice_wish){.max_error = 0.5, .shadows = SHADOWS_MAP};
-    assert_false(choice_make(rows, ROWS, &wish, &choice));
-    assert_false(choice_make(rows, 0, &(struct choice_wish){.max_error = 1}, &choice));
+    target = (struct quality_target){.max_error = 0.5, .shadows = SHADOWS_MAP};
+    assert_false(choice_make(rows, ROWS, &target, &choice));
+    assert_false(choice_make(rows, 0, &(struct quality_target){.max_error = 1}, &choice));
 }
 
 static void an_unknown_error_is_never_promised(void **state)
@@ -120,7 +121,7 @@ static void an_unknown_error_is_never_promised(void **state)
     (void)state;
     const struct choice_row unknown[] = {{{SHADOWS_NONE, 0, 0, 1, 0, 0}, 1, INFINITY, 0}};
     struct choice choice;
-    assert_true(choice_make(unknown, 1, &(struct choice_wish){.max_error = 1e6}, &choice));
+    assert_true(choice_make(unknown, 1, &(struct quality_target){.max_error = 1e6}, &choice));
     assert_false(choice.keeps_error);
 }
 
@@ -129,7 +130,7 @@ static void equal_rows_go_to_the_first(void **state)
     (void)state;
     const struct choice_row equal[] = {rows[1], rows[1], rows[1]};
     struct choice choice;
-    assert_true(choice_make(equal, 3, &(struct choice_wish){.budget_ms = 100}, &choice));
+    assert_true(choice_make(equal, 3, &(struct quality_target){.budget_ms = 100}, &choice));
     assert_ptr_equal(choice.row, &equal[0]);
 }
 
@@ -153,7 +154,7 @@ static void models_grow_with_what_they_are_made_of(void **state)
 {
     (void)state;
     struct choice_row small[CHOICE_ESTIMATES_MAX], large[CHOICE_ESTIMATES_MAX];
-    const struct choice_wish open = {.max_error = 1};
+    const struct quality_target open = {.max_error = 1};
     const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
     struct choice_frame more = frame;
     size_t count = choice_estimate(&frame, &open, small);
@@ -184,15 +185,15 @@ static void rays_go_up_to_256_samples_for_small_errors(void **state)
         int samples;
     } cases[] = {{0.015, 16}, {0.01, 64}, {0.005, 256}}; /* the rasteriser is at 0.025 */
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        const struct choice_wish wish = {.max_error = cases[i].max_error};
+        const struct quality_target target = {.max_error = cases[i].max_error};
         struct choice choice;
-        size_t count = choice_estimate(&frame, &wish, estimates);
-        assert_true(choice_make(estimates, count, &wish, &choice));
+        size_t count = choice_estimate(&frame, &target, estimates);
+        assert_true(choice_make(estimates, count, &target, &choice));
         assert_true(choice.keeps_error);
         assert_int_equal(choice.row->setting.shadows, SHADOWS_RAYTRACED);
         assert_int_equal(choice.row->setting.samples, cases[i].samples);
     }
-    const struct choice_wish quick = {.max_error = 0.1};
+    const struct quality_target quick = {.max_error = 0.1};
     struct choice choice;
     size_t count = choice_estimate(&frame, &quick, estimates);
     assert_true(choice_make(estimates, count, &quick, &choice));
@@ -204,19 +205,19 @@ static void models_give_only_what_was_said(void **state)
     (void)state;
     struct choice_row estimates[CHOICE_ESTIMATES_MAX];
     const struct choice_frame frame = {.pixels = 1e5, .lights = 4, .triangles = 1000};
-    static const struct choice_wish wishes[] = {
+    static const struct quality_target targets[] = {
         {.max_error = 1, .shadows = SHADOWS_DEEP, .shadow_resolution = 700},
         {.max_error = 1, .shadows = SHADOWS_RAYTRACED, .samples = 64},
         {.max_error = 1, .shadows = SHADOWS_NONE},
         {.max_error = 1, .samples = 1, .shadow_taps = 9},
         {.budget_ms = 1e6, .has_linked_lists = true},
     };
-    for (size_t w = 0; w < sizeof wishes / sizeof wishes[0]; w++) {
-        size_t count = choice_estimate(&frame, &wishes[w], estimates);
+    for (size_t w = 0; w < sizeof targets / sizeof targets[0]; w++) {
+        size_t count = choice_estimate(&frame, &targets[w], estimates);
         assert_int_in_range(count, 1, CHOICE_ESTIMATES_MAX);
         for (size_t i = 0; i < count; i++) {
             const struct choice_setting *setting = &estimates[i].setting;
-            assert_true(choice_row_fits(&estimates[i], &wishes[w]));
+            assert_true(choice_row_fits(&estimates[i], &targets[w]));
             assert_true(setting->samples <= 4 || setting->shadows == SHADOWS_RAYTRACED);
         }
     }
@@ -238,21 +239,21 @@ static void shadows_are_not_dropped_where_little_time_is_missing(void **state)
         {MAP(1024, 4, 4), 200, 0.02, 0},
     };
     struct choice choice;
-    const struct choice_wish wish = {.budget_ms = 50};
-    assert_true(choice_make(some, 3, &wish, &choice));
+    const struct quality_target target = {.budget_ms = 50};
+    assert_true(choice_make(some, 3, &target, &choice));
     assert_ptr_equal(choice.row, &some[1]);
     assert_false(choice.keeps_budget); /* which is told */
-    assert_true(choice_make(some, 3, &(struct choice_wish){.budget_ms = 40}, &choice));
+    assert_true(choice_make(some, 3, &(struct quality_target){.budget_ms = 40}, &choice));
     assert_ptr_equal(choice.row, &some[0]); /* 70 is too late */
     assert_true(choice.keeps_budget);
-    const struct choice_wish bare = {.budget_ms = 50, .shadows = SHADOWS_NONE};
+    const struct quality_target bare = {.budget_ms = 50, .shadows = SHADOWS_NONE};
     assert_true(choice_make(some, 3, &bare, &choice));
     assert_ptr_equal(choice.row, &some[0]); /* asked for */
     some[1].error = 0.2;                    /* hardly better than no shadows at all */
-    assert_true(choice_make(some, 3, &wish, &choice));
+    assert_true(choice_make(some, 3, &target, &choice));
     assert_ptr_equal(choice.row, &some[0]);
     some[1].error = INFINITY;
-    assert_true(choice_make(some, 3, &wish, &choice));
+    assert_true(choice_make(some, 3, &target, &choice));
     assert_ptr_equal(choice.row, &some[0]);
 }
 
@@ -279,10 +280,10 @@ static void an_error_that_was_named_says_what_shadows_are_worth(void **state)
         {0.01, 10, 0, false, false}, /* the fastest */
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        const struct choice_wish wish = {.max_error = cases[i].max_error,
-                                         .budget_ms = cases[i].budget_ms};
+        const struct quality_target target = {.max_error = cases[i].max_error,
+                                              .budget_ms = cases[i].budget_ms};
         struct choice choice;
-        assert_true(choice_make(some, 3, &wish, &choice));
+        assert_true(choice_make(some, 3, &target, &choice));
         assert_ptr_equal(choice.row, &some[cases[i].row]);
         assert_int_equal(choice.keeps_error, cases[i].keeps_error);
         assert_int_equal(choice.keeps_budget, cases[i].keeps_budget);
@@ -295,10 +296,10 @@ static void maps_that_do_not_stay_are_made_in_each_frame(void **state)
     (void)state;
     struct choice_row kept[CHOICE_ESTIMATES_MAX], rebuilt[CHOICE_ESTIMATES_MAX];
     struct choice_frame frame = {.pixels = 1e6, .lights = 12, .triangles = 50000, .is_warm = true};
-    const struct choice_wish wish = {.budget_ms = 500, .shadows = SHADOWS_DEEP};
-    size_t count = choice_estimate(&frame, &wish, kept);
+    const struct quality_target target = {.budget_ms = 500, .shadows = SHADOWS_DEEP};
+    size_t count = choice_estimate(&frame, &target, kept);
     frame.shadow_bytes = 256e6;
-    assert_int_equal(choice_estimate(&frame, &wish, rebuilt), count);
+    assert_int_equal(choice_estimate(&frame, &target, rebuilt), count);
     bool has_kept = false, has_rebuilt = false;
     for (size_t i = 0; i < count; i++) {
         int resolution = kept[i].setting.shadow_resolution;
@@ -308,6 +309,35 @@ static void maps_that_do_not_stay_are_made_in_each_frame(void **state)
         has_rebuilt |= resolution == 4096;
     }
     assert_true(has_kept && has_rebuilt);
+}
+
+/* Rows of what a candidate becomes stand for it: the maps of opaque casters are plain. */
+static void a_technique_stands_for_the_candidate_that_becomes_it(void **state)
+{
+    (void)state;
+    assert_int_equal(choice_candidate_of(SHADOWS_MAP), SHADOWS_RASTER_DEFAULT);
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (i != SHADOWS_MAP)
+            assert_int_equal(choice_candidate_of((enum shadow_technique)i), i);
+}
+
+static void times_are_told_of_candidates_that_have_any(void **state)
+{
+    (void)state;
+    char text[AUTO_TIMES_BYTES];
+    double ms[SHADOWS_COUNT];
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        ms[i] = -1;
+    auto_times_text(ms, text);
+    assert_string_equal(text, "");
+    ms[SHADOWS_DEEP] = 80.5;
+    ms[SHADOWS_MAP] = 5; /* no candidate */
+    ms[SHADOWS_RAYTRACED] = 120;
+    auto_times_text(ms, text);
+    assert_string_equal(text, "120 ms ray traced, 80.5 ms rasterised");
+    ms[SHADOWS_RAYTRACED_SHADOWS] = 0;
+    auto_times_text(ms, text);
+    assert_string_equal(text, "120 ms ray traced, 80.5 ms rasterised, 0 ms with traced shadows");
 }
 
 int main(void)
@@ -329,6 +359,8 @@ int main(void)
         cmocka_unit_test(rays_go_up_to_256_samples_for_small_errors),
         cmocka_unit_test(models_give_only_what_was_said),
         cmocka_unit_test(rows_of_other_views_scale_with_their_pixels),
+        cmocka_unit_test(a_technique_stands_for_the_candidate_that_becomes_it),
+        cmocka_unit_test(times_are_told_of_candidates_that_have_any),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

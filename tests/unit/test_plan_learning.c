@@ -13,7 +13,7 @@
 
 #include "tests/support/auto_replay.h"
 
-static struct learning_case make_frame(enum forecast_technique technique, uint64_t view)
+static struct learning_case make_frame(enum shadow_technique technique, uint64_t view)
 {
     return (struct learning_case){.terms = {[FORECAST_TERM_FRAME] = 1,
                                             [FORECAST_TERM_PIXELS] = 20,
@@ -49,11 +49,11 @@ static void nothing_learned_is_the_sum(void **unused)
 {
     (void)unused;
     struct learning *learning = fresh();
-    const struct learning_case frame = make_frame(FORECAST_MAPS, 6);
+    const struct learning_case frame = make_frame(SHADOWS_RASTER_DEFAULT, 6);
     struct learning_answer answer = learning_expect(learning, &frame);
     assert_true(fabs(answer.ms - 100) < 1e-9 && answer.lessons == 0 && answer.doubt > 0.2);
     assert_true(learning_is_sound(learning));
-    const struct learning_case empty = {.technique = FORECAST_RAYS};
+    const struct learning_case empty = {.technique = SHADOWS_RAYTRACED};
     assert_true(expect_ms(learning, &empty) == 0);
     free(learning);
 }
@@ -65,7 +65,7 @@ static void three_lessons_turn_an_expectation_and_one_does_not(void **unused)
     const double taken[] = {25, 50, 200, 400};
     for (size_t i = 0; i < sizeof taken / sizeof *taken; i++) {
         struct learning *learning = fresh();
-        const struct learning_case frame = make_frame(FORECAST_MAPS, 6);
+        const struct learning_case frame = make_frame(SHADOWS_RASTER_DEFAULT, 6);
         teach(learning, &frame, taken[i], 1);
         double once = expect_ms(learning, &frame);
         assert_true(once < 125.5 && once > 40);
@@ -79,7 +79,7 @@ static void an_outlier_of_ten_is_all_but_passed_over(void **unused)
 {
     (void)unused;
     struct learning *learning = fresh();
-    const struct learning_case frame = make_frame(FORECAST_MAPS, 6);
+    const struct learning_case frame = make_frame(SHADOWS_RASTER_DEFAULT, 6);
     teach(learning, &frame, 100, 4);
     teach(learning, &frame, 1000, 1);
     assert_true(expect_ms(learning, &frame) < 126);
@@ -93,9 +93,9 @@ static void a_slower_machine_is_slower_for_all(void **unused)
 {
     (void)unused;
     struct learning *learning = fresh();
-    const struct learning_case taught = make_frame(FORECAST_MAPS, 6);
-    const struct learning_case other_view = make_frame(FORECAST_MAPS, 8);
-    const struct learning_case other_technique = make_frame(FORECAST_TRACED_SHADOWS, 8);
+    const struct learning_case taught = make_frame(SHADOWS_RASTER_DEFAULT, 6);
+    const struct learning_case other_view = make_frame(SHADOWS_RASTER_DEFAULT, 8);
+    const struct learning_case other_technique = make_frame(SHADOWS_RAYTRACED_SHADOWS, 8);
     teach(learning, &taught, 200, 6);
     assert_true(expect_ms(learning, &other_view) > 160 && expect_ms(learning, &other_view) < 220);
     assert_true(expect_ms(learning, &other_technique) > 120);
@@ -110,7 +110,7 @@ static void terms_are_told_apart(void **unused)
 {
     (void)unused;
     struct learning *learning = fresh();
-    struct learning_case frame = make_frame(FORECAST_MAPS, 0);
+    struct learning_case frame = make_frame(SHADOWS_RASTER_DEFAULT, 0);
     for (int i = 0; i < 60; i++) {
         double walks = 10 + 60 * (i % 5);
         frame.terms[FORECAST_TERM_WALKS] = walks;
@@ -126,22 +126,34 @@ static void terms_are_told_apart(void **unused)
 
 /* ---- what a view was last drawn by ---- */
 
+enum {
+    FIRST = SHADOWS_RASTER_DEFAULT,
+    SECOND = SHADOWS_RAYTRACED,
+    THIRD = SHADOWS_RAYTRACED_SHADOWS
+};
+
 /* Three techniques of a view, of which the first two took so long, and the first drew it last. */
 static struct auto_pick pick_beside(double first_ms, double second_ms, double third_told)
 {
     struct learning *learning = fresh();
-    struct learning_case frames[FORECAST_TECHNIQUES];
-    for (int i = 0; i < FORECAST_TECHNIQUES; i++)
-        frames[i] = (struct learning_case){.technique = (enum forecast_technique)i, .view = 6};
-    frames[0].terms[FORECAST_TERM_PIXELS] = frames[1].terms[FORECAST_TERM_RAYS] = 100;
-    teach(learning, &frames[0], first_ms, 6);
+    struct learning_case frames[SHADOWS_COUNT];
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        frames[i] = (struct learning_case){.technique = (enum shadow_technique)i,
+                                           .terms = {[FORECAST_TERM_FRAME] = 1e6},
+                                           .view = 6};
+    struct learning_case *first = &frames[FIRST], *second = &frames[SECOND];
+    struct learning_case *third = &frames[THIRD];
+    first->terms[FORECAST_TERM_FRAME] = second->terms[FORECAST_TERM_FRAME] = 0;
+    third->terms[FORECAST_TERM_FRAME] = 0;
+    first->terms[FORECAST_TERM_PIXELS] = second->terms[FORECAST_TERM_RAYS] = 100;
+    teach(learning, first, first_ms, 6);
     if (second_ms > 0)
-        teach(learning, &frames[1], second_ms, 6);
-    learning_show(learning, &frames[0]);
-    frames[2].terms[FORECAST_TERM_POINTS] = 1;
-    frames[2].terms[FORECAST_TERM_POINTS] = third_told / expect_ms(learning, &frames[2]);
+        teach(learning, second, second_ms, 6);
+    learning_show(learning, first);
+    third->terms[FORECAST_TERM_POINTS] = 1;
+    third->terms[FORECAST_TERM_POINTS] = third_told / expect_ms(learning, third);
     if (!(second_ms > 0))
-        frames[1].terms[FORECAST_TERM_RAYS] = 1e4;
+        second->terms[FORECAST_TERM_RAYS] = 1e4;
     const struct auto_pick pick = auto_pick(frames, learning);
     free(learning);
     return pick;
@@ -150,18 +162,18 @@ static struct auto_pick pick_beside(double first_ms, double second_ms, double th
 static void the_technique_of_the_last_picture_stays_until_another_gains(void **unused)
 {
     (void)unused;
-    assert_int_equal(pick_beside(100, 97, 400).technique, 0);
-    assert_int_equal(pick_beside(100, 90, 400).technique, 1);
-    assert_int_equal(pick_beside(100, 0, 85).technique, 0); /* it is only forecast */
-    assert_int_equal(pick_beside(100, 0, 60).technique, 2);
-    assert_int_equal(pick_beside(100, 90, 60).technique, 2);
+    assert_int_equal(pick_beside(100, 97, 400).technique, FIRST);
+    assert_int_equal(pick_beside(100, 90, 400).technique, SECOND);
+    assert_int_equal(pick_beside(100, 0, 85).technique, FIRST); /* it is only forecast */
+    assert_int_equal(pick_beside(100, 0, 60).technique, THIRD);
+    assert_int_equal(pick_beside(100, 90, 60).technique, THIRD);
 }
 
 static void a_technique_that_may_gain_is_worth_timing(void **unused)
 {
     (void)unused;
     const struct auto_pick pick = pick_beside(100, 97, 110);
-    assert_true(pick.has_runner_up && pick.runner_up == 2 && pick.technique == 0);
+    assert_true(pick.has_runner_up && (int)pick.runner_up == THIRD && (int)pick.technique == FIRST);
     assert_false(pick_beside(100, 97, 250).has_runner_up); /* not to take so long */
     assert_false(pick_beside(100, 0, 1e5).has_runner_up);
 }
@@ -170,9 +182,9 @@ static void one_technique_is_the_last(void **unused)
 {
     (void)unused;
     struct learning *learning = fresh();
-    const struct learning_case maps = make_frame(FORECAST_MAPS, 6);
-    const struct learning_case rays = make_frame(FORECAST_RAYS, 6);
-    const struct learning_case other = make_frame(FORECAST_MAPS, 8);
+    const struct learning_case maps = make_frame(SHADOWS_RASTER_DEFAULT, 6);
+    const struct learning_case rays = make_frame(SHADOWS_RAYTRACED, 6);
+    const struct learning_case other = make_frame(SHADOWS_RASTER_DEFAULT, 8);
     learning_show(learning, &maps); /* of which nothing is known */
     assert_false(learning_expect(learning, &maps).is_shown);
     teach(learning, &maps, 100, 1);
@@ -192,7 +204,7 @@ static void senseless_times_teach_nothing(void **unused)
 {
     (void)unused;
     struct learning *learning = fresh(), *before = fresh();
-    struct learning_case frame = make_frame(FORECAST_MAPS, 6);
+    struct learning_case frame = make_frame(SHADOWS_RASTER_DEFAULT, 6);
     const double senseless[] = {0, -1, NAN, INFINITY};
     for (size_t i = 0; i < 4; i++)
         learning_teach(learning, &frame, senseless[i]);
@@ -210,7 +222,7 @@ static void what_teaching_cannot_have_made_is_not_sound(void **unused)
 {
     (void)unused;
     struct learning *good = fresh(), *bad = fresh();
-    const struct learning_case frame = make_frame(FORECAST_MAPS, 6);
+    const struct learning_case frame = make_frame(SHADOWS_RASTER_DEFAULT, 6);
     teach(good, &frame, 150, 5);
     *bad = *good;
     bad->factor[3] = NAN;
@@ -253,7 +265,7 @@ static void lessons_of_any_kind_leave_it_sound(void **unused)
             frame.terms[k] = state >> 60 ? 0 : ldexp(1, (int)(state >> 33 & 31) - 12);
         }
         frame.terms[state >> 40 & 7] += 1;
-        frame.technique = (enum forecast_technique)(state >> 50 & 1);
+        frame.technique = state >> 50 & 1 ? SHADOWS_RAYTRACED : SHADOWS_RASTER_DEFAULT;
         frame.view = state >> 20 & 1023;
         learning_teach(learning, &frame, ldexp(1, (int)(state >> 12 & 31) - 10));
     }

@@ -53,7 +53,8 @@ static struct content_key key_of(const char *text)
 static void save(const struct place *place)
 {
     struct error err = {0};
-    const struct proof proof = {.structures = PROVEN, .since_s = NOW};
+    const struct proof proof = {
+        .structures = PROVEN, .since_s = NOW, .wide_floats = {WIDE_FLOATS_PAIRS, 0.8125}};
     if (!proof_file_save(place->path, key_of("device"), &proof, &err))
         fail_msg("%s", err.message);
 }
@@ -93,6 +94,8 @@ static void what_was_written_is_read_by_its_key_alone(void **state)
     assert_true(loads(place, "device", NOW, &proof));
     assert_int_equal(PROVEN, proof.structures);
     assert_int_equal(NOW, proof.since_s);
+    assert_int_equal(WIDE_FLOATS_PAIRS, proof.wide_floats.form);
+    assert_true(proof.wide_floats.pairs_over_f64 == 0.8125);
     assert_false(loads(place, "another", NOW, &proof));
     assert_int_equal(0, stat(place->path, &status));
     assert_int_equal(0600, status.st_mode & 0777);
@@ -154,7 +157,8 @@ static void what_is_no_file_of_ours_is_not_read(void **state)
     assert_int_equal(0, unlink(place->path));
     assert_int_equal(0, mkdir(place->path, 0700));
     assert_false(loads(place, "device", NOW, &proof));
-    const struct proof said = {.structures = PROVEN, .since_s = NOW};
+    const struct proof said = {
+        .structures = PROVEN, .since_s = NOW, .wide_floats = {WIDE_FLOATS_PAIRS, 0.8125}};
     assert_false(proof_file_save(place->path, key_of("device"), &said, &err));
     assert_int_equal(ERROR_IO, err.code);
 }

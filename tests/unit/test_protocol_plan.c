@@ -12,8 +12,11 @@
 
 static struct plan_document two_passes(void)
 {
-    struct plan plan = {
-        .samples = 4, .pass_count = 2, .deep_lights = 3, .shadow_texels = 4096, .least_batches = 2};
+    struct plan plan = {.samples = 4,
+                        .pass_count = 2,
+                        .lights_by_technique[SHADOWS_DEEP] = 3,
+                        .shadow_texels = 4096,
+                        .least_batches = 2};
     struct render_request request = {.width = 64, .height = 32, .scene = "abc"};
     struct plan_document document;
     for (int i = 0; i < PLAN_NEED_COUNT; i++) {
@@ -63,6 +66,9 @@ static void json_holds_every_requirement_and_pass(void **state)
     assert_true(json_is_true(json_object_get(second, "is_conditional")));
     const json_t *counts = json_object_get(json, "counts");
     assert_int_equal(json_integer_value(json_object_get(counts, "deep_lights")), 3);
+    const json_t *lights = json_object_get(json, "lights_by_technique");
+    assert_int_equal(json_object_size(lights), 1);
+    assert_int_equal(json_integer_value(json_object_get(lights, "deep")), 3);
     assert_int_equal(json_integer_value(json_object_get(counts, "shadow_texels")), 4096);
     assert_int_equal(json_integer_value(json_object_get(counts, "light_batches")), 2);
     json_decref(json);

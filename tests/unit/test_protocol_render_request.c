@@ -229,7 +229,7 @@ static void override_and_quality_members_arrive(void **state)
     assert_true(m->has_self_shadow && !m->self_shadow && m->has_cast_once && m->cast_once);
     const struct request_quality *q = &r.quality;
     assert_int_equal(q->shadows, SHADOWS_DEEP_LINKED);
-    assert_int_equal(q->transparency, REQUEST_TRANSPARENCY_LISTS);
+    assert_int_equal(q->transparency, TRANSPARENCY_LISTS);
     assert_int_equal(q->light_lists, REQUEST_LIGHT_LISTS_LINKED);
     assert_int_equal(q->blend_filter, REQUEST_BLEND_KIM);
     assert_int_equal(q->shadow_resolution, 2048);
@@ -462,7 +462,7 @@ static void name_tables_end_with_null(void **state)
     const char *(*const tables[])(int) = {
         request_fit_name,          request_light_type_name,   request_alpha_mode_name,
         request_pass_through_name, request_tone_mapping_name, shadow_technique_name,
-        request_transparency_name, request_light_lists_name,  request_blend_filter_name,
+        transparency_name,         request_light_lists_name,  request_blend_filter_name,
         request_output_name,       request_format_name};
     static const int counts[] = {7, 5, 3, 3, 2, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {

@@ -32,6 +32,36 @@ static void numbers_beyond_the_rows_have_no_name(void **state)
     assert_false(shadow_technique_can((enum shadow_technique)SHADOWS_COUNT, 0));
 }
 
+static void names_are_found(void **state)
+{
+    (void)state;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        assert_int_equal(shadow_technique_find(shadow_technique_name(i)), i);
+    assert_int_equal(shadow_technique_find("deeper"), SHADOWS_COUNT);
+    assert_int_equal(shadow_technique_find(""), SHADOWS_COUNT);
+}
+
+/* What `auto` takes where nothing gains can be told, and is the nearest of all. */
+static void auto_has_candidates_and_a_default(void **state)
+{
+    (void)state;
+    int candidates = 0;
+    assert_true(shadow_technique_is_candidate(SHADOWS_RASTER_DEFAULT));
+    assert_false(shadow_technique_is_renderer(SHADOWS_RASTER_DEFAULT));
+    assert_false(shadow_technique_is_candidate(SHADOWS_AUTO));
+    assert_false(shadow_technique_is_candidate(SHADOWS_COUNT));
+    for (int i = 0; i < SHADOWS_COUNT; i++) {
+        const struct shadow_technique_row *row = &shadow_technique_rows[i];
+        bool is_nearest = i == SHADOWS_AUTO || i == SHADOWS_RASTER_DEFAULT;
+        assert_int_equal(row->distance == 0, is_nearest);
+        candidates += shadow_technique_is_candidate((enum shadow_technique)i);
+        for (int k = 0; k < i && row->candidate; k++)
+            assert_true(!shadow_technique_rows[k].candidate ||
+                        strcmp(row->candidate, shadow_technique_rows[k].candidate) != 0);
+    }
+    assert_true(candidates >= 2);
+}
+
 static void each_bit_of_a_row_has_a_name(void **state)
 {
     (void)state;
@@ -52,15 +82,34 @@ static void techniques_are_told_by_what_they_can_and_have(void **state)
     char text[SHADOW_TECHNIQUES_TEXT_BYTES];
     shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, text);
     assert_string_equal(text, "auto or raytraced");
-    shadow_techniques_text(0, SHADOW_HAS_LISTS, text);
-    assert_string_equal(text, "auto or deep");
     shadow_techniques_text(0, SHADOW_HAS_MAP, text);
-    assert_string_equal(text, "auto, map, deep or deep-linked");
+    assert_int_equal(0, strncmp(text, "auto, map, deep", 15));
+    assert_null(strstr(text, "raytraced"));
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (shadow_technique_has((enum shadow_technique)i, SHADOW_HAS_MAP))
+            assert_non_null(strstr(text, shadow_technique_name(i)));
+    assert_non_null(strstr(text, " or "));
     shadow_techniques_text(SHADOW_CAN_MANY_SAMPLES, 0, text);
     assert_string_equal(text, "raytraced");
     shadow_techniques_text(0, 0, text); /* all, and they fit */
     assert_non_null(strstr(text, shadow_technique_name(SHADOWS_COUNT - 1)));
     assert_true(strlen(text) + 1 < SHADOW_TECHNIQUES_TEXT_BYTES);
+}
+
+static void families_follow_from_the_rows(void **state)
+{
+    (void)state;
+    static const enum shadow_family families[] = {
+        [SHADOWS_AUTO] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_NONE] = SHADOW_FAMILY_NONE,
+        [SHADOWS_MAP] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_DEEP] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_DEEP_LINKED] = SHADOW_FAMILY_MAPS,
+        [SHADOWS_RAYTRACED] = SHADOW_FAMILY_RAYS,
+        [SHADOWS_RAYTRACED_SHADOWS] = SHADOW_FAMILY_POINTS,
+    };
+    for (size_t i = 0; i < sizeof families / sizeof *families; i++)
+        assert_int_equal(shadow_technique_family((enum shadow_technique)i), families[i]);
 }
 
 static void help_texts_name_them_all(void **state)
@@ -75,8 +124,11 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_row_has_a_name_of_its_own_and_a_sentence),
         cmocka_unit_test(numbers_beyond_the_rows_have_no_name),
+        cmocka_unit_test(names_are_found),
+        cmocka_unit_test(auto_has_candidates_and_a_default),
         cmocka_unit_test(each_bit_of_a_row_has_a_name),
         cmocka_unit_test(techniques_are_told_by_what_they_can_and_have),
+        cmocka_unit_test(families_follow_from_the_rows),
         cmocka_unit_test(help_texts_name_them_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

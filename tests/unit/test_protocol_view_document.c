@@ -16,7 +16,7 @@
 #define SCENE "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
 
 /* The quality of a view's picture. */
-static struct request_quality quality_of(const char *quality, bool is_quick)
+static struct request_quality quality_of(const char *quality, bool is_moving)
 {
     char text[512];
     struct error err = {0};
@@ -24,9 +24,9 @@ static struct request_quality quality_of(const char *quality, bool is_quick)
     snprintf(text, sizeof text, "{\"scene\":\"" SCENE "\",\"quality\":%s}", quality);
     struct view_document *document = view_document_create(text, strlen(text), &err);
     assert_non_null(document);
-    char *shot = view_document_shot(
-        document, &(struct view_shot){.format = REQUEST_FORMAT_PNG, .is_quick = is_quick}, NULL,
-        NULL);
+    char *shot = view_document_frame(
+        document, &(struct view_frame_desc){.format = REQUEST_FORMAT_PNG, .is_moving = is_moving},
+        NULL, NULL);
     assert_non_null(shot);
     assert_true(render_request_parse(shot, strlen(shot), &request, &err));
     struct request_quality found = request.quality;

@@ -97,7 +97,7 @@ static void every_member_of_a_request_reaches_the_view(void **state)
     assert_true(view.clip_planes[0][3] == -2 && view.background[2] == 0.125f);
     assert_true(view.has_environment && view.sky[2] == 3 && view.ground[1] == 5);
     assert_int_equal(view.quality.shadows, SHADOWS_MAP);
-    assert_int_equal(view.quality.transparency, VIEW_TRANSPARENCY_LISTS);
+    assert_int_equal(view.quality.transparency, TRANSPARENCY_LISTS);
     assert_int_equal(view.quality.light_lists, VIEW_LIGHT_LISTS_LINKED);
     assert_int_equal(view.quality.blend_filter, VIEW_BLEND_KIM);
     assert_int_equal(view.quality.shadow_resolution, 256);
@@ -179,7 +179,8 @@ static void formats_of_eight_bits_take_the_picture_of_a_screen(void **state)
     render_request_finish(&request);
 }
 
-/* The ends of the ranges in docs/requests.md must not become inf, nor "0 means default", in f32. */
+/* The ends of the ranges in docs/reference/requests.md must not become inf, nor "0 means default",
+ * in f32. */
 static void ends_of_ranges_survive_the_way_to_f32(void **state)
 {
     (void)state;
@@ -407,13 +408,13 @@ static void a_frame_far_beyond_what_was_expected_tells_why(void **state)
     stats.counts.programs_built = 0;
     frame_stats_judge(&stats, 0);
     assert_non_null(strstr(stats.chosen.missed, "forecast was off, or the machine busy"));
-    char *text = frame_stats_to_json_text(&stats);
-    struct frame_stats read;
+    json_t *json = frame_stats_to_json(&stats);
+    struct frame_stats read = {0};
     struct error err = {0};
-    assert_true(text && frame_stats_from_json_text(text, strlen(text), &read, &err));
+    assert_true(json && frame_stats_from_json(json, &read, &err));
     assert_string_equal(read.chosen.missed, stats.chosen.missed);
     assert_true(read.chosen.took_ms == 184);
-    free(text);
+    json_decref(json);
     stats.chosen.expected_ms = 1;
     *took_ms = 3; /* nobody sees it */
     frame_stats_judge(&stats, 0);

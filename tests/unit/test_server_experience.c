@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What a frame that was chosen for a time took counts for the next choice: server/front/experience.
- */
+/* What a frame that was chosen for a time took counts for the next choice:
+ * server/worker/experience. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 #include "server/base/processor.h"
-#include "server/front/experience.h"
+#include "server/worker/experience.h"
 
 static const struct experience_frame modelled = {
     .scene = "abc",

@@ -19,13 +19,15 @@ static struct learning *make_learned(void)
     struct learning *learned = malloc(sizeof *learned);
     assert_non_null(learned);
     learning_init(learned);
+    static const enum shadow_technique techniques[] = {SHADOWS_RASTER_DEFAULT, SHADOWS_RAYTRACED,
+                                                       SHADOWS_RAYTRACED_SHADOWS};
     for (uint64_t i = 0; i < 12; i++)
         learning_teach(learned,
                        &(struct learning_case){.terms = {1, 2, 3, [FORECAST_TERM_WALKS] = 5.5},
-                                               .technique = (enum forecast_technique)(i % 3),
+                                               .technique = techniques[i % 3],
                                                .view = 2 * (i % 5)},
                        7.25 + (double)i);
-    learning_show(learned, &(struct learning_case){.technique = FORECAST_RAYS, .view = 2});
+    learning_show(learned, &(struct learning_case){.technique = SHADOWS_RAYTRACED, .view = 2});
     return learned;
 }
 
@@ -56,7 +58,7 @@ static void lessons_read_back_for_their_device_alone(void **state)
     assert_true(lessons_file_load(read, path, "this"));
     for (uint64_t view = 0; view < 10; view += 2) {
         const struct learning_case frame = {
-            .terms = {4, 5, 6}, .technique = FORECAST_RAYS, .view = view};
+            .terms = {4, 5, 6}, .technique = SHADOWS_RAYTRACED, .view = view};
         const struct learning_answer a = learning_expect(learned, &frame);
         const struct learning_answer b = learning_expect(read, &frame);
         assert_true(a.ms == b.ms && a.doubt == b.doubt && a.lessons == b.lessons);

@@ -109,7 +109,7 @@ static void two_deaths_in_a_row_quarantine_a_scene(void **state)
     struct error err = {0};
     quarantine_add_death(&quarantine, "a", "signal 11");
     assert_true(quarantine_check(&quarantine, "a", &err));
-    quarantine_forgive(&quarantine, "a"); /* a success between them */
+    quarantine_clear(&quarantine, "a"); /* a success between them */
     quarantine_add_death(&quarantine, "a", "signal 11");
     assert_true(quarantine_check(&quarantine, "a", &err));
     quarantine_add_death(&quarantine, "a", "signal 7");
@@ -119,7 +119,7 @@ static void two_deaths_in_a_row_quarantine_a_scene(void **state)
     err = (struct error){0};
     assert_true(quarantine_check(&quarantine, "b", &err));
     assert_int_equal(1, quarantine_count(&quarantine));
-    quarantine_forgive(&quarantine, "a");
+    quarantine_clear(&quarantine, "a");
     assert_true(quarantine_check(&quarantine, "a", &err));
     assert_int_equal(0, quarantine_count(&quarantine));
 }

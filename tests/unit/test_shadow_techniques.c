@@ -31,29 +31,89 @@ static void every_technique_but_none_has_functions(void **state)
     for (int i = 0; i < SHADOWS_COUNT; i++) {
         const struct shadow_method *method = shadow_method_of((enum shadow_technique)i);
         assert_int_equal(i == SHADOWS_NONE, method == NULL);
-        assert_true(!method || (method->wants && method->passes));
+        assert_true(!method || (method->wants && method->structure && method->structure->passes));
     }
 }
 
-static void a_kind_leads_to_the_technique_that_has_it(void **state)
+/* Those whose structures are kept for each light; NULL past the last. */
+static const struct shadow_method *next_of_lights(int *id)
+{
+    for (; *id < SHADOWS_COUNT; ++*id) {
+        const struct shadow_method *method = shadow_method_of((enum shadow_technique) * id);
+        bool is_own = method && (int)method->id == *id;
+        if (is_own && method->structure->scope == SHADOW_PER_LIGHT) {
+            ++*id;
+            return method;
+        }
+    }
+    return NULL;
+}
+
+static bool is_listed(const struct shadow_structure *structure)
+{
+    size_t i = 0;
+    while (shadow_structure_at(i) && shadow_structure_at(i) != structure)
+        i++;
+    return shadow_structure_at(i) != NULL;
+}
+
+static void every_structure_is_in_the_table(void **state)
 {
     (void)state;
-    for (uint32_t kind = 0; kind < SHADOW_KINDS; kind++) {
-        const struct shadow_method *method = shadow_method_of_kind(kind);
-        assert_int_equal(method->kind, kind);
-        assert_int_equal(method->scope, SHADOW_PER_LIGHT);
-        assert_true(method == shadow_method_of(method->id));
-        assert_int_equal(method->texel_bytes, method->has_lists ? 8 : 4);
+    const struct shadow_method *method;
+    assert_true(is_listed(shadow_method_of(SHADOWS_RAYTRACED_SHADOWS)->structure));
+    for (int id = 0; (method = next_of_lights(&id));) {
+        const struct shadow_structure *structure = method->structure;
+        assert_true(is_listed(structure));
+        assert_int_equal(structure->texel_bytes, structure->has_lists ? 8 : 4);
+        assert_non_null(method->reused);
+        assert_int_equal(structure->has_lists, method->lookup != NULL);
+        assert_true(!structure->has_lists ||
+                    (structure->build && structure->record && structure->bind && structure->drop));
+    }
+}
+
+/* Without one the self-test would let a structure pass that no device has drawn. */
+static void every_structure_has_a_trial_by_a_technique_of_its_own(void **state)
+{
+    (void)state;
+    const struct shadow_structure *structure;
+    for (size_t i = 0; (structure = shadow_structure_at(i)); i++) {
+        assert_true(structure->trials && structure->trials->name);
+        for (const struct shadow_trial *trial = structure->trials; trial->name; trial++)
+            assert_ptr_equal(shadow_method_of(trial->quality.shadows)->structure, structure);
+    }
+}
+
+static void every_structure_has_a_forecast(void **state)
+{
+    (void)state;
+    const struct shadow_structure *structure;
+    const struct workload workload = {.pixels = 1e5,
+                                      .covered = 0.5,
+                                      .lit = 2,
+                                      .triangles = 1e4,
+                                      .shadowed_lights = 2,
+                                      .map_faces = 2};
+    const struct forecast_setting setting = {
+        .samples = 1, .shadow_resolution = 512, .shadow_taps = 4, .has_shadows = true};
+    const struct device_speed speed = {1, 1, 1, 1, 1};
+    const struct forecast_frame frame = {&workload, &setting, &speed};
+    for (size_t i = 0; (structure = shadow_structure_at(i)); i++) {
+        double terms[FORECAST_TERM_COUNT] = {0};
+        structure->forecast(&frame, terms);
+        assert_true(forecast_sum_ms(terms) > 0);
+        assert_true(!structure->forecast_error || structure->forecast_error(&setting) > 0);
     }
 }
 
 static void every_pass_of_a_light_lists_programs(void **state)
 {
     (void)state;
+    const struct shadow_method *method;
     assert_non_null(shadow_depth_pass.list_programs);
-    for (uint32_t kind = 0; kind < SHADOW_KINDS; kind++)
-        for (const struct shadow_pass *pass = shadow_method_of_kind(kind)->passes; pass->name;
-             pass++)
+    for (int id = 0; (method = next_of_lights(&id));)
+        for (const struct shadow_pass *pass = method->structure->passes; pass->name; pass++)
             assert_true(pass->list_programs && !pass->is_of_windows);
 }
 
@@ -90,10 +150,10 @@ static void lights_without_casters_shine_without_a_shadow(void **state)
 static void techniques_with_lists_can_color(void **state)
 {
     (void)state;
-    for (uint32_t kind = 0; kind < SHADOW_KINDS; kind++) {
-        const struct shadow_method *method = shadow_method_of_kind(kind);
-        assert_int_equal(shadow_technique_can(method->id, SHADOW_CAN_COLOR), method->has_lists);
-    }
+    const struct shadow_method *method;
+    for (int id = 0; (method = next_of_lights(&id));)
+        assert_int_equal(shadow_technique_can(method->id, SHADOW_CAN_COLOR),
+                         method->structure->has_lists);
 }
 
 static void queries_name_what_a_map_has(void **state)
@@ -103,19 +163,25 @@ static void queries_name_what_a_map_has(void **state)
         struct shadow_map map;
         const char *defines;
     } cases[] = {
-        {{.kind = SHADOW_MAP, .frame.shape = SHADOW_CUBE},
+        {{.method = &shadow_method_map, .frame.shape = SHADOW_CUBE},
          "SHADOW_HAS_MAPS SHADOW_HAS_PERSPECTIVE SHADOW_HAS_CUBES"},
-        {{.kind = SHADOW_DEEP, .frame.shape = SHADOW_ORTHOGRAPHIC, .longest_list = 100},
-         "SHADOW_HAS_MAPS SHADOW_HAS_ORTHOGRAPHIC SHADOW_HAS_DEEP SHADOW_HAS_LONG"},
-        {{.kind = SHADOW_DEEP, .flags = SHADOW_FLAG_RAW | SHADOW_FLAG_MEDIA, .longest_list = 100},
-         "SHADOW_HAS_MAPS SHADOW_HAS_PERSPECTIVE SHADOW_HAS_DEEP SHADOW_HAS_IDS SHADOW_HAS_MEDIA"},
-        {{.kind = SHADOW_LINKED, .is_faithful = true},
-         "SHADOW_HAS_MAPS SHADOW_HAS_PERSPECTIVE SHADOW_HAS_LINKED SHADOW_FAITHFUL"},
+        {{.method = &shadow_method_deep, .frame.shape = SHADOW_ORTHOGRAPHIC, .longest_list = 100},
+         "SHADOW_HAS_MAPS SHADOW_HAS_ORTHOGRAPHIC SHADOW_HAS_LONG SHADOW_LISTS=deep:3"},
+        {{.method = &shadow_method_deep,
+          .flags = SHADOW_FLAG_RAW | SHADOW_FLAG_MEDIA,
+          .longest_list = 100},
+         "SHADOW_HAS_MAPS SHADOW_HAS_PERSPECTIVE SHADOW_HAS_IDS SHADOW_HAS_MEDIA "
+         "SHADOW_LISTS=deep:3"},
+        {{.is_faithful = true},
+         "SHADOW_HAS_MAPS SHADOW_HAS_PERSPECTIVE SHADOW_FAITHFUL SHADOW_LISTS=linked:4"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        struct shadow_features features = {{false}};
+        struct shadow_features features = {.has = {false}};
         char text[SHADOW_DEFINES_BYTES];
-        shadow_features_add(&features, &cases[i].map);
+        struct shadow_map map = cases[i].map;
+        if (map.is_faithful)
+            map.method = shadow_method_of(SHADOWS_DEEP_LINKED);
+        shadow_features_add(&features, &map);
         shadow_features_write(&features, text);
         assert_string_equal(text, cases[i].defines);
     }
@@ -125,7 +191,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_technique_but_none_has_functions),
-        cmocka_unit_test(a_kind_leads_to_the_technique_that_has_it),
+        cmocka_unit_test(every_structure_is_in_the_table),
+        cmocka_unit_test(every_structure_has_a_trial_by_a_technique_of_its_own),
+        cmocka_unit_test(every_structure_has_a_forecast),
         cmocka_unit_test(every_pass_of_a_light_lists_programs),
         cmocka_unit_test(lights_without_transparent_casters_have_plain_maps),
         cmocka_unit_test(lights_behind_glass_have_lists),

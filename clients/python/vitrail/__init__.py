@@ -5,7 +5,7 @@
     scene = client.post_scene("chapel.glb")
     client.render(scene["id"], width=640, height=360).save("chapel.png")
 
-Members of requests and replies are plain dicts, as docs/requests.md and docs/views.md of the
+Members of requests and replies are plain dicts, as docs/reference/requests.md and views.md of the
 project describe them; failures are VitrailError.
 """
 from .client import Client

@@ -125,7 +125,7 @@ class Client:
 
     def render(self, scene: str, *, format: str = "png", etag: Optional[str] = None,
                request_id: Optional[str] = None, **members: Any) -> Optional[Image]:
-        """One image of a scene; members as in docs/requests.md.
+        """One image of a scene; members as in docs/reference/requests.md.
 
         With the etag of an earlier image: None when it would be the same, without rendering.
         request_id: 1 to 64 of A-Z a-z 0-9 . _ -, by which render_status tells how far it is."""
@@ -148,7 +148,7 @@ class Client:
 
     def create_tradeoff(self, scene: str, *, tradeoff: Optional[Mapping[str, Any]] = None,
                         **members: Any) -> Dict[str, Any]:
-        """Has a view measured with every technique, as docs/tradeoffs.md says; it takes minutes.
+        """Has a view measured with every technique (docs/reference/tradeoffs.md): minutes.
 
         Later renders of the scene can then ask by quality={"max_error": ...} or "budget_ms"."""
         body = {"scene": scene, "tradeoff": dict(tradeoff or {}), **members}
@@ -180,7 +180,7 @@ class Client:
         return self.get("/v1/views")["views"]
 
     def create_view(self, scene: str, **members: Any) -> View:
-        """A view to edit and look at; members as in docs/views.md."""
+        """A view to edit and look at; members as in docs/reference/views.md."""
         return View(self, self.send("POST", "/v1/views", {"scene": scene, **members}).json())
 
     def view(self, view: str) -> View:

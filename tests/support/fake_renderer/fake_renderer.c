@@ -45,16 +45,16 @@ struct renderer {
     bool is_beside_hardware;
     struct fake_scene scenes[SCENES_MAX]; /* oldest first */
     int scene_count;
-    const struct interlude *interlude;
+    const struct yield_point *yield;
     const struct frame_progress *progress;
-    const struct frame_arrival *arrival;
+    const struct frame_completion *completion;
     bool is_paused;
     double device_free_ms; /* when the device has done all that it was given */
     struct {
         struct frame *frame; /* NULL: none */
         double end_ms;
         bool has_error, is_lost, hangs;
-    } flight;
+    } in_flight;
 };
 
 struct renderer *renderer_create(const struct renderer_desc *desc, struct error *err)
@@ -155,9 +155,9 @@ void renderer_set_progress(struct renderer *renderer, const struct frame_progres
     renderer->progress = progress;
 }
 
-void renderer_set_interlude(struct renderer *renderer, const struct interlude *interlude)
+void renderer_set_yield_point(struct renderer *renderer, const struct yield_point *yield)
 {
-    renderer->interlude = interlude;
+    renderer->yield = yield;
 }
 
 void renderer_get_info(const struct renderer *renderer, struct renderer_info *info)
@@ -228,7 +228,7 @@ enum runner_up_outcome renderer_time_runner_up(struct renderer *renderer, const 
     return RUNNER_UP_NONE;
 }
 
-void renderer_rest(struct renderer *renderer)
+void renderer_trim(struct renderer *renderer)
 {
     (void)renderer;
 }
@@ -248,8 +248,8 @@ static void sleep_ms(long ms)
 /* As the real one where a pass begins, or with `waits` where the device is waited for. */
 static void let_arrive(struct renderer *renderer, bool waits)
 {
-    if (renderer->flight.frame && renderer->arrival && (waits || renderer_wait(renderer, 0)))
-        renderer->arrival->collect(renderer->arrival->context);
+    if (renderer->in_flight.frame && renderer->completion && (waits || renderer_wait(renderer, 0)))
+        renderer->completion->collect(renderer->completion->context);
 }
 
 static void raise_crash(void)
@@ -259,10 +259,10 @@ static void raise_crash(void)
 }
 
 /* In pieces, between which others may go first. */
-static bool sleep_with_interludes(struct renderer *renderer, long ms, struct frame *frame,
-                                  struct error *err)
+static bool sleep_with_yield_points(struct renderer *renderer, long ms, struct frame *frame,
+                                    struct error *err)
 {
-    const struct interlude *interlude = renderer->is_paused ? NULL : renderer->interlude;
+    const struct yield_point *yield = renderer->is_paused ? NULL : renderer->yield;
     bool is_wanted = true;
     for (long slept = 0; slept < ms && is_wanted; slept++) {
         sleep_ms(1);
@@ -270,15 +270,15 @@ static bool sleep_with_interludes(struct renderer *renderer, long ms, struct fra
             renderer->progress->tell(renderer->progress->context, FRAME_STAGE_SHADING,
                                      (double)(slept + 1) / (double)ms);
         let_arrive(renderer, false);
-        if (!interlude || !interlude->is_due(interlude->context))
+        if (!yield_point_is_due(yield))
             continue;
         let_arrive(renderer, true);
         renderer->is_paused = true;
-        is_wanted = interlude->serve(interlude->context);
+        is_wanted = yield_point_run(yield, err);
         renderer->is_paused = false;
         frame->report.paused_ms += 1; /* as it says of everything */
     }
-    return is_wanted || error_set(err, ERROR_OVERLOADED, "fake: not wanted");
+    return is_wanted;
 }
 
 /* Does what a node's name asks for. */
@@ -290,7 +290,7 @@ static bool obey(struct renderer *renderer, const char *name, struct frame *fram
     while (strcmp(name, "fake:hang") == 0)
         sleep_ms(1000);
     if (strncmp(name, "fake:slow=", 10) == 0)
-        return sleep_with_interludes(renderer, strtol(name + 10, NULL, 10), frame, err);
+        return sleep_with_yield_points(renderer, strtol(name + 10, NULL, 10), frame, err);
     if (strcmp(name, "fake:lost") == 0)
         return error_set(err, ERROR_NO_DEVICE, "fake: the context is lost");
     if (strcmp(name, "fake:error") == 0)
@@ -432,11 +432,11 @@ static void take_off(struct renderer *renderer, const struct scene *scene, doubl
 {
     double now_ms = wall_ms();
     renderer->device_free_ms = fmax(renderer->device_free_ms, now_ms) + ms;
-    renderer->flight.frame = frame;
-    renderer->flight.end_ms = renderer->device_free_ms;
-    renderer->flight.has_error = scene_find_node(scene, "fake:error-on-device") >= 0;
-    renderer->flight.is_lost = scene_find_node(scene, "fake:lost-on-device") >= 0;
-    renderer->flight.hangs = scene_find_node(scene, "fake:hang-on-device") >= 0;
+    renderer->in_flight.frame = frame;
+    renderer->in_flight.end_ms = renderer->device_free_ms;
+    renderer->in_flight.has_error = scene_find_node(scene, "fake:error-on-device") >= 0;
+    renderer->in_flight.is_lost = scene_find_node(scene, "fake:lost-on-device") >= 0;
+    renderer->in_flight.hangs = scene_find_node(scene, "fake:hang-on-device") >= 0;
 }
 
 bool renderer_submit(struct renderer *renderer, const char *scene_key, const struct view *view,
@@ -449,7 +449,7 @@ bool renderer_submit(struct renderer *renderer, const char *scene_key, const str
     double ms = device_ms(scene);
     if (ms <= 0)
         return true;
-    if (renderer->is_paused) { /* as the real one: no flights within pauses */
+    if (renderer->is_paused) { /* as the real one: no frames in flight within pauses */
         sleep_ms((long)ms);
         return true;
     }
@@ -462,29 +462,29 @@ bool renderer_submit(struct renderer *renderer, const char *scene_key, const str
 bool renderer_wait(struct renderer *renderer, int timeout_ms)
 {
     double until_ms = wall_ms() + timeout_ms;
-    if (!renderer->flight.frame)
+    if (!renderer->in_flight.frame)
         return true;
-    while (wall_ms() < until_ms && wall_ms() < renderer->flight.end_ms)
+    while (wall_ms() < until_ms && wall_ms() < renderer->in_flight.end_ms)
         nanosleep(&(struct timespec){0, 100000}, NULL);
-    return wall_ms() >= renderer->flight.end_ms;
+    return wall_ms() >= renderer->in_flight.end_ms;
 }
 
 bool renderer_collect(struct renderer *renderer, struct error *err)
 {
-    struct frame *frame = renderer->flight.frame;
-    while (!renderer_wait(renderer, 1000) || renderer->flight.hangs)
+    struct frame *frame = renderer->in_flight.frame;
+    while (!renderer_wait(renderer, 1000) || renderer->in_flight.hangs)
         continue;
-    renderer->flight.frame = NULL;
-    if (!renderer->flight.has_error && !renderer->flight.is_lost)
+    renderer->in_flight.frame = NULL;
+    if (!renderer->in_flight.has_error && !renderer->in_flight.is_lost)
         return true;
     frame_finish(frame);
-    return error_set(err, renderer->flight.is_lost ? ERROR_NO_DEVICE : ERROR_INTERNAL,
+    return error_set(err, renderer->in_flight.is_lost ? ERROR_NO_DEVICE : ERROR_INTERNAL,
                      "fake: failed on the device");
 }
 
-void renderer_set_arrival(struct renderer *renderer, const struct frame_arrival *arrival)
+void renderer_set_completion(struct renderer *renderer, const struct frame_completion *completion)
 {
-    renderer->arrival = arrival;
+    renderer->completion = completion;
 }
 
 bool renderer_render(struct renderer *renderer, const char *scene_key, const struct view *view,

@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: MIT */
+/* How long the parts of a frame will take, from counts of their work and the speed of a device, and
+ * how far their pictures are off. Shadow structures say which parts they have
+ * (renderer/shadows/technique.h). Pure functions. Thread: any.
+ *
+ * The cost of each unit of work was fitted once, over shared scenes on a software rasteriser
+ * (docs/explanation/cost-model.md; tests/bench/fit_models.py repeats it). A device is
+ * known by how much longer than there it takes for four kinds of work, which
+ * renderer/frame/calibrate.h measures. */
+#ifndef VITRAIL_RENDERER_FORECAST_FORECAST_H
+#define VITRAIL_RENDERER_FORECAST_FORECAST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* How much there is to do for a frame, as renderer/cost/workload.h counts it. */
+struct workload {
+    double pixels;
+    double covered;   /* share of the pixels that show something opaque, [0, 1] */
+    double layers;    /* mean transparent surfaces per pixel before what is opaque */
+    double lit;       /* mean lights that shine on a visible surface; area lights count once per
+                         sample */
+    double listed;    /* mean lights in the list of a visible surface, which it walks: those without
+                         a range always, others where its cluster meets their reach */
+    double textures;  /* mean textures of the material of a visible surface */
+    double triangles; /* of all drawables, and of those in view */
+    double triangles_in_view;
+    size_t lights, shadowed_lights; /* that reach the view; that have casters as well */
+    size_t deep_lights;             /* of the shadowed: with transparent casters */
+    double map_faces;               /* of all shadowed lights; deep ones among them */
+    double deep_faces;
+    double map_triangles;  /* opaque casters, drawn into a face each */
+    double deep_triangles; /* transparent ones */
+    double deep_share;     /* events over texels of the deep faces */
+};
+
+/* Times over those of the machine of the fit. Zeroed = not measured. */
+struct device_speed {
+    double frame_ms; /* of a rasterised frame with nothing to do; not a ratio */
+    double shade;    /* rasterising and shading the picture */
+    double maps;     /* shadow maps: casters, texels, events */
+    double trace;    /* rays and the shading of what they meet, on all cores */
+    double build;    /* the ray tracer's structure */
+};
+bool device_speed_is_known(const struct device_speed *speed);
+
+/* Costs on the machine of the fit, in ns of processor time unless the name says ms. msaa_*: what 4
+ * samples per pixel add to those of 1. */
+struct device_costs {
+    double pixel, msaa_pixel; /* of the image; per covered one msaa_covered more */
+    double msaa_covered;
+    double light, look, tap;        /* a surface that a light shines on, looking into its map, and
+                                       each tap of that */
+    double walk;                    /* a light in the list of a surface, whether it shines or not */
+    double layer, msaa_layer;       /* a transparent surface */
+    double texture, msaa_texture;   /* of a surface */
+    double triangle, msaa_triangle; /* in view */
+    double drawn_frame_ms;          /* whatever a scene is drawn of */
+    double face_ms, texel, caster;  /* of all shadow maps */
+    double deep_texel, deep_caster, event; /* of deep ones besides */
+    double ray, hit_level; /* from the camera; where it meets something opaque, per doubling of the
+                              triangles */
+    double more_ray, more_hit_level; /* likewise, of each sample after a pixel's first */
+    double traced_triangle, msaa_traced_triangle; /* in view */
+    double shadow_ray, traced_walk;               /* traced_walk: as walk, of rays */
+    double layer_ray, layer_light; /* through a transparent surface; a light there besides */
+    double traced_texture;
+    double traced_frame_ms;
+    double point_pixel, msaa_point_pixel; /* traced shadows: of the image; a surface that asks; */
+    double point, point_level;            /* its rays, per doubling of the triangles; those of a */
+    double layer_point_ray;               /* transparent surface besides */
+    double point_walk;                    /* as walk, besides it */
+    double built_triangle;
+};
+extern const struct device_costs forecast_costs;
+
+struct forecast_setting {
+    int samples;           /* per pixel */
+    int shadow_resolution; /* texels per side */
+    int shadow_taps;
+    bool has_shadows;
+    bool is_warm; /* shadow maps, or the ray tracer's structure, are there from a frame before */
+};
+
+/* The work of a frame by its kinds: what renderer/cost/learning corrects each by itself. */
+enum forecast_term {
+    FORECAST_TERM_FRAME, /* whatever is drawn */
+    FORECAST_TERM_PIXELS,
+    FORECAST_TERM_LIGHTS, /* that shine on a surface */
+    FORECAST_TERM_WALKS,  /* that are in the list of a surface */
+    FORECAST_TERM_LOOKS,  /* into maps */
+    FORECAST_TERM_LAYERS,
+    FORECAST_TERM_TEXTURES,
+    FORECAST_TERM_TRIANGLES,
+    FORECAST_TERM_MAPS,      /* shadow maps that are built, */
+    FORECAST_TERM_DEEP,      /* and what deep ones take besides */
+    FORECAST_TERM_RAYS,      /* from the camera, one for each pixel, */
+    FORECAST_TERM_MORE_RAYS, /* and the others */
+    FORECAST_TERM_TRACED_TRIANGLES,
+    FORECAST_TERM_SHADOW_RAYS,
+    FORECAST_TERM_TRACED_WALKS,
+    FORECAST_TERM_LAYER_RAYS,
+    FORECAST_TERM_TRACED_TEXTURES,
+    FORECAST_TERM_POINTS, /* of traced shadows: surfaces that ask, */
+    FORECAST_TERM_POINT_RAYS,
+    FORECAST_TERM_POINT_WALKS,
+    FORECAST_TERM_BUILD, /* of the ray tracer's structure */
+    FORECAST_TERM_COUNT
+};
+
+/* ---- parts of a frame, on the device ---- */
+
+struct forecast_frame { /* all required */
+    const struct workload *workload;
+    const struct forecast_setting *setting;
+    const struct device_speed *speed;
+};
+
+/* Each adds its ms by kinds of work. Of a rasterised picture, without shadows: */
+void forecast_add_surfaces(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+/* Shadow maps, and looking into them. */
+void forecast_add_maps(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+/* A ray to each light of each surface, and the ray tracer's structure. */
+void forecast_add_points(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+/* A whole picture by rays, and the ray tracer's structure. */
+void forecast_add_rays(const struct forecast_frame *frame, double terms[FORECAST_TERM_COUNT]);
+
+/* Of all kinds. */
+double forecast_sum_ms(const double terms[FORECAST_TERM_COUNT]);
+
+/* ---- the error of shadows ---- */
+
+/* RMSE of linear colour by shadows alone, of an image whose side (the root of its pixels) is 480
+ * (docs/explanation/cost-model.md). Of maps: by the width of a texel. */
+double forecast_maps_error(const struct forecast_setting *setting);
+
+/* ---- kinds of work apart, on the machine of the fit ---- */
+
+/* Without frame_ms: what calibration divides by. Shading comes with what looks into maps. */
+double forecast_shade_ms(const struct workload *workload, const struct forecast_setting *setting);
+double forecast_maps_ms(const struct workload *workload, const struct forecast_setting *setting);
+double forecast_trace_ms(const struct workload *workload, const struct forecast_setting *setting);
+double forecast_point_rays_ms(const struct workload *workload,
+                              const struct forecast_setting *setting);
+double forecast_build_ms(const struct workload *workload);
+
+/* Memory of all shadow maps together: where it is more than there is, they are made in batches,
+ * anew for every frame. */
+double forecast_maps_bytes(const struct workload *workload, const struct forecast_setting *setting);
+
+#endif

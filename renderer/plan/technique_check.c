@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+/* Compares what a frame asks with what its technique can do, bit by bit. */
+#include "renderer/plan/technique_check.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+unsigned technique_needs(const struct technique_demand *demand)
+{
+    const struct view_quality *quality = demand->quality;
+    bool has_linked_lists = quality->light_lists == VIEW_LIGHT_LISTS_LINKED;
+    bool has_areas = demand->is_rasterised && demand->area_lights > 0;
+    return (quality->reference ? SHADOW_CAN_REFERENCE : 0u) |
+           (quality->samples > 4 && !quality->reference ? SHADOW_CAN_MANY_SAMPLES : 0u) |
+           (has_linked_lists && demand->window_lights > 0 ? SHADOW_CAN_LINKED_LISTS : 0u) |
+           (has_areas ? SHADOW_CAN_AREA_LIGHTS : 0u) |
+           (demand->unfiltered_lights > 0 ? SHADOW_CAN_COLOR : 0u);
+}
+
+static bool refuse_samples(int samples, struct error *err)
+{
+    return error_set(err, ERROR_INVALID_REQUEST, "%d samples per pixel, choose 1 or 4", samples);
+}
+
+bool technique_check_samples(int samples, struct error *err)
+{
+    bool is_known = samples == 0 || samples == 1 || samples == 4 || samples == 16 ||
+                    samples == 64 || samples == 256;
+    return is_known || refuse_samples(samples, err);
+}
+
+static bool refuse(const struct technique_demand *demand, unsigned missing, struct error *err)
+{
+    const struct view_quality *quality = demand->quality;
+    char others[SHADOW_TECHNIQUES_TEXT_BYTES];
+    if (missing & SHADOW_CAN_REFERENCE) {
+        shadow_techniques_text(SHADOW_CAN_REFERENCE, 0, others);
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "the reference is ray traced: shadows must be %s", others);
+    }
+    if (missing & SHADOW_CAN_MANY_SAMPLES)
+        return refuse_samples(quality->samples, err);
+    if (missing & SHADOW_CAN_LINKED_LISTS) /* which are on the device */
+        return error_set(err, ERROR_INVALID_REQUEST,
+                         "%s follow the clustered light lists: light_lists must be auto or "
+                         "clustered",
+                         shadow_technique_name((int)quality->shadows));
+    return true;
+}
+
+__attribute__((format(printf, 2, 3))) static void add(struct technique_lacks *lacks,
+                                                      const char *format, ...)
+{
+    va_list arguments;
+    assert(lacks->count < TECHNIQUE_LACKS_MAX);
+    va_start(arguments, format);
+    vsnprintf(lacks->texts[lacks->count++], REPORT_TEXT_BYTES, format, arguments);
+    va_end(arguments);
+}
+
+bool technique_check(const struct technique_demand *demand, struct technique_lacks *lacks,
+                     struct error *err)
+{
+    enum shadow_technique shadows = demand->quality->shadows;
+    unsigned missing = technique_needs(demand) & ~shadow_technique_rows[shadows].can;
+    lacks->count = 0;
+    if (!refuse(demand, missing, err))
+        return false;
+    if (missing & SHADOW_CAN_AREA_LIGHTS)
+        add(lacks,
+            "%zu area light%s drawn from the centre, with hard shadows; shadows "
+            "raytraced, raytraced-shadows or auto draws all of it",
+            demand->area_lights, demand->area_lights == 1 ? " is" : "s are");
+    if (missing & SHADOW_CAN_COLOR)
+        add(lacks,
+            "shadows %s: light passes transparent casters unchanged, of %zu of %zu lights; "
+            "deep filters it",
+            shadow_technique_name((int)shadows), demand->unfiltered_lights, demand->lights);
+    if (demand->thick_media != SHADOWS_AUTO)
+        add(lacks,
+            "%s has no room for media: closed volumes keep the thickness of "
+            "their material; 'deep' follows the light inside",
+            shadow_technique_name((int)demand->thick_media));
+    return true;
+}

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/* Compares what a frame asks of its shadow technique with what the technique can do, by its row in
+ * the table. The frame is then drawn, refused, or drawn otherwise with a warning. No other place
+ * compares them. A light that a
+ * technique does not want falls back to another one by struct shadow_method. Pure. Thread: any. */
+#ifndef VITRAIL_RENDERER_PLAN_TECHNIQUE_CHECK_H
+#define VITRAIL_RENDERER_PLAN_TECHNIQUE_CHECK_H
+
+#include "protocol/error.h"
+#include "renderer/frame_report.h"
+#include "renderer/view.h"
+
+struct technique_demand {
+    const struct view_quality *quality; /* required; as the plan has chosen it */
+    bool is_rasterised;                 /* the colour */
+    size_t lights;                      /* of the scene */
+    size_t area_lights;                 /* of these */
+    size_t unfiltered_lights; /* of these: transparent casters are in reach, and filter nothing */
+    size_t window_lights;     /* of these: shadowed for each window, after its light lists */
+    /* That of a light with media among its casters which it filters light by, and cannot follow it
+     * in; AUTO: there is none. */
+    enum shadow_technique thick_media;
+};
+
+enum { TECHNIQUE_LACKS_MAX = 4 };
+struct technique_lacks { /* warnings */
+    char texts[TECHNIQUE_LACKS_MAX][REPORT_TEXT_BYTES];
+    int count;
+};
+
+/* The members of SHADOW_CAN_* that the frame asks for. */
+unsigned technique_needs(const struct technique_demand *demand);
+/* Checks, before there is a plan, that some technique takes so many samples per pixel; 0: the
+ * default. Else ERROR_INVALID_REQUEST. */
+MUST_CHECK bool technique_check_samples(int samples, struct error *err);
+/* ERROR_INVALID_REQUEST where the frame cannot be drawn by the technique. */
+MUST_CHECK bool technique_check(const struct technique_demand *demand,
+                                struct technique_lacks *lacks, struct error *err);
+
+#endif

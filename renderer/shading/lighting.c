@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: MIT */
+/* Programs, uniforms and dispatches of lighting. */
+#include "renderer/shading/lighting.h"
+
+#include <epoxy/gl.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "renderer/window/time_slice_clock.h"
+
+#include "shaders/shared/bindings.h"
+
+enum { DEFINES_BYTES = 512 };
+
+/* ---- programs ---- */
+
+/* Of the lists' media. */
+static void describe_media(const struct window_frame *frame, const struct shade_facts *facts,
+                           char text[64])
+{
+    size_t planes = frame->view->clip_plane_count;
+    int used = snprintf(text, 64, "%s%s", facts->has_media ? " HAS_MEDIA" : "",
+                        facts->may_surround ? " MEDIA_SURROUND" : "");
+    if (facts->has_media && planes)
+        snprintf(text + used, 64 - (size_t)used, " CUT_PLANES=%zu", planes);
+}
+
+/* Requirements of the program, in canonical order. */
+static void describe(const struct window_frame *frame, const struct shade_facts *facts,
+                     const struct light_slice *slice, const struct surface_kind *kind,
+                     char text[DEFINES_BYTES])
+{
+    bool has_lights = frame->state->light_count > 0;
+    bool has_shadows = has_lights && facts->shadows && *facts->shadows;
+    const struct surface_facts own = {
+        .has_shadow_maps = has_shadows && !facts->is_traced,
+        .compositing = facts->has_entries ? facts->method->compositing : NULL,
+    };
+    char own_defines[SURFACE_DEFINES_BYTES] = "", media_defines[64] = "";
+    char material_defines[SHADER_NEEDS_TEXT_BYTES], light_defines[SHADER_NEEDS_TEXT_BYTES] = "";
+    const struct shader_needs *needs = frame->needs;
+    shader_needs_material_defines(kind->are_transparent ? needs->layer_kinds : needs->surface_kinds,
+                                  material_defines);
+    if (has_lights)
+        shader_needs_light_defines(needs, light_defines);
+    if (kind->describe)
+        kind->describe(frame, &own, own_defines);
+    if (facts->has_entries)
+        describe_media(frame, facts, media_defines);
+    snprintf(text, DEFINES_BYTES, "%s%s%s%s%s%s%s%s%s%s%s %s %s", has_lights ? "HAS_LIGHTS" : "",
+             own.has_shadow_maps ? " HAS_SHADOWS" : "",
+             frame->state->has_environment ? " HAS_ENVIRONMENT" : "",
+             frame->camera->is_orthographic ? " IS_ORTHOGRAPHIC" : "",
+             kind->fragment ? " SURFACES=" : "", kind->fragment ? kind->fragment : "", own_defines,
+             media_defines, material_defines, light_defines,
+             slice->is_first && slice->is_last ? ""
+             : slice->is_whole                 ? " HAS_LIGHT_PARTS"
+                                               : " HAS_LIGHT_PARTS HAS_LIGHT_SLICE",
+             has_lights ? facts->lists : "", has_shadows ? facts->shadows : "");
+}
+
+static struct program_desc program_of(const struct surface_kind *kind, const char *defines)
+{
+    return (struct program_desc){
+        .label = kind->program, .compute = kind->program, .defines = defines};
+}
+
+void lighting_list_program(const struct window_frame *frame, const struct shade_facts *facts,
+                           const struct light_slice *slice, const struct surface_kind *kind,
+                           bool is_conditional, struct program_list *list)
+{
+    char defines[DEFINES_BYTES];
+    describe(frame, facts, slice, kind, defines);
+    const struct program_desc desc = program_of(kind, defines);
+    program_list_add(list, kind->pass, &desc, is_conditional);
+}
+
+static const struct gl_program *get_program(const struct lighting *lighting,
+                                            const struct surface_kind *kind, struct error *err)
+{
+    const struct window_frame *frame = lighting->desc->frame;
+    char defines[DEFINES_BYTES];
+    const struct shade_facts facts = shade_facts_of(lighting->desc);
+    describe(frame, &facts, &lighting->slice, kind, defines);
+    const struct program_desc desc = program_of(kind, defines);
+    return program_cache_get(frame->programs, &desc, err);
+}
+
+/* What programs of all kinds read. */
+static void bind(const struct lighting *lighting, const struct gl_program *program)
+{
+    const struct shade_desc *desc = lighting->desc;
+    const struct window_frame *frame = desc->frame;
+    const struct light_slice *slice = &lighting->slice;
+    window_set_view_ray(frame, program);
+    window_set_clip_planes(frame, 1, program);
+    if (frame->state->has_environment)
+        window_set_world_axes(frame, program);
+    gl_program_set_f3(program, "u_sky", frame->state->sky);
+    gl_program_set_f3(program, "u_ground", frame->state->ground);
+    gl_program_set_f(program, "u_taps", (float)light_taps(frame, desc->traced));
+    gl_program_set_u2(program, "u_light_slice", slice->first, slice->count);
+    gl_program_set_u2(program, "u_light_part", slice->is_first, slice->is_last);
+    gl_buffer_bind_storage(&lighting->shade->lights, BIND_LIGHTS);
+    gl_buffer_bind_storage(&lighting->shade->statistics, BIND_STATISTICS);
+    if (frame->state->light_count) {
+        light_lists_bind(desc->lists, program);
+        if (frame->needs->area_samples > 1)
+            light_areas_bind(&lighting->shade->areas, frame, program);
+        if (desc->traced)
+            traced_shadows_bind(desc->traced, program);
+        else if (frame->needs->area_samples <= 1) /* else there are no maps, and units are shared */
+            shadow_system_bind(desc->shadows, program);
+    }
+    desc->layers->method->bind(desc->layers, program);
+}
+
+/* ---- the pass ---- */
+
+static const struct gl_program *begin(const struct lighting *lighting,
+                                      const struct surface_set *set, struct error *err)
+{
+    const struct window_frame *frame = lighting->desc->frame;
+    const struct gl_program *program = get_program(lighting, set->kind, err);
+    if (!program)
+        return NULL;
+    gl_program_use(program);
+    bind(lighting, program);
+    set->kind->bind(frame, program);
+    gpu_scope_begin(frame->timeline, &(struct gpu_scope_desc){.pass = set->kind->pass,
+                                                              .because = set->because,
+                                                              .technique = set->technique,
+                                                              .stage = REPORT_SHADE});
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT |
+                    (set->groups ? GL_COMMAND_BARRIER_BIT : 0));
+    return program;
+}
+
+static void dispatch(const struct window_frame *frame, const struct surface_set *set,
+                     const struct time_slices *slices, const struct gl_program *program)
+{
+    uint64_t first = set->first + slices->first, end = first + slices->count;
+    gl_program_set_u(program, "u_first", (uint32_t)first);
+    gl_program_set_u(program, "u_end", set->groups ? UINT32_MAX : (uint32_t)end);
+    if (set->groups) {
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, set->groups->name);
+        glDispatchComputeIndirect((GLintptr)set->groups_at_bytes);
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, 0);
+    } else if (set->kind->order == SURFACES_IN_ROWS) {
+        window_dispatch_rows(frame, (int)slices->count);
+    } else {
+        window_dispatch_items(slices->count);
+    }
+}
+
+/* Where urgent frames may go first they would wait for all that the device was given. A set whose
+ * size the device alone knows is one piece. */
+static struct time_slices pieces_of(const struct lighting *lighting, const struct surface_set *set,
+                                    bool may_yield)
+{
+    enum time_slice_kind kind = set->kind->slice_kind;
+    uint64_t each = set->unit_surfaces ? set->unit_surfaces : 1;
+    uint64_t surfaces =
+        time_slice_pace_first(&lighting->desc->pace, kind, lighting->shade->first_slice);
+    uint64_t first = may_yield ? (surfaces + each - 1) / each : 0;
+    return time_slices_begin(set->groups ? 1 : set->count, first,
+                             set->kind->order == SURFACES_IN_ROWS ? 8 : 64);
+}
+
+void lighting_tell(const struct lighting *lighting, double done)
+{
+    const struct shade_desc *desc = lighting->desc;
+    double share = fmin((lighting->part + done) / lighting->parts, 1);
+    if (desc->advance)
+        desc->advance(desc->advance_context, share, fmin((1 - done) / lighting->parts, 1 - share));
+}
+
+static bool run_pass(const struct lighting *lighting, const struct surface_set *set,
+                     struct error *err)
+{
+    const struct window_frame *frame = lighting->desc->frame;
+    const struct yield_point *yield = set->groups ? NULL : lighting->desc->yield;
+    struct time_slices slices = pieces_of(lighting, set, yield != NULL);
+    struct time_slice_clock clock = {.timeline = frame->timeline,
+                                     .is_software = frame->limits->is_software};
+    const struct gl_program *program = begin(lighting, set, err);
+    lighting_tell(lighting, 0);
+    while (program && time_slices_next(&slices)) {
+        time_slice_clock_begin(&clock);
+        dispatch(frame, set, &slices, program);
+        if (!yield || time_slices_is_last(&slices))
+            break;
+        time_slice_clock_end(&clock, &slices);
+        lighting_tell(lighting, (double)(slices.first + slices.count) / (double)set->count);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+        if (!yield_point_is_due(yield))
+            continue;
+        gpu_scope_end(frame->timeline);
+        program = yield_point_run(yield, err) ? begin(lighting, set, err) : NULL;
+    }
+    time_slice_clock_finish(&clock);
+    if (program)
+        gpu_scope_end(frame->timeline);
+    return program != NULL;
+}
+
+bool lighting_run(struct lighting *lighting, const struct surface_set *set, struct error *err)
+{
+    bool is_empty = !set->count && !set->groups;
+    bool is_lit = is_empty || run_pass(lighting, set, err);
+    lighting->part++;
+    return is_lit;
+}

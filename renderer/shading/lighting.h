@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT */
+/* The one pass that lights surfaces: any set of them (renderer/window/surface_set.h), with a slice
+ * of the lights, in time slices between which urgent frames may run. Thread: GL. */
+#ifndef VITRAIL_RENDERER_SHADING_LIGHTING_H
+#define VITRAIL_RENDERER_SHADING_LIGHTING_H
+
+#include "renderer/shading/shade.h"
+
+/* What sets are lit with now. */
+struct lighting {
+    struct shade *shade;           /* required */
+    const struct shade_desc *desc; /* required */
+    struct light_slice slice;
+    int part, parts; /* of the work: those that are done, and how many there are about; for
+                        desc->advance */
+};
+
+/* Lights the set by a program of its kind. Then a part of the work is done. */
+MUST_CHECK bool lighting_run(struct lighting *lighting, const struct surface_set *set,
+                             struct error *err);
+/* Tells desc->advance that of the next part so much is done. */
+void lighting_tell(const struct lighting *lighting, double done);
+
+/* The program that lights such sets with such a slice. Thread: any. */
+void lighting_list_program(const struct window_frame *frame, const struct shade_facts *facts,
+                           const struct light_slice *slice, const struct surface_kind *kind,
+                           bool is_conditional, struct program_list *list);
+
+#endif

@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: MIT */
+/* Every combination that can differ, sorted by its distance from the default. */
+#include "server/tradeoffs/tradeoff_sweep.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "protocol/quality_defaults.h"
+
+struct swept_setting {
+    struct tradeoff_setting setting;
+    int distance, order; /* steps from the default; order of making, so that sorting is stable */
+};
+
+/* A technique has at most 5 resolutions, 4 numbers of taps, 2 of samples, and compressed lists. */
+enum { TECHNIQUE_SETTINGS = 48 };
+
+struct sweep {
+    struct swept_setting items[SHADOWS_COUNT * TECHNIQUE_SETTINGS];
+    int count;
+};
+
+static int resolution_distance(int resolution)
+{
+    if (resolution == SHADOW_RESOLUTION_DEFAULT)
+        return 0;
+    return 2 * resolution == SHADOW_RESOLUTION_DEFAULT ||
+                   resolution == 2 * SHADOW_RESOLUTION_DEFAULT
+               ? 1
+               : 2;
+}
+
+static int taps_distance(int taps)
+{
+    return taps == SHADOW_TAPS_DEFAULT ? 0 : taps == 16 ? 3 : 2;
+}
+
+static void add(struct sweep *sweep, struct tradeoff_setting setting, int distance)
+{
+    sweep->items[sweep->count] = (struct swept_setting){setting, distance, sweep->count};
+    sweep->count++;
+}
+
+/* Samples of the rasteriser that are open, or the one that was said. */
+static int raster_samples(const struct sweep_desc *desc, int samples[2])
+{
+    int count = 0;
+    for (int s = 1; s <= desc->max_samples; s *= 4)
+        if (!desc->fixed->samples || desc->fixed->samples == s)
+            samples[count++] = s;
+    return count;
+}
+
+static void add_maps(struct sweep *sweep, const struct sweep_desc *desc,
+                     enum shadow_technique shadows, int distance)
+{
+    static const int all_taps[] = {1, 4, 9, 16};
+    const struct request_quality *fixed = desc->fixed;
+    int samples[2], sample_count = raster_samples(desc, samples);
+    for (int s = 0; s < sample_count; s++)
+        for (int r = 256; r <= 4096; r *= 2)
+            for (int t = 0; t < 4; t++) {
+                int resolution = fixed->says_shadow_resolution ? fixed->shadow_resolution : r;
+                int taps = fixed->says_shadow_taps ? fixed->shadow_taps : all_taps[t];
+                if ((fixed->says_shadow_resolution && r > 256) || (fixed->says_shadow_taps && t))
+                    continue; /* once */
+                int steps = (fixed->says_shadow_resolution ? 0 : resolution_distance(r)) +
+                            (fixed->says_shadow_taps ? 0 : taps_distance(taps)) + (samples[s] == 1);
+                bool can_compress = shadow_technique_has(shadows, SHADOW_HAS_COMPRESSION);
+                add(sweep,
+                    (struct tradeoff_setting){shadows, resolution, taps, samples[s],
+                                              can_compress ? fixed->shadow_compression : 0,
+                                              can_compress ? fixed->shadow_prefilter : 0},
+                    distance + steps);
+            }
+}
+
+/* Compressed and averaged lists beside the exact ones, where nothing is said of them. */
+static void add_approximate(struct sweep *sweep, const struct sweep_desc *desc,
+                            enum shadow_technique shadows)
+{
+    static const struct {
+        double compression;
+        int resolution, prefilter;
+    } lists[] = {{0.02, SHADOW_RESOLUTION_DEFAULT, 1},
+                 {0.02, SHADOW_RESOLUTION_DEFAULT / 2, 2},
+                 {0.02, SHADOW_RESOLUTION_DEFAULT / 4, 4},
+                 {0.05, SHADOW_RESOLUTION_DEFAULT / 2, 4},
+                 {0.005, SHADOW_RESOLUTION_DEFAULT, 2}};
+    const struct request_quality *fixed = desc->fixed;
+    int samples[2], sample_count = raster_samples(desc, samples);
+    if (fixed->shadow_compression > 0 || fixed->shadow_prefilter > 1)
+        return;
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
+        if (sample_count &&
+            (!fixed->says_shadow_resolution || fixed->shadow_resolution == lists[i].resolution))
+            add(sweep,
+                (struct tradeoff_setting){
+                    shadows, lists[i].resolution,
+                    fixed->says_shadow_taps ? fixed->shadow_taps : SHADOW_TAPS_DEFAULT,
+                    samples[sample_count - 1], lists[i].compression, lists[i].prefilter},
+                i < 3 ? 1 : 2);
+}
+
+/* Techniques without maps take what the rasteriser has to choose: samples. */
+static void add_raster(struct sweep *sweep, const struct sweep_desc *desc,
+                       enum shadow_technique shadows, int distance)
+{
+    int samples[2], count = raster_samples(desc, samples);
+    for (int s = 0; s < count; s++)
+        add(sweep, (struct tradeoff_setting){.shadows = shadows, .samples = samples[s]},
+            distance + (samples[s] == 1));
+}
+
+static void add_traced(struct sweep *sweep, const struct sweep_desc *desc,
+                       enum shadow_technique shadows, int distance)
+{
+    for (int s = 1; s < desc->reference_samples; s *= 4)
+        if (!desc->fixed->samples || desc->fixed->samples == s)
+            add(sweep, (struct tradeoff_setting){.shadows = shadows, .samples = s},
+                distance + (s > 4 ? 3 : 0));
+}
+
+static bool is_open(const struct sweep_desc *desc, enum shadow_technique shadows)
+{
+    return shadows != SHADOWS_AUTO &&
+           (desc->fixed->shadows == SHADOWS_AUTO || desc->fixed->shadows == shadows);
+}
+
+/* Where nothing transparent casts a shadow, a plain map holds what the others hold, too. */
+static void add_shadow_maps(struct sweep *sweep, const struct sweep_desc *desc,
+                            enum shadow_technique shadows, int distance)
+{
+    bool is_clear = !desc->has_transparent_casters;
+    bool has_colors = shadow_technique_can(shadows, SHADOW_CAN_COLOR);
+    if (is_clear && has_colors && desc->fixed->shadows == SHADOWS_AUTO)
+        return;
+    add_maps(sweep, desc, shadows, is_clear && !has_colors ? 0 : distance);
+    if (!is_clear && shadow_technique_has(shadows, SHADOW_HAS_COMPRESSION))
+        add_approximate(sweep, desc, shadows);
+}
+
+static void add_technique(struct sweep *sweep, const struct sweep_desc *desc,
+                          enum shadow_technique shadows)
+{
+    int distance = shadow_technique_rows[shadows].distance;
+    enum shadow_family family = shadow_technique_family(shadows);
+    bool casts = family == SHADOW_FAMILY_MAPS || family == SHADOW_FAMILY_POINTS;
+    bool fits = !desc->has_linked_lists || shadow_technique_can(shadows, SHADOW_CAN_LINKED_LISTS);
+    if (!is_open(desc, shadows) || (casts && !(desc->has_shadows && fits)))
+        return;
+    if (family == SHADOW_FAMILY_RAYS)
+        add_traced(sweep, desc, shadows, distance);
+    else if (family == SHADOW_FAMILY_MAPS)
+        add_shadow_maps(sweep, desc, shadows, distance);
+    else
+        add_raster(sweep, desc, shadows, casts || desc->has_shadows ? distance : 0);
+}
+
+/* Adds family by family, and of each the nearest first: of settings at one distance the first ones
+ * stay. */
+static void add_all(struct sweep *sweep, const struct sweep_desc *desc)
+{
+    static const enum shadow_family families[SHADOW_FAMILIES] = {
+        SHADOW_FAMILY_RAYS, SHADOW_FAMILY_NONE, SHADOW_FAMILY_POINTS, SHADOW_FAMILY_MAPS};
+    int farthest = 0;
+    for (int i = 0; i < SHADOWS_COUNT; i++)
+        if (shadow_technique_rows[i].distance > farthest)
+            farthest = shadow_technique_rows[i].distance;
+    for (int f = 0; f < SHADOW_FAMILIES; f++)
+        for (int distance = 0; distance <= farthest; distance++)
+            for (int i = 0; i < SHADOWS_COUNT; i++)
+                if (shadow_technique_family((enum shadow_technique)i) == families[f] &&
+                    shadow_technique_rows[i].distance == distance)
+                    add_technique(sweep, desc, (enum shadow_technique)i);
+}
+
+/* The names of techniques that can and have all of this, and cast shadows: "map, deep". */
+static void list_names(unsigned can, unsigned parameters, char text[SHADOW_TECHNIQUES_TEXT_BYTES])
+{
+    size_t used = 0;
+    text[0] = 0;
+    for (int i = 0; i < SHADOWS_COUNT && used < SHADOW_TECHNIQUES_TEXT_BYTES; i++) {
+        enum shadow_technique shadows = (enum shadow_technique)i;
+        enum shadow_family family = shadow_technique_family(shadows);
+        if (shadows != SHADOWS_AUTO &&
+            (family == SHADOW_FAMILY_MAPS || family == SHADOW_FAMILY_POINTS) &&
+            shadow_technique_can(shadows, can) && shadow_technique_has(shadows, parameters))
+            used += (size_t)snprintf(text + used, SHADOW_TECHNIQUES_TEXT_BYTES - used, "%s%s",
+                                     used ? ", " : "", shadow_technique_name(i));
+    }
+}
+
+static void skip_techniques(const struct sweep_desc *desc, struct tradeoff *tradeoff)
+{
+    char names[SHADOW_TECHNIQUES_TEXT_BYTES];
+    if (!desc->has_shadows) {
+        list_names(0, 0, names);
+        tradeoff_skip(tradeoff, names, "no light casts a shadow in this view");
+    } else if (!desc->has_transparent_casters && desc->fixed->shadows == SHADOWS_AUTO) {
+        list_names(SHADOW_CAN_COLOR, SHADOW_HAS_RESOLUTION, names);
+        tradeoff_skip(tradeoff, names,
+                      "nothing transparent casts a shadow, so a plain map holds the same");
+    }
+}
+
+static int compare_settings(const void *left, const void *right)
+{
+    const struct swept_setting *a = left, *b = right;
+    return a->distance != b->distance ? a->distance - b->distance : a->order - b->order;
+}
+
+int tradeoff_sweep(const struct sweep_desc *desc,
+                   struct tradeoff_setting settings[TRADEOFF_ROWS_MAX], struct tradeoff *tradeoff)
+{
+    struct sweep sweep = {.count = 0};
+    add_all(&sweep, desc);
+    skip_techniques(desc, tradeoff);
+    if (desc->max_samples < 4)
+        tradeoff_skip(tradeoff, "4 samples",
+                      "the device cannot antialias transparent lists: 1 sample per pixel");
+    qsort(sweep.items, (size_t)sweep.count, sizeof sweep.items[0], compare_settings);
+    int count = sweep.count < desc->max_settings ? sweep.count : desc->max_settings;
+    if (count > TRADEOFF_ROWS_MAX)
+        count = TRADEOFF_ROWS_MAX;
+    for (int i = 0; i < count; i++)
+        settings[i] = sweep.items[i].setting;
+    if (count < sweep.count) {
+        char what[64];
+        snprintf(what, sizeof what, "%d more settings", sweep.count - count);
+        tradeoff_skip(tradeoff, what, "max_settings is %d", desc->max_settings);
+    }
+    return count;
+}

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Evaluates the material at a fragment of a camera pass: textures, normal map, geometric normal.
+// Needs: TEXTURES (bit mask of sampled slots), HAS_TANGENT, HAS_TEXCOORDS, HAS_COLOR as the vertex
+// stage.
+// All derivatives and implicit-LOD samples are taken here, before any fragment may return.
+#include "shared/layout.h"
+#include "shared/bindings.h"
+#include "shared/records.h"
+#include "material/material.glsl"
+#include "draw/surface.glsl"
+
+layout(location = 0) in vec3 v_position;
+layout(location = 1) in vec3 v_normal;
+layout(location = 2) flat in uvec4 v_ids;
+#ifdef HAS_TANGENT
+layout(location = 3) in vec4 v_tangent;
+#endif
+#ifdef HAS_TEXCOORDS
+layout(location = 4) in vec4 v_texcoords;
+#endif
+#ifdef HAS_COLOR
+layout(location = 5) in vec4 v_color;
+#endif
+
+vec4 evaluate_texel(uint m, int slot)
+{
+#ifdef HAS_TEXCOORDS
+    return material_texel(m, slot, v_texcoords.xy, v_texcoords.zw, vec4(1.0));
+#else
+    return vec4(1.0);
+#endif
+}
+
+// Tangent frame from the vertex tangent, else from derivatives. Schueler 2013, "Followup: Normal
+// Mapping without Precomputed Tangents", eq. for the cotangent frame.
+vec3 evaluate_normal_map(uint m, vec3 n)
+{
+#ifdef HAS_NORMAL_MAP
+    vec3 texel = evaluate_texel(m, SLOT_NORMAL).xyz * 2.0 - 1.0;
+    texel.xy *= materials[m].metallic_roughness_normal_occlusion.z;
+#ifdef HAS_TANGENT
+    vec3 t = v_tangent.xyz - n * dot(n, v_tangent.xyz);
+    if (dot(t, t) < 1e-30)
+        return n;
+    t = normalize(t);
+    vec3 b = cross(n, t) * v_tangent.w * (v_ids.w != 0u ? 1.0 : -1.0);
+#else
+    material_uv uv = material_coordinates(m, SLOT_NORMAL, v_texcoords.xy, v_texcoords.zw);
+    vec3 px = dFdx(v_position), py = dFdy(v_position);
+    vec2 ux = uv.dx, uy = uv.dy;
+    vec3 qx = cross(py, n), qy = cross(n, px);
+    vec3 t = qx * ux.x + qy * uy.x, b = qx * ux.y + qy * uy.y;
+    float largest = max(dot(t, t), dot(b, b));
+    if (!(largest > 0.0))
+        return n;
+    t *= inversesqrt(largest);
+    b *= -inversesqrt(largest); // glTF's v points down the image, +Y of the normal map up
+#endif
+    vec3 mapped = t * texel.x + b * texel.y + n * texel.z;
+    return dot(mapped, mapped) > 0.0 ? normalize(mapped) : n;
+#else
+    return n;
+#endif
+}
+
+surface evaluate_surface()
+{
+    uint m = v_ids.x;
+    material_record r = materials[m];
+    surface s;
+    vec3 px = dFdx(v_position), py = dFdy(v_position);
+    vec3 cross_product = cross(px, py);
+    float area = dot(cross_product, cross_product);
+#ifdef IS_ORTHOGRAPHIC
+    vec3 to_viewer = vec3(0.0, 0.0, 1.0);
+#else
+    vec3 to_viewer = -v_position;
+#endif
+    float length_n = dot(v_normal, v_normal);
+    vec3 n = length_n > 0.0 ? v_normal * inversesqrt(length_n) : normalize(to_viewer);
+    s.is_front = gl_FrontFacing;
+    if (!s.is_front)
+        n = -n;
+    s.geo_normal = area > 0.0 ? cross_product * inversesqrt(area) : n;
+    if (dot(s.geo_normal, to_viewer) < 0.0)
+        s.geo_normal = -s.geo_normal;
+    s.normal = evaluate_normal_map(m, n);
+    vec4 base = r.base_color * evaluate_texel(m, SLOT_BASE_COLOR);
+#ifdef HAS_COLOR
+    base *= v_color;
+#endif
+    s.base = clamp(base.rgb, 0.0, 1.0);
+    s.alpha = clamp(base.a, 0.0, 1.0);
+    vec4 mr = evaluate_texel(m, SLOT_METALLIC_ROUGHNESS);
+    vec4 factors = r.metallic_roughness_normal_occlusion;
+    s.metallic = clamp(factors.x * mr.b, 0.0, 1.0);
+    s.roughness = clamp(factors.y * mr.g, 0.0, 1.0);
+    s.occlusion = clamp(1.0 + factors.w * (evaluate_texel(m, SLOT_OCCLUSION).r - 1.0), 0.0, 1.0);
+    s.emissive = r.emissive_alpha_cutoff.rgb * evaluate_texel(m, SLOT_EMISSIVE).rgb;
+    s.material = m;
+    s.node = v_ids.y;
+    return s;
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Reflection and thin transmission of a punctual light. glTF 2.0 specification, appendix B.3
+// (Khronos 2021):
+// f = mix of metal and dielectric, both with the GGX microfacet lobe; Fresnel after Schlick 1994
+// eq. 15; D and V after Walter et al. 2007 and Heitz 2014 (separable form of B.3.2 in its
+// height-correlated shape).
+// n, v, l: unit vectors; roughness is perceptual, alpha = roughness^2.
+#include "material/fresnel.glsl"
+const float PI = 3.14159265358979;
+const float MIN_ALPHA = 1e-3; // keeps the lobe of a perfect mirror finite for punctual lights
+
+// The squares of the sine and the cosine between n and h: 1 - cosine^2 would leave nothing of the
+// sine in f32 where a smooth surface is brightest.
+float ggx_d(vec3 n, vec3 h, float alpha)
+{
+    float a2 = alpha * alpha, n_dot_h = clamp(dot(n, h), 0.0, 1.0);
+    vec3 across = cross(n, h);
+    float f = n_dot_h * n_dot_h * a2 + (n_dot_h > 0.0 ? dot(across, across) : 1.0);
+    return a2 / max(PI * f * f, 1e-20);
+}
+
+float ggx_v(float n_dot_l, float n_dot_v, float alpha)
+{
+    float a2 = alpha * alpha;
+    float l = n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);
+    float v = n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - a2) + a2);
+    return 0.5 / max(l + v, 1e-10);
+}
+
+struct brdf_input {
+    vec3 normal, view;
+    vec3 base;
+    float metallic, alpha, f0, transmission;
+};
+
+// f * cosine for light arriving from direction l.
+vec3 brdf_evaluate(brdf_input b, vec3 l)
+{
+    float n_dot_v = max(dot(b.normal, b.view), 1e-4);
+    float n_dot_l = dot(b.normal, l);
+    vec3 result = vec3(0.0);
+    if (n_dot_l > 0.0) {
+        vec3 h = normalize(l + b.view);
+        float lobe = ggx_d(b.normal, h, b.alpha) *
+                     ggx_v(n_dot_l, n_dot_v, b.alpha);
+        float w = schlick_weight(dot(b.view, h));
+        vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
+        vec3 dielectric = mix(diffuse, vec3(lobe), dielectric_fresnel(b.f0, dot(b.view, h)));
+        vec3 metal = lobe * (b.base + (1.0 - b.base) * w);
+        result = mix(dielectric, metal, b.metallic) * n_dot_l;
+    } else if (b.transmission > 0.0 && b.metallic < 1.0) {
+        // KHR_materials_transmission: the reflection lobe, mirrored to the other side of the thin
+        // surface
+        vec3 mirrored = normalize(l - 2.0 * n_dot_l * b.normal);
+        vec3 h = normalize(mirrored + b.view);
+        float cosine = -n_dot_l;
+        float lobe = ggx_d(b.normal, h, b.alpha) *
+                     ggx_v(max(cosine, 1e-4), n_dot_v, b.alpha);
+        float fresnel = dielectric_fresnel(b.f0, dot(b.view, h));
+        result = b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);
+    }
+    return result;
+}
+
+// Split-sum environment term without a table. Karis 2014, "Physically Based Shading on Mobile".
+vec2 environment_brdf(float roughness, float n_dot_v)
+{
+    const vec4 c0 = vec4(-1.0, -0.0275, -0.572, 0.022), c1 = vec4(1.0, 0.0425, 1.04, -0.04);
+    vec4 r = roughness * c0 + c1;
+    float a = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
+    return vec2(-1.04, 1.04) * a + r.zw;
+}

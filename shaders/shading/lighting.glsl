@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+// Light that a surface sends to the viewer: every listed light through its shadow, the hemisphere,
+// emission.
+// The same code serves every set of surfaces (renderer/window/surface_set.h). A set hands its
+// surfaces out as lit_surface: shade_surfaces.comp.glsl asks the set's own fragment for them, and
+// shade_pixels.comp.glsl is such a set with a program of its own. Needs: light list and shadow
+// defines, LIGHT_KINDS, HAS_LIGHT_RANGES and HAS_AREA_SAMPLES where HAS_LIGHTS, MATERIAL_KINDS of
+// material.glsl.
+#include "shared/layout.h"
+#include "shared/bindings.h"
+#include "shared/records.h"
+#include "material/material.glsl"
+#include "draw/surface.glsl"
+#include "material/brdf.glsl"
+#ifdef HAS_LIGHTS
+layout(std430, binding = BIND_LIGHTS) readonly buffer light_buffer { light_record lights[]; };
+#include "lights/light_list.glsl"
+#include "lights/light_area.glsl"
+#include "shadows/shadow_traced.glsl"
+#ifdef HAS_SHADOWS
+#include "shadows/shadow_query.glsl"
+#endif
+#endif
+
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
+layout(std430, binding = BIND_STATISTICS) buffer statistics_buffer { uint statistics[]; };
+#define STATISTICS_LOOKUPS 64u // first of 64 counters of shadow queries: atomics kept apart
+#endif
+
+#ifdef HAS_ENVIRONMENT
+uniform vec3 u_sky, u_ground; // nt
+uniform vec3 u_world_y;       // in view space
+#endif
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
+uniform float u_taps; // per shadow query, for the statistics
+#endif
+#ifdef HAS_LIGHT_PARTS
+// More lights than one dispatch takes, because of its loops or because of the memory of their
+// shadows: each dispatch goes on with the sums of the one before it, so that the bits are those of
+// a single one. The first adds all that is not a light's.
+uniform uvec2 u_light_part; // not 0: it is the first; it is the last
+#define IS_FIRST_PART (u_light_part.x != 0u)
+#define IS_LAST_PART (u_light_part.y != 0u)
+#else
+#define IS_FIRST_PART true
+#endif
+#ifdef HAS_LIGHT_SLICE
+uniform uvec2 u_light_slice; // of the lists, the part that is walked: first entry, count
+#endif
+
+#ifdef HAS_LIGHTS
+// LIGHT_KINDS: the kinds of light that there are, bit 1 << LIGHT_*. The test of a kind is decided
+// when the program is compiled where no other is there, or not this one.
+bool light_is(light_record r, uint kind)
+{
+    return (LIGHT_KINDS & 1u << kind) != 0u && (LIGHT_KINDS == 1u << kind || r.type == kind);
+}
+
+// Luminous intensity towards the point over squared distance [lx]. KHR_lights_punctual: spot
+// falloff and range window.
+vec3 light_arriving(light_record r, vec3 position, out vec3 l)
+{
+    if (light_is(r, LIGHT_DIRECTIONAL)) {
+        l = -r.direction_cone.xyz;
+        return r.color.rgb;
+    }
+    vec3 to_light = r.position_range.xyz - position;
+    float d2 = dot(to_light, to_light);
+    l = to_light * inversesqrt(max(d2, 1e-37));
+    float gain = 1.0 / max(d2, 1e-24);
+#ifdef HAS_LIGHT_RANGES
+    float range = r.position_range.w;
+    if (range > 0.0) {
+        float q = d2 / (range * range);
+        gain *= clamp(1.0 - q * q, 0.0, 1.0);
+    }
+#endif
+    float cos_off_axis = dot(r.direction_cone.xyz, -l);
+    if (light_is(r, LIGHT_AREA))
+        gain *= max(cos_off_axis, 0.0); // Lambert 1760: I = L A cos
+    if (light_is(r, LIGHT_SPOT)) {
+        float cone = clamp(cos_off_axis * r.direction_cone.w + r.spot_offset, 0.0, 1.0);
+        gain *= cone * cone;
+    }
+    return r.color.rgb * gain;
+}
+
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
+uint light_lookups = 0u;
+#endif
+#ifdef HAS_SHADOWS
+vec2 light_tolerance = vec2(1.0, 0.0); // of the point at hand, as is the object
+#ifdef HAS_NORMAL_OFFSET
+float light_normal_offset = 0.0; // [m] from the triangle to where its shadow is looked up
+#endif
+uint light_object = NO_OBJECT;
+#endif
+
+#if LIGHT_LIST == LIGHT_LIST_CLUSTERED && !defined HAS_TRACED_SHADOWS && \
+    !defined HAS_AREA_SAMPLES
+// Lights are chosen by the dozen before any is looked at closely, see lighting_evaluate.
+#define HAS_LIGHT_CHOICE
+
+// Whether the light can send anything on: false where it does not arrive, or behind the surface.
+bool light_may_be_sent(light_record r, brdf_input b, vec3 position)
+{
+    vec3 l;
+    vec3 arriving = light_arriving(r, position, l);
+    bool is_seen = b.transmission > 0.0 || dot(b.normal, l) > 0.0;
+    return is_seen && max(arriving.r, max(arriving.g, arriving.b)) > 0.0;
+}
+#endif
+
+// What the surface sends on of a light through its shadow.
+vec3 light_sent(light_record r, brdf_input b, vec3 position, vec3 geo_normal)
+{
+    vec3 l, sent = vec3(0.0);
+    vec3 arriving = light_arriving(r, position, l);
+    if (max(arriving.r, max(arriving.g, arriving.b)) > 0.0) {
+        vec3 reflected = brdf_evaluate(b, l);
+#ifdef HAS_SHADOWS
+        if (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+#ifdef HAS_NORMAL_OFFSET
+            vec3 start = position + light_normal_offset * geo_normal;
+#else
+            vec3 start = position;
+#endif
+            arriving *=
+                shadow_transmittance(r.shadow, start, geo_normal, light_tolerance, light_object);
+            light_lookups++;
+        }
+#endif
+#ifdef HAS_TRACED_SHADOWS
+        if (r.shadow != NO_SHADOW && any(greaterThan(reflected, vec3(0.0)))) {
+            arriving *= traced_transmittance();
+            light_lookups++;
+        }
+#endif
+        sent = reflected * arriving;
+    }
+#ifdef HAS_TRACED_SHADOWS
+    traced_step(r.shadow, 1u);
+#endif
+    return sent;
+}
+
+#ifdef HAS_AREA_SAMPLES
+// The same of all points of an area. No branch among them: each round is one step of the loop
+// budget (renderer/shading/loop_steps.h).
+vec3 light_sent_by_area(light_record r, uint index, brdf_input b, vec3 position, uvec2 pixel)
+{
+    light_area area = light_area_of(index, pixel);
+    vec3 centre = r.position_range.xyz, sum = vec3(0.0);
+    bool is_before = dot(position - centre, r.direction_cone.xyz) > 0.0; // of all its points
+    uint count = is_before ? u_area_samples : 0u;
+    r.color.rgb /= float(u_area_samples);
+    for (uint i = 0u; i < count; i++) {
+        vec3 l;
+        r.position_range.xyz = centre + light_area_offset(area, i);
+        vec3 arriving = light_arriving(r, position, l);
+        vec3 sent = brdf_evaluate(b, l) * arriving;
+#ifdef HAS_TRACED_SHADOWS
+        bool is_looked_up = r.shadow != NO_SHADOW && any(greaterThan(sent, vec3(0.0)));
+        light_lookups += is_looked_up ? 1u : 0u;
+        if (is_looked_up)
+            sent *= traced_transmittance();
+        traced_step(r.shadow, 1u);
+#endif
+        sum += sent;
+    }
+#ifdef HAS_TRACED_SHADOWS
+    traced_step(r.shadow, u_area_samples - count);
+#endif
+    return sum;
+}
+#endif
+#endif
+
+#ifdef HAS_ENVIRONMENT
+vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
+{
+    float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
+    vec3 irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal)); // over pi
+    vec3 r = reflect(-b.view, b.normal);
+    float spread = mix(0.05, 1.0, roughness);
+    vec3 mirrored = mix(u_ground, u_sky, clamp(0.5 + 0.5 * dot(u_world_y, r) / spread, 0.0, 1.0));
+    vec2 split = environment_brdf(roughness, n_dot_v);
+    vec3 f0 = mix(vec3(b.f0), b.base, b.metallic);
+    vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
+    return (diffuse * irradiance + mirrored * (f0 * split.x + split.y)) * occlusion;
+}
+#endif
+
+// A surface in its place.
+struct lit_surface {
+    surface s;
+    float transmission; // 0 of opaque ones
+    vec3 position;      // view space [m]
+    vec3 view;          // unit, towards the viewer
+    uvec2 pixel;        // in the window, y up
+    float view_z;       // distance along the view direction [m]
+    vec3 before;        // its light of the parts before this one
+};
+
+vec3 lighting_evaluate(lit_surface at)
+{
+    surface s = at.s;
+    uint flags = materials[s.material].flags;
+    if (MATERIAL_IS(flags, MATERIAL_UNLIT))
+        return IS_FIRST_PART ? s.base + s.emissive : at.before;
+    brdf_input b;
+    b.normal = s.normal;
+    b.view = at.view;
+    b.base = s.base;
+    b.metallic = MATERIAL_MAY_BE(MATERIAL_KIND_METAL) ? s.metallic : 0.0;
+    b.alpha = max(s.roughness * s.roughness, MIN_ALPHA);
+    b.f0 = materials[s.material].transmission_f0_thickness.y;
+    b.transmission = MATERIAL_MAY_BE(MATERIAL_TRANSMISSION) ? at.transmission : 0.0;
+    vec3 radiance = IS_FIRST_PART ? s.emissive : at.before;
+#ifdef HAS_SHADOWS
+    // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
+    // self shadow")
+    // fully curved where shading and triangle normal differ by 7 degrees
+    light_tolerance = vec2(1.0, clamp(8.0 * length(cross(s.normal, s.geo_normal)), 0.0, 1.0));
+    light_object = MATERIAL_IS(flags, MATERIAL_NO_SELF_SHADOW) ? s.node : NO_OBJECT;
+#endif
+#ifdef HAS_ENVIRONMENT
+    if (IS_FIRST_PART)
+        radiance += hemisphere_light(b, s.roughness, s.occlusion);
+#endif
+#ifdef HAS_LIGHTS
+#ifdef HAS_TRACED_SHADOWS
+    light_cursor cursor = light_list_at(traced_cluster());
+#else
+    light_cursor cursor = light_list_first(at.pixel, at.view_z);
+#endif
+#ifdef HAS_LIGHT_SLICE
+    light_list_slice(cursor, u_light_slice.x, u_light_slice.y);
+#endif
+#ifdef HAS_LIGHT_CHOICE
+    // Of up to 32 lights those that matter are found first; then each lane takes its own, one after
+    // the other. A group of lanes thus takes as long as the lane with most of them, not as long as
+    // all lights that matter to any.
+    do {
+        light_cursor choice = cursor;
+        uint chosen = 0u, bit = 1u;
+        do {
+            uint index;
+            if (light_list_next(cursor, index))
+                chosen |= light_may_be_sent(lights[index], b, at.position) ? bit : 0u;
+            bit <<= 1;
+        } while (bit != 0u && light_list_count(cursor) > 0u);
+        do {
+            if (chosen != 0u) {
+                uint index = light_list_item(choice, uint(findLSB(chosen)));
+                radiance += light_sent(lights[index], b, at.position, s.geo_normal);
+                chosen &= chosen - 1u;
+            }
+        } while (chosen != 0u);
+    } while (light_list_count(cursor) > 0u);
+#else
+    uint index;
+    while (light_list_next(cursor, index)) {
+#ifdef LIGHT_LIST_HAS_GAPS
+        if (index == LIGHT_NONE)
+            continue;
+#endif
+        light_record r = lights[index];
+#ifdef HAS_AREA_SAMPLES
+        if (light_is(r, LIGHT_AREA))
+            radiance += light_sent_by_area(r, index, b, at.position, at.pixel);
+        else
+            radiance += light_sent(r, b, at.position, s.geo_normal);
+#else
+        radiance += light_sent(r, b, at.position, s.geo_normal);
+#endif
+    }
+#endif
+#if defined HAS_SHADOWS || defined HAS_TRACED_SHADOWS
+    uint counter = STATISTICS_LOOKUPS + (at.pixel.x & 63u);
+    if (light_lookups > 0u)
+        atomicAdd(statistics[counter], light_lookups * uint(u_taps));
+    light_lookups = 0u;
+#endif
+#endif
+    return radiance;
+}

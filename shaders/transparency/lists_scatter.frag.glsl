@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+// Second pass of the per-pixel lists: writes each transparent fragment's surface into its pixel's
+// range.
+// Needs: those of evaluate.glsl, HAS_COVERAGE (multisampled target), with COVERAGE_BY_DEPTH where
+// the device has no post-depth coverage;
+// IS_MEDIUM, and with it IS_HIDDEN (drawn behind the opaque depth) and CUT_PLANES (count).
+#include "draw/evaluate.glsl"
+#include "material/camera_filter.glsl"
+layout(early_fragment_tests) in;
+#ifdef COVERAGE_BY_DEPTH
+#include "transparency/sample_coverage.glsl"
+#elif defined HAS_COVERAGE
+layout(post_depth_coverage) in;
+#endif
+layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer end_buffer { uint ends[]; };
+layout(std430, binding = BIND_PIXEL_LEFT) buffer left_buffer { uint left[]; };
+layout(std430, binding = BIND_FRAGMENT_KEYS) writeonly buffer key_buffer { uvec4 keys[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_0) writeonly buffer s0_buffer {
+    uvec4 surfaces_0[];
+};
+layout(std430, binding = BIND_FRAGMENT_SURFACE_1) writeonly buffer s1_buffer {
+    uvec4 surfaces_1[];
+};
+layout(std430, binding = BIND_FRAGMENT_SURFACE_2) writeonly buffer s2_buffer {
+    uvec4 surfaces_2[];
+};
+layout(std430, binding = BIND_FRAGMENT_COLORS) writeonly buffer color_buffer { vec4 colors[]; };
+uniform uint u_width_px;
+uniform uint u_list_room; // entries
+#ifdef CUT_PLANES
+uniform vec4 u_clip_planes[CUT_PLANES]; // for v_position
+#endif
+
+// Same value for the same triangle whatever the draw order; breaks ties of equal depth.
+uint tie_key()
+{
+    uint h = v_ids.y * 0x9e3779b9u ^ v_ids.z * 0x85ebca6bu ^ uint(gl_PrimitiveID) * 0xc2b2ae35u;
+    return h ^ h >> 15;
+}
+
+#ifdef IS_MEDIUM
+// All surfaces of a medium are listed, seen or not.
+bool is_hidden()
+{
+#ifdef IS_HIDDEN
+    return true;
+#else
+    bool is_cut = false;
+#ifdef CUT_PLANES
+    for (int k = 0; k < CUT_PLANES; k++)
+        is_cut = is_cut || dot(u_clip_planes[k].xyz, v_position) + u_clip_planes[k].w < 0.0;
+#endif
+    return is_cut;
+#endif
+}
+#endif
+
+// The back face of a medium whose material is single-sided: crossed, but not drawn.
+bool is_left_unseen(surface s)
+{
+#ifdef IS_MEDIUM
+    return !s.is_front && (materials[s.material].flags & MATERIAL_DOUBLE_SIDED) == 0u;
+#else
+    return false;
+#endif
+}
+
+// Its word is written here, where the surface still has all its bits.
+vec3 filter_to_camera(surface s, float transmission, float thickness_m)
+{
+#ifdef IS_ORTHOGRAPHIC
+    vec3 view = vec3(0.0, 0.0, 1.0);
+#else
+    vec3 view = normalize(-v_position);
+#endif
+#ifdef IS_MEDIUM
+    thickness_m = 0.0; // the way through it attenuates instead: shade_pixels.comp.glsl
+#endif
+    return camera_filter(s, transmission, thickness_m, abs(dot(s.normal, view)),
+                         is_left_unseen(s));
+}
+
+void main()
+{
+    surface s = evaluate_surface();
+    float depth = gl_FragCoord.z;
+#if defined IS_MEDIUM || defined COVERAGE_BY_DEPTH
+    vec2 slope = vec2(dFdx(depth), dFdy(depth));
+#endif
+    material_record r = materials[s.material];
+    float transmission =
+        r.transmission_f0_thickness.x * evaluate_texel(s.material, SLOT_TRANSMISSION).r;
+    float thickness_m =
+        r.transmission_f0_thickness.z * evaluate_texel(s.material, SLOT_THICKNESS).g;
+    if (!MATERIAL_IS(r.flags, MATERIAL_BLEND))
+        s.alpha = 1.0;
+#ifdef IS_MASKED
+    if (s.alpha < r.emissive_alpha_cutoff.w)
+        s.alpha = 0.0; // counted already, so it stays in the list as nothing
+#endif
+    // No helper guard: there is no loop, and llvmpipe calls a partly covered fragment whose centre
+    // is outside a helper.
+    uint pixel = uint(gl_FragCoord.y) * u_width_px + uint(gl_FragCoord.x);
+    int places = int(atomicAdd(left[pixel], 0xffffffffu));
+    uint entry = ends[pixel] - uint(places);
+    if (places <= 0) // more than were counted: none is written beyond the pixel's own list
+        return;
+    if (entry >= u_list_room)
+        return; // the host hears of it (renderer/transparency/list_sizes.h)
+#ifdef HAS_COVERAGE
+    uint coverage = uint(gl_SampleMaskIn[0]);
+#ifdef COVERAGE_BY_DEPTH
+    uint in_front = coverage_in_front(depth, slope);
+#ifdef IS_HIDDEN
+    coverage &= ~in_front;
+#else
+    coverage &= in_front;
+#endif
+    if (coverage == 0u)
+        s.alpha = 0.0; // not to be lit
+#endif
+#else
+    uint coverage = 1u;
+#endif
+    vec3 filter_ = filter_to_camera(s, transmission, thickness_m);
+    uvec2 extra = uvec2(floatBitsToUint(transmission), floatBitsToUint(thickness_m));
+#ifdef IS_MEDIUM
+    extra = pack_factor_and_pair(transmission, slope); // no thickness: media have no use for it
+    if (is_hidden()) {
+        coverage |= FRAGMENT_HIDDEN;
+        s.alpha = 0.0; // not to be lit
+    }
+#endif
+    // outside [0, 1] where the pixel's middle is beside the triangle, or depths are not clipped
+    keys[entry] = uvec4(floatBitsToUint(clamp(depth, 0.0, 1.0)), tie_key(), entry, coverage);
+    surfaces_0[entry] = surface_pack_0(s);
+    surfaces_1[entry] = surface_pack_1(s);
+    surfaces_2[entry] = uvec4(extra, pixel, floatBitsToUint(depth));
+    colors[2u * entry + 1u] = vec4(filter_, is_left_unseen(s) ? 0.0 : s.alpha);
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// The entries of the per-pixel lists as a set of surfaces. What an entry lets through was written
+// with it (lists_scatter.frag.glsl); its radiance towards the viewer comes beside it.
+// Needs: lighting.glsl, view_ray.glsl. Provides: surface_count, surface_load, surface_store.
+layout(std430, binding = BIND_PIXEL_COUNTS) readonly buffer count_buffer { uint ends[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_0) readonly buffer s0_buffer { uvec4 surfaces_0[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_1) readonly buffer s1_buffer { uvec4 surfaces_1[]; };
+layout(std430, binding = BIND_FRAGMENT_SURFACE_2) readonly buffer s2_buffer { uvec4 surfaces_2[]; };
+layout(std430, binding = BIND_FRAGMENT_COLORS) buffer color_buffer { vec4 colors[]; };
+uniform uint u_width_px;
+uniform uint u_pixels;
+
+uint surface_count() { return ends[u_pixels - 1u]; }
+
+bool surface_load(uint entry, out lit_surface at)
+{
+    uvec4 extra = surfaces_2[entry];
+    at.s = surface_unpack(surfaces_0[entry], surfaces_1[entry]);
+    at.transmission = uintBitsToFloat(extra.x);
+#ifdef HAS_MEDIA
+    if ((materials[at.s.material].flags & MATERIAL_MEDIUM) != 0u)
+        at.transmission = unpack_factor(extra.xy);
+#endif
+    at.pixel = uvec2(extra.z % u_width_px, extra.z / u_width_px);
+    at.view_z = view_depth(uintBitsToFloat(extra.w));
+    at.position = view_position(vec2(at.pixel) + 0.5, at.view_z);
+    at.view = view_direction(at.position);
+#ifdef HAS_TRACED_SHADOWS
+    traced_begin(entry);
+#endif
+#ifdef HAS_LIGHT_PARTS
+    at.before = colors[2u * entry].rgb;
+#else
+    at.before = vec3(0.0);
+#endif
+    float coverage = colors[2u * entry + 1u].w; // the surface's own alpha has 16 bits
+    return coverage > 0.0;
+}
+
+void surface_store(uint entry, vec3 radiance)
+{
+    colors[2u * entry] = vec4(radiance, 0.0);
+}
