@@ -7,6 +7,7 @@ import { VitrailError } from "./vitrail.js";
 const REST_MS = 180; // without a change for so long, the exact picture is due
 const RETRY_MS = [500, 1000, 2000, 5000, 10000];
 const MESSAGE_CHARS = 300_000; // up the socket, which takes 1 MiB; what is longer goes as a request
+export const VIEW_OPTIONS = { expires_s: 60 }; // the end of a page may reach nobody
 const TRIES = 2; // of a line that never showed a frame, before another kind is taken
 
 /** What all lines have in common. Events: "frame", "progress", "problem", "lost"; details below. */
@@ -39,7 +40,7 @@ class SocketLine extends Line {
 
   async open(wanted) {
     this.sent = wanted;
-    this.view = await this.client.createView(wanted);
+    this.view = await this.client.createView(wanted, VIEW_OPTIONS);
     if (this.isClosed) return this.#forget();
     this.socket = this.view.socket();
     this.socket.addEventListener("open", () => {
@@ -114,7 +115,7 @@ class SocketLine extends Line {
   }
 
   #forget() {
-    this.view?.delete().catch(() => {}); // it would expire by itself
+    this.view?.delete().catch(() => {}); // it expires by itself
   }
 }
 
@@ -126,7 +127,7 @@ class StreamLine extends Line {
   async open(wanted) {
     this.sent = wanted;
     this.wanted = wanted;
-    this.view = await this.client.createView(wanted);
+    this.view = await this.client.createView(wanted, VIEW_OPTIONS);
     if (this.isClosed) this.#forget();
     else this.#read();
   }
@@ -176,7 +177,7 @@ class StreamLine extends Line {
   }
 
   #forget() {
-    this.view?.delete().catch(() => {}); // it would expire by itself
+    this.view?.delete().catch(() => {}); // it expires by itself
   }
 }
 

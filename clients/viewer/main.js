@@ -9,7 +9,7 @@ import { Dock } from "./docks.js";
 import { makeHandles } from "./handles.js";
 import { HeatView, SHOWN } from "./heat.js";
 import { listenToKeys } from "./keys.js";
-import { Live } from "./live.js";
+import { Live, VIEW_OPTIONS } from "./live.js";
 import { notice, showProblem } from "./messages.js";
 import { Model } from "./model.js";
 import { Navigator } from "./navigate.js";
@@ -299,11 +299,11 @@ class Viewer {
   /** What is at a point of the picture. Still images have no view to ask: one is made for it. */
   async #hit(share) {
     const { width, height } = this.stage.size;
-    const view = this.live.view ?? await this.client.createView(this.wanted);
+    const view = this.live.view ?? await this.client.createView(this.wanted, VIEW_OPTIONS);
     try {
       return await view.pick(share.x * width, share.y * height);
     } finally {
-      if (view !== this.live.view) view.delete().catch(() => {}); // it would expire by itself
+      if (view !== this.live.view) view.delete().catch(() => {}); // it expires by itself
     }
   }
 

@@ -292,9 +292,12 @@ export class Vitrail {
     return (await this.json("/v1/views")).views;
   }
 
-  /** Makes a view; its members are those of docs/reference/views.md. */
-  async createView(members) {
-    const response = await this.send("POST", "/v1/views", members);
+  /**
+   * Makes a view; its members are those of docs/reference/views.md.
+   * @param {{expires_s?: number}} [options] forgotten when nobody asks for or watches it so long
+   */
+  async createView(members, { expires_s } = {}) {
+    const response = await this.send("POST", `/v1/views${queryOf({ expires_s })}`, members);
     return new View(this, await response.json());
   }
 

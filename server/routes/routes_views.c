@@ -63,12 +63,17 @@ static void reply_view(struct http_exchange *exchange, int status, json_t *summa
 static void run_post(struct service *service, struct http_exchange *exchange, const char *id)
 {
     (void)id;
+    static const char *const known[] = {"expires_s", NULL};
     struct error problem = {0};
     char address[HTTP_ADDRESS_BYTES];
     const struct text_body *body = route_attached(exchange);
     http_request_address(exchange, address);
-    json_t *summary = views_make(service->views, body->text ? body->text : "", body->size_bytes,
-                                 address, &problem);
+    struct view_make_desc desc = {
+        .json = body->text ? body->text : "", .length = body->size_bytes, .address = address};
+    json_t *summary = http_request_check_query(exchange, known, &problem) &&
+                              query_int(exchange, "expires_s", 1, 86400, &desc.expires_s, &problem)
+                          ? views_make(service->views, &desc, &problem)
+                          : NULL;
     if (!summary) {
         http_reply_error(exchange, &problem);
         return;

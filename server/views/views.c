@@ -97,8 +97,9 @@ struct view *views_find(struct views *views, const char *id, struct error *err)
             view->used_ms = now_ms();
             return view;
         }
-    error_set(err, ERROR_NOT_FOUND, "there is no view '%.64s'; idle ones are forgotten after %d s",
-              id, views->desc.config->view_idle_s);
+    error_set(err, ERROR_NOT_FOUND,
+              "there is no view '%.64s'; idle ones are forgotten after at most %d s", id,
+              views->desc.config->view_idle_s);
     return NULL;
 }
 
@@ -114,7 +115,7 @@ static json_t *summarise(const struct view *view)
                      view_document_scene(view->document), "revision", (json_int_t)view->revision,
                      "width", width, "height", height, "watchers", view->live.watcher_count,
                      "created", created, "idle_s", 1e-3 * (double)(now_ms() - view->used_ms),
-                     "expires_s", view->views->desc.config->view_idle_s);
+                     "expires_s", view->expires_s);
 }
 
 static json_t *summary_or_error(const struct view *view, struct error *err)
@@ -162,8 +163,8 @@ static bool has_room(struct views *views, const char *address, size_t bytes, str
     return true;
 }
 
-static struct view *view_create(struct views *views, const char *json, size_t length,
-                                const char *address, struct error *err)
+static struct view *view_create(struct views *views, const struct view_make_desc *desc,
+                                struct error *err)
 {
     uint64_t bits;
     struct view *view = calloc(1, sizeof *view);
@@ -177,8 +178,10 @@ static struct view *view_create(struct views *views, const char *json, size_t le
     view->made_unix_s = (int64_t)time(NULL);
     view->used_ms = view->changed_ms = now_ms();
     view->live.scale = 1;
-    snprintf(view->address, sizeof view->address, "%s", address);
-    view->document = view_document_create(json, length, err);
+    const int most_s = views->desc.config->view_idle_s;
+    view->expires_s = desc->expires_s > 0 && desc->expires_s < most_s ? desc->expires_s : most_s;
+    snprintf(view->address, sizeof view->address, "%s", desc->address);
+    view->document = view_document_create(desc->json, desc->length, err);
     if (view->document && getrandom(&bits, sizeof bits, 0) == sizeof bits) {
         snprintf(view->id, sizeof view->id, "%016llx", (unsigned long long)bits);
         return view;
@@ -228,14 +231,13 @@ static bool add_view(struct views *views, struct view *view, struct scene_names 
     return true;
 }
 
-json_t *views_make(struct views *views, const char *json, size_t length, const char *address,
-                   struct error *err)
+json_t *views_make(struct views *views, const struct view_make_desc *desc, struct error *err)
 {
     pthread_mutex_lock(&views->mutex);
-    bool has_place = has_room(views, address, 0, err); /* before the work of parsing */
+    bool has_place = has_room(views, desc->address, 0, err); /* before the work of parsing */
     views->totals.refused += !has_place;
     pthread_mutex_unlock(&views->mutex);
-    struct view *view = has_place ? view_create(views, json, length, address, err) : NULL;
+    struct view *view = has_place ? view_create(views, desc, err) : NULL;
     if (!view)
         return NULL;
     pthread_mutex_lock(&views->mutex);
@@ -430,13 +432,13 @@ void views_poke(struct views *views)
 /* Under the mutex: forgets what is idle, collects what watchers need. */
 static struct launch *look_around(struct views *views, int64_t *until_ms)
 {
-    int64_t now = now_ms(), idle_ms = 1000ll * views->desc.config->view_idle_s;
+    int64_t now = now_ms();
     struct launch *launches = NULL;
     for (struct view *view = views->oldest, *next; view; view = next) {
         next = view->next;
         if (view->live.watcher_count > 0)
             view->used_ms = now;
-        if (now - view->used_ms > idle_ms) {
+        if (now - view->used_ms > 1000ll * view->expires_s) {
             views->totals.expired++;
             remove_view(views, view);
             continue;

@@ -37,10 +37,16 @@ void views_stop(struct views *views);
  * NULL. */
 void views_destroy(struct views *views);
 
-/* Makes a view for a client of that address; the text is the body of POST /v1/views. The answer is
- * its summary, a new reference; NULL on failure. */
-MUST_CHECK json_t *views_make(struct views *views, const char *json, size_t length,
-                              const char *address, struct error *err);
+struct view_make_desc {
+    const char *json; /* the body of POST /v1/views, length bytes, borrowed for the call */
+    size_t length;
+    const char *address; /* of the client, borrowed for the call */
+    int expires_s;       /* 0 = config->view_idle_s, which is also the most */
+};
+
+/* The answer is the summary, a new reference; NULL on failure. */
+MUST_CHECK json_t *views_make(struct views *views, const struct view_make_desc *desc,
+                              struct error *err);
 
 MUST_CHECK json_t *views_list(struct views *views); /* summaries, oldest first; NULL: no memory */
 

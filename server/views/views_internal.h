@@ -52,6 +52,7 @@ struct view {
     struct view_document *document;
     struct scene_names *names; /* NULL: not known */
     int64_t made_unix_s, used_ms, changed_ms;
+    int expires_s; /* forgotten when so long nobody asks for it */
     struct live live;
 };
 

@@ -21,7 +21,7 @@ class ViewTest(support.ServiceTest):
             self.ask("DELETE", view["id"])
 
     def ask(self, method, view, body=None, headers=None):
-        path = "/v1/views" + (f"/{view}" if view else "")
+        path = "/v1/views" + (f"/{view}" if view and view[0] != "?" else view)
         return self.daemon.request(method, path, body, headers)
 
     def get(self, path, headers=None):
@@ -473,6 +473,29 @@ class Limits(ViewTest):
             self.assertEqual(200, self.get(used).status)
             time.sleep(0.2)
         self.assertEqual(404, self.get(idle).status)
+
+
+class Short(ViewTest):
+    def test_a_view_asked_for_a_short_time_goes_before_the_others(self):
+        kept = self.make()
+        reply = self.ask("POST", "?expires_s=1", {"scene": self.scene})
+        self.assertEqual((201, 1), (reply.status, reply.json()["expires_s"]))
+        short = reply.json()["id"]
+        support.wait_until(lambda: [view["id"] for view in self.get("").json()["views"]] == [kept],
+                           "the short view is forgotten")
+        self.assertEqual(404, self.get(short).status)
+
+    def test_no_view_is_kept_longer_than_the_service_keeps_them(self):
+        reply = self.ask("POST", "?expires_s=86400", {"scene": self.scene})
+        self.assertEqual((201, 900), (reply.status, reply.json()["expires_s"]))
+
+    def test_times_that_are_none_are_refused(self):
+        for query in ("expires_s=0", "expires_s=-1", "expires_s=86401", "expires_s=x", "expires_s=",
+                      "expires_s=1.5", "idle_s=3"):
+            with self.subTest(query=query):
+                reply = self.ask("POST", f"?{query}", {"scene": self.scene})
+                self.assertEqual((400, "invalid_request"), (reply.status, reply.code))
+                self.assertIn(query.split("=")[0], reply.json()["detail"])
 
 
 class Crowd(ViewTest):

@@ -179,9 +179,11 @@ class Client:
         """Oldest first."""
         return self.get("/v1/views")["views"]
 
-    def create_view(self, scene: str, **members: Any) -> View:
-        """A view to edit and look at; members as in docs/reference/views.md."""
-        return View(self, self.send("POST", "/v1/views", {"scene": scene, **members}).json())
+    def create_view(self, scene: str, *, expires_s: Optional[int] = None, **members: Any) -> View:
+        """A view to edit and look at; members as in docs/reference/views.md. The server forgets the
+        view when nobody asks for or watches it for expires_s."""
+        path = "/v1/views" + (f"?expires_s={expires_s}" if expires_s is not None else "")
+        return View(self, self.send("POST", path, {"scene": scene, **members}).json())
 
     def view(self, view: str) -> View:
         """One that exists already."""
