@@ -4,7 +4,10 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+#include "renderer/import/meshopt_stream.h"
 
 enum {
     ZEROED_ELEMENTS_MAX = 16 << 20
@@ -27,28 +30,100 @@ static size_t component_bytes(int component)
     }
 }
 
+/* Where bytes of a buffer lie. */
+static bool find_range(const struct accessor_source *source, int index, uint64_t offset,
+                       uint64_t length, const uint8_t **bytes, struct error *err)
+{
+    if (index < 0 || (size_t)index >= source->buffer_count)
+        return error_set(err, ERROR_INVALID_SCENE, "there is no buffer %d", index);
+    const struct gltf_bytes *buffer = &source->buffers[index];
+    if (!buffer->bytes)
+        return error_set(err, ERROR_INVALID_SCENE, "buffer %d has no data", index);
+    if (offset > buffer->size_bytes || length > buffer->size_bytes - offset)
+        return error_set(err, ERROR_INVALID_SCENE, "bytes %llu + %llu lie outside buffer %d of %zu",
+                         (unsigned long long)offset, (unsigned long long)length, index,
+                         buffer->size_bytes);
+    *bytes = buffer->bytes + offset;
+    return true;
+}
+
+static bool open_stream(const struct accessor_source *source, const struct gltf_buffer_view *view,
+                        struct meshopt_stream *stream, struct error *err)
+{
+    const struct gltf_meshopt *from = &view->meshopt;
+    if (from->byte_offset < 0 || from->byte_length < 1)
+        return error_set(err, ERROR_INVALID_SCENE, "byteOffset %d or byteLength %d is no size",
+                         from->byte_offset, from->byte_length);
+    if (view->byte_stride && view->byte_stride != (uint64_t)from->byte_stride)
+        return error_set(err, ERROR_INVALID_SCENE, "byteStride is %d, that of the view is %llu",
+                         from->byte_stride, (unsigned long long)view->byte_stride);
+    stream->size_bytes = (size_t)from->byte_length;
+    return find_range(source, from->buffer, (uint64_t)from->byte_offset, stream->size_bytes,
+                      &stream->bytes, err) &&
+           meshopt_stream_init(stream, from, err);
+}
+
+/* Fills `decoded`, which owns the bytes. */
+static bool decode_view(const struct accessor_source *source, const struct gltf_buffer_view *view,
+                        struct gltf_bytes *decoded, struct error *err)
+{
+    struct meshopt_stream stream = {.bytes = NULL};
+    if (!open_stream(source, view, &stream, err))
+        return false;
+    uint64_t size = stream.decoded_bytes;
+    if (view->byte_length > size)
+        return error_set(err, ERROR_INVALID_SCENE,
+                         "count and byteStride make %llu bytes, the view has %llu",
+                         (unsigned long long)size, (unsigned long long)view->byte_length);
+    if (size > *source->decodable_bytes)
+        return error_set(err, ERROR_TOO_LARGE, "%llu decoded bytes, %llu are left of the limit",
+                         (unsigned long long)size, (unsigned long long)*source->decodable_bytes);
+    void *bytes = malloc(size);
+    if (!bytes)
+        return error_set(err, ERROR_NO_MEMORY, "%llu decoded bytes", (unsigned long long)size);
+    if (!meshopt_stream_decode(&stream, bytes, err)) {
+        free(bytes);
+        return false;
+    }
+    *source->decodable_bytes -= size;
+    *decoded = (struct gltf_bytes){.bytes = bytes, .size_bytes = size, .owned = bytes};
+    return true;
+}
+
+/* The fallback buffer is read where it has data and the stream is newer than the library. */
+static bool view_is_decoded(const struct accessor_source *source, int index, struct error *err)
+{
+    const struct gltf_buffer_view *view = &source->document->views[index];
+    struct error problem = {0};
+    if (!view->meshopt.extension)
+        return false;
+    if (source->decoded[index].bytes ||
+        decode_view(source, view, &source->decoded[index], &problem))
+        return true;
+    bool has_fallback = view->buffer >= 0 && (size_t)view->buffer < source->buffer_count &&
+                        source->buffers[view->buffer].bytes;
+    if (problem.code != ERROR_UNSUPPORTED || !has_fallback)
+        error_set(err, problem.code, "%s: %s", view->meshopt.extension, problem.message);
+    return false;
+}
+
 bool accessor_view_bytes(const struct accessor_source *source, int index, const char *who,
                          const uint8_t **bytes, uint64_t *size_bytes, struct error *err)
 {
     if (index < 0 || (size_t)index >= source->document->view_count)
         return error_set(err, ERROR_INVALID_SCENE, "%s: there is no buffer view %d", who, index);
     const struct gltf_buffer_view *view = &source->document->views[index];
-    if (view->buffer < 0 || (size_t)view->buffer >= source->buffer_count)
-        return error_set(err, ERROR_INVALID_SCENE, "buffer view %d: there is no buffer %d", index,
-                         view->buffer);
-    const struct gltf_bytes *buffer = &source->buffers[view->buffer];
-    if (!buffer->bytes)
-        return error_set(err, ERROR_INVALID_SCENE, "buffer view %d: buffer %d has no data", index,
-                         view->buffer);
-    if (view->byte_offset > buffer->size_bytes ||
-        view->byte_length > buffer->size_bytes - view->byte_offset)
-        return error_set(err, ERROR_INVALID_SCENE,
-                         "buffer view %d: bytes %llu + %llu lie outside buffer %d of %zu", index,
-                         (unsigned long long)view->byte_offset,
-                         (unsigned long long)view->byte_length, view->buffer, buffer->size_bytes);
-    *bytes = buffer->bytes + view->byte_offset;
+    struct error problem = {0};
+    if (view_is_decoded(source, index, &problem)) {
+        *bytes = source->decoded[index].bytes;
+        *size_bytes = source->decoded[index].size_bytes;
+        return true;
+    }
     *size_bytes = view->byte_length;
-    return true;
+    if (problem.code == ERROR_NONE &&
+        find_range(source, view->buffer, view->byte_offset, view->byte_length, bytes, &problem))
+        return true;
+    return error_set(err, problem.code, "buffer view %d: %s", index, problem.message);
 }
 
 /* Checks that `count` elements, `stride` apart from `offset` on, lie in the view; *first is where

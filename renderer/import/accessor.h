@@ -11,6 +11,8 @@ struct accessor_source {
     const struct gltf_document *document;
     const struct gltf_bytes *buffers; /* no bytes: the buffer has none of its own */
     size_t buffer_count;
+    struct gltf_bytes *decoded; /* by view: its bytes once decoded, where it is compressed */
+    uint64_t *decodable_bytes;  /* how many more may be decoded */
 };
 
 /* An accessor whose every element is known to lie inside its buffers. Borrows from its source. */
@@ -27,7 +29,8 @@ struct accessor {
     const uint8_t *sparse_indices, *sparse_values;
 };
 
-/* Bytes of a buffer view, checked to lie in its buffer. `who` names the user of the view in
+/* Bytes of a buffer view, checked to lie in its buffer; those of a compressed view are decoded the
+ * first time, and live as long as source->decoded. `who` names the user of the view in
  * messages. */
 MUST_CHECK bool accessor_view_bytes(const struct accessor_source *source, int view, const char *who,
                                     const uint8_t **bytes, uint64_t *size_bytes, struct error *err);

@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 static const char *const known_extensions[] = {
+    "EXT_meshopt_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -12,6 +13,7 @@ static const char *const known_extensions[] = {
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
     NULL,
 };

@@ -133,6 +133,12 @@ int integer(const tinygltf::Value *object, const char *name, int fallback)
     return value && value->IsInt() ? value->GetNumberAsInt() : fallback;
 }
 
+const char *text(const tinygltf::Value *object, const char *name, const char *fallback)
+{
+    const tinygltf::Value *value = member(object, name);
+    return value && value->IsString() ? value->Get<std::string>().c_str() : fallback;
+}
+
 gltf_numbers number_array(holder &h, const tinygltf::Value *object, const char *name)
 {
     const tinygltf::Value *value = member(object, name);
@@ -226,6 +232,23 @@ void convert_material(holder &h, const tinygltf::Material &m)
     out.edge_exponent = number(pass, "edge_exponent", 1);
     convert_textures(h, m, out);
     h.materials.push_back(out);
+}
+
+gltf_meshopt meshopt_of(const tinygltf::BufferView &v)
+{
+    gltf_meshopt out = {};
+    const tinygltf::Value *object = nullptr;
+    for (const char *name : {"KHR_meshopt_compression", "EXT_meshopt_compression"})
+        if (!object && (object = extension(v.extensions, name)))
+            out.extension = name;
+    out.buffer = integer(object, "buffer", -1);
+    out.byte_offset = integer(object, "byteOffset", 0);
+    out.byte_length = integer(object, "byteLength", -1);
+    out.byte_stride = integer(object, "byteStride", -1);
+    out.count = integer(object, "count", -1);
+    out.mode = text(object, "mode", "");
+    out.filter = text(object, "filter", "NONE");
+    return out;
 }
 
 int component_count(int type)
@@ -354,7 +377,7 @@ void convert(holder &h)
     for (const std::string &name : m.extensionsRequired)
         h.required.push_back(name.c_str());
     for (const tinygltf::BufferView &v : m.bufferViews)
-        h.views.push_back({v.buffer, v.byteOffset, v.byteLength, v.byteStride});
+        h.views.push_back({v.buffer, v.byteOffset, v.byteLength, v.byteStride, meshopt_of(v)});
     for (const tinygltf::Accessor &a : m.accessors)
         convert_accessor(h, a);
     convert_meshes(h);

@@ -31,9 +31,17 @@ struct gltf_indices {
     size_t count;
 };
 
+/* EXT_meshopt_compression or KHR_meshopt_compression, which have the same members. */
+struct gltf_meshopt {
+    const char *extension; /* its name; NULL: the view is not compressed */
+    int buffer, byte_offset, byte_length, byte_stride, count;
+    const char *mode, *filter;
+};
+
 struct gltf_buffer_view {
     int buffer;
     uint64_t byte_offset, byte_length, byte_stride; /* stride 0 = tightly packed */
+    struct gltf_meshopt meshopt;
 };
 
 enum gltf_component { /* the numbers of glTF, which are those of OpenGL */

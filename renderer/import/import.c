@@ -83,15 +83,20 @@ static bool open_buffer(struct importer *importer, size_t index, struct error *e
 
 static bool open_buffers(struct importer *importer, struct error *err)
 {
+    size_t views = importer->document->view_count;
     importer->buffers = calloc(importer->json.buffer_count + 1, sizeof *importer->buffers);
-    if (!importer->buffers)
-        return error_set(err, ERROR_NO_MEMORY, "%zu buffers", importer->json.buffer_count);
+    importer->decoded = calloc(views + 1, sizeof *importer->decoded);
+    if (!importer->buffers || !importer->decoded)
+        return error_set(err, ERROR_NO_MEMORY, "%zu buffers and %zu views of them",
+                         importer->json.buffer_count, views);
     for (size_t i = 0; i < importer->json.buffer_count; i++)
         if (!open_buffer(importer, i, err))
             return false;
     importer->source = (struct accessor_source){.document = importer->document,
                                                 .buffers = importer->buffers,
-                                                .buffer_count = importer->json.buffer_count};
+                                                .buffer_count = importer->json.buffer_count,
+                                                .decoded = importer->decoded,
+                                                .decodable_bytes = &importer->decodable_bytes};
     return true;
 }
 
@@ -167,6 +172,7 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
     uint64_t max_bytes = desc->max_blob_bytes ? desc->max_blob_bytes : BLOB_BYTES_DEFAULT;
     importer->max_image_pixels =
         desc->max_image_pixels ? desc->max_image_pixels : IMAGE_PIXELS_DEFAULT;
+    importer->decodable_bytes = max_bytes;
     if (!blob_writer_init(&importer->writer, max_bytes, err) || !open_document(importer, desc, err))
         return false;
     return list_extensions(importer, err) && import_materials(importer, err) &&
@@ -184,6 +190,9 @@ static void importer_finish(struct importer *importer)
     for (size_t i = 0; importer->buffers && i < importer->json.buffer_count; i++)
         free(importer->buffers[i].owned);
     free(importer->buffers);
+    for (size_t i = 0; importer->decoded && i < importer->document->view_count; i++)
+        free(importer->decoded[i].owned);
+    free(importer->decoded);
     gltf_document_destroy(importer->document);
     gltf_json_finish(&importer->json);
     free(importer->mesh_of);

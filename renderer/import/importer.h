@@ -13,6 +13,8 @@ struct importer {
     struct gltf_json json;
     struct gltf_document *document; /* owned */
     struct gltf_bytes *buffers;     /* owned, json.buffer_count of them */
+    struct gltf_bytes *decoded;     /* owned, by buffer view: accessor_source */
+    uint64_t decodable_bytes;
     struct accessor_source source;
     struct blob_writer writer;
     struct scene_header header;
