@@ -33,7 +33,7 @@ const char *request_pass_through_name(int model)
 
 const char *request_tone_mapping_name(int mapping)
 {
-    NAME_OF(mapping, "neutral", "none");
+    NAME_OF(mapping, "neutral", "none", "agx", "aces");
 }
 
 const char *request_light_lists_name(int light_lists)

@@ -39,7 +39,12 @@ enum request_light_type {
 };
 enum request_alpha_mode { REQUEST_ALPHA_OPAQUE, REQUEST_ALPHA_MASK, REQUEST_ALPHA_BLEND };
 enum request_pass_through { REQUEST_PASS_CONSTANT, REQUEST_PASS_SLAB, REQUEST_PASS_EDGE };
-enum request_tone_mapping { REQUEST_TONE_NEUTRAL, REQUEST_TONE_NONE };
+enum request_tone_mapping {
+    REQUEST_TONE_NEUTRAL,
+    REQUEST_TONE_NONE,
+    REQUEST_TONE_AGX,
+    REQUEST_TONE_ACES
+};
 enum request_light_lists {
     REQUEST_LIGHT_LISTS_AUTO,
     REQUEST_LIGHT_LISTS_CLUSTERED,

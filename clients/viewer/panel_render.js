@@ -132,7 +132,8 @@ export class RenderPanel {
       this.#member(slider, "exposure_ev", { label: "Exposure", unit: "EV", least: -6, most: 6, limit: 64,
         step: 0.05 }),
       this.#member(selectField, "tone_mapping",
-        { label: "Tone mapping", options: [["neutral", "Khronos neutral"], ["none", "None"]] }),
+        { label: "Tone mapping", options: [["neutral", "Khronos neutral"], ["agx", "AgX"], ["aces", "ACES"],
+          ["none", "None"]] }),
       color.row, clear.row);
   }
 

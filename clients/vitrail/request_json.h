@@ -68,7 +68,8 @@ struct request_options {
         REQUEST_OPTION(owner, TEXT, "animation", "NAME", "animate: this one only; default all",   \
                        animation),                                                                \
         REQUEST_OPTION(owner, NUMBER, "exposure", "EV", "in stops; default 0", exposure_ev),      \
-        REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral or none", tone_mapping),     \
+        REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral, none, agx or aces",         \
+                       tone_mapping),                                                             \
         REQUEST_OPTION(owner, TEXT, "shadows", "NAME", SHADOW_TECHNIQUE_NAMES, shadows),          \
         REQUEST_OPTION(                                                                           \
             owner, NUMBER, "shadow-resolution", "N",                                              \

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Exposure, Khronos PBR Neutral, and the exactly rounded sRGB transfer function. */
+/* Exposure, tone mappings, and the exactly rounded sRGB transfer function. */
 #include "renderer/image/tone_map.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +11,10 @@
 #include "shaders/shared/layout.h"
 
 #include "shaders/shared/tone_curve.h"
+
+static_assert(TONE_OPERATOR_NEUTRAL == TONE_MAPPING_NEUTRAL, "uniform u_operator");
+static_assert(TONE_OPERATOR_AGX == TONE_MAPPING_AGX, "uniform u_operator");
+static_assert(TONE_OPERATOR_ACES == TONE_MAPPING_ACES, "uniform u_operator");
 
 void tone_map_fill_buckets(struct tone_bucket *buckets)
 {
@@ -68,6 +73,43 @@ static void map_neutral(float c[3])
         c[i] = tone_compress(c[i], scale, new_peak, white_share);
 }
 
+static void map_agx(float c[3])
+{
+    float r = tone_agx_contrast(TONE_AGX_INSET_R(c[0], c[1], c[2]));
+    float g = tone_agx_contrast(TONE_AGX_INSET_G(c[0], c[1], c[2]));
+    float b = tone_agx_contrast(TONE_AGX_INSET_B(c[0], c[1], c[2]));
+    c[0] = tone_agx_linear(TONE_AGX_OUTSET_R(r, g, b));
+    c[1] = tone_agx_linear(TONE_AGX_OUTSET_G(r, g, b));
+    c[2] = tone_agx_linear(TONE_AGX_OUTSET_B(r, g, b));
+}
+
+static void map_aces(float c[3])
+{
+    float r = tone_aces_fit(TONE_ACES_IN_R(c[0], c[1], c[2]));
+    float g = tone_aces_fit(TONE_ACES_IN_G(c[0], c[1], c[2]));
+    float b = tone_aces_fit(TONE_ACES_IN_B(c[0], c[1], c[2]));
+    c[0] = fmaxf(TONE_ACES_OUT_R(r, g, b), 0);
+    c[1] = fmaxf(TONE_ACES_OUT_G(r, g, b), 0);
+    c[2] = fmaxf(TONE_ACES_OUT_B(r, g, b), 0);
+}
+
+static void map_tones(enum tone_mapping operator_, float c[3])
+{
+    switch (operator_) {
+    case TONE_MAPPING_NEUTRAL:
+        map_neutral(c);
+        return;
+    case TONE_MAPPING_AGX:
+        map_agx(c);
+        return;
+    case TONE_MAPPING_ACES:
+        map_aces(c);
+        return;
+    case TONE_MAPPING_NONE:
+        return;
+    }
+}
+
 /* NaN and infinity become 0, and so do negative radiances; large ones are cut. */
 static float tame(float value)
 {
@@ -76,7 +118,7 @@ static float tame(float value)
 }
 
 static void map_pixel(const struct tone_bucket *buckets, const float in[4], float gain,
-                      bool is_neutral, uint8_t out[4])
+                      enum tone_mapping operator_, uint8_t out[4])
 {
     float alpha = tame(in[3]);
     alpha = alpha < 1 ? alpha : 1;
@@ -86,8 +128,7 @@ static void map_pixel(const struct tone_bucket *buckets, const float in[4], floa
         float product = tame(in[i]) * scale;
         c[i] = alpha > 0 ? product < TONE_RADIANCE_MAX ? product : TONE_RADIANCE_MAX : 0;
     }
-    if (is_neutral)
-        map_neutral(c);
+    map_tones(operator_, c);
     for (int i = 0; i < 3; i++)
         out[i] = encode_srgb(buckets, c[i] < 1 ? (c[i] > 0 ? c[i] : 0) : 1);
     out[3] = (uint8_t)(alpha * 255 + 0.5f);
@@ -99,10 +140,9 @@ float tone_map_gain(const struct tone_map_desc *desc)
 }
 
 /* Of values that are tame. */
-static void map_radiance(bool is_neutral, float c[3])
+static void map_radiance(enum tone_mapping operator_, float c[3])
 {
-    if (is_neutral)
-        map_neutral(c);
+    map_tones(operator_, c);
     for (int i = 0; i < 3; i++)
         c[i] = c[i] < 1 ? c[i] : 1;
 }
@@ -112,13 +152,12 @@ void tone_map_color(const struct tone_map_desc *desc, float color[3])
     float gain = tone_map_gain(desc);
     for (int i = 0; i < 3; i++)
         color[i] = fminf(tame(color[i]) * gain, TONE_RADIANCE_MAX);
-    map_radiance(desc->operator_ == TONE_MAPPING_NEUTRAL, color);
+    map_radiance(desc->operator_, color);
 }
 
 void tone_map_over(const struct tone_map_desc *desc, const float backdrop[4],
                    const struct tone_map_over *pixel, float out[4])
 {
-    bool is_neutral = desc->operator_ == TONE_MAPPING_NEUTRAL;
     float covered = pixel->covered, through[3] = {0}, lit[3] = {0}, unlit[3] = {0};
     float seen = (pixel->behind[0] + pixel->behind[1] + pixel->behind[2]) / 3 + 1 - covered;
     if (covered > 0) {
@@ -127,11 +166,11 @@ void tone_map_over(const struct tone_map_desc *desc, const float backdrop[4],
             through[i] = unlit[i] = backdrop[i] * pixel->behind[i] / covered;
             lit[i] = fminf(tame(pixel->radiance[i]) * scale + through[i], TONE_RADIANCE_MAX);
         }
-        map_radiance(is_neutral, lit);
-        map_radiance(is_neutral, unlit);
+        map_radiance(desc->operator_, lit);
+        map_radiance(desc->operator_, unlit);
     }
     for (int i = 0; i < 3; i++)
-        out[i] = backdrop[i] * (1 - covered) + fmaxf(through[i] + lit[i] - unlit[i], 0) * covered;
+        out[i] = backdrop[i] * (1 - covered) + fmaxf(through[i] + (lit[i] - unlit[i]), 0) * covered;
     out[3] = 1 - (1 - backdrop[3]) * seen;
 }
 
@@ -150,12 +189,11 @@ bool tone_map(const struct image *hdr, const struct tone_map_desc *desc, struct 
     if (is_done) {
         tone_map_fill_buckets(buckets);
         float gain = tone_map_gain(desc);
-        bool is_neutral = desc->operator_ == TONE_MAPPING_NEUTRAL;
         const float *in = hdr->pixels;
         uint8_t *out = ldr->pixels;
         size_t count = (size_t)hdr->width_px * (size_t)hdr->height_px;
         for (size_t i = 0; i < count; i++)
-            map_pixel(buckets, in + 4 * i, gain, is_neutral, out + 4 * i);
+            map_pixel(buckets, in + 4 * i, gain, desc->operator_, out + 4 * i);
     }
     free(buckets);
     return is_done;

@@ -43,7 +43,7 @@ static void set_background(const struct view *view, const struct gl_program *pro
     view_backdrop(view, backdrop);
     gl_program_set_f4(program, "u_backdrop", backdrop);
     gl_program_set_f(program, "u_gain", tone_map_gain(&screen->mapping));
-    gl_program_set_u(program, "u_is_neutral", screen->mapping.operator_ == TONE_MAPPING_NEUTRAL);
+    gl_program_set_u(program, "u_operator", (uint32_t)screen->mapping.operator_);
 }
 
 static void bind_picture(const struct window_frame *frame, const struct gl_program *program)

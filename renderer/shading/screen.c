@@ -53,7 +53,7 @@ bool screen_draw(struct screen *screen, const struct window_frame *frame, int ch
     gl_program_use(program);
     gl_program_set_u2(program, "u_size_px", (uint32_t)window->width, (uint32_t)window->height);
     gl_program_set_u(program, "u_channels", (uint32_t)channels);
-    gl_program_set_u(program, "u_is_neutral", mapping.operator_ == TONE_MAPPING_NEUTRAL);
+    gl_program_set_u(program, "u_operator", (uint32_t)mapping.operator_);
     gl_program_set_f(program, "u_gain", tone_map_gain(&mapping));
     glBindImageTexture(0, frame->targets->image.name, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32F);
     gl_buffer_bind_storage(&screen->words, BIND_SCREEN);

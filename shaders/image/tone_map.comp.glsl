@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The window's linear image as a screen shows it, as renderer/image/tone_map.c makes it: exposure,
-// Khronos PBR Neutral, the sRGB code, alpha that is not associated. A thread for four pixels, the
+// tone mapping, the sRGB code, alpha that is not associated. A thread for four pixels, the
 // top row first; what is behind the last pixel is written and means nothing.
 #include "shared/bindings.h"
-#include "image/tone_neutral.glsl"
+#include "image/tone_operators.glsl"
 layout(local_size_x = 64) in;
 layout(rgba32f, binding = 0) uniform readonly image2D u_image;
 layout(std430, binding = BIND_SCREEN) writeonly buffer screen_buffer { uint words[]; };
@@ -12,7 +12,6 @@ layout(std430, binding = BIND_TONE_BUCKETS) readonly buffer bucket_buffer {
 };
 uniform uvec2 u_size_px;
 uniform uint u_channels; // 3 or 4
-uniform uint u_is_neutral;
 uniform float u_gain; // of the exposure
 
 uint encode_srgb(float x)
@@ -34,8 +33,7 @@ uint map_pixel(vec4 color)
     precise vec3 c = vec3(tame(color.r), tame(color.g), tame(color.b)) * scale;
     c = alpha > 0.0 ? mix(vec3(TONE_RADIANCE_MAX), c, lessThan(c, vec3(TONE_RADIANCE_MAX)))
                     : vec3(0.0);
-    if (u_is_neutral != 0u)
-        c = map_neutral(c);
+    c = map_tones(c);
     precise float scaled_alpha = alpha * 255.0 + 0.5;
     return encode_srgb(c.r) | encode_srgb(c.g) << 8 | encode_srgb(c.b) << 16 |
            uint(scaled_alpha) << 24;

@@ -2,16 +2,13 @@
 // A background that is a colour of the screen, behind a picture that is mapped to one:
 // docs/explanation/shading.md, section 6, as tone_map_over of renderer/image/tone_map.c has it.
 // Provides: map_over_backdrop.
-#include "image/tone_neutral.glsl"
+#include "image/tone_operators.glsl"
 uniform vec4 u_backdrop; // linear, associated alpha
 uniform float u_gain;    // of the exposure
-uniform uint u_is_neutral;
 
 vec3 map_radiance(vec3 c)
 {
-    if (u_is_neutral != 0u)
-        c = map_neutral(c);
-    return min(c, vec3(1.0));
+    return min(map_tones(c), vec3(1.0));
 }
 
 // radiance: mean over the pixel. behind: the share of the background that is seen through
@@ -24,7 +21,7 @@ vec4 map_over_backdrop(vec3 radiance, vec4 behind)
         vec3 light = vec3(tame(radiance.r), tame(radiance.g), tame(radiance.b));
         vec3 through = u_backdrop.rgb * behind.rgb / behind.a;
         vec3 lit = min(light * (u_gain / behind.a) + through, vec3(TONE_RADIANCE_MAX));
-        own = max(through + map_radiance(lit) - map_radiance(through), vec3(0.0)) * behind.a;
+        own = max(through + (map_radiance(lit) - map_radiance(through)), vec3(0.0)) * behind.a;
     }
     return vec4(bare + own, 1.0 - (1.0 - u_backdrop.a) * seen);
 }

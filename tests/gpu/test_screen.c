@@ -23,6 +23,11 @@ static const struct tone_map_desc mappings[] = {
     {.operator_ = TONE_MAPPING_NEUTRAL, .exposure_ev = 300},
     {.operator_ = TONE_MAPPING_NONE, .exposure_ev = -300},
     {.operator_ = TONE_MAPPING_NONE, .exposure_ev = 40.5f},
+    {.operator_ = TONE_MAPPING_AGX, .exposure_ev = 0},
+    {.operator_ = TONE_MAPPING_AGX, .exposure_ev = 3.3f},
+    {.operator_ = TONE_MAPPING_ACES, .exposure_ev = 0},
+    {.operator_ = TONE_MAPPING_ACES, .exposure_ev = -1.7f},
+    {.operator_ = TONE_MAPPING_ACES, .exposure_ev = 300},
 };
 enum { MAPPINGS = sizeof mappings / sizeof mappings[0] };
 

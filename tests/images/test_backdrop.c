@@ -194,6 +194,40 @@ static void edges_cover_by_their_share_of_the_pixel(void **state)
     rig_scene_finish(&rig, renderer);
 }
 
+/* Of the passes and of the rays, over a background. */
+static void every_operator_is_the_same_by_all_techniques(void **state)
+{
+    static const enum tone_mapping operators[] = {TONE_MAPPING_AGX, TONE_MAPPING_ACES};
+    const int *const at[] = {bare_at, card_at, pane_at, veil_at};
+    struct renderer *renderer = *state;
+    struct rig_scene rig;
+    open_squares(&rig, renderer);
+    for (int i = 0; i < 2; i++) {
+        struct image images[FORMS];
+        const struct tone_map_desc mapping = {.operator_ = operators[i], .exposure_ev = 1};
+        float card[3];
+        for (int form = 0; form < FORMS; form++) {
+            struct view view = look_by(form);
+            view.screen.mapping = mapping;
+            images[form] = shoot_color(renderer, &rig, &view);
+        }
+        for (int form = 0; form < FORMS; form++)
+            for (int place = 0; place < 4; place++) {
+                const float *pixel = image_pixel_f32(&images[0], at[place][0], at[place][1]);
+                const double color[3] = {(double)pixel[0], (double)pixel[1], (double)pixel[2]};
+                expect(&images[form], at[place], color, 1);
+            }
+        for (int k = 0; k < 3; k++)
+            card[k] = (float)card_color[k];
+        tone_map_color(&mapping, card);
+        const double expected[3] = {(double)card[0], (double)card[1], (double)card[2]};
+        expect(&images[0], card_at, expected, 1);
+        for (int form = 0; form < FORMS; form++)
+            image_finish(&images[form]);
+    }
+    rig_scene_finish(&rig, renderer);
+}
+
 /* Of bare pixels, whatever the exposure and the operator. */
 static void the_background_has_its_own_codes(void **state)
 {
@@ -256,6 +290,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_technique_meets_the_closed_forms),
         cmocka_unit_test(edges_cover_by_their_share_of_the_pixel),
+        cmocka_unit_test(every_operator_is_the_same_by_all_techniques),
         cmocka_unit_test(the_background_has_its_own_codes),
     };
     const struct CMUnitTest alone[] = {cmocka_unit_test(a_device_shows_the_same_codes)};

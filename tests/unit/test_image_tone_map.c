@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* tone_map: closed forms of the sRGB transfer function and of Khronos PBR Neutral, and tame
+/* tone_map: closed forms of the sRGB transfer function and of the tone mappings, and tame
  * extremes. */
 #include <stdarg.h>
 #include <stddef.h>
@@ -16,7 +16,7 @@
 
 #include "renderer/image/tone_map.h"
 
-enum { WIDTH = 4096 };
+enum { WIDTH = 4096, OPERATORS = TONE_MAPPING_ACES + 1 };
 
 /* Maps a row of pixels. */
 static void map_row(const float *in, int width, struct tone_map_desc desc, uint8_t *out)
@@ -128,6 +128,125 @@ static void neutral_keeps_base_colours_and_never_falls_on_greys(void **state)
     assert_int_equal(last, 255);
 }
 
+/* m: by rows. */
+static void multiply(const double m[9], double c[3])
+{
+    const double in[3] = {c[0], c[1], c[2]};
+    for (int i = 0; i < 3; i++)
+        c[i] = m[3 * i] * in[0] + m[3 * i + 1] * in[1] + m[3 * i + 2] * in[2];
+}
+
+/* Wrensch 2023, "Minimal AgX Implementation", in double: agxDefaultContrastApprox, agx, agxEotf. */
+static void agx(double c[3])
+{
+    static const double inset[9] = {
+        0.842479062253094,  0.0784335999999992, 0.0792237451477643,
+        0.0423282422610123, 0.878468636469772,  0.0791661274605434,
+        0.0423756549057051, 0.0784336,          0.879142973793104,
+    };
+    static const double outset[9] = {
+        1.19687900512017,    -0.0980208811401368, -0.0990297440797205,
+        -0.0528968517574562, 1.15190312990417,    -0.0989611768448433,
+        -0.0529716355144438, -0.0980434501171241, 1.15107367264116,
+    };
+    const double least_ev = -12.47393, most_ev = 4.026069;
+    multiply(inset, c);
+    for (int i = 0; i < 3; i++) {
+        double x = (fmin(fmax(log2(c[i]), least_ev), most_ev) - least_ev) / (most_ev - least_ev);
+        c[i] = 15.5 * pow(x, 6) - 40.14 * pow(x, 5) + 31.96 * pow(x, 4) - 6.868 * pow(x, 3) +
+               0.4298 * x * x + 0.1191 * x - 0.00232;
+    }
+    multiply(outset, c);
+    for (int i = 0; i < 3; i++)
+        c[i] = pow(fmax(c[i], 0), 2.2);
+}
+
+/* Hill 2016, ACES.hlsl of BakingLab: RRTAndODTFit and ACESFitted, in double. */
+static void aces(double c[3])
+{
+    static const double in[9] = {0.59719, 0.35458, 0.04823, 0.07600, 0.90834,
+                                 0.01566, 0.02840, 0.13383, 0.83777};
+    static const double out[9] = {1.60475,  -0.53108, -0.07367, -0.10208, 1.10813,
+                                  -0.00605, -0.00327, -0.07276, 1.07602};
+    multiply(in, c);
+    for (int i = 0; i < 3; i++)
+        c[i] = (c[i] * (c[i] + 0.0245786) - 0.000090537) /
+               (c[i] * (0.983729 * c[i] + 0.4329510) + 0.238081);
+    multiply(out, c);
+}
+
+static void curves_agree_with_their_sources(void **state)
+{
+    (void)state;
+    static const struct {
+        enum tone_mapping operator_;
+        void (*map)(double c[3]);
+    } curves[] = {{TONE_MAPPING_AGX, agx}, {TONE_MAPPING_ACES, aces}};
+    srand(11);
+    for (int i = 0; i < 40000; i++) {
+        float in[4] = {0, 0, 0, 1}, linear[3];
+        double c[3];
+        for (int k = 0; k < 3; k++)
+            c[k] = linear[k] = in[k] = (float)exp2(rand() / (double)RAND_MAX * 24 - 16);
+        const struct tone_map_desc desc = {.operator_ = curves[i % 2].operator_};
+        uint8_t out[4];
+        map_one(in, desc, out);
+        tone_map_color(&desc, linear);
+        curves[i % 2].map(c);
+        for (int k = 0; k < 3; k++) {
+            double expected = fmin(fmax(c[k], 0), 1);
+            if (fabs(linear[k] - expected) > 2e-5)
+                fail_msg("%g for %g", linear[k], expected);
+            assert_true(fabs(out[k] - 255 * oetf(expected)) <= 0.51);
+        }
+    }
+}
+
+/* Of greys, at which the matrices are 1: AgX is its polynomial, of 10 / 16.5 at 0.18, and 1 less
+ * 0.0014 at the end; ACES is its fraction, whose limit is 1 / 0.983729. */
+static void curves_have_their_values_at_grey_and_white(void **state)
+{
+    (void)state;
+    static const struct {
+        enum tone_mapping operator_;
+        float in, out, tolerance;
+    } points[] = {
+        {TONE_MAPPING_AGX, 0.18f, 0.2145f, 0.0005f},
+        {TONE_MAPPING_AGX, 1, 0.5902f, 0.0005f},
+        {TONE_MAPPING_AGX, 0, 0, 0},
+        {TONE_MAPPING_AGX, 1e30f, 0.9969f, 0.0005f},
+        {TONE_MAPPING_ACES, 0.18f, 0.1056f, 0.0003f},
+        {TONE_MAPPING_ACES, 1, 0.6191f, 0.0003f},
+        {TONE_MAPPING_ACES, 0, 0, 0},
+        {TONE_MAPPING_ACES, 1e30f, 1, 0},
+    };
+    for (size_t i = 0; i < sizeof points / sizeof *points; i++) {
+        float grey[3] = {points[i].in, points[i].in, points[i].in};
+        tone_map_color(&(struct tone_map_desc){.operator_ = points[i].operator_}, grey);
+        for (int k = 0; k < 3; k++)
+            if (fabsf(grey[k] - points[i].out) > points[i].tolerance)
+                fail_msg("operator %d maps %g to %.6f", points[i].operator_, points[i].in, grey[k]);
+    }
+}
+
+/* Never darker, and never coloured by more than a code. */
+static void greys_stay_grey_and_in_order(void **state)
+{
+    (void)state;
+    for (int operator_ = 0; operator_ < OPERATORS; operator_++) {
+        uint8_t out[4], last[4] = {0};
+        for (int i = 0; i < 60000; i++) {
+            float x = (float)exp2(i / 500.0 - 20);
+            map_one((float[4]){x, x, x, 1},
+                    (struct tone_map_desc){.operator_ = (enum tone_mapping)operator_}, out);
+            for (int k = 0; k < 3; k++)
+                assert_true(out[k] >= last[k] && abs(out[k] - out[0]) <= 1);
+            memcpy(last, out, sizeof last);
+        }
+        assert_int_equal(last[0], 255);
+    }
+}
+
 static void exposure_doubles_per_stop(void **state)
 {
     (void)state;
@@ -165,11 +284,12 @@ static void extremes_stay_in_range(void **state)
     enum { ODD = sizeof odd / sizeof *odd };
     for (int e = 0; e < 5; e++)
         for (int i = 0; i < ODD * ODD; i++)
-            for (int operator_ = 0; operator_ < 2; operator_++) {
+            for (int operator_ = 0; operator_ < OPERATORS; operator_++) {
                 float in[4] = {odd[i % ODD], 0.5f, odd[i / ODD], i % 3 ? 1 : odd[i / ODD]};
                 uint8_t out[4];
                 map_one(in, (struct tone_map_desc){operator_, stops[e]}, out);
-                if (!isfinite(in[0]) && isfinite(in[3]) && in[3] == 1 && operator_)
+                if (!isfinite(in[0]) && isfinite(in[3]) && in[3] == 1 &&
+                    operator_ == TONE_MAPPING_NONE)
                     assert_int_equal(out[0], 0);
             }
     uint8_t out[4];
@@ -188,9 +308,9 @@ static void a_backdrop_is_a_colour_of_the_screen(void **state)
 {
     (void)state;
     const float backdrop[4] = {0.012f, 1, 0.5f, 1};
-    for (int i = 0; i < 64; i++) {
-        const struct tone_map_desc desc = {.operator_ = (enum tone_mapping)(i % 2),
-                                           .exposure_ev = (float)(i / 2 % 4) - 2};
+    for (int i = 0; i < 128; i++) {
+        const struct tone_map_desc desc = {.operator_ = (enum tone_mapping)(i % OPERATORS),
+                                           .exposure_ev = (float)(i / OPERATORS % 4) - 2};
         float shown[4], brighter[4], mapped[3] = {0.3f, 4, 0.01f};
         struct tone_map_over pixel = {.covered = 0};
         tone_map_over(&desc, backdrop, &pixel, shown);
@@ -200,7 +320,7 @@ static void a_backdrop_is_a_colour_of_the_screen(void **state)
         for (int k = 0; k < 3; k++)
             assert_true(shown[k] == backdrop[k] * pixel.behind[k]);
         for (int k = 0; k < 3; k++)
-            pixel.radiance[k] = 0.05f * (float)(i / 8);
+            pixel.radiance[k] = 0.05f * (float)(i / 16);
         tone_map_over(&desc, backdrop, &pixel, brighter);
         for (int k = 0; k < 3; k++)
             assert_true(brighter[k] >= shown[k]);
@@ -259,6 +379,9 @@ int main(void)
         cmocka_unit_test(eight_bit_srgb_survives_the_round_trip),
         cmocka_unit_test(neutral_agrees_with_its_specification),
         cmocka_unit_test(neutral_keeps_base_colours_and_never_falls_on_greys),
+        cmocka_unit_test(curves_agree_with_their_sources),
+        cmocka_unit_test(curves_have_their_values_at_grey_and_white),
+        cmocka_unit_test(greys_stay_grey_and_in_order),
         cmocka_unit_test(exposure_doubles_per_stop),
         cmocka_unit_test(alpha_is_unassociated),
         cmocka_unit_test(extremes_stay_in_range),
