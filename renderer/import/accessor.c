@@ -209,8 +209,9 @@ static bool open_sparse(const struct accessor_source *source, const struct gltf_
     return true;
 }
 
-bool accessor_open(const struct accessor_source *source, int index, struct accessor *out,
-                   struct error *err)
+/* Fills all but where the elements lie. */
+static bool describe(const struct accessor_source *source, int index, struct accessor *out,
+                     struct error *err)
 {
     memset(out, 0, sizeof *out);
     if (index < 0 || (size_t)index >= source->document->accessor_count)
@@ -231,7 +232,26 @@ bool accessor_open(const struct accessor_source *source, int index, struct acces
     out->component = (enum gltf_component)a->component;
     out->is_normalized =
         a->is_normalized && a->component != GLTF_FLOAT && a->component != GLTF_UNSIGNED_INT;
-    size_t element_bytes = bytes * (size_t)a->components;
+    out->stride = bytes * (size_t)a->components;
+    return true;
+}
+
+bool accessor_open_decoded(const struct accessor_source *source, int index, const void *bytes,
+                           struct accessor *out, struct error *err)
+{
+    if (!describe(source, index, out, err))
+        return false;
+    out->bytes = bytes;
+    return true;
+}
+
+bool accessor_open(const struct accessor_source *source, int index, struct accessor *out,
+                   struct error *err)
+{
+    if (!describe(source, index, out, err))
+        return false;
+    const struct gltf_accessor *a = &source->document->accessors[index];
+    size_t element_bytes = out->stride;
     if (a->buffer_view >= 0) {
         uint64_t stride = 0;
         if ((size_t)a->buffer_view < source->document->view_count)

@@ -39,6 +39,12 @@ MUST_CHECK bool accessor_view_bytes(const struct accessor_source *source, int vi
 MUST_CHECK bool accessor_open(const struct accessor_source *source, int index,
                               struct accessor *accessor, struct error *err);
 
+/* The same for an accessor whose elements came out of a compressed stream: `bytes` holds all of
+ * them, tightly packed, and lives as long as the accessor. */
+MUST_CHECK bool accessor_open_decoded(const struct accessor_source *source, int index,
+                                      const void *bytes, struct accessor *accessor,
+                                      struct error *err);
+
 /* One element as floats, normalised integers to [0,1] or [-1,1]. Refuses NaN and infinity by
  * element. */
 MUST_CHECK bool accessor_read(const struct accessor *accessor, uint32_t element, float out[4],

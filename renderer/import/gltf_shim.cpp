@@ -288,10 +288,11 @@ void convert_accessor(holder &h, const tinygltf::Accessor &a)
     h.accessors.push_back(out);
 }
 
+const char *const names[GLTF_ATTRIBUTE_COUNT] = {"POSITION",   "NORMAL",     "TANGENT",
+                                                 "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
+
 gltf_primitive convert_primitive(const tinygltf::Primitive &p)
 {
-    static const char *const names[GLTF_ATTRIBUTE_COUNT] = {"POSITION",   "NORMAL",     "TANGENT",
-                                                            "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
     gltf_primitive out = {};
     for (int i = 0; i < GLTF_ATTRIBUTE_COUNT; i++) {
         auto found = p.attributes.find(names[i]);
@@ -301,7 +302,11 @@ gltf_primitive convert_primitive(const tinygltf::Primitive &p)
     out.material = p.material;
     out.mode = p.mode;
     out.target_count = p.targets.size();
-    out.is_draco = extension(p.extensions, "KHR_draco_mesh_compression") != nullptr;
+    const tinygltf::Value *draco = extension(p.extensions, "KHR_draco_mesh_compression");
+    out.is_draco = draco != nullptr;
+    out.draco_view = integer(draco, "bufferView", -1);
+    for (int i = 0; i < GLTF_ATTRIBUTE_COUNT; i++)
+        out.draco_attributes[i] = integer(member(draco, "attributes"), names[i], -1);
     return out;
 }
 
@@ -475,6 +480,11 @@ bool load(holder &h, const char *json, size_t length, const char *const *known, 
 
 } // namespace
 
+const char *gltf_attribute_name(int attribute)
+{
+    return names[attribute];
+}
+
 gltf_document *gltf_document_create(const char *json, size_t json_length, const char *const *known,
                                     struct error *err)
 {
@@ -498,6 +508,15 @@ gltf_document *gltf_document_create(const char *json, size_t json_length, const 
     }
     delete h;
     return nullptr;
+}
+
+void gltf_document_put_indices(gltf_document *document, gltf_indices indices)
+{
+    size_t next = 0;
+    for (std::vector<gltf_primitive> &list : reinterpret_cast<holder *>(document)->primitives)
+        for (gltf_primitive &primitive : list)
+            if (next < indices.count)
+                primitive.indices = indices.values[next++];
 }
 
 void gltf_document_destroy(gltf_document *document)

@@ -77,8 +77,10 @@ enum gltf_attribute {
 struct gltf_primitive {
     int attributes[GLTF_ATTRIBUTE_COUNT]; /* accessors */
     int indices, material, mode;
-    size_t target_count; /* morph targets */
-    bool is_draco;       /* carries KHR_draco_mesh_compression */
+    size_t target_count;                        /* morph targets */
+    bool is_draco;                              /* carries KHR_draco_mesh_compression */
+    int draco_view;                             /* buffer view of its stream */
+    int draco_attributes[GLTF_ATTRIBUTE_COUNT]; /* ids in the stream; -1: not there */
 };
 
 struct gltf_mesh {
@@ -187,10 +189,17 @@ struct gltf_document {
     int default_scene; /* -1 when absent */
 };
 
+const char *gltf_attribute_name(int attribute); /* as in a file: "POSITION" */
+
 /* `known` is a NULL-terminated list: any other required extension is ERROR_UNSUPPORTED by name,
  * whatever else is wrong with the file. json need not be NUL-terminated and is not kept. */
 struct gltf_document *gltf_document_create(const char *json, size_t json_length,
                                            const char *const *known, struct error *err);
+
+/* Gives the primitives, in the order of the document, the accessors of their indices
+ * (gltf_indices.h). */
+void gltf_document_put_indices(struct gltf_document *document, struct gltf_indices indices);
+
 void gltf_document_destroy(struct gltf_document *document); /* accepts NULL */
 
 #ifdef __cplusplus

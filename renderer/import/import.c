@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "renderer/import/extensions.h"
+#include "renderer/import/gltf_indices.h"
 #include "renderer/import/importer.h"
 #include "renderer/scene/scene.h"
 
@@ -107,8 +108,14 @@ static bool open_document(struct importer *importer, const struct scene_import_d
         !gltf_json_init(&importer->json, importer->package.json, importer->package.json_length,
                         err))
         return false;
-    importer->document = gltf_document_create(importer->json.rest, importer->json.rest_length,
-                                              scene_import_extensions(), err);
+    struct gltf_indices_list indices = {.values = NULL};
+    if (gltf_indices_take(&indices, &importer->json, err))
+        importer->document = gltf_document_create(importer->json.rest, importer->json.rest_length,
+                                                  scene_import_extensions(), err);
+    if (importer->document)
+        gltf_document_put_indices(importer->document,
+                                  (struct gltf_indices){indices.values, indices.count});
+    gltf_indices_finish(&indices);
     if (!importer->document)
         return false;
     free(importer->json.rest);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/import/import_draco.h"
 #include "renderer/import/importer.h"
 #include "renderer/import/topology.h"
 #include "renderer/scene/edge_table.h"
@@ -21,6 +22,7 @@ struct geometry_scratch {
 struct shape {
     const struct gltf_primitive *from;
     struct accessor attributes[GLTF_ATTRIBUTE_COUNT]; /* count 0: absent */
+    struct draco_geometry draco;                      /* what the attributes may read from */
     bool has_flat_normals;                            /* each corner is a vertex of its own */
     struct scene_primitive out;
 };
@@ -61,6 +63,16 @@ static bool check_rule(const struct accessor *a, const struct attribute_rule *ru
                      "accessor %d has an element type that %s cannot have", a->index, rule->name);
 }
 
+static bool open_attribute(struct importer *importer, struct shape *shape, int attribute,
+                           struct error *err)
+{
+    struct accessor *a = &shape->attributes[attribute];
+    const void *decoded = shape->draco.attributes[attribute];
+    int index = shape->from->attributes[attribute];
+    return decoded ? accessor_open_decoded(&importer->source, index, decoded, a, err)
+                   : accessor_open(&importer->source, index, a, err);
+}
+
 static bool open_attributes(struct importer *importer, struct shape *shape, struct error *err)
 {
     const struct accessor *position = &shape->attributes[GLTF_POSITION];
@@ -69,8 +81,7 @@ static bool open_attributes(struct importer *importer, struct shape *shape, stru
         if (shape->from->attributes[i] == -1 ||
             (i == GLTF_TANGENT && shape->from->attributes[GLTF_NORMAL] == -1))
             continue;
-        if (!accessor_open(&importer->source, shape->from->attributes[i], a, err) ||
-            !check_rule(a, &rules[i], err))
+        if (!open_attribute(importer, shape, i, err) || !check_rule(a, &rules[i], err))
             return error_wrap(err, "%s", rules[i].name);
         if (i != GLTF_POSITION && a->count != position->count)
             return error_set(err, ERROR_INVALID_SCENE, "%s has %u elements, POSITION has %u",
@@ -81,11 +92,32 @@ static bool open_attributes(struct importer *importer, struct shape *shape, stru
 
 /* ---- corners ---- */
 
+static bool read_decoded_corners(struct importer *importer, const struct shape *shape,
+                                 struct error *err)
+{
+    struct index_list *corners = &importer->scratch->corners;
+    uint32_t vertices = shape->attributes[GLTF_POSITION].count;
+    if (shape->draco.index_count > UINT32_MAX)
+        return error_set(err, ERROR_TOO_LARGE, "more than 4294967295 indices");
+    if (!index_list_reserve(corners, (uint32_t)shape->draco.index_count, err))
+        return false;
+    for (uint32_t i = 0; i < shape->draco.index_count; i++) {
+        uint32_t index = shape->draco.indices[i];
+        if (index >= vertices)
+            return error_set(err, ERROR_INVALID_SCENE,
+                             "Draco: index %u at %u, there are %u vertices", index, i, vertices);
+        corners->values[corners->count++] = index;
+    }
+    return true;
+}
+
 static bool read_corners(struct importer *importer, struct shape *shape, struct error *err)
 {
     struct index_list *corners = &importer->scratch->corners;
     uint32_t vertices = shape->attributes[GLTF_POSITION].count;
     corners->count = 0;
+    if (shape->draco.indices)
+        return read_decoded_corners(importer, shape, err);
     if (shape->from->indices == -1)
         return index_list_append_sequence(corners, vertices, err);
     struct accessor a;
@@ -431,20 +463,6 @@ static bool choose_material(struct importer *importer, struct shape *shape, stru
     return true;
 }
 
-/* Draco beside plain accessors may leave those without data: nothing to draw it from here. */
-static bool check_drawable(const struct importer *importer, const struct gltf_primitive *from,
-                           struct error *err)
-{
-    int position = from->attributes[GLTF_POSITION];
-    bool is_empty = position >= 0 && (size_t)position < importer->document->accessor_count &&
-                    importer->document->accessors[position].buffer_view == -1;
-    if (from->is_draco && is_empty)
-        return error_set(
-            err, ERROR_UNSUPPORTED,
-            "its geometry is only there as KHR_draco_mesh_compression, which is not supported");
-    return true;
-}
-
 /* What KHR_materials_volume calls a closed mesh; told where the material would make use of it. */
 static bool find_closed(struct importer *importer, struct shape *shape, struct error *err)
 {
@@ -513,13 +531,14 @@ static bool append_shape(struct importer *importer, struct shape *shape, struct 
 static bool import_primitive(struct importer *importer, const struct gltf_primitive *from,
                              struct error *err)
 {
-    if (!check_drawable(importer, from, err))
-        return false;
     importer->morphed_primitives += from->target_count > 0;
     if (from->attributes[GLTF_POSITION] == -1)
         return importer_warn(importer, err, "a primitive without POSITION is left out");
     struct shape shape = {.from = from};
-    return append_shape(importer, &shape, err);
+    bool is_done = draco_geometry_init(&shape.draco, importer, from, err) &&
+                   append_shape(importer, &shape, err);
+    draco_geometry_finish(&shape.draco);
+    return is_done;
 }
 
 static bool import_mesh(struct importer *importer, size_t index, struct error *err)

@@ -140,8 +140,8 @@ HOMES = [
     ("tiny_gltf.h", ["renderer/*_shim.cpp"]),
     ("stb_dxt.h", ["renderer/textures/texture_blocks.c"]),
     ("OpenImageIO/*", ["renderer/*_shim.cpp"]),
-    ("draco/*", ["renderer/*_shim.cpp"]),
     # tests encode what the renderer decodes
+    ("draco/*", ["renderer/*_shim.cpp", "tests/support/*_shim.cpp"]),
     ("meshoptimizer.h", ["renderer/import/meshopt_stream.c", "tests/unit/test_import_*"]),
     ("curl/*", ["clients/vitrail/http.c"]),
     ("epoxy/*", ["renderer/gl/*", "renderer/textures/*", "renderer/draw/*", "renderer/window/*",

@@ -31,8 +31,9 @@ static void sheet_make(struct sheet *sheet, const char *mode)
 {
     memset(sheet, 0, sizeof *sheet);
     for (int v = 0; v < VERTICES; v++) {
-        sheet->positions[v][0] = (float)(v % SIDE);
-        sheet->positions[v][1] = (float)(v / SIDE);
+        int column = v % SIDE, row = v / SIDE;
+        sheet->positions[v][0] = (float)column;
+        sheet->positions[v][1] = (float)row;
         sheet->positions[v][2] = sinf((float)v);
     }
     unsigned *to = sheet->indices;
@@ -90,6 +91,11 @@ static bool import(const struct sheet *sheet, struct members members, struct imp
     return imported_scene_make(s, json, sheet->bin, sheet->bin_bytes, err);
 }
 
+static bool is_at(const float *a, const float *b)
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 static void assert_is_sheet(const struct sheet *sheet, const struct scene *scene)
 {
     const struct scene_primitive *p = &scene->primitives[0];
@@ -100,7 +106,7 @@ static void assert_is_sheet(const struct sheet *sheet, const struct scene *scene
             const float *at = scene->positions + 3 * (size_t)scene->indices[i + k];
             bool is_found = false;
             for (uint32_t j = 0; j < 3; j++)
-                is_found |= memcmp(at, sheet->positions[sheet->indices[i + j]], 12) == 0;
+                is_found |= is_at(at, sheet->positions[sheet->indices[i + j]]);
             assert_true(is_found);
         }
 }
