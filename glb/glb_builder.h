@@ -66,12 +66,16 @@ struct glb_material_desc {
     enum glb_alpha_mode alpha_mode;
     double alpha_cutoff; /* 0 means 0.5 */
     bool is_double_sided, is_unlit;
-    double transmission;                     /* above 0 writes KHR_materials_transmission */
-    bool has_ior;                            /* false: nothing is written, glTF's default is 1.5 */
-    double ior;                              /* 0, or at least 1 */
-    double thickness;                        /* m; 0 = thin wall */
-    double attenuation_distance;             /* m; 0 = infinite */
-    double attenuation_color[3];             /* written when attenuation_distance > 0 */
+    double transmission;         /* above 0 writes KHR_materials_transmission */
+    bool has_ior;                /* false: nothing is written, glTF's default is 1.5 */
+    double ior;                  /* 0, or at least 1 */
+    double thickness;            /* m; 0 = thin wall */
+    double attenuation_distance; /* m; 0 = infinite */
+    double attenuation_color[3]; /* written when attenuation_distance > 0 */
+    bool has_specular;           /* writes KHR_materials_specular: */
+    double specular, specular_color[3];
+    double clearcoat, clearcoat_roughness;   /* above 0 writes KHR_materials_clearcoat */
+    double sheen_color[3], sheen_roughness;  /* not black writes KHR_materials_sheen */
     double normal_scale, occlusion_strength; /* 0 means 1 */
     struct glb_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
         occlusion_texture, emissive_texture, transmission_texture, thickness_texture;

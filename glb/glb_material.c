@@ -129,6 +129,34 @@ static void put_glass(struct glb_builder *builder, json_t *extensions,
     }
 }
 
+static void put_lobes(struct glb_builder *builder, json_t *extensions,
+                      const struct glb_material_desc *desc)
+{
+    const double *sheen = desc->sheen_color;
+    if (desc->has_specular) {
+        json_t *body = glb_object(builder);
+        glb_put(builder, body, "specularFactor", glb_number(builder, desc->specular, "specular"));
+        glb_put(builder, body, "specularColorFactor",
+                glb_numbers(builder, desc->specular_color, 3, "specular_color"));
+        put_extension(builder, extensions, "KHR_materials_specular", body);
+    }
+    if (desc->clearcoat > 0) {
+        json_t *body = glb_object(builder);
+        glb_put(builder, body, "clearcoatFactor",
+                glb_number(builder, desc->clearcoat, "clearcoat"));
+        glb_put(builder, body, "clearcoatRoughnessFactor",
+                glb_number(builder, desc->clearcoat_roughness, "clearcoat_roughness"));
+        put_extension(builder, extensions, "KHR_materials_clearcoat", body);
+    }
+    if (sheen[0] > 0 || sheen[1] > 0 || sheen[2] > 0) {
+        json_t *body = glb_object(builder);
+        glb_put(builder, body, "sheenColorFactor", glb_numbers(builder, sheen, 3, "sheen_color"));
+        glb_put(builder, body, "sheenRoughnessFactor",
+                glb_number(builder, desc->sheen_roughness, "sheen_roughness"));
+        put_extension(builder, extensions, "KHR_materials_sheen", body);
+    }
+}
+
 static void put_emissive(struct glb_builder *builder, json_t *material, json_t *extensions,
                          const struct glb_material_desc *desc)
 {
@@ -226,6 +254,7 @@ int glb_builder_add_material(struct glb_builder *builder, const struct glb_mater
     put_surface_textures(builder, material, desc);
     put_emissive(builder, material, extensions, desc);
     put_glass(builder, extensions, desc);
+    put_lobes(builder, extensions, desc);
     if (desc->is_unlit)
         put_extension(builder, extensions, "KHR_materials_unlit", glb_object(builder));
     if (json_object_size(extensions) > 0)

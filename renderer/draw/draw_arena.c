@@ -77,6 +77,12 @@ uint32_t material_flags(const struct state_material *material)
         flags |= MATERIAL_CAST_ONCE;
     if (m->thickness > 0)
         flags |= MATERIAL_VOLUME;
+    if (m->flags & SCENE_MATERIAL_SPECULAR)
+        flags |= MATERIAL_SPECULAR;
+    if (m->clearcoat > 0)
+        flags |= MATERIAL_CLEARCOAT;
+    if (m->sheen_color[0] > 0 || m->sheen_color[1] > 0 || m->sheen_color[2] > 0)
+        flags |= MATERIAL_SHEEN;
     return flags;
 }
 
@@ -109,8 +115,15 @@ static void fill_material(const struct scene *scene, const struct state_material
                                                  m->occlusion_strength}},
         .transmission_f0_thickness = {{m->transmission, f0, m->thickness, m->edge_exponent}},
         .edge_color = {{m->edge_color[0], m->edge_color[1], m->edge_color[2], 0}},
+        .specular = {{1, 1, 1, 1}},
+        .coat_sheen = {{m->clearcoat, m->clearcoat_roughness, m->sheen_roughness, 0}},
+        .sheen_color = {{m->sheen_color[0], m->sheen_color[1], m->sheen_color[2], 0}},
         .flags = material_flags(material),
     };
+    for (int k = 0; k < 3 && m->flags & SCENE_MATERIAL_SPECULAR; k++)
+        r->specular.v[k] = m->specular_color[k];
+    if (m->flags & SCENE_MATERIAL_SPECULAR)
+        r->specular.v[3] = m->specular;
     for (int k = 0; k < 3; k++)
         r->attenuation.v[k] = (float)material->sigma[k];
     fill_textures(scene, m, r);

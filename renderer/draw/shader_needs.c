@@ -12,7 +12,8 @@
 /* The flags that shaders have code for; the others only sort drawables. */
 static const uint32_t evaluated = MATERIAL_UNLIT | MATERIAL_BLEND | MATERIAL_TRANSMISSION |
                                   MATERIAL_PASS_SLAB | MATERIAL_PASS_EDGE |
-                                  MATERIAL_NO_SELF_SHADOW | MATERIAL_KIND_METAL;
+                                  MATERIAL_NO_SELF_SHADOW | MATERIAL_SPECULAR | MATERIAL_CLEARCOAT |
+                                  MATERIAL_SHEEN | MATERIAL_KIND_METAL;
 
 static uint32_t kinds_of(const struct state_material *material)
 {

@@ -5,12 +5,21 @@
 #include <stddef.h>
 
 static const char *const known_extensions[] = {
-    "EXT_meshopt_compression", "KHR_draco_mesh_compression",
-    "KHR_lights_punctual",     "KHR_materials_emissive_strength",
-    "KHR_materials_ior",       "KHR_materials_transmission",
-    "KHR_materials_unlit",     "KHR_materials_volume",
-    "KHR_mesh_quantization",   "KHR_meshopt_compression",
-    "KHR_texture_transform",   NULL,
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture_transform",
+    NULL,
 };
 
 const char *const *scene_import_extensions(void)

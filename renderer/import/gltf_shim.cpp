@@ -198,6 +198,28 @@ void convert_textures(holder &h, const tinygltf::Material &m, gltf_material &out
         texture_ref_in(h, extension(m.extensions, "KHR_materials_volume"), "thicknessTexture");
 }
 
+// Lobes beside that of metallic-roughness: KHR_materials_specular, _clearcoat, _sheen.
+void convert_lobes(holder &h, const tinygltf::Material &m, gltf_material &out)
+{
+    const tinygltf::Value *specular = extension(m.extensions, "KHR_materials_specular");
+    const tinygltf::Value *coat = extension(m.extensions, "KHR_materials_clearcoat");
+    const tinygltf::Value *sheen = extension(m.extensions, "KHR_materials_sheen");
+    out.has_specular = specular != nullptr;
+    out.specular = number(specular, "specularFactor", 1);
+    out.specular_color = number_array(h, specular, "specularColorFactor");
+    out.has_clearcoat = coat != nullptr;
+    out.clearcoat = number(coat, "clearcoatFactor", 0);
+    out.clearcoat_roughness = number(coat, "clearcoatRoughnessFactor", 0);
+    out.has_sheen = sheen != nullptr;
+    out.sheen_color = number_array(h, sheen, "sheenColorFactor");
+    out.sheen_roughness = number(sheen, "sheenRoughnessFactor", 0);
+    out.has_lobe_textures =
+        member(specular, "specularTexture") || member(specular, "specularColorTexture") ||
+        member(coat, "clearcoatTexture") || member(coat, "clearcoatRoughnessTexture") ||
+        member(coat, "clearcoatNormalTexture") || member(sheen, "sheenColorTexture") ||
+        member(sheen, "sheenRoughnessTexture");
+}
+
 void convert_material(holder &h, const tinygltf::Material &m)
 {
     const tinygltf::PbrMetallicRoughness &pbr = m.pbrMetallicRoughness;
@@ -230,6 +252,7 @@ void convert_material(holder &h, const tinygltf::Material &m)
                                                   : "";
     out.edge_color = number_array(h, pass, "edge_color");
     out.edge_exponent = number(pass, "edge_exponent", 1);
+    convert_lobes(h, m, out);
     convert_textures(h, m, out);
     h.materials.push_back(out);
 }

@@ -133,6 +133,10 @@ struct gltf_material {
     bool has_attenuation_distance; /* false = infinite */
     double attenuation_distance;
     struct gltf_numbers attenuation_color;
+    bool has_specular, has_clearcoat, has_sheen; /* KHR_materials_... */
+    double specular, clearcoat, clearcoat_roughness, sheen_roughness;
+    struct gltf_numbers specular_color, sheen_color;
+    bool has_lobe_textures;   /* some texture of these */
     const char *pass_through; /* extras vitrail.pass_through.model, or "" */
     struct gltf_numbers edge_color;
     double edge_exponent; /* 1 when absent */

@@ -301,15 +301,15 @@ static void begin_fragment(struct rt_batch *batch, uint32_t index)
     bool is_textured = surface.material->textures[SCENE_TEXTURE_BASE_COLOR].texture >= 0;
     for (int k = 0; k < 3; k++)
         shading->base[k] = is_textured ? (float)surface.base[k] : 1;
-    memcpy(shading->radiance, surface.emissive, sizeof shading->radiance);
     if (surface.material->flags & SCENE_MATERIAL_UNLIT) {
         for (int k = 0; k < 3; k++)
-            shading->radiance[k] += surface.base[k];
+            shading->radiance[k] = surface.base[k] + surface.emissive[k];
         return;
     }
-    if (state->has_environment)
-        rt_reflect_hemisphere(state, &surface, lit.view, shading->radiance);
     rt_reflector_init(&reflector, &surface, lit.view);
+    rt_reflector_emission(&reflector, &surface, shading->radiance);
+    if (state->has_environment)
+        rt_reflect_hemisphere(state, &reflector, &surface, shading->radiance);
     start_rays(batch, &lit, normal);
     ask_lights(batch, &lit);
 }

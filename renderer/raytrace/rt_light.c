@@ -103,9 +103,9 @@ void rt_radiance(struct rt_lighting *lighting, const struct rt_hit *hit,
     }
     struct rt_reflector reflector;
     rt_reflector_init(&reflector, surface, view);
-    memcpy(out, surface->emissive, 3 * sizeof *out);
+    rt_reflector_emission(&reflector, surface, out);
     if (state->has_environment)
-        rt_reflect_hemisphere(state, surface, view, out);
+        rt_reflect_hemisphere(state, &reflector, surface, out);
     for (size_t i = 0; i < state->light_count; i++) {
         const struct state_light *light = &state->lights[i];
         struct rt_light_sample sample = {.count =

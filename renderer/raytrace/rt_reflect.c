@@ -12,7 +12,9 @@ void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const
 {
     double alpha = rt_max(s->roughness * s->roughness, min_alpha), a2 = alpha * alpha;
     double n_dot_v = rt_max(vec3_dot(s->normal, view), 1e-4);
-    double edge = rt_surface_edge(s), dielectric = 1 - s->metallic;
+    double edge = rt_surface_edge(s), dielectric = 1 - s->metallic, weight = 1, f0[3];
+    double largest = rt_surface_specular(s, f0, &weight);
+    double lost = weight * largest, lost_edge = weight * (rt_max(s->f0 + edge, largest) - largest);
     memcpy(r->normal, s->normal, sizeof r->normal);
     memcpy(r->view, view, sizeof r->view);
     r->n_dot_v = n_dot_v;
@@ -22,46 +24,84 @@ void rt_reflector_init(struct rt_reflector *r, const struct rt_surface *s, const
     for (int k = 0; k < 3; k++) {
         double diffuse = s->base[k] * (1 - s->transmission) / pi * dielectric;
         double through = s->base[k] * s->transmission * dielectric;
-        r->diffuse[k] = diffuse * (1 - s->f0);
-        r->diffuse_edge[k] = diffuse * edge;
-        r->specular[k] = dielectric * s->f0 + s->metallic * s->base[k];
-        r->specular_edge[k] = dielectric * edge + s->metallic * (1 - s->base[k]);
-        r->through[k] = through * (1 - s->f0);
-        r->through_edge[k] = through * edge;
+        double rise = rt_max(s->f0 + edge, f0[k]) - f0[k];
+        r->diffuse[k] = diffuse * (1 - lost);
+        r->diffuse_edge[k] = diffuse * lost_edge;
+        r->specular[k] = dielectric * weight * f0[k] + s->metallic * s->base[k];
+        r->specular_edge[k] = dielectric * weight * rise + s->metallic * (1 - s->base[k]);
+        r->through[k] = through * (1 - lost);
+        r->through_edge[k] = through * lost_edge;
     }
+    rt_lobes_init(&r->lobes, s->material, n_dot_v);
 }
 
-/* D and V of appendix B.3.2 and B.3.3 between l and v, and Schlick's power at their half vector. */
-static double ggx(const struct rt_reflector *r, const double l[3], double n_dot_l, double *w)
+void rt_reflector_emission(const struct rt_reflector *r, const struct rt_surface *s, double out[3])
+{
+    for (int k = 0; k < 3; k++)
+        out[k] = s->emissive[k] * r->lobes.below_coat;
+}
+
+/* D and V of appendix B.3.2 and B.3.3. seen: the visibility function's root for the viewer. */
+static double ggx_of(const struct rt_reflector *r, double a2, double seen, double n_dot_h,
+                     double n_dot_l)
+{
+    double f = n_dot_h * n_dot_h * (a2 - 1) + 1;
+    double visibility = r->n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2) + n_dot_l * seen;
+    return 0.5 * a2 / (pi * f * f * rt_max(visibility, 1e-10));
+}
+
+/* The lobe between l and v, and Schlick's power at their half vector. */
+static double ggx(const struct rt_reflector *r, const double l[3], double n_dot_l,
+                  double *n_dot_half, double *w)
 {
     double h[3] = {l[0] + r->view[0], l[1] + r->view[1], l[2] + r->view[2]};
     double square = vec3_dot(h, h), inverse = square > 0 ? 1 / sqrt(square) : 0;
     double n_dot_h = rt_min(rt_max(vec3_dot(r->normal, h) * inverse, 0), 1);
     double c = rt_min(rt_max(1 - vec3_dot(r->view, h) * inverse, 0), 1), c2 = c * c;
-    double a2 = r->alpha_square, f = n_dot_h * n_dot_h * (a2 - 1) + 1;
-    double visibility = r->n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2) + n_dot_l * r->seen;
     *w = c2 * c2 * c;
-    return 0.5 * a2 / (pi * f * f * rt_max(visibility, 1e-10));
+    *n_dot_half = n_dot_h;
+    return ggx_of(r, r->alpha_square, r->seen, n_dot_h, n_dot_l);
+}
+
+/* Fibres and coat over the base's light; n_dot_l > 0. */
+static void add_lobes(const struct rt_reflector *r, double n_dot_h, double n_dot_l, double out[3])
+{
+    const struct rt_lobes *lobes = &r->lobes;
+    double fibre = lobes->has_sheen
+                       ? rt_sheen_lobe(lobes->sheen_alpha, n_dot_h, n_dot_l, r->n_dot_v) * n_dot_l
+                       : 0;
+    double coat = 0;
+    if (lobes->has_coat) {
+        double a2 = lobes->coat_alpha_square;
+        double seen = sqrt(r->n_dot_v * r->n_dot_v * (1 - a2) + a2);
+        coat = lobes->coat * ggx_of(r, a2, seen, n_dot_h, n_dot_l) * n_dot_l;
+    }
+    for (int k = 0; k < 3; k++)
+        out[k] = (out[k] * lobes->below_sheen + lobes->sheen[k] * fibre) * lobes->below_coat + coat;
 }
 
 bool rt_reflect(const struct rt_reflector *r, const double l[3], double out[3])
 {
-    double n_dot_l = vec3_dot(r->normal, l), w;
+    double n_dot_l = vec3_dot(r->normal, l), n_dot_h, w;
+    const bool has_lobes = r->lobes.has_sheen || r->lobes.has_coat;
     if (n_dot_l > 0) {
-        double lobe = ggx(r, l, n_dot_l, &w);
+        double lobe = ggx(r, l, n_dot_l, &n_dot_h, &w);
         for (int k = 0; k < 3; k++)
             out[k] = (r->diffuse[k] - w * r->diffuse_edge[k] +
                       lobe * (r->specular[k] + w * r->specular_edge[k])) *
                      n_dot_l;
+        if (has_lobes)
+            add_lobes(r, n_dot_h, n_dot_l, out);
     } else {
         double mirrored[3];
         if (!r->transmits)
             return false;
         for (int k = 0; k < 3; k++)
             mirrored[k] = l[k] - 2 * n_dot_l * r->normal[k];
-        double lobe = ggx(r, mirrored, rt_max(-n_dot_l, 1e-4), &w);
+        double lobe = ggx(r, mirrored, rt_max(-n_dot_l, 1e-4), &n_dot_h, &w);
         for (int k = 0; k < 3; k++)
-            out[k] = (r->through[k] - w * r->through_edge[k]) * lobe * -n_dot_l;
+            out[k] = (r->through[k] - w * r->through_edge[k]) * lobe * -n_dot_l *
+                     rt_lobes_passed(&r->lobes);
     }
     return out[0] > 0 || out[1] > 0 || out[2] > 0;
 }
@@ -76,22 +116,34 @@ static void environment_split(double roughness, double n_dot_v, double split[2])
     split[1] = 1.04 * a + r[3];
 }
 
-void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_surface *s,
-                           const double v[3], double out[3])
+/* The light that a lobe of that roughness mirrors to the viewer. */
+static double mirrored_share(const struct rt_reflector *r, double roughness)
 {
-    double n_dot_v = rt_min(rt_max(vec3_dot(s->normal, v), 0), 1);
-    double up = 0.5 + 0.5 * s->normal[1];
-    double mirror_y = 2 * vec3_dot(s->normal, v) * s->normal[1] - v[1];
-    double spread = 0.05 + 0.95 * s->roughness;
-    double mirror_up = rt_min(rt_max(0.5 + 0.5 * mirror_y / spread, 0), 1);
-    double split[2];
+    double mirror_y = 2 * vec3_dot(r->normal, r->view) * r->normal[1] - r->view[1];
+    return rt_min(rt_max(0.5 + 0.5 * mirror_y / (0.05 + 0.95 * roughness), 0), 1);
+}
+
+void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_reflector *r,
+                           const struct rt_surface *s, double out[3])
+{
+    double n_dot_v = rt_min(rt_max(vec3_dot(s->normal, r->view), 0), 1);
+    double up = 0.5 + 0.5 * s->normal[1], mirror_up = mirrored_share(r, s->roughness);
+    double coat_up = mirrored_share(r, sqrt(sqrt(r->lobes.coat_alpha_square)));
+    double split[2], f0s[3], weight = 1, largest = rt_surface_specular(s, f0s, &weight);
     environment_split(s->roughness, n_dot_v, split);
     for (int k = 0; k < 3; k++) {
-        double sky = (double)state->sky[k], ground = (double)state->ground[k];
-        double f0 = s->f0 + (s->base[k] - s->f0) * s->metallic;
-        double diffuse = s->base[k] * (1 - s->metallic) * (1 - s->transmission) * (1 - s->f0);
-        out[k] += (diffuse * (ground + (sky - ground) * up) +
-                   (ground + (sky - ground) * mirror_up) * (f0 * split[0] + split[1])) *
+        double ground = (double)state->ground[k], range = (double)state->sky[k] - ground;
+        double f0 = weight * f0s[k] + (s->base[k] - weight * f0s[k]) * s->metallic;
+        double edge = weight + (1 - weight) * s->metallic;
+        double diffuse =
+            s->base[k] * (1 - s->metallic) * (1 - s->transmission) * (1 - weight * largest);
+        double base = diffuse * (ground + range * up) +
+                      (ground + range * mirror_up) * (f0 * split[0] + edge * split[1]);
+        double fibres = r->lobes.has_sheen ? (double)s->material->sheen_color[k] *
+                                                 r->lobes.sheen_sent * (ground + range * up)
+                                           : 0;
+        out[k] += ((base * r->lobes.below_sheen + fibres) * r->lobes.below_coat +
+                   r->lobes.coat * (ground + range * coat_up)) *
                   s->occlusion;
     }
 }

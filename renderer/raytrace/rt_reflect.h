@@ -4,6 +4,7 @@
 #ifndef VITRAIL_RENDERER_RAYTRACE_RT_REFLECT_H
 #define VITRAIL_RENDERER_RAYTRACE_RT_REFLECT_H
 
+#include "renderer/raytrace/rt_lobes.h"
 #include "renderer/raytrace/rt_surface.h"
 
 /* What all lights share at a surface seen from one side. The terms of f are linear in the specular
@@ -18,6 +19,7 @@ struct rt_reflector {
     double specular[3], specular_edge[3];
     double through[3], through_edge[3]; /* of the mirrored lobe: through - w * through_edge */
     bool transmits;                     /* light that arrives from behind, too */
+    struct rt_lobes lobes;              /* over all of these */
 };
 
 /* view: unit, away from the surface. */
@@ -28,8 +30,12 @@ void rt_reflector_init(struct rt_reflector *reflector, const struct rt_surface *
  * to the light. False: nothing is sent, and out is not set. */
 bool rt_reflect(const struct rt_reflector *reflector, const double l[3], double out[3]);
 
+/* What the surface emits towards the viewer [nt]. */
+void rt_reflector_emission(const struct rt_reflector *reflector, const struct rt_surface *surface,
+                           double out[3]);
+
 /* Adds what the hemisphere light of the state sends to the viewer [nt]. */
-void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_surface *s,
-                           const double v[3], double out[3]);
+void rt_reflect_hemisphere(const struct scene_state *state, const struct rt_reflector *reflector,
+                           const struct rt_surface *s, double out[3]);
 
 #endif

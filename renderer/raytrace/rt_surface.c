@@ -3,6 +3,7 @@
 #include "renderer/raytrace/rt_surface.h"
 
 #include "renderer/base/matrix.h"
+#include "renderer/raytrace/rt_lobes.h"
 #include "renderer/raytrace/rt_math.h"
 
 static double clamp01(double x)
@@ -348,11 +349,28 @@ static void apply_angle(const struct rt_surface *s, double cosine, double t[3])
     }
 }
 
-/* Schlick's term for the surface's f0. */
-static double fresnel_of(const struct rt_surface *s, double cosine)
+double rt_surface_specular(const struct rt_surface *s, double f0[3], double *weight)
 {
-    double c = 1 - clamp01(cosine), c2 = c * c;
-    return s->f0 + rt_surface_edge(s) * c2 * c2 * c;
+    const struct scene_material *m = s->material;
+    const bool is_other = m->flags & SCENE_MATERIAL_SPECULAR;
+    double largest = 0;
+    *weight = is_other ? (double)m->specular : 1;
+    for (int k = 0; k < 3; k++) {
+        f0[k] = is_other ? rt_min(s->f0 * (double)m->specular_color[k], 1) : s->f0;
+        largest = rt_max(largest, f0[k]);
+    }
+    return largest;
+}
+
+/* The share of light from behind that the interface, fibres and a coat keep from the camera. */
+static double reflected_to_camera(const struct rt_surface *s, double cosine)
+{
+    double c = 1 - clamp01(cosine), c2 = c * c, f0[3], weight;
+    double largest = rt_surface_specular(s, f0, &weight);
+    double edge = rt_max(s->f0 + rt_surface_edge(s), largest) - largest;
+    struct rt_lobes lobes;
+    rt_lobes_init(&lobes, s->material, rt_max(clamp01(cosine), 1e-4));
+    return 1 - (1 - weight * (largest + edge * c2 * c2 * c)) * rt_lobes_passed(&lobes);
 }
 
 void rt_surface_light_filter(const struct rt_surface *s, double cosine, bool enters,
@@ -383,7 +401,7 @@ void rt_surface_view_filter(const struct rt_surface *s, double cosine, bool ente
         return;
     }
     rt_surface_light_filter(s, cosine, enters, VIEW_BLEND_COVERAGE, filter);
-    double fresnel = fresnel_of(s, cosine);
+    double reflected = reflected_to_camera(s, cosine);
     for (int k = 0; k < 3; k++)
-        filter[k] *= (1 - s->alpha * fresnel) * (1 - s->alpha * s->metallic);
+        filter[k] *= (1 - s->alpha * reflected) * (1 - s->alpha * s->metallic);
 }

@@ -45,6 +45,10 @@ static inline double rt_surface_edge(const struct rt_surface *surface)
     return rt_min(50 * surface->f0, 1) - surface->f0;
 }
 
+/* f0 of the dielectric by channel and the weight of its reflection (KHR_materials_specular).
+ * Returns the largest f0. */
+double rt_surface_specular(const struct rt_surface *surface, double f0[3], double *weight);
+
 /* Transmittance of one crossing by light (docs/explanation/shading.md, section 1). cosine: |n.l| */
 void rt_surface_light_filter(const struct rt_surface *surface, double cosine, bool enters,
                              enum view_blend_filter blend, double filter[3]);

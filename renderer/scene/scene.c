@@ -279,6 +279,12 @@ static bool is_material(const struct scene *scene, const struct scene_material *
         if (!in_range(m->base_color[i], 0, 1))
             return false;
     for (int i = 0; i < 3; i++)
+        if (!in_range(m->specular_color[i], 0, 1e30f) || !in_range(m->sheen_color[i], 0, 1))
+            return false;
+    if (!in_range(m->specular, 0, 1) || !in_range(m->clearcoat, 0, 1) ||
+        !in_range(m->clearcoat_roughness, 0, 1) || !in_range(m->sheen_roughness, 0, 1))
+        return false;
+    for (int i = 0; i < 3; i++)
         if (!in_range(m->attenuation_color[i], 0, 1) || !in_range(m->edge_color[i], 0, 1) ||
             !in_range(m->emissive[i], 0, INFINITY))
             return false;
@@ -289,7 +295,8 @@ static bool is_material(const struct scene *scene, const struct scene_material *
            in_range(m->thickness, 0, 1e30f) && in_range(m->attenuation_distance, 0, 1e30f) &&
            in_range(m->edge_exponent, 0, 1e6f) && m->alpha_mode <= SCENE_BLEND &&
            m->pass_through <= SCENE_PASS_EDGE &&
-           m->flags <= (SCENE_MATERIAL_DOUBLE_SIDED | SCENE_MATERIAL_UNLIT) &&
+           m->flags <=
+               (SCENE_MATERIAL_DOUBLE_SIDED | SCENE_MATERIAL_UNLIT | SCENE_MATERIAL_SPECULAR) &&
            is_text(scene, m->name);
 }
 

@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 6 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 7 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -142,7 +142,11 @@ struct scene_primitive {
 
 enum scene_alpha_mode { SCENE_OPAQUE, SCENE_MASK, SCENE_BLEND };
 
-enum scene_material_flags { SCENE_MATERIAL_DOUBLE_SIDED = 1, SCENE_MATERIAL_UNLIT = 2 };
+enum scene_material_flags {
+    SCENE_MATERIAL_DOUBLE_SIDED = 1,
+    SCENE_MATERIAL_UNLIT = 2,
+    SCENE_MATERIAL_SPECULAR = 4, /* its specular members count; else they are 1 */
+};
 
 enum scene_texture_slot {
     SCENE_TEXTURE_BASE_COLOR,         /* sRGB, alpha linear */
@@ -182,9 +186,12 @@ struct scene_material {
     float attenuation_color[3];
     float edge_exponent;
     float edge_color[3];
-    uint32_t alpha_mode;   /* enum scene_alpha_mode */
-    uint32_t flags;        /* enum scene_material_flags */
-    uint32_t pass_through; /* enum scene_pass_through */
+    float specular, specular_color[3];    /* KHR_materials_specular, with SCENE_MATERIAL_SPECULAR */
+    float clearcoat, clearcoat_roughness; /* KHR_materials_clearcoat [0,1]; 0 = none */
+    float sheen_color[3], sheen_roughness; /* KHR_materials_sheen [0,1]; black = none */
+    uint32_t alpha_mode;                   /* enum scene_alpha_mode */
+    uint32_t flags;                        /* enum scene_material_flags */
+    uint32_t pass_through;                 /* enum scene_pass_through */
     uint32_t name;
     uint32_t pad;
     struct scene_texture_ref textures[SCENE_TEXTURE_SLOT_COUNT];

@@ -4,6 +4,8 @@
 // f = mix of metal and dielectric, both with the GGX microfacet lobe; Fresnel after Schlick 1994
 // eq. 15; D and V after Walter et al. 2007 and Heitz 2014 (separable form of B.3.2 in its
 // height-correlated shape).
+// Above these lie the fibres of KHR_materials_sheen, and above all the coat of
+// KHR_materials_clearcoat; KHR_materials_specular changes the dielectric's reflection.
 // n, v, l: unit vectors; roughness is perceptual, alpha = roughness^2.
 #include "material/fresnel.glsl"
 const float PI = 3.14159265358979;
@@ -27,14 +29,62 @@ float ggx_v(float n_dot_l, float n_dot_v, float alpha)
     return 0.5 / max(l + v, 1e-10);
 }
 
+#include "material/sheen.glsl"
+#include "material/clearcoat.glsl"
+
 struct brdf_input {
     vec3 normal, view;
     vec3 base;
     float metallic, alpha, f0, transmission;
+    vec4 specular; // of the dielectric: tint of f0, weight; where MATERIAL_SPECULAR
+    vec3 sheen;    // colour; where MATERIAL_SHEEN
+    float sheen_roughness;
+    float coat, coat_alpha; // where MATERIAL_CLEARCOAT
+    float below_sheen, below_coat; // shares of the light of what lies below that come through
 };
 
-// f * cosine for light arriving from direction l.
-vec3 brdf_evaluate(brdf_input b, vec3 l)
+// Lobes of the record; b.normal and b.view are known.
+void brdf_add_lobes(inout brdf_input b, uint material)
+{
+    float n_dot_v = clamp(dot(b.normal, b.view), 1e-4, 1.0);
+    b.specular = MATERIAL_MAY_BE(MATERIAL_SPECULAR) ? materials[material].specular : vec4(1.0);
+    b.sheen = vec3(0.0);
+    b.sheen_roughness = b.coat = b.coat_alpha = 0.0;
+    b.below_sheen = b.below_coat = 1.0;
+    if (MATERIAL_MAY_BE(MATERIAL_SHEEN)) {
+        b.sheen = materials[material].sheen_color.rgb;
+        b.sheen_roughness = materials[material].coat_sheen.z;
+        b.below_sheen = sheen_base_share(b.sheen, n_dot_v, b.sheen_roughness);
+        b.sheen /= max(sheen_albedo(n_dot_v, b.sheen_roughness), 1.0);
+    }
+    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT)) {
+        vec4 record = materials[material].coat_sheen;
+        b.coat = record.x;
+        b.coat_alpha = max(record.y * record.y, MIN_ALPHA);
+        b.below_coat = 1.0 - coat_share(b.coat, n_dot_v);
+    }
+}
+
+// Diffuse part and lobe of the dielectric. The largest channel of a tinted reflection is what the
+// diffuse part loses.
+vec3 brdf_dielectric(brdf_input b, vec3 diffuse, float lobe, float cosine)
+{
+    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR))
+        return mix(diffuse, vec3(lobe), dielectric_fresnel(b.f0, cosine));
+    vec3 reflected = specular_fresnel(b.f0, b.specular, cosine);
+    return diffuse * (1.0 - largest_of(reflected)) + lobe * reflected;
+}
+
+// What the dielectric does not let through.
+float brdf_fresnel(brdf_input b, float cosine)
+{
+    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR))
+        return dielectric_fresnel(b.f0, cosine);
+    return largest_of(specular_fresnel(b.f0, b.specular, cosine));
+}
+
+// f * cosine of the base for light arriving from direction l.
+vec3 brdf_evaluate_base(brdf_input b, vec3 l)
 {
     float n_dot_v = max(dot(b.normal, b.view), 1e-4);
     float n_dot_l = dot(b.normal, l);
@@ -45,7 +95,7 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
                      ggx_v(n_dot_l, n_dot_v, b.alpha);
         float w = schlick_weight(dot(b.view, h));
         vec3 diffuse = b.base * ((1.0 - b.transmission) / PI);
-        vec3 dielectric = mix(diffuse, vec3(lobe), dielectric_fresnel(b.f0, dot(b.view, h)));
+        vec3 dielectric = brdf_dielectric(b, diffuse, lobe, dot(b.view, h));
         vec3 metal = lobe * (b.base + (1.0 - b.base) * w);
         result = mix(dielectric, metal, b.metallic) * n_dot_l;
     } else if (b.transmission > 0.0 && b.metallic < 1.0) {
@@ -56,8 +106,28 @@ vec3 brdf_evaluate(brdf_input b, vec3 l)
         float cosine = -n_dot_l;
         float lobe = ggx_d(b.normal, h, b.alpha) *
                      ggx_v(max(cosine, 1e-4), n_dot_v, b.alpha);
-        float fresnel = dielectric_fresnel(b.f0, dot(b.view, h));
+        float fresnel = brdf_fresnel(b, dot(b.view, h));
         result = b.base * (b.transmission * (1.0 - fresnel) * (1.0 - b.metallic) * lobe * cosine);
+    }
+    return result;
+}
+
+// f * cosine for light arriving from direction l.
+vec3 brdf_evaluate(brdf_input b, vec3 l)
+{
+    vec3 result = brdf_evaluate_base(b, l);
+    float n_dot_l = dot(b.normal, l);
+    if (MATERIAL_MAY_BE(MATERIAL_SHEEN | MATERIAL_CLEARCOAT)) {
+        float n_dot_v = max(dot(b.normal, b.view), 1e-4);
+        vec3 h = normalize(l + b.view);
+        result *= b.below_sheen;
+        if (MATERIAL_MAY_BE(MATERIAL_SHEEN) && n_dot_l > 0.0)
+            result += b.sheen *
+                      (sheen_lobe(b.normal, h, n_dot_l, n_dot_v, b.sheen_roughness) * n_dot_l);
+        result *= b.below_coat;
+        if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT) && n_dot_l > 0.0)
+            result += (1.0 - b.below_coat) * ggx_d(b.normal, h, b.coat_alpha) *
+                      ggx_v(n_dot_l, n_dot_v, b.coat_alpha) * n_dot_l;
     }
     return result;
 }

@@ -5,6 +5,8 @@
 // without subtracting what is nearly equal: an error of a rounding per layer, relative to the
 // smaller of both, is what ten thousand layers allow.
 #include "material/fresnel.glsl"
+#include "material/sheen.glsl"
+#include "material/clearcoat.glsl"
 #include "material/filter_word.glsl"
 
 struct camera_factor {
@@ -66,6 +68,20 @@ camera_factor camera_material_factor(surface s, float transmission, float thickn
     return f;
 }
 
+// The share of light from behind that interface, fibres and coat do not let through.
+float reflected_to_camera(material_record r, float n_dot_v)
+{
+    float f0 = r.transmission_f0_thickness.y;
+    if (!MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_SHEEN | MATERIAL_CLEARCOAT))
+        return dielectric_fresnel(f0, n_dot_v);
+    float passed = 1.0 - largest_of(specular_fresnel(f0, r.specular, n_dot_v));
+    if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
+        passed *= sheen_base_share(r.sheen_color.rgb, n_dot_v, r.coat_sheen.z);
+    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
+        passed *= 1.0 - coat_share(r.coat_sheen.x, n_dot_v);
+    return 1.0 - passed;
+}
+
 // Blended surfaces cover (glTF 2.0, 3.9.4), transmissive ones filter what the dielectric interface
 // did not reflect (KHR_materials_transmission). is_unseen: crossed, but not drawn; then it reflects
 // nothing. A word of filter_word.glsl.
@@ -74,7 +90,7 @@ vec3 camera_filter(surface s, float transmission, float thickness_m, float n_dot
     material_record r = materials[s.material];
     camera_factor f = factor_of_opacity(vec3(s.alpha));
     if (MATERIAL_IS(r.flags, MATERIAL_TRANSMISSION)) {
-        float reflected = dielectric_fresnel(r.transmission_f0_thickness.y, n_dot_v);
+        float reflected = reflected_to_camera(r, n_dot_v);
         f = camera_material_factor(s, transmission, thickness_m, n_dot_v);
         if (!is_unseen)
             f = factor_product(f, factor_of_opacity(vec3(s.alpha * reflected)));

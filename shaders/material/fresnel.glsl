@@ -15,3 +15,11 @@ float dielectric_fresnel(float f0, float cosine)
     float f90 = min(50.0 * f0, 1.0);
     return f0 + (f90 - f0) * schlick_weight(cosine);
 }
+
+// The same where KHR_materials_specular tints f0 (specular.rgb) and weighs all (w).
+vec3 specular_fresnel(float f0, vec4 specular, float cosine)
+{
+    vec3 tinted = min(f0 * specular.rgb, vec3(1.0));
+    float f90 = min(50.0 * f0, 1.0);
+    return specular.w * (tinted + (max(vec3(f90), tinted) - tinted) * schlick_weight(cosine));
+}

@@ -177,14 +177,40 @@ vec3 light_sent_by_area(light_record r, uint index, brdf_input b, vec3 position,
 #endif
 
 #ifdef HAS_ENVIRONMENT
+// What a lobe of that roughness mirrors.
+vec3 hemisphere_mirrored(brdf_input b, float roughness)
+{
+    vec3 r = reflect(-b.view, b.normal);
+    float spread = mix(0.05, 1.0, roughness);
+    return mix(u_ground, u_sky, clamp(0.5 + 0.5 * dot(u_world_y, r) / spread, 0.0, 1.0));
+}
+
+// With fibres, a coat, or another reflection of the dielectric.
+vec3 hemisphere_lobes(brdf_input b, vec3 irradiance, vec2 split, float n_dot_v, float roughness)
+{
+    vec3 f0 = b.specular.w * min(b.f0 * b.specular.rgb, vec3(1.0));
+    float dielectric = (1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - largest_of(f0));
+    f0 = mix(f0, b.base, b.metallic);
+    float edge = mix(b.specular.w, 1.0, b.metallic);
+    vec3 sent = b.base * dielectric * irradiance +
+                hemisphere_mirrored(b, roughness) * (f0 * split.x + edge * split.y);
+    sent *= b.below_sheen;
+    if (MATERIAL_MAY_BE(MATERIAL_SHEEN))
+        sent += b.sheen * sheen_albedo(n_dot_v, b.sheen_roughness) * irradiance;
+    sent *= b.below_coat;
+    if (MATERIAL_MAY_BE(MATERIAL_CLEARCOAT))
+        sent += (1.0 - b.below_coat) * hemisphere_mirrored(b, sqrt(b.coat_alpha));
+    return sent;
+}
+
 vec3 hemisphere_light(brdf_input b, float roughness, float occlusion)
 {
     float n_dot_v = clamp(dot(b.normal, b.view), 0.0, 1.0);
     vec3 irradiance = mix(u_ground, u_sky, 0.5 + 0.5 * dot(u_world_y, b.normal)); // over pi
-    vec3 r = reflect(-b.view, b.normal);
-    float spread = mix(0.05, 1.0, roughness);
-    vec3 mirrored = mix(u_ground, u_sky, clamp(0.5 + 0.5 * dot(u_world_y, r) / spread, 0.0, 1.0));
+    vec3 mirrored = hemisphere_mirrored(b, roughness);
     vec2 split = environment_brdf(roughness, n_dot_v);
+    if (MATERIAL_MAY_BE(MATERIAL_SPECULAR | MATERIAL_SHEEN | MATERIAL_CLEARCOAT))
+        return hemisphere_lobes(b, irradiance, split, n_dot_v, roughness) * occlusion;
     vec3 f0 = mix(vec3(b.f0), b.base, b.metallic);
     vec3 diffuse = b.base * ((1.0 - b.metallic) * (1.0 - b.transmission) * (1.0 - b.f0));
     return (diffuse * irradiance + mirrored * (f0 * split.x + split.y)) * occlusion;
@@ -216,7 +242,8 @@ vec3 lighting_evaluate(lit_surface at)
     b.alpha = max(s.roughness * s.roughness, MIN_ALPHA);
     b.f0 = materials[s.material].transmission_f0_thickness.y;
     b.transmission = MATERIAL_MAY_BE(MATERIAL_TRANSMISSION) ? at.transmission : 0.0;
-    vec3 radiance = IS_FIRST_PART ? s.emissive : at.before;
+    brdf_add_lobes(b, s.material);
+    vec3 radiance = IS_FIRST_PART ? s.emissive * b.below_coat : at.before;
 #ifdef HAS_SHADOWS
     // materials without self shadow ask for the events of other objects only (Lindbeck 2015, "no
     // self shadow")

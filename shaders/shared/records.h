@@ -66,6 +66,10 @@ LAYOUT_SIZE(face_record, 256)
 #define MATERIAL_VOLUME 512u  /* thickness > 0 */
 #define MATERIAL_MEDIUM 1024u /* of a medium's item: attenuation acts along the way inside */
 
+#define MATERIAL_SPECULAR 2048u  /* other than the dielectric's own reflection */
+#define MATERIAL_CLEARCOAT 4096u /* a coat over all */
+#define MATERIAL_SHEEN 8192u     /* fibres over the base */
+
 #define MATERIAL_KIND_METAL 0x10000u /* of no record: in masks of kinds, see material.glsl */
 
 #define FRAGMENT_HIDDEN                                                          \
@@ -80,15 +84,18 @@ struct material_record {
                                        edge exponent */
     vec4 attenuation;               /* rgb: extinction sigma [1/m] of the medium; w unused */
     vec4 edge_color;
+    vec4 specular;          /* rgb: tint of the dielectric's f0; w: weight of its reflection */
+    vec4 coat_sheen;        /* x coat, y roughness of the coat, z roughness of the sheen */
+    vec4 sheen_color;       /* w unused */
     uint flags;             /* MATERIAL_* */
     uint texture_mask;      /* bit per enum scene_texture_slot */
     uint texcoord_mask;     /* bit set: slot uses TEXCOORD_1 */
     uint source;            /* index of the scene's material: scaled copies share one */
     vec4 uv_transforms[14]; /* two rows per slot: (a, b, c, -) */
 };
-LAYOUT(material_record, flags, 96)
-LAYOUT(material_record, uv_transforms, 112)
-LAYOUT_SIZE(material_record, 336)
+LAYOUT(material_record, flags, 144)
+LAYOUT(material_record, uv_transforms, 160)
+LAYOUT_SIZE(material_record, 384)
 
 #define LIGHT_DIRECTIONAL 0u
 #define LIGHT_POINT 1u

@@ -34,7 +34,7 @@ ROOMS = {
     # GLSL names fragments from shaders/ on
     "shaders/shared": "",
     "shaders/base": "shaders/shared",
-    "shaders/material": "",
+    "shaders/material": "shaders/shared",
     "shaders/image": "shaders/shared",
     "shaders/draw": "shaders/shared shaders/base shaders/material",
     "shaders/window": "shaders/shared shaders/draw",

@@ -273,6 +273,32 @@ static void materials_carry_their_extensions(void **state)
     imported_scene_finish(&s);
 }
 
+static void materials_carry_their_lobes(void **state)
+{
+    (void)state;
+    struct imported_scene s = make(
+        MATERIAL("'extensions':{"
+                 "'KHR_materials_specular':{'specularFactor':0.5,'specularColorFactor':[1,2,0.25]},"
+                 "'KHR_materials_clearcoat':{'clearcoatFactor':0.75,"
+                 "'clearcoatRoughnessFactor':0.125},"
+                 "'KHR_materials_sheen':{'sheenColorFactor':[1,0.5,0],"
+                 "'sheenRoughnessFactor':0.25}}"));
+    const struct scene_material *m = &s.scene.materials[0], *plain = &s.scene.materials[1];
+    assert_int_equal(m->flags, SCENE_MATERIAL_SPECULAR);
+    assert_true(m->specular == 0.5f && m->specular_color[1] == 2 && m->specular_color[2] == 0.25f);
+    assert_true(m->clearcoat == 0.75f && m->clearcoat_roughness == 0.125f);
+    assert_true(m->sheen_color[1] == 0.5f && m->sheen_roughness == 0.25f);
+    assert_true(plain->flags == 0 && plain->clearcoat == 0 && plain->sheen_color[0] == 0);
+    assert_int_equal(s.scene.warning_count, 0);
+    imported_scene_finish(&s);
+    s = make(MATERIAL("'extensions':{'KHR_materials_specular':{},'KHR_materials_clearcoat':{"
+                      "'clearcoatFactor':1,'clearcoatTexture':{'index':0}}}"));
+    assert_true(s.scene.materials[0].specular == 1 && s.scene.materials[0].specular_color[2] == 1);
+    assert_int_equal(s.scene.warning_count, 1);
+    assert_non_null(strstr(s.scene.strings + s.scene.warnings[0], "clearcoat, sheen or specular"));
+    imported_scene_finish(&s);
+}
+
 static void lights_and_cameras_are_carried_by_nodes(void **state)
 {
     (void)state;
@@ -446,6 +472,7 @@ int main(void)
         cmocka_unit_test(only_the_default_scene_is_imported),
         cmocka_unit_test(instances_count_each_time),
         cmocka_unit_test(materials_carry_their_extensions),
+        cmocka_unit_test(materials_carry_their_lobes),
         cmocka_unit_test(lights_and_cameras_are_carried_by_nodes),
         cmocka_unit_test(images_are_decoded_once_and_only_when_used),
         cmocka_unit_test(a_texture_rotation_turns_the_image_clockwise),

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/* What lies over a surface's base: the fibres of KHR_materials_sheen (Estevez and Kulla 2017,
+ * "Production Friendly Microfacet Sheen BRDF") and the coat of KHR_materials_clearcoat
+ * (docs/explanation/shading.md, section 3). Thread: any. */
+#ifndef VITRAIL_RENDERER_RAYTRACE_RT_LOBES_H
+#define VITRAIL_RENDERER_RAYTRACE_RT_LOBES_H
+
+#include <stdbool.h>
+
+struct scene_material;
+
+/* Of one surface seen from one side. Cosines are in (0, 1]. */
+struct rt_lobes {
+    bool has_sheen, has_coat;
+    double sheen[3], sheen_alpha; /* colour of the lobe; roughness squared */
+    double sheen_sent;            /* of a uniform light from everywhere, by fibres of colour 1 */
+    double coat, coat_alpha_square;
+    double below_sheen, below_coat; /* shares of the light of what lies below that come through */
+};
+
+void rt_lobes_init(struct rt_lobes *lobes, const struct scene_material *material, double n_dot_v);
+
+/* Distribution times visibility of the fibres [1/sr]. */
+double rt_sheen_lobe(double alpha, double n_dot_h, double n_dot_l, double n_dot_v);
+
+/* The share of a uniform light from everywhere that fibres of colour 1 send to the viewer, from the
+ * table that shaders have, too. roughness: [0, 1]. */
+double rt_sheen_albedo(double n_dot_v, double roughness);
+
+/* The largest of the coat's and the fibres' share of light that crosses both towards the viewer. */
+static inline double rt_lobes_passed(const struct rt_lobes *lobes)
+{
+    return lobes->below_sheen * lobes->below_coat;
+}
+
+#endif

@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: MIT */
+/* Lobes over a base: what they send of light from everywhere (the furnace), at normal incidence,
+ * and the sheen's table against integrals of its lobe. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "renderer/raytrace/rt_reflect.h"
+
+static const double pi = 3.14159265358979323846;
+
+static void direction(double cosine, double angle, double out[3])
+{
+    double sine = sqrt(1 - cosine * cosine);
+    out[0] = sine * cos(angle);
+    out[1] = sine * sin(angle);
+    out[2] = cosine;
+}
+
+/* The integral of the sheen's lobe times the cosine over the hemisphere; the square of x makes room
+ * for grazing light. */
+static double sheen_integral(double n_dot_v, double roughness)
+{
+    enum { STEPS = 300 };
+    double view[3], sum = 0, alpha = roughness * roughness;
+    direction(n_dot_v, 0, view);
+    for (int i = 0; i < STEPS; i++)
+        for (int j = 0; j < STEPS; j++) {
+            double x = (i + 0.5) / STEPS, light[3], n_dot_l = x * x;
+            direction(n_dot_l, pi * (j + 0.5) / STEPS, light);
+            double h[3] = {light[0] + view[0], light[1] + view[1], light[2] + view[2]};
+            double n_dot_h = h[2] / sqrt(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
+            sum += rt_sheen_lobe(alpha, n_dot_h, n_dot_l, n_dot_v) * n_dot_l * 2 * x;
+        }
+    return 2 * pi * sum / (STEPS * STEPS);
+}
+
+static void the_table_of_sheen_is_the_integral_of_its_lobe(void **state)
+{
+    (void)state;
+    static const double roughnesses[] = {0.1, 0.17, 0.25, 0.33, 0.5, 0.66, 0.8, 1};
+    static const double cosines[] = {0.01, 0.05, 0.12, 0.3, 0.45, 0.7, 1};
+    double worst = 0;
+    for (size_t i = 0; i < sizeof roughnesses / sizeof *roughnesses; i++)
+        for (size_t k = 0; k < sizeof cosines / sizeof *cosines; k++) {
+            double expected = sheen_integral(cosines[k], roughnesses[i]);
+            double off = fabs(rt_sheen_albedo(cosines[k], roughnesses[i]) - expected);
+            worst = fmax(worst, off);
+            if (off > 0.03)
+                fail_msg("roughness %g, cosine %g: off by %g of %g", roughnesses[i], cosines[k],
+                         off, expected);
+        }
+    print_message("largest difference of the table: %.4f\n", worst);
+}
+
+static struct rt_surface surface_of(const struct scene_material *material)
+{
+    return (struct rt_surface){.material = material,
+                               .normal = {0, 0, 1},
+                               .base = {(double)material->base_color[0],
+                                        (double)material->base_color[1],
+                                        (double)material->base_color[2]},
+                               .alpha = 1,
+                               .metallic = (double)material->metallic,
+                               .roughness = (double)material->roughness,
+                               .occlusion = 1,
+                               .f0 = 0.04};
+}
+
+/* What a uniform light from everywhere sends to the viewer by way of the surface. */
+static void furnace(const struct scene_material *material, double n_dot_v, double out[3])
+{
+    enum { STEPS = 500 };
+    struct rt_surface surface = surface_of(material);
+    struct rt_reflector reflector;
+    double view[3];
+    direction(n_dot_v, 0, view);
+    rt_reflector_init(&reflector, &surface, view);
+    out[0] = out[1] = out[2] = 0;
+    for (int i = 0; i < STEPS; i++)
+        for (int j = 0; j < STEPS; j++) {
+            double light[3], sent[3];
+            double x = (i + 0.5) / STEPS; /* x^2 (3 - 2 x): finer at both ends */
+            direction(x * x * (3 - 2 * x), pi * (j + 0.5) / STEPS, light);
+            if (rt_reflect(&reflector, light, sent))
+                for (int k = 0; k < 3; k++)
+                    out[k] += sent[k] * 6 * x * (1 - x) * 2 * pi / (STEPS * STEPS);
+        }
+}
+
+/* A white base under any lobes sends no more than arrives, or than the base alone, which by glTF's
+ * mix of diffuse part and lobe is up to a half more at grazing angles. It loses no more than single
+ * bounces between microfacets do. */
+static void no_lobes_add_light(void **state)
+{
+    (void)state;
+    static const double cosines[] = {0.08, 0.3, 0.6, 1};
+    for (int kind = 0; kind < 8; kind++)
+        for (int rough = 0; rough < 3; rough++)
+            for (size_t c = 0; c < 4; c++) {
+                struct scene_material m = {.base_color = {1, 1, 1, 1},
+                                           .roughness = 0.3f + 0.3f * (float)rough};
+                double out[3], bare[3];
+                furnace(&m, cosines[c], bare);
+                if (kind & 1) {
+                    m.clearcoat = 1;
+                    m.clearcoat_roughness = 0.3f;
+                }
+                if (kind & 2) {
+                    m.sheen_color[0] = m.sheen_color[1] = m.sheen_color[2] = 1;
+                    m.sheen_roughness = 0.2f + 0.4f * (float)rough;
+                }
+                if (kind & 4) {
+                    m.flags = SCENE_MATERIAL_SPECULAR;
+                    m.specular = 1;
+                    m.specular_color[0] = 20;
+                }
+                furnace(&m, cosines[c], out);
+                for (int k = 0; k < 3; k++)
+                    if (!(out[k] < fmax(1, bare[k]) + 0.02 && out[k] > (kind & 4 ? 0.1 : 0.75)))
+                        fail_msg("lobes %d, roughness %g, cosine %g: channel %d sends %g", kind,
+                                 (double)m.roughness, cosines[c], k, out[k]);
+            }
+}
+
+/* Head on, from the viewer's own direction: D = 1 / (pi alpha^2), V = 1 / 4. */
+static void lobes_add_up_head_on(void **state)
+{
+    (void)state;
+    struct scene_material m = {.base_color = {0.5f, 0.5f, 0.5f, 1},
+                               .roughness = 0.5f,
+                               .flags = SCENE_MATERIAL_SPECULAR,
+                               .specular = 0.5f,
+                               .specular_color = {1, 2, 0},
+                               .clearcoat = 0.8f,
+                               .clearcoat_roughness = 0.4f};
+    struct rt_surface surface = surface_of(&m);
+    struct rt_reflector reflector;
+    double ahead[3] = {0, 0, 1}, out[3];
+    rt_reflector_init(&reflector, &surface, ahead);
+    assert_true(rt_reflect(&reflector, ahead, out));
+    double base_lobe = 1 / (4 * pi * pow(0.25, 2)), coat_lobe = 1 / (4 * pi * pow(0.16, 2));
+    double coat = (double)m.clearcoat * 0.04, largest = 0.5 * 0.08;
+    for (int k = 0; k < 3; k++) {
+        double fresnel = 0.5 * 0.04 * (double)m.specular_color[k];
+        double base = 0.5 / pi * (1 - largest) + fresnel * base_lobe;
+        assert_true(fabs(out[k] - (base * (1 - coat) + coat * coat_lobe)) < 1e-7);
+    }
+    surface.emissive[0] = 10;
+    rt_reflector_emission(&reflector, &surface, out);
+    assert_true(fabs(out[0] - 10 * (1 - coat)) < 1e-6);
+}
+
+/* A base that neither reflects nor sheds light shows its fibres alone. */
+static void black_cloth_shows_its_fibres(void **state)
+{
+    (void)state;
+    struct scene_material m = {.base_color = {0, 0, 0, 1},
+                               .roughness = 1,
+                               .flags = SCENE_MATERIAL_SPECULAR,
+                               .sheen_color = {0.25f, 0.5f, 1},
+                               .sheen_roughness = 0.5f};
+    double out[3];
+    furnace(&m, 0.3, out);
+    double expected = sheen_integral(0.3, 0.5);
+    for (int k = 0; k < 3; k++)
+        assert_true(fabs(out[k] - expected * (double)m.sheen_color[k]) < 2e-3);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_table_of_sheen_is_the_integral_of_its_lobe),
+        cmocka_unit_test(no_lobes_add_light),
+        cmocka_unit_test(lobes_add_up_head_on),
+        cmocka_unit_test(black_cloth_shows_its_fibres),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
