@@ -4,8 +4,12 @@
 
 #include <stddef.h>
 
+/* One to a line. */
+/* clang-format off */
 static const char *const known_extensions[] = {
+    "KHR_texture_basisu", /* only passed; those that follow are evaluated */
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
@@ -21,8 +25,14 @@ static const char *const known_extensions[] = {
     "KHR_texture_transform",
     NULL,
 };
+/* clang-format on */
 
 const char *const *scene_import_extensions(void)
+{
+    return known_extensions + 1;
+}
+
+const char *const *scene_import_passed_extensions(void)
 {
     return known_extensions;
 }

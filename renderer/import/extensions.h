@@ -5,4 +5,8 @@
 
 const char *const *scene_import_extensions(void); /* NULL-terminated */
 
+/* These, and those that a file may require because the importer refuses by itself what cannot do
+ * without them. */
+const char *const *scene_import_passed_extensions(void);
+
 #endif

@@ -314,6 +314,13 @@ void convert_accessor(holder &h, const tinygltf::Accessor &a)
 const char *const names[GLTF_ATTRIBUTE_COUNT] = {"POSITION",   "NORMAL",     "TANGENT",
                                                  "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
 
+gltf_texture texture_of(const tinygltf::Texture &t)
+{
+    const tinygltf::Value *webp = extension(t.extensions, "EXT_texture_webp");
+    return {t.name.c_str(), integer(webp, "source", t.source), t.sampler,
+            extension(t.extensions, "KHR_texture_basisu") != nullptr};
+}
+
 gltf_primitive convert_primitive(const tinygltf::Primitive &p)
 {
     gltf_primitive out = {};
@@ -416,7 +423,7 @@ void convert(holder &h)
     for (const tinygltf::Material &material : m.materials)
         convert_material(h, material);
     for (const tinygltf::Texture &t : m.textures)
-        h.textures.push_back({t.name.c_str(), t.source, t.sampler});
+        h.textures.push_back(texture_of(t));
     for (const tinygltf::Sampler &s : m.samplers)
         h.samplers.push_back({s.magFilter, s.minFilter, s.wrapS, s.wrapT});
     for (const tinygltf::Light &l : m.lights)

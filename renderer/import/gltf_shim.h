@@ -145,7 +145,8 @@ struct gltf_material {
 
 struct gltf_texture {
     const char *name;
-    int image, sampler;
+    int image, sampler; /* the image is that of EXT_texture_webp where there is one */
+    bool is_basisu;     /* carries KHR_texture_basisu; image is its fallback */
 };
 
 struct gltf_sampler {

@@ -111,7 +111,7 @@ static bool open_document(struct importer *importer, const struct scene_import_d
     struct gltf_indices_list indices = {.values = NULL};
     if (gltf_indices_take(&indices, &importer->json, err))
         importer->document = gltf_document_create(importer->json.rest, importer->json.rest_length,
-                                                  scene_import_extensions(), err);
+                                                  scene_import_passed_extensions(), err);
     if (importer->document)
         gltf_document_put_indices(importer->document,
                                   (struct gltf_indices){indices.values, indices.count});

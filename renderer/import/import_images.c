@@ -143,6 +143,33 @@ static bool import_image(struct importer *importer, int index, int32_t *listed, 
     return true;
 }
 
+static bool is_required(const struct gltf_document *document, const char *extension)
+{
+    for (size_t i = 0; i < document->extension_required_count; i++)
+        if (strcmp(document->extensions_required[i], extension) == 0)
+            return true;
+    return false;
+}
+
+/* A texture without an image in a format that is read here. */
+static bool tell_missing(struct importer *importer, size_t index, struct error *err)
+{
+    const struct gltf_document *document = importer->document;
+    if (!document->textures[index].is_basisu)
+        return importer_warn(
+            importer, err, "texture %zu has no image in a format that is read here; white is used",
+            index);
+    if (is_required(document, "KHR_texture_basisu"))
+        return error_set(err, ERROR_UNSUPPORTED,
+                         "texture %zu is there only as KTX2 with Basis Universal "
+                         "(KHR_texture_basisu), which is not read; PNG, JPEG and WebP are",
+                         index);
+    return importer_warn(importer, err,
+                         "texture %zu is there only as KTX2 with Basis Universal, which is not "
+                         "read; white is used",
+                         index);
+}
+
 static bool import_texture(struct importer *importer, size_t index, int32_t *listed,
                            struct error *err)
 {
@@ -155,10 +182,7 @@ static bool import_texture(struct importer *importer, size_t index, int32_t *lis
         if (from->image != -1) {
             if (!import_image(importer, from->image, listed, &texture.image, err))
                 return false;
-        } else if (!importer_warn(
-                       importer, err,
-                       "texture %zu has no image in a format that is read here; white is used",
-                       index)) {
+        } else if (!tell_missing(importer, index, err)) {
             return false;
         }
     }

@@ -96,6 +96,7 @@ static const struct asset imported[] = {
     {"BoxMeshopt/BoxMeshopt.glb", NULL, 0, 0},
     {"BoxTexturedMeshopt/BoxTextured_meshopt.glb", NULL, 0, 0},
     {"MeshoptPirate/pirate.glb", NULL, 0, 0},
+    {"WebpCrate/webp.gltf", NULL, 0, 0},
     {"Box/glTF-Draco/Box.gltf", NULL, 0, 0},
     {"Duck/glTF-Draco/Duck.gltf", NULL, 0, 1},
     {"RiggedSimple/glTF-Draco/RiggedSimple.gltf", "1 skinned node", 0, 0},
@@ -104,7 +105,6 @@ static const struct asset imported[] = {
 
 static const struct asset refused[] = {
     {"CesiumBalloonKTX2/CesiumBalloonKTX2.glb", "KHR_texture_basisu", 0, 0},
-    {"WebpCrate/webp.gltf", "EXT_texture_webp", 0, 0},
 };
 
 static struct imported_scene load(const char *path)
