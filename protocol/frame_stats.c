@@ -319,6 +319,8 @@ json_t *frame_stats_to_json(const struct frame_stats *stats)
     json_put_text(&writer, "device", stats->device);
     json_put(&writer, "width", json_integer(stats->width));
     json_put(&writer, "height", json_integer(stats->height));
+    json_put(&writer, "exposure_ev",
+             stats->has_exposure ? json_real(stats->exposure_ev) : json_null());
     json_put(&writer, "plan", write_plan(stats));
     json_put(&writer, "timings_ms", write_timings(stats));
     json_put(&writer, "counts", write_counts(stats));
@@ -506,6 +508,8 @@ static bool read_head(const struct json_node *root, struct frame_stats *stats)
     struct json_node revision = json_member(root, "revision");
     struct json_node resident = json_member(root, "resident_bytes");
     struct json_node width = json_member(root, "width"), height = json_member(root, "height");
+    struct json_node exposure = json_member(root, "exposure_ev");
+    stats->has_exposure = exposure.value;
     return json_read_text(&id, stats->id, sizeof stats->id) &&
            json_read_text(&scene, stats->scene, sizeof stats->scene) &&
            json_read_text(&view, stats->view, sizeof stats->view) &&
@@ -513,7 +517,8 @@ static bool read_head(const struct json_node *root, struct frame_stats *stats)
            json_read_uint64(&resident, &stats->resident_bytes) &&
            json_read_text(&device, stats->device, sizeof stats->device) &&
            json_read_int(&width, 0, LIMIT_IMAGE_SIDE_PX, &stats->width) &&
-           json_read_int(&height, 0, LIMIT_IMAGE_SIDE_PX, &stats->height);
+           json_read_int(&height, 0, LIMIT_IMAGE_SIDE_PX, &stats->height) &&
+           json_read_number(&exposure, -64, 64, &stats->exposure_ev);
 }
 
 bool frame_stats_from_json(json_t *json, struct frame_stats *stats, struct error *err)

@@ -96,7 +96,9 @@ struct frame_stats {
     char view[65];     /* "" = null: a one-shot render */
     uint64_t revision; /* of the view; 0 for a one-shot render */
     char device[FRAME_STATS_DEVICE_BYTES];
-    int width, height; /* px */
+    int width, height;  /* px */
+    bool has_exposure;  /* the picture has colours of a screen */
+    double exposure_ev; /* theirs */
     struct frame_stats_pass plan[FRAME_STATS_PASSES_MAX];
     int plan_count;
     double timings_ms[FRAME_TIMING_COUNT];

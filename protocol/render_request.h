@@ -227,7 +227,8 @@ struct render_request {
     struct request_highlight highlight;
     struct request_edges edges;
     double background[4]; /* linear, unassociated alpha */
-    double exposure_ev;   /* stops, [-64, 64] */
+    double exposure_ev;   /* stops, [-64, 64]; 0 where it is metered */
+    bool meters_exposure; /* exposure_ev is "auto" */
     enum request_tone_mapping tone_mapping;
     bool has_environment;
     double sky[3], ground[3]; /* nt */

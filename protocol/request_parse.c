@@ -302,6 +302,15 @@ static bool read_format(const struct json_node *root, struct render_request *req
 
 /* ---- the whole ---- */
 
+static bool read_exposure(const struct json_node *node, struct render_request *request)
+{
+    const char *text = json_is_string(node->value) ? json_string_value(node->value) : NULL;
+    request->meters_exposure = text && strcmp(text, "auto") == 0;
+    if (text && !request->meters_exposure)
+        return json_refuse(node, ERROR_INVALID_REQUEST, "must be a number or \"auto\"");
+    return text || json_read_number(node, -64, 64, &request->exposure_ev);
+}
+
 static bool read_members(const struct json_node *root, struct render_request *request)
 {
     const struct json_choice mappings = {.name = request_tone_mapping_name};
@@ -318,8 +327,7 @@ static bool read_members(const struct json_node *root, struct render_request *re
         !json_read_int(&width, 1, LIMIT_IMAGE_SIDE_PX, &request->width) ||
         !json_read_int(&height, 1, LIMIT_IMAGE_SIDE_PX, &request->height) ||
         !json_read_bool(&scene_lights, &has_scene_lights) ||
-        !read_background(&background, request->background) ||
-        !json_read_number(&exposure, -64, 64, &request->exposure_ev) ||
+        !read_background(&background, request->background) || !read_exposure(&exposure, request) ||
         !json_read_choice(&mapping, &mappings, &mapping_index) ||
         !read_animation(&animation, &request->animation))
         return false;

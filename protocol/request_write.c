@@ -306,7 +306,10 @@ json_t *request_to_tree(const struct render_request *request)
     json_put(&writer, "highlight", write_highlight(&request->highlight));
     json_put(&writer, "edges", write_edges(&request->edges));
     json_put_numbers(&writer, "background", request->background, 4);
-    json_put_number(&writer, "exposure_ev", request->exposure_ev);
+    if (request->meters_exposure)
+        json_put_text(&writer, "exposure_ev", "auto");
+    else
+        json_put_number(&writer, "exposure_ev", request->exposure_ev);
     json_put_text(&writer, "tone_mapping", request_tone_mapping_name((int)request->tone_mapping));
     json_put(&writer, "environment", write_environment(request));
     json_put(&writer, "quality", request_quality_to_tree(&request->quality));

@@ -182,13 +182,27 @@ const struct scene *renderer_get_scene(struct renderer *renderer, const char *sc
 MUST_CHECK bool renderer_render(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, struct error *err);
 
-/* The same in two halves: the first ends when the device has got all its work, so that the next
- * frame can be begun meanwhile, with the same bits. *is_done: the frame is finished, and nothing is
- * left to collect, as where the device works while it is asked, with auxiliary outputs, overlays
- * and rays, and for an urgent frame within another. Else `frame`, the view and what the view
- * borrows are the renderer's until renderer_collect; its scenes are not. One frame is in flight at
- * a time: the next one collects it through the arrival (below), or is finished at once itself.
- * Failures as those of renderer_render. */
+/* The exposure of the view (renderer/image/exposure.h), which has to do with what is seen alone:
+ * not with the picture's size, samples, background, overlays and operator. Draws a small picture of
+ * the same shape by the view's technique, unless the same one was metered lately. Waits for the
+ * device. Fails as renderer_render does. */
+struct exposure_reading {
+    float ev;  /* 0 where nothing has light */
+    double ms; /* that it took, without pauses */
+    double paused_ms;
+    bool is_kept; /* nothing was drawn */
+};
+MUST_CHECK bool renderer_meter(struct renderer *renderer, const char *scene_key,
+                               const struct view *view, struct exposure_reading *reading,
+                               struct error *err);
+
+/* renderer_render in two halves: the first ends when the device has got all its work, so that the
+ * next frame can be begun meanwhile, with the same bits. *is_done: the frame is finished, and
+ * nothing is left to collect, as where the device works while it is asked, with auxiliary outputs,
+ * overlays and rays, and for an urgent frame within another. Else `frame`, the view and what the
+ * view borrows are the renderer's until renderer_collect; its scenes are not. One frame is in
+ * flight at a time: the next one collects it through the arrival (below), or is finished at once
+ * itself. Failures as those of renderer_render. */
 MUST_CHECK bool renderer_submit(struct renderer *renderer, const char *scene_key,
                                 const struct view *view, struct frame *frame, bool *is_done,
                                 struct error *err);

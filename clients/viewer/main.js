@@ -124,6 +124,7 @@ class Viewer {
         this.isOutlined = isOn;
         this.#changed();
       },
+      exposure: () => this.exposure(),
       measure: () => this.model.scene && openTradeoff(this.client, this.wanted) });
     this.handles = makeHandles(this.stage, this.model, { lights: this.lights, section: this.section }, {
       isLighting: () => right.isOpen("lights"), isCutting: () => right.isOpen("section"), isMoving: () => this.isMoving });
@@ -234,6 +235,12 @@ class Viewer {
       this.#mark();
     });
     this.address.keepSoon();
+  }
+
+  /** Of the picture that is shown; 0 where that is not known. */
+  async exposure() {
+    const report = this.lastFrame && await this.client.frame(this.lastFrame).catch(() => null);
+    return report?.exposure_ev ?? 0;
   }
 
   #frame(frame, canvas, isFirst) {

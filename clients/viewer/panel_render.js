@@ -14,7 +14,7 @@ export class RenderPanel {
 
   /** @param {{compare: (technique: string) => void, rescale: (scale: number) => void,
    * scale: () => number, measure: () => void, isOutlined: () => boolean,
-   * outline: (isOn: boolean) => void}} actions */
+   * outline: (isOn: boolean) => void, exposure: () => Promise<number>}} actions */
   constructor(panel, model, actions) {
     Object.assign(this, { panel, model, actions });
     this.capabilities = null;
@@ -114,6 +114,24 @@ export class RenderPanel {
     return group("Camera", lens.row, flat.row);
   }
 
+  /** A number, or "auto", which becomes that of the picture when it is taken away. */
+  #exposure() {
+    const read = () => this.model.view.exposure_ev;
+    const edit = (value) => this.model.edit("Exposure", (view) => {
+      view.exposure_ev = value;
+    });
+    const number = () => (read() === "auto" ? 0 : read());
+    const stops = slider({ label: "Exposure", unit: "EV", least: -6, most: 6, limit: 64, step: 0.05,
+      value: number(), onchange: edit });
+    const auto = checkField({ label: "Automatic exposure", value: read() === "auto",
+      onchange: async (isAuto) => edit(isAuto ? "auto" : await this.actions.exposure()) });
+    this.#controls.push(() => {
+      stops.set(number());
+      auto.set(read() === "auto");
+    });
+    return [auto.row, stops.row];
+  }
+
   #look() {
     const background = () => this.model.view.background;
     const color = colorField({ label: "Background", value: background(), onchange: (rgb) =>
@@ -129,8 +147,7 @@ export class RenderPanel {
       clear.set(background()[3] === 0);
     });
     return group("Look",
-      this.#member(slider, "exposure_ev", { label: "Exposure", unit: "EV", least: -6, most: 6, limit: 64,
-        step: 0.05 }),
+      this.#exposure(),
       this.#member(selectField, "tone_mapping",
         { label: "Tone mapping", options: [["neutral", "Khronos neutral"], ["agx", "AgX"], ["aces", "ACES"],
           ["none", "None"]] }),

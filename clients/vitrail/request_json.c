@@ -215,6 +215,18 @@ static bool put_animation(json_t *root, const struct request_options *options,
            put_number(animation, "time_s", &options->time_s, failure);
 }
 
+static bool put_exposure(json_t *root, const char *exposure, struct failure *failure)
+{
+    struct option_number number = {.is_given = true};
+
+    if (!exposure || strcmp(exposure, "auto") == 0)
+        return put_text(root, "exposure_ev", exposure, failure);
+    if (!number_parse(exposure, &number.value))
+        return fail(failure, EXIT_CODE_USAGE, "--exposure takes a number or auto, not '%.80s'",
+                    exposure);
+    return put_number(root, "exposure_ev", &number, failure);
+}
+
 static bool put_view(json_t *root, const struct request_options *options, struct failure *failure)
 {
     if (options->camera &&
@@ -230,7 +242,7 @@ static bool put_view(json_t *root, const struct request_options *options, struct
     return put_size(root, options->size, failure) && put_animation(root, options, failure) &&
            put_text(root, "tone_mapping", options->tone_mapping, failure) &&
            put_text(root, "format", options->format, failure) &&
-           put_number(root, "exposure_ev", &options->exposure_ev, failure);
+           put_exposure(root, options->exposure, failure);
 }
 
 json_t *request_json_build(const struct request_options *options, struct failure *failure)

@@ -21,8 +21,9 @@ struct request_options {
     const char *animation; /* a name */
     const char *edges;
     const char *shadows, *transparency, *light_lists, *blend_filter, *tone_mapping;
+    const char *exposure; /* a number, or "auto" */
     struct option_number shadow_resolution, shadow_compression, shadow_prefilter, shadow_fallback,
-        samples, area_samples, max_error, budget_ms, exposure_ev, time_s;
+        samples, area_samples, max_error, budget_ms, time_s;
     struct text_list lights, clips, highlights, parts, outputs, settings;
     bool no_scene_lights, reference;
 };
@@ -67,7 +68,7 @@ struct request_options {
                        "animate: the scene at this time of its animations, in seconds", time_s),  \
         REQUEST_OPTION(owner, TEXT, "animation", "NAME", "animate: this one only; default all",   \
                        animation),                                                                \
-        REQUEST_OPTION(owner, NUMBER, "exposure", "EV", "in stops; default 0", exposure_ev),      \
+        REQUEST_OPTION(owner, TEXT, "exposure", "EV", "in stops, or auto; default 0", exposure),  \
         REQUEST_OPTION(owner, TEXT, "tone-mapping", "NAME", "neutral, none, agx or aces",         \
                        tone_mapping),                                                             \
         REQUEST_OPTION(owner, TEXT, "shadows", "NAME", SHADOW_TECHNIQUE_NAMES, shadows),          \

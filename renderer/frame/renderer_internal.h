@@ -32,6 +32,16 @@ struct timed_views {
     int next;
 };
 
+/* The exposures that were metered last. Zeroed = none: no key is zero. */
+enum { METER_READINGS_MAX = 16 };
+struct meter_readings {
+    struct meter_reading {
+        struct content_key key;
+        float ev;
+    } items[METER_READINGS_MAX]; /* a ring */
+    int next;
+};
+
 struct renderer {
     struct gl_context *gl;
     struct program_cache *programs;
@@ -50,6 +60,7 @@ struct renderer {
     struct auto_settings automatic;
     struct frame_lessons *lessons;
     struct timed_views timed;
+    struct meter_readings readings;
     bool is_strict, redraws_surfaces;
     uint32_t loop_end; /* loop_probe_run */
     struct wide_floats_choice wide_floats;

@@ -11,6 +11,7 @@
 #include "protocol/render_request.h"
 #include "renderer/renderer.h"
 #include "server/base/digest.h"
+#include "server/worker/metering.h"
 
 struct encoder;
 
@@ -21,7 +22,8 @@ struct encode_task {
     uint64_t id;
     struct render_request request;
     struct frame frame;
-    struct frame_stats stats;      /* all but encode, queue, total, id */
+    struct frame_stats stats; /* all but encode, queue, total, id */
+    struct metering metering;
     struct frame_promise promise;  /* what was chosen, and is told in the stats */
     char drawn[DIGEST_TEXT_BYTES]; /* of the canonical request with what was chosen for a target;
                                       else

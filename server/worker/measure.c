@@ -19,6 +19,27 @@ enum { IMAGE_QUALITY_PERCENT = 92, TIME_TRIES = 4 };
 
 #define TIME_AGAIN_MS 10000. /* of paused frames: what a step may take is six times that */
 
+/* Under which all settings are compared: where the request leaves it open, that of the ray-traced
+ * picture. */
+static bool find_exposure(const struct measure_desc *desc, double *exposure_ev, struct error *err)
+{
+    struct view view;
+    struct view_storage storage = {0};
+    struct exposure_reading reading;
+    *exposure_ev = desc->request->exposure_ev;
+    if (!desc->request->meters_exposure)
+        return true;
+    if (!view_from_request(desc->request, &storage, &view, err))
+        return false;
+    view.quality = (struct view_quality){.shadows = SHADOWS_RAYTRACED,
+                                         .area_samples = view.quality.area_samples,
+                                         .blend_filter = view.quality.blend_filter};
+    bool is_good = renderer_meter(desc->renderer, desc->request->scene, &view, &reading, err);
+    view_storage_finish(&storage);
+    *exposure_ev = is_good ? (double)reading.ev : 0;
+    return is_good;
+}
+
 /* Renders the request; the caller finishes the frame. */
 static bool render(const struct measure_desc *desc, int first_row, int row_count,
                    struct frame *frame, struct error *err)
@@ -75,14 +96,18 @@ static void reference_end(struct reference *reference)
 }
 
 /* A sealed memory file with the picture as a screen shows it; -1 on failure. */
-static int show(const struct render_request *request, const struct image *color, struct error *err)
+static int show(const struct measure_desc *desc, const struct image *color, struct error *err)
 {
     struct tone_map_desc mapping;
+    double exposure_ev;
     struct image shown = {0};
     void *bytes = NULL;
     size_t size_bytes = 0;
     int fd = -1;
-    tone_map_from_request(request, &mapping);
+    tone_map_from_request(desc->request, &mapping);
+    if (!find_exposure(desc, &exposure_ev, err))
+        return -1;
+    mapping.exposure_ev = (float)exposure_ev;
     if (tone_map(color, &mapping, &shown, err) &&
         image_encode(&shown,
                      &(struct image_encode_desc){.format = IMAGE_FORMAT_WEBP,
@@ -154,7 +179,7 @@ static json_t *show_reference(const struct measure_desc *desc, int *image_fd, st
     struct reference reference;
     if (!reference_begin(&reference, desc, err))
         return NULL;
-    *image_fd = show(desc->request, &reference.image, err);
+    *image_fd = show(desc, &reference.image, err);
     reference_end(&reference);
     return *image_fd < 0 ? NULL : pack_or_fail(json_object(), err);
 }
@@ -209,8 +234,11 @@ static json_t *compare(const struct measure_desc *desc, const struct frame *fram
                        const struct reference *reference, struct error *err)
 {
     struct image copies[2] = {{0}};
-    double scale = exp2(desc->request->exposure_ev);
+    double exposure_ev;
     json_t *result = NULL;
+    if (!find_exposure(desc, &exposure_ev, err))
+        return NULL;
+    double scale = exp2(exposure_ev);
     if (expose(&frame->outputs[VIEW_OUTPUT_COLOR], scale, &copies[0], err) &&
         expose(&reference->image, scale, &copies[1], err))
         result = compare_exposed(&frame->report, &copies[0], &copies[1], err);
@@ -238,7 +266,7 @@ static json_t *measure_error(const struct measure_desc *desc, int *image_fd, str
     if (is_good) {
         result = compare(desc, &frame, &reference, err);
         if (result && json_is_true(json_object_get(desc->step, "keep_image")) &&
-            (*image_fd = show(desc->request, &frame.outputs[VIEW_OUTPUT_COLOR], err)) < 0) {
+            (*image_fd = show(desc, &frame.outputs[VIEW_OUTPUT_COLOR], err)) < 0) {
             json_decref(result);
             result = NULL;
         }

@@ -146,8 +146,10 @@ static void send_totals(struct worker *worker)
 /* The frame is finished: takes the task. */
 static void pass_on(struct worker *worker, struct encode_task *task)
 {
+    metering_report(&task->metering, &task->frame.report);
     frame_stats_from_report(&task->request, &task->frame.report, worker->info.renderer,
                             &task->stats);
+    metering_tell(&task->request, task->format, &task->stats);
     chooser_judge(worker->experience, &task->promise, &task->stats);
     send_progress(worker, "rendered", task->id);
     send_totals(worker);
@@ -290,6 +292,9 @@ static bool draw(struct worker *worker, struct ipc_message *message, struct enco
         return false;
     view->quality.expects_reuse = json_is_true(json_object_get(message->json, "reuse"));
     view->quality.may_be_coarse = json_is_true(json_object_get(message->json, "coarse"));
+    if (!metering_resolve(worker->renderer, view, task->format, &task->request, &task->metering,
+                          err))
+        return false;
     view->screen = view_screen_from_request(&task->request, task->format);
     return renderer_submit(worker->renderer, task->request.scene, view, &task->frame, is_done, err);
 }

@@ -36,6 +36,10 @@ class RequestTest(CliTest):
                         "light_lists": "linked", "transparency": "lists", "blend_filter": "kim",
                         "max_error": 0.01, "budget_ms": 33.5}})
 
+    def test_an_exposure_is_a_number_or_auto(self):
+        for text, value in (("auto", "auto"), ("0", 0), ("2.25", 2.25), ("-16", -16)):
+            self.assertEqual(value, self.render_request("--exposure", text)["exposure_ev"])
+
     def test_whole_numbers_are_sent_as_integers(self):
         self.render_request("--shadow-resolution", "512")
         body = self.stub.sent("POST", "/v1/renders")[-1].body
@@ -158,7 +162,8 @@ class RequestTest(CliTest):
                 ["--part", "=box.glb"], ["--part", "a=box.glb;pos=1,2"],
                 ["--part", "a=box.glb", "--part", "a=box.glb"],
                 ["--part", "a=box.glb;pos=0,0,0;matrix=1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1"],
-                ["--exposure", "bright"], ["--samples", ""], ["--set", "/a"], ["--set", "a=1"],
+                ["--exposure", "bright"], ["--exposure", ""],
+                ["--exposure", "Auto"], ["--samples", ""], ["--set", "/a"], ["--set", "a=1"],
                 ["--set", "/a=b"], ["--set", "/=1"], ["--size", "1x1", "--set", "/width/x=1"],
                 ["--request", base], ["--format", "bmp"], ["--frobnicate"], ["--quiet=yes"],
                 ["--timeout", "-1"], ["--spawn", "--server", "http://x"], ["--state-dir", "x"],

@@ -69,6 +69,8 @@ class BadRequests(support.ServiceTest):
             ("/lights", {}),
             ("/lights/0", 1),
             ("/exposure_ev", "bright"),
+            ("/exposure_ev", "automatic"),
+            ("/exposure_ev", ["auto"]),
             ("/exposure_ev", 1e9),
             ("/background/1", [0, -1, 0, 0]),
             ("/quality/shadows", {"shadows": "no-such"}),

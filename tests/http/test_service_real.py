@@ -158,6 +158,48 @@ class Real(support.unittest.TestCase):
             self.assertLess(max(green, blue), 2)
             self.assertEqual(255, alpha)
 
+    def stats_of(self, reply):
+        path = re.match("<(.*?)>", reply.header("Link")).group(1)
+        return self.daemon.request("GET", path).json()
+
+    def test_a_metered_exposure_is_told_and_is_that_of_the_picture(self):
+        """The picture is that of the number; larger and smaller ones have the same number."""
+        for shadows in ("deep", "raytraced"):
+            look = {"quality": {"shadows": shadows}, "background": [0.2, 0.3, 0.4, 1]}
+            metered = self.render(exposure_ev="auto", **look)
+            stats = self.stats_of(metered)
+            number = stats["exposure_ev"]
+            self.assertNotEqual(0, number)
+            self.assertIn("exposure", [each["pass"] for each in stats["plan"]])
+            self.assertEqual(metered.body, self.render(exposure_ev=number, **look).body)
+            larger = self.render(exposure_ev="auto", width=640, height=640, **look)
+            self.assertEqual(number, self.stats_of(larger)["exposure_ev"])
+            self.assertIn("exposure", self.stats_of(larger)["reused"])
+            self.assertEqual(metered.body, self.render(exposure_ev="auto", **look).body)
+        linear = [self.render(exposure_ev=ev, format="exr") for ev in ("auto", 0)]
+        self.assertEqual(linear[0].body, linear[1].body)
+        self.assertIsNone(self.stats_of(linear[0])["exposure_ev"])
+
+    def test_a_view_with_a_metered_exposure_stands_still(self):
+        """Its pictures are those of the number, and a light that is changed is metered anew."""
+        body = {"scene": self.scene, "width": 48, "height": 32, "exposure_ev": "auto",
+                "camera": self.CAMERA, "quality": {"shadows": "deep"}}
+        reply = self.daemon.request("POST", "/v1/views", body)
+        self.assertEqual(201, reply.status, reply.body)
+        path = f"/v1/views/{reply.json()['id']}"
+        first = self.daemon.request("GET", f"{path}/image?format=png")
+        number = self.stats_of(first)["exposure_ev"]
+        lamp = {"type": "point", "position": [0, 2, 0], "intensity": 4000}
+        self.assertEqual(200, self.daemon.request("PATCH", path, {"lights": [lamp]}).status)
+        bright = self.stats_of(self.daemon.request("GET", f"{path}/image?format=png"))
+        self.assertLess(bright["exposure_ev"], number - 1)
+        self.daemon.request("PATCH", path, {"lights": None, "exposure_ev": number})
+        again = self.daemon.request("GET", f"{path}/image?format=png")
+        self.assertEqual(first.body, again.body)
+        refused = self.daemon.request("PATCH", path, {"exposure_ev": "automatic"})
+        self.assertEqual((400, "/exposure_ev"), (refused.status, refused.json()["pointer"]))
+        self.daemon.request("DELETE", path)
+
     def test_a_normal_map_over_coordinates_that_are_not_there_is_flat(self):
         content = lit_floor()
         length, = struct.unpack("<I", content[12:16])

@@ -183,6 +183,24 @@ class Editing(PageTest):
         back = self.changed_by(lambda: self.press("Undo"))
         self.assertEqual(first, back)
 
+    def test_an_automatic_exposure_leaves_its_number(self):
+        self.load()
+        self.panel("render")
+        toggle = """const found = [...document.querySelectorAll('#panel-render label')]
+          .find((each) => each.textContent === 'Automatic exposure');
+          found.click();"""
+        picture = self.changed_by(lambda: self.browser.run(toggle))
+        self.assertEqual("auto", self.view()["exposure_ev"])
+        self.browser.run(toggle)
+        self.browser.wait("""return Number([...document.querySelectorAll('#panel-render input')]
+          .find((each) => each.labels?.[0]?.firstChild.textContent === 'Exposure').value) !== 0;""",
+                          "the number")
+        self.assertEqual(picture, self.settle())
+        number = self.view()["exposure_ev"]
+        self.assertNotIn(number, ("auto", 0))
+        self.changed_by(lambda: self.enter("Exposure", number + 1, "#panel-render"))
+        self.assertAlmostEqual(number + 1, self.view()["exposure_ev"])
+
     def test_techniques_and_quality_reach_the_server(self):
         self.load()
         self.panel("render")

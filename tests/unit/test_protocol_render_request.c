@@ -272,6 +272,23 @@ static void canonical_json_reads_back_as_itself(void **state)
     }
 }
 
+static void an_exposure_may_be_metered(void **state)
+{
+    (void)state;
+    struct render_request request = parse(BODY(",\"exposure_ev\":\"auto\""));
+    assert_true(request.meters_exposure && request.exposure_ev == 0);
+    char *text = render_request_to_json(&request);
+    assert_non_null(strstr(text, "\"exposure_ev\":\"auto\""));
+    render_request_finish(&request);
+    request = parse(text);
+    assert_true(request.meters_exposure);
+    render_request_finish(&request);
+    free(text);
+    request = parse(BODY(",\"exposure_ev\":null"));
+    assert_false(request.meters_exposure);
+    render_request_finish(&request);
+}
+
 static void canonical_json_does_not_depend_on_how_it_was_said(void **state)
 {
     (void)state;
@@ -483,6 +500,7 @@ int main(void)
         cmocka_unit_test(a_background_of_three_numbers_is_opaque),
         cmocka_unit_test(override_and_quality_members_arrive),
         cmocka_unit_test(canonical_json_reads_back_as_itself),
+        cmocka_unit_test(an_exposure_may_be_metered),
         cmocka_unit_test(canonical_json_does_not_depend_on_how_it_was_said),
         cmocka_unit_test(outputs_without_a_format_leave_it_to_accept),
         cmocka_unit_test(ends_of_ranges_are_allowed),

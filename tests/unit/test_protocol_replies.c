@@ -135,6 +135,8 @@ static void fill_stats(struct frame_stats *stats)
     strcpy(stats->bytes[1].structure, "scene");
     stats->bytes[1].bytes = 17;
     stats->resident_bytes = UINT64_C(6) << 32;
+    stats->has_exposure = true;
+    stats->exposure_ev = -1.515625;
     stats->reused_count = 1;
     strcpy(stats->reused[0], "scene");
     stats->has_error = true;
@@ -163,6 +165,7 @@ static void stats_read_back_as_they_were(void **state)
     assert_memory_equal(&read.textures, &stats.textures, sizeof read.textures);
     assert_int_equal(read.bytes[0].bytes, UINT64_C(5) << 32);
     assert_int_equal(read.resident_bytes, UINT64_C(6) << 32);
+    assert_true(read.has_exposure && read.exposure_ev == -1.515625);
     assert_int_equal(read.plan_count, FRAME_STATS_PASSES_MAX);
     assert_string_equal(read.plan[63].pass, "shadow.63");
     assert_true(read.timings_ms[FRAME_TIMING_TOTAL] == 13.5);
@@ -177,16 +180,17 @@ static void stats_read_back_as_they_were(void **state)
 static void stats_have_the_documented_members(void **state)
 {
     (void)state;
-    static const char *const members[] = {"scene",    "view",   "revision",      "device",
-                                          "width",    "height", "plan",          "timings_ms",
-                                          "counts",   "bytes",  "reused",        "error",
-                                          "warnings", "id",     "resident_bytes"};
+    static const char *const members[] = {"scene",    "view",   "revision",       "device",
+                                          "width",    "height", "plan",           "timings_ms",
+                                          "counts",   "bytes",  "reused",         "error",
+                                          "warnings", "id",     "resident_bytes", "exposure_ev"};
     struct frame_stats stats = {0};
     json_t *json = frame_stats_to_json(&stats);
     for (size_t i = 0; i < sizeof members / sizeof *members; i++)
         assert_non_null(json_object_get(json, members[i]));
     assert_true(json_is_null(json_object_get(json, "view")));
     assert_true(json_is_null(json_object_get(json, "error")));
+    assert_true(json_is_null(json_object_get(json, "exposure_ev")));
     assert_non_null(json_object_get(json_object_get(json, "timings_ms"), "light-list"));
     assert_non_null(json_object_get(json_object_get(json, "counts"), "longest_list"));
     json_decref(json);

