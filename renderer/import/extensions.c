@@ -8,6 +8,7 @@
 /* clang-format off */
 static const char *const known_extensions[] = {
     "KHR_texture_basisu", /* only passed; those that follow are evaluated */
+    "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",

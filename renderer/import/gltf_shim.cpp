@@ -356,7 +356,13 @@ void convert_node(holder &h, const tinygltf::Node &n)
     out.camera = n.camera;
     out.light = light_of(n);
     out.skin = n.skin;
-    out.is_instanced = extension(n.extensions, "EXT_mesh_gpu_instancing") != nullptr;
+    static const char *const instance_names[GLTF_INSTANCE_ATTRIBUTE_COUNT] = {"TRANSLATION",
+                                                                              "ROTATION", "SCALE"};
+    const tinygltf::Value *instancing = extension(n.extensions, "EXT_mesh_gpu_instancing");
+    out.is_instanced = instancing != nullptr;
+    for (int i = 0; i < GLTF_INSTANCE_ATTRIBUTE_COUNT; i++)
+        out.instance_attributes[i] =
+            integer(member(instancing, "attributes"), instance_names[i], -1);
     out.children = indices_of(n.children);
     out.matrix = numbers_of(n.matrix);
     out.translation = numbers_of(n.translation);

@@ -91,10 +91,18 @@ struct gltf_mesh {
 
 enum { GLTF_BAD_LIGHT = -2 }; /* of a node: KHR_lights_punctual without an index of a light */
 
+enum gltf_instance_attribute { /* of EXT_mesh_gpu_instancing */
+                               GLTF_INSTANCE_TRANSLATION,
+                               GLTF_INSTANCE_ROTATION,
+                               GLTF_INSTANCE_SCALE,
+                               GLTF_INSTANCE_ATTRIBUTE_COUNT
+};
+
 struct gltf_node {
     const char *name;
     int mesh, camera, light, skin;
-    bool is_instanced; /* carries EXT_mesh_gpu_instancing */
+    bool is_instanced;                                      /* carries EXT_mesh_gpu_instancing */
+    int instance_attributes[GLTF_INSTANCE_ATTRIBUTE_COUNT]; /* accessors */
     struct gltf_indices children;
     struct gltf_numbers matrix, translation, rotation, scale;
 };

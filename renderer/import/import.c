@@ -154,8 +154,6 @@ static bool list_warnings(struct importer *importer, struct error *err)
                       "not deformed; the bind pose is shown", err) &&
            warn_count(importer, importer->morphed_primitives, "primitive", "primitives",
                       "with morph targets that are not evaluated; the base shape is shown", err) &&
-           warn_count(importer, importer->instanced_nodes, "node", "nodes",
-                      "with GPU instances; one of each is shown", err) &&
            warn_count(importer, importer->degenerate_triangles, "triangle", "triangles",
                       "of zero area left out", err) &&
            warn_count(importer, importer->repaired_normals, "normal", "normals",

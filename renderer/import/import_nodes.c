@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "renderer/base/matrix.h"
+#include "renderer/import/import_instances.h"
 #include "renderer/import/importer.h"
 
 enum { NODE_DEPTH_MAX = 4096 };
@@ -140,7 +141,6 @@ static bool mark_meshes(struct importer *importer, struct error *err)
                              importer->node_order[i], node->mesh);
         importer->mesh_of[node->mesh] = 0; /* wanted; numbered by import_meshes */
         importer->skinned_nodes += node->skin != -1;
-        importer->instanced_nodes += node->is_instanced;
     }
     return true;
 }
@@ -230,51 +230,10 @@ static bool is_finite_matrix(const double m[16])
     return true;
 }
 
-/* ---- names ---- */
-
-/* The names that the file's nodes have of their own, sorted. */
-struct own_names {
-    const char **items; /* owned; the texts are the document's */
-    size_t count;
-};
-
-static int compare_texts(const void *left, const void *right)
-{
-    const char *const *a = left, *const *b = right;
-    return strcmp(*a, *b);
-}
-
-static bool own_names_find(const struct gltf_document *document, struct own_names *names,
-                           struct error *err)
-{
-    names->items = malloc((document->node_count + 1) * sizeof *names->items);
-    if (!names->items)
-        return error_set(err, ERROR_NO_MEMORY, "%zu names of nodes", document->node_count);
-    for (size_t i = 0; i < document->node_count; i++)
-        if (document->nodes[i].name[0])
-            names->items[names->count++] = document->nodes[i].name;
-    qsort(names->items, names->count, sizeof *names->items, compare_texts);
-    return true;
-}
-
-/* Files of CAD programs name the meshes and leave the nodes without a name: a node without one is
- * called as its mesh. A node that has the name of its own keeps the name to itself, and so does an
- * index ("#12"): requests would find the wrong node otherwise. */
-static const char *name_of_node(const struct gltf_document *document, const struct gltf_node *node,
-                                const struct own_names *names)
-{
-    if (node->name[0] || node->mesh < 0)
-        return node->name;
-    const char *name = document->meshes[node->mesh].name;
-    bool is_taken = name[0] == '#' ||
-                    bsearch(&name, names->items, names->count, sizeof *names->items, compare_texts);
-    return is_taken ? "" : name;
-}
-
 /* ---- nodes ---- */
 
 static bool fill_node(struct importer *importer, uint32_t source,
-                      const int32_t *blob_node_of_parent, const struct own_names *names,
+                      const int32_t *blob_node_of_parent, const struct node_names *names,
                       struct scene_node *out, struct error *err)
 {
     const struct gltf_document *document = importer->document;
@@ -297,18 +256,19 @@ static bool fill_node(struct importer *importer, uint32_t source,
         memcpy(out->world_matrix, out->local_matrix, sizeof out->world_matrix);
     if (!is_finite_matrix(out->world_matrix))
         return error_set(err, ERROR_INVALID_SCENE, "its world matrix is not finite");
-    out->mesh = node->mesh < 0 ? -1 : importer->mesh_of[node->mesh];
+    bool has_mesh = node->mesh >= 0 && !node_has_instances(node);
+    out->mesh = has_mesh ? importer->mesh_of[node->mesh] : -1;
     out->camera = node->camera;
     out->light = node->light;
     out->source_index = source;
-    return blob_writer_add_text(&importer->writer, name_of_node(document, node, names), &out->name,
-                                err);
+    return blob_writer_add_text(&importer->writer, node_names_find(names, document, node),
+                                &out->name, err);
 }
 
 /* parent_of: blob index of the parent, by glTF index; filled for the children as each node is
  * written. */
 static bool append_nodes(struct importer *importer, int32_t *parent_of,
-                         const struct own_names *names, struct error *err)
+                         const struct node_names *names, struct error *err)
 {
     const struct gltf_document *document = importer->document;
     for (uint32_t i = 0; i < importer->node_count; i++) {
@@ -400,10 +360,11 @@ bool import_nodes(struct importer *importer, struct error *err)
         return error_set(err, ERROR_NO_MEMORY, "%zu nodes", count);
     for (size_t i = 0; i < count; i++)
         parent_of[i] = -1;
-    struct own_names names = {0};
-    bool is_done = own_names_find(importer->document, &names, err) &&
-                   append_nodes(importer, parent_of, &names, err);
-    free(names.items);
+    struct node_names names;
+    bool is_done = node_names_init(&names, importer->document, err) &&
+                   append_nodes(importer, parent_of, &names, err) &&
+                   import_instances(importer, &names, err);
+    node_names_finish(&names);
     free(parent_of);
     for (int i = 0; i < 3; i++) {
         importer->header.bounds_min[i] = INFINITY;

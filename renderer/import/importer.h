@@ -30,7 +30,7 @@ struct importer {
     /* Counted while importing, told once at the end. */
     uint64_t degenerate_triangles, repaired_normals, clamped_colors, morphed_primitives,
         skinned_nodes;
-    uint64_t instanced_nodes, missing_texcoords, far_texcoords, open_volumes, lobe_textures;
+    uint64_t missing_texcoords, far_texcoords, open_volumes, lobe_textures;
     uint64_t unmoved_channels; /* of animations, that move no node */
 };
 
