@@ -43,6 +43,7 @@ void draw_arena_destroy(struct draw_arena *arena)
     gl_stream_finish(&arena->commands);
     gl_stream_finish(&arena->instances);
     caps_finish(&arena->caps);
+    deform_gpu_finish(&arena->deforms);
     free(arena->item_materials);
     free(arena->records);
     free(arena->placed);
@@ -248,7 +249,8 @@ bool draw_arena_begin(struct draw_arena *arena, const struct scene_state *state,
         draw_arena_bind_materials(arena);
     }
     free(records);
-    return ok && upload_caps(&arena->caps, &state->caps, err);
+    return ok && upload_caps(&arena->caps, &state->caps, err) &&
+           deform_gpu_upload(&arena->deforms, &state->deforms, err);
 }
 
 void draw_arena_bind_materials(const struct draw_arena *arena)

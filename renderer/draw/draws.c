@@ -26,7 +26,8 @@ struct draw_state {
     size_t texture_pass; /* one of those that sample the same levels */
     GLenum index_type;
     bool culls_back, is_mirrored;
-    GLuint vertices; /* the array */
+    GLuint vertices;   /* the array */
+    uint32_t deformed; /* 1 + the item whose vertices in a pose are drawn; 0: none */
 };
 
 struct draw_batch { /* commands of one state, in order */
@@ -74,6 +75,10 @@ static bool describe_item(const struct draw_desc *desc, size_t index, struct dra
         vertices =
             from->arrays[scene_geometry_array(from, choice.program->attributes, p->flags)].name;
     }
+    if (item->deformed) { /* its array is bound from the first vertex on */
+        range.first_vertex = 0;
+        vertices = deform_gpu_array(from, p->flags);
+    }
     *state = (struct draw_state){
         .program = choice.program,
         .mode = modes[p->topology],
@@ -85,6 +90,7 @@ static bool describe_item(const struct draw_desc *desc, size_t index, struct dra
             desc->cull_back_faces && !(m->flags & SCENE_MATERIAL_DOUBLE_SIDED) && !item->is_medium,
         .is_mirrored = item->is_mirrored,
         .vertices = vertices,
+        .deformed = item->deformed ? desc->items[index] + 1 : 0,
     };
     *command = (struct draw_command){.index_count = p->index_count,
                                      .instance_count = 1,
@@ -101,6 +107,7 @@ static bool is_same_state(const struct draw_desc *desc, const struct draw_batch 
     return a->program == b->program && a->mode == b->mode && a->textures == b->textures &&
            a->culls_back == b->culls_back && a->is_mirrored == b->is_mirrored &&
            a->index_type == b->index_type && a->vertices == b->vertices &&
+           a->deformed == b->deformed &&
            (a->texture_pass == b->texture_pass ||
             scene_gpu_samples_alike(desc->gpu, &desc->state->materials[batch->material].base,
                                     a->texture_pass, b->texture_pass));
@@ -327,18 +334,39 @@ static void count_items(const struct draw_desc *desc, uint32_t calls, struct dra
 }
 
 /* A scene's array would keep the buffers alive when the arena has outgrown them. */
-static void let_buffers_go(GLuint vertices)
+static void let_buffers_go(const struct draw_bound *bound)
 {
-    if (vertices)
-        glVertexArrayVertexBuffers(vertices, BINDING_RECORDS, 2, NULL, NULL, NULL);
+    if (bound->vertices)
+        glVertexArrayVertexBuffers(bound->vertices, BINDING_RECORDS, 2, NULL, NULL, NULL);
+    if (bound->vertices && bound->deformed)
+        deform_gpu_bind(NULL, NULL, bound->vertices, 0, 0);
 }
 
-static void bind_vertices(struct draw_arena *arena, GLuint wanted)
+static void bind_pose(const struct draw_desc *desc, GLuint vertices, uint32_t index)
 {
-    if (wanted == arena->bound.vertices)
+    const struct scene_state *state = desc->state;
+    const struct state_item *item = &state->items[index];
+    const struct state_deformed *deformed = &state->deforms.items[item->deformed - 1];
+    uint32_t part = deformed->primitive.part;
+    const struct scene_geometry *from = &scene_gpu_of_part(desc->gpu, part)->geometry;
+    uint32_t first = state->scene->part_count ? state->scene->parts[part].first_primitive : 0;
+    deform_gpu_bind(&desc->arena->deforms, from, vertices, deformed->primitive.first_vertex,
+                    from->layout.ranges[item->primitive - first].first_vertex);
+}
+
+static void bind_vertices(const struct draw_desc *desc, GLuint wanted, uint32_t deformed)
+{
+    struct draw_arena *arena = desc->arena;
+    bool is_bound = wanted == arena->bound.vertices;
+    if (deformed && !(is_bound && deformed == arena->bound.deformed))
+        bind_pose(desc, wanted, deformed - 1);
+    if (is_bound) {
+        arena->bound.deformed = deformed;
         return;
-    let_buffers_go(arena->bound.vertices);
+    }
+    let_buffers_go(&arena->bound);
     arena->bound.vertices = wanted;
+    arena->bound.deformed = deformed;
     glBindVertexArray(wanted);
     GLuint draws = arena->draws.name, instances = arena->instances.buffer.name;
     const GLuint buffers[2] = {draws, instances ? instances : draws};
@@ -368,7 +396,7 @@ void draws_run(const struct draw_desc *desc, const struct draw_range *range)
         if (batch->state.program != arena->bound.program)
             gl_program_use(batch->state.program);
         arena->bound.program = batch->state.program;
-        bind_vertices(arena, batch->state.vertices);
+        bind_vertices(desc, batch->state.vertices, batch->state.deformed);
         set_faces(&arena->bound, &batch->state);
         draw_batch(desc, batch);
     }
@@ -377,7 +405,7 @@ void draws_run(const struct draw_desc *desc, const struct draw_range *range)
 void draws_end(struct draw_arena *arena)
 {
     set_faces(&arena->bound, &(struct draw_state){.culls_back = false});
-    let_buffers_go(arena->bound.vertices);
+    let_buffers_go(&arena->bound);
     arena->bound = (struct draw_bound){.program = NULL};
 }
 

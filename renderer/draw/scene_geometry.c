@@ -82,7 +82,8 @@ static bool upload_indices(struct scene_geometry *geometry, struct error *err)
     return ok;
 }
 
-static void add_stream(struct scene_geometry *geometry, GLuint vao, enum vertex_stream stream)
+void scene_geometry_format(const struct scene_geometry *geometry, uint32_t vao,
+                           enum vertex_stream stream)
 {
     static const GLenum types[] = {[VERTEX_F32] = GL_FLOAT,
                                    [VERTEX_U8] = GL_UNSIGNED_BYTE,
@@ -90,14 +91,19 @@ static void add_stream(struct scene_geometry *geometry, GLuint vao, enum vertex_
                                    [VERTEX_U16] = GL_UNSIGNED_SHORT,
                                    [VERTEX_I16] = GL_SHORT};
     const struct vertex_format *format = &geometry->layout.formats[stream];
-    if (!geometry->streams[stream].name)
-        return;
     glEnableVertexArrayAttrib(vao, stream);
     glVertexArrayAttribFormat(vao, stream, (GLint)format->components, types[format->type],
                               format->is_normalized, 0);
     glVertexArrayAttribBinding(vao, stream, stream);
+}
+
+static void add_stream(struct scene_geometry *geometry, GLuint vao, enum vertex_stream stream)
+{
+    if (!geometry->streams[stream].name)
+        return;
+    scene_geometry_format(geometry, vao, stream);
     glVertexArrayVertexBuffer(vao, stream, geometry->streams[stream].name, 0,
-                              (GLsizei)format->stride_bytes);
+                              (GLsizei)geometry->layout.formats[stream].stride_bytes);
 }
 
 static void create_array(struct scene_geometry *geometry, uint32_t set)
@@ -107,6 +113,26 @@ static void create_array(struct scene_geometry *geometry, uint32_t set)
     for (int s = 0; s < VERTEX_STREAM_COUNT; s++)
         if (s < VERTEX_TANGENT || set >> (s - VERTEX_TANGENT) & 1)
             add_stream(geometry, vao, (enum vertex_stream)s);
+    glVertexArrayElementBuffer(vao, geometry->indices.name);
+    scene_gpu_format_records(vao);
+}
+
+/* Of primitives in a pose. deform_gpu_bind attaches the buffers. */
+static void create_deformed_array(struct scene_geometry *geometry, uint32_t set)
+{
+    gl_vertex_array_init(&geometry->deformed[set], "scene.deformed");
+    GLuint vao = geometry->deformed[set].name;
+    for (uint32_t s = 0; s < VERTEX_STREAM_COUNT; s++) {
+        if (s >= VERTEX_TANGENT && !(set >> (s - VERTEX_TANGENT) & 1))
+            continue;
+        if (s > VERTEX_TANGENT) {
+            scene_geometry_format(geometry, vao, (enum vertex_stream)s);
+            continue;
+        }
+        glEnableVertexArrayAttrib(vao, s);
+        glVertexArrayAttribFormat(vao, s, s == VERTEX_TANGENT ? 4 : 3, GL_FLOAT, GL_FALSE, 0);
+        glVertexArrayAttribBinding(vao, s, s);
+    }
     glVertexArrayElementBuffer(vao, geometry->indices.name);
     scene_gpu_format_records(vao);
 }
@@ -126,8 +152,11 @@ bool scene_geometry_init(struct scene_geometry *geometry, const struct scene *sc
     if (!upload_indices(geometry, err))
         return false;
     for (uint32_t set = 0; set <= VERTEX_OPTIONALS; set++)
-        if (!(set & ~geometry->layout.optionals))
+        if (!(set & ~geometry->layout.optionals)) {
             create_array(geometry, set);
+            if (scene->deformed_node_count)
+                create_deformed_array(geometry, set);
+        }
     return true;
 }
 
@@ -136,8 +165,10 @@ void scene_geometry_finish(struct scene_geometry *geometry)
     for (int s = 0; s < VERTEX_STREAM_COUNT; s++)
         gl_buffer_finish(&geometry->streams[s]);
     gl_buffer_finish(&geometry->indices);
-    for (uint32_t set = 0; set <= VERTEX_OPTIONALS; set++)
+    for (uint32_t set = 0; set <= VERTEX_OPTIONALS; set++) {
         gl_vertex_array_finish(&geometry->arrays[set]);
+        gl_vertex_array_finish(&geometry->deformed[set]);
+    }
     vertex_layout_finish(&geometry->layout);
     *geometry = (struct scene_geometry){.size_bytes = 0};
 }

@@ -16,12 +16,18 @@ struct scene_geometry {
     /* By the set of optional streams that they read; the others give their neutral element. Unnamed
      * where the set has a stream that the scene lacks. */
     struct gl_vertex_array arrays[VERTEX_OPTIONALS + 1];
+    /* The same for vertices in a pose, which bring positions, normals and tangents of their own:
+     * deform_gpu_bind. Unnamed where nothing deforms. */
+    struct gl_vertex_array deformed[VERTEX_OPTIONALS + 1];
     uint64_t size_bytes;
 };
 
 MUST_CHECK bool scene_geometry_init(struct scene_geometry *geometry, const struct scene *scene,
                                     struct error *err);
 void scene_geometry_finish(struct scene_geometry *geometry);
+/* Sets the format of a stream in an array, whose binding has its number. */
+void scene_geometry_format(const struct scene_geometry *geometry, uint32_t array,
+                           enum vertex_stream stream);
 
 /* Which array a program that reads these attributes (bits by location) draws a primitive of these
  * flags from: equal for as many primitives as can be. */
@@ -52,6 +58,29 @@ struct cap_gpu { /* the caps of the frame's state; the array is unnamed without 
     uint64_t serial; /* of struct state_caps */
 };
 
+struct deform_range { /* of vertices that are on the device */
+    struct content_key pose;
+    uint64_t scene_serial;
+    uint32_t primitive, first_vertex, vertex_count;
+};
+
+struct deform_gpu {              /* the poses of the frame's state */
+    struct gl_buffer streams[3]; /* positions, normals, tangents */
+    struct deform_range *ranges; /* owned; by item of the state_deforms uploaded last */
+    size_t count;
+    uint64_t serial; /* of them */
+};
+/* Uploads the ranges whose vertices are others than before. */
+MUST_CHECK bool deform_gpu_upload(struct deform_gpu *gpu, const struct state_deforms *deforms,
+                                  struct error *err);
+void deform_gpu_finish(struct deform_gpu *gpu);
+/* The array of a primitive of these flags in a pose. */
+uint32_t deform_gpu_array(const struct scene_geometry *geometry, uint32_t flags);
+/* Has an array of deform_gpu_array read a primitive: first_posed is its first vertex among those in
+ * a pose, first_at_rest among those of the scene. NULL for gpu: has it let go the former. */
+void deform_gpu_bind(const struct deform_gpu *gpu, const struct scene_geometry *geometry,
+                     uint32_t array, uint32_t first_posed, uint32_t first_at_rest);
+
 /* Draw records as attributes of the array, from a buffer that each submission binds. */
 void scene_gpu_format_records(uint32_t array); /* and instances */
 void scene_gpu_format_instances(uint32_t array);
@@ -70,6 +99,7 @@ struct draw_instance { /* ATTRIBUTE_INSTANCE */
 struct draw_bound { /* of the GL, as draws left it */
     const struct gl_program *program;
     uint32_t vertices; /* the array, 0 for none */
+    uint32_t deformed; /* 1 + the item whose pose it reads; 0: none */
     bool culls_back, is_mirrored;
 };
 
@@ -85,6 +115,7 @@ struct draw_arena {
     uint64_t material_bytes; /* of the frame's */
     struct gl_stream commands, instances;
     struct cap_gpu caps;
+    struct deform_gpu deforms;
     uint32_t *item_materials;    /* per item of the state: index of its material record */
     struct draw_record *records; /* of the placement in the making */
     uint32_t *placed;            /* items of the last placement ... */

@@ -210,15 +210,18 @@ static bool open_sparse(const struct accessor_source *source, const struct gltf_
 }
 
 /* Fills all but where the elements lie. */
-static bool describe(const struct accessor_source *source, int index, struct accessor *out,
-                     struct error *err)
+static bool describe(const struct accessor_source *source, int index, bool is_matrix,
+                     struct accessor *out, struct error *err)
 {
     memset(out, 0, sizeof *out);
     if (index < 0 || (size_t)index >= source->document->accessor_count)
         return error_set(err, ERROR_INVALID_SCENE, "there is no accessor %d", index);
     const struct gltf_accessor *a = &source->document->accessors[index];
     size_t bytes = component_bytes(a->component);
-    if (!bytes || a->components < 1)
+    if (is_matrix && (!a->is_matrix_4x4 || a->component != GLTF_FLOAT))
+        return error_set(err, ERROR_INVALID_SCENE,
+                         "accessor %d: its elements are no 4 x 4 matrices of floats", index);
+    if (!bytes || (!is_matrix && a->components < 1))
         return error_set(err, ERROR_INVALID_SCENE,
                          "accessor %d: component type %d or element type cannot be drawn", index,
                          a->component);
@@ -228,27 +231,27 @@ static bool describe(const struct accessor_source *source, int index, struct acc
                          (unsigned long long)a->count);
     out->index = index;
     out->count = (uint32_t)a->count;
-    out->components = a->components;
+    out->components = is_matrix ? 16 : a->components;
     out->component = (enum gltf_component)a->component;
     out->is_normalized =
         a->is_normalized && a->component != GLTF_FLOAT && a->component != GLTF_UNSIGNED_INT;
-    out->stride = bytes * (size_t)a->components;
+    out->stride = bytes * (size_t)out->components;
     return true;
 }
 
 bool accessor_open_decoded(const struct accessor_source *source, int index, const void *bytes,
                            struct accessor *out, struct error *err)
 {
-    if (!describe(source, index, out, err))
+    if (!describe(source, index, false, out, err))
         return false;
     out->bytes = bytes;
     return true;
 }
 
-bool accessor_open(const struct accessor_source *source, int index, struct accessor *out,
-                   struct error *err)
+static bool open_elements(const struct accessor_source *source, int index, bool is_matrix,
+                          struct accessor *out, struct error *err)
 {
-    if (!describe(source, index, out, err))
+    if (!describe(source, index, is_matrix, out, err))
         return false;
     const struct gltf_accessor *a = &source->document->accessors[index];
     size_t element_bytes = out->stride;
@@ -266,6 +269,18 @@ bool accessor_open(const struct accessor_source *source, int index, struct acces
                          out->count, ZEROED_ELEMENTS_MAX);
     }
     return !a->is_sparse || open_sparse(source, a, element_bytes, out, err);
+}
+
+bool accessor_open(const struct accessor_source *source, int index, struct accessor *accessor,
+                   struct error *err)
+{
+    return open_elements(source, index, false, accessor, err);
+}
+
+bool accessor_open_matrices(const struct accessor_source *source, int index,
+                            struct accessor *accessor, struct error *err)
+{
+    return open_elements(source, index, true, accessor, err);
 }
 
 /* Where an element lies: among the sparse values, in the buffer, or nowhere (zero). */
@@ -313,7 +328,7 @@ static float read_component(const uint8_t *at, enum gltf_component component, bo
     }
 }
 
-bool accessor_read(const struct accessor *a, uint32_t element, float out[4], struct error *err)
+bool accessor_read(const struct accessor *a, uint32_t element, float *out, struct error *err)
 {
     const uint8_t *at = element_bytes_at(a, element);
     size_t bytes = component_bytes(a->component);

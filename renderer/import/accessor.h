@@ -44,10 +44,13 @@ MUST_CHECK bool accessor_open(const struct accessor_source *source, int index,
 MUST_CHECK bool accessor_open_decoded(const struct accessor_source *source, int index,
                                       const void *bytes, struct accessor *accessor,
                                       struct error *err);
+/* The same for 4 x 4 matrices of floats, which accessor_open refuses: 16 components each. */
+MUST_CHECK bool accessor_open_matrices(const struct accessor_source *source, int index,
+                                       struct accessor *accessor, struct error *err);
 
 /* One element as floats, normalised integers to [0,1] or [-1,1]. Refuses NaN and infinity by
- * element. */
-MUST_CHECK bool accessor_read(const struct accessor *accessor, uint32_t element, float out[4],
+ * element. out: as many as it has components, at most 4 but of matrices. */
+MUST_CHECK bool accessor_read(const struct accessor *accessor, uint32_t element, float *out,
                               struct error *err);
 
 /* One element of a scalar accessor of unsigned integers. */

@@ -9,6 +9,7 @@
 #include "renderer/import/gltf_shim.h"
 
 #include <exception>
+#include <map>
 #include <new>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ struct holder {
     std::vector<gltf_buffer_view> views;
     std::vector<gltf_accessor> accessors;
     std::vector<std::vector<gltf_primitive>> primitives;
+    std::vector<std::vector<gltf_target>> targets; // per primitive
     std::vector<gltf_mesh> meshes;
     std::vector<gltf_node> nodes;
     std::vector<gltf_scene> scenes;
@@ -298,6 +300,7 @@ void convert_accessor(holder &h, const tinygltf::Accessor &a)
     out.count = a.count;
     out.component = a.componentType;
     out.components = component_count(a.type);
+    out.is_matrix_4x4 = a.type == TINYGLTF_TYPE_MAT4;
     out.is_normalized = a.normalized;
     out.is_sparse = a.sparse.isSparse;
     if (out.is_sparse) {
@@ -311,8 +314,9 @@ void convert_accessor(holder &h, const tinygltf::Accessor &a)
     h.accessors.push_back(out);
 }
 
-const char *const names[GLTF_ATTRIBUTE_COUNT] = {"POSITION",   "NORMAL",     "TANGENT",
-                                                 "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
+const char *const names[GLTF_ATTRIBUTE_COUNT] = {"POSITION",   "NORMAL",   "TANGENT",  "TEXCOORD_0",
+                                                 "TEXCOORD_1", "COLOR_0",  "JOINTS_0", "WEIGHTS_0",
+                                                 "JOINTS_1",   "WEIGHTS_1"};
 
 gltf_texture texture_of(const tinygltf::Texture &t)
 {
@@ -321,17 +325,28 @@ gltf_texture texture_of(const tinygltf::Texture &t)
             extension(t.extensions, "KHR_texture_basisu") != nullptr};
 }
 
-gltf_primitive convert_primitive(const tinygltf::Primitive &p)
+int attribute_of(const std::map<std::string, int> &attributes, const char *name)
+{
+    auto found = attributes.find(name);
+    return found == attributes.end() ? -1 : found->second;
+}
+
+gltf_primitive convert_primitive(holder &h, const tinygltf::Primitive &p)
 {
     gltf_primitive out = {};
-    for (int i = 0; i < GLTF_ATTRIBUTE_COUNT; i++) {
-        auto found = p.attributes.find(names[i]);
-        out.attributes[i] = found == p.attributes.end() ? -1 : found->second;
-    }
+    for (int i = 0; i < GLTF_ATTRIBUTE_COUNT; i++)
+        out.attributes[i] = attribute_of(p.attributes, names[i]);
+    std::vector<gltf_target> targets;
+    for (const std::map<std::string, int> &target : p.targets)
+        targets.push_back({attribute_of(target, "POSITION"), attribute_of(target, "NORMAL"),
+                           attribute_of(target, "TANGENT")});
+    h.targets.push_back(std::move(targets));
+    out.targets = h.targets.back().data();
     out.indices = p.indices;
     out.material = p.material;
     out.mode = p.mode;
     out.target_count = p.targets.size();
+    out.has_more_joints = attribute_of(p.attributes, "JOINTS_2") != -1;
     const tinygltf::Value *draco = extension(p.extensions, "KHR_draco_mesh_compression");
     out.is_draco = draco != nullptr;
     out.draco_view = integer(draco, "bufferView", -1);
@@ -368,6 +383,7 @@ void convert_node(holder &h, const tinygltf::Node &n)
     out.translation = numbers_of(n.translation);
     out.rotation = numbers_of(n.rotation);
     out.scale = numbers_of(n.scale);
+    out.weights = numbers_of(n.weights);
     h.nodes.push_back(out);
 }
 
@@ -403,10 +419,10 @@ void convert_meshes(holder &h)
     for (const tinygltf::Mesh &m : h.model.meshes) {
         std::vector<gltf_primitive> list;
         for (const tinygltf::Primitive &p : m.primitives)
-            list.push_back(convert_primitive(p));
+            list.push_back(convert_primitive(h, p));
         h.primitives.push_back(std::move(list));
-        h.meshes.push_back(
-            {m.name.c_str(), h.primitives.back().data(), h.primitives.back().size()});
+        h.meshes.push_back({m.name.c_str(), h.primitives.back().data(), h.primitives.back().size(),
+                            numbers_of(m.weights)});
     }
 }
 

@@ -58,7 +58,7 @@ struct gltf_accessor {
     uint64_t byte_offset, count;
     int component;  /* enum gltf_component, or an invalid number */
     int components; /* 1 to 4; 0 for matrices */
-    bool is_normalized, is_sparse;
+    bool is_matrix_4x4, is_normalized, is_sparse;
     int sparse_count;
     int sparse_index_view, sparse_index_offset, sparse_index_component;
     int sparse_value_view, sparse_value_offset;
@@ -71,13 +71,23 @@ enum gltf_attribute {
     GLTF_TEXCOORD_0,
     GLTF_TEXCOORD_1,
     GLTF_COLOR_0,
+    GLTF_JOINTS_0,
+    GLTF_WEIGHTS_0,
+    GLTF_JOINTS_1,
+    GLTF_WEIGHTS_1,
     GLTF_ATTRIBUTE_COUNT
+};
+
+struct gltf_target { /* of morphing: accessors of differences */
+    int position, normal, tangent;
 };
 
 struct gltf_primitive {
     int attributes[GLTF_ATTRIBUTE_COUNT]; /* accessors */
     int indices, material, mode;
-    size_t target_count;                        /* morph targets */
+    const struct gltf_target *targets;
+    size_t target_count;
+    bool has_more_joints;                       /* JOINTS_2 */
     bool is_draco;                              /* carries KHR_draco_mesh_compression */
     int draco_view;                             /* buffer view of its stream */
     int draco_attributes[GLTF_ATTRIBUTE_COUNT]; /* ids in the stream; -1: not there */
@@ -87,6 +97,7 @@ struct gltf_mesh {
     const char *name;
     const struct gltf_primitive *primitives;
     size_t primitive_count;
+    struct gltf_numbers weights; /* of morph targets */
 };
 
 enum { GLTF_BAD_LIGHT = -2 }; /* of a node: KHR_lights_punctual without an index of a light */
@@ -105,6 +116,7 @@ struct gltf_node {
     int instance_attributes[GLTF_INSTANCE_ATTRIBUTE_COUNT]; /* accessors */
     struct gltf_indices children;
     struct gltf_numbers matrix, translation, rotation, scale;
+    struct gltf_numbers weights; /* of morph targets; those of the mesh when absent */
 };
 
 struct gltf_scene {

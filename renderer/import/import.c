@@ -149,11 +149,16 @@ static bool warn_count(struct importer *importer, uint64_t count, const char *on
 static bool list_warnings(struct importer *importer, struct error *err)
 {
     return warn_count(importer, importer->unmoved_channels, "animation channel",
-                      "animation channels", "not evaluated: they move no node", err) &&
-           warn_count(importer, importer->skinned_nodes, "skinned node", "skinned nodes",
-                      "not deformed; the bind pose is shown", err) &&
-           warn_count(importer, importer->morphed_primitives, "primitive", "primitives",
-                      "with morph targets that are not evaluated; the base shape is shown", err) &&
+                      "animation channels",
+                      "not evaluated: they move neither a node nor a morph target", err) &&
+           warn_count(importer, importer->unjointed_primitives, "primitive", "primitives",
+                      "of skinned nodes without JOINTS_0 and WEIGHTS_0: they follow no joint",
+                      err) &&
+           warn_count(importer, importer->unbound_vertices, "vertex", "vertices",
+                      "without a joint weight: they follow the first joint", err) &&
+           warn_count(importer, importer->left_out_influences, "primitive", "primitives",
+                      "with more than eight joints for a vertex: JOINTS_2 and above are left out",
+                      err) &&
            warn_count(importer, importer->degenerate_triangles, "triangle", "triangles",
                       "of zero area left out", err) &&
            warn_count(importer, importer->repaired_normals, "normal", "normals",
@@ -188,7 +193,7 @@ static bool import_all(struct importer *importer, const struct scene_import_desc
            import_textures(importer, err) && import_lights(importer, err) &&
            import_cameras(importer, err) && import_hierarchy(importer, err) &&
            import_meshes(importer, err) && import_nodes(importer, err) &&
-           import_animations(importer, err) && import_skins(importer, err) &&
+           import_skins(importer, err) && import_animations(importer, err) &&
            list_warnings(importer, err);
 }
 
@@ -205,6 +210,7 @@ static void importer_finish(struct importer *importer)
     gltf_document_destroy(importer->document);
     gltf_json_finish(&importer->json);
     free(importer->mesh_of);
+    free(importer->is_mesh_skinned);
     free(importer->is_texture_used);
     free(importer->image_source);
     free(importer->node_order);
@@ -234,8 +240,9 @@ bool scene_import(const struct scene_import_desc *desc, void **blob, size_t *siz
                    import_pixels(&importer, desc, *blob, err);
     importer_finish(&importer);
     struct scene scene; /* the worker will ask the same: what it would refuse is refused here */
-    is_done =
-        is_done && (desc->write ? scene_open_head : scene_open)(&scene, *blob, *size_bytes, err);
+    is_done = is_done &&
+              (desc->write ? scene_open_head : scene_open)(&scene, *blob, *size_bytes, err) &&
+              import_rest_bounds(*blob, &scene, err);
     if (is_done)
         return true;
     free(*blob);

@@ -24,6 +24,7 @@ struct shape {
     struct accessor attributes[GLTF_ATTRIBUTE_COUNT]; /* count 0: absent */
     struct draco_geometry draco;                      /* what the attributes may read from */
     bool has_flat_normals;                            /* each corner is a vertex of its own */
+    bool is_skinned;                                  /* its mesh, by a shown node */
     struct scene_primitive out;
 };
 
@@ -50,6 +51,8 @@ static const struct attribute_rule rules[GLTF_ATTRIBUTE_COUNT] = {
     [GLTF_POSITION] = {"POSITION", 3, 3, true},     [GLTF_NORMAL] = {"NORMAL", 3, 3, false},
     [GLTF_TANGENT] = {"TANGENT", 4, 4, false},      [GLTF_TEXCOORD_0] = {"TEXCOORD_0", 2, 2, true},
     [GLTF_TEXCOORD_1] = {"TEXCOORD_1", 2, 2, true}, [GLTF_COLOR_0] = {"COLOR_0", 3, 4, false},
+    [GLTF_JOINTS_0] = {"JOINTS_0", 4, 4, true},     [GLTF_WEIGHTS_0] = {"WEIGHTS_0", 4, 4, false},
+    [GLTF_JOINTS_1] = {"JOINTS_1", 4, 4, true},     [GLTF_WEIGHTS_1] = {"WEIGHTS_1", 4, 4, false},
 };
 
 static bool check_rule(const struct accessor *a, const struct attribute_rule *rule,
@@ -78,7 +81,7 @@ static bool open_attributes(struct importer *importer, struct shape *shape, stru
     const struct accessor *position = &shape->attributes[GLTF_POSITION];
     for (int i = 0; i < GLTF_ATTRIBUTE_COUNT; i++) {
         struct accessor *a = &shape->attributes[i];
-        if (shape->from->attributes[i] == -1 ||
+        if (shape->from->attributes[i] == -1 || (i >= GLTF_JOINTS_0 && !shape->is_skinned) ||
             (i == GLTF_TANGENT && shape->from->attributes[GLTF_NORMAL] == -1))
             continue;
         if (!open_attribute(importer, shape, i, err) || !check_rule(a, &rules[i], err))
@@ -165,10 +168,10 @@ static void face_normal(const double a[3], const double b[3], const double c[3],
     n[2] = u[0] * v[1] - u[1] * v[0];
 }
 
-/* Keeps the triangles that have an area. */
-static bool drop_degenerate(struct importer *importer, const struct accessor *position,
-                            struct error *err)
+/* Keeps the triangles that have an area; of morphed primitives those that may get one. */
+static bool drop_degenerate(struct importer *importer, const struct shape *shape, struct error *err)
 {
+    const struct accessor *position = &shape->attributes[GLTF_POSITION];
     struct index_list *corners = &importer->scratch->corners;
     uint32_t kept = 0;
     for (uint32_t i = 0; i + 2 < corners->count; i += 3) {
@@ -177,8 +180,12 @@ static bool drop_degenerate(struct importer *importer, const struct accessor *po
         for (int k = 0; k < 3; k++)
             if (!read_corner(position, corner[k], p[k], err))
                 return false;
-        if (corner[0] != corner[1] && corner[1] != corner[2] && corner[2] != corner[0])
+        bool has_corners =
+            corner[0] != corner[1] && corner[1] != corner[2] && corner[2] != corner[0];
+        if (has_corners)
             face_normal(p[0], p[1], p[2], n);
+        if (has_corners && shape->from->target_count)
+            n[0] = 1; /* as it stands, whatever its area at rest */
         if (n[0] == 0 && n[1] == 0 && n[2] == 0) {
             importer->degenerate_triangles++;
             continue;
@@ -361,8 +368,11 @@ static bool append_normals(struct importer *importer, struct shape *shape, struc
         double n[3];
         triangle_normal(positions, (uint32_t[3]){v, v + 1, v + 2}, n);
         for (uint32_t k = 0; k < 3; k++)
-            if (!normalize(n, normals + 3ull * (v + k)))
-                return error_set(err, ERROR_INTERNAL, "a triangle without area was kept");
+            if (!normalize(n, normals + 3ull * (v + k))) { /* kept for its morph targets */
+                if (!shape->from->target_count)
+                    return error_set(err, ERROR_INTERNAL, "a triangle without area was kept");
+                normals[3ull * (v + k) + 1] = 1;
+            }
     }
     return true;
 }
@@ -464,7 +474,8 @@ static bool choose_material(struct importer *importer, struct shape *shape, stru
 }
 
 /* What KHR_materials_volume calls a closed mesh; told where the material would make use of it. */
-static bool find_closed(struct importer *importer, struct shape *shape, struct error *err)
+static bool find_closed(struct importer *importer, struct shape *shape, bool keeps_closed,
+                        struct error *err)
 {
     struct scene_primitive *p = &shape->out;
     const float *positions = importer->writer.sections[SCENE_POSITIONS].records;
@@ -478,7 +489,7 @@ static bool find_closed(struct importer *importer, struct shape *shape, struct e
                                 .index_count = p->index_count},
             &is_closed, err))
         return false;
-    if (is_closed)
+    if (is_closed && keeps_closed)
         p->flags |= SCENE_PRIMITIVE_IS_CLOSED;
     else if (scene_material_attenuates(&material[p->material]))
         importer->open_volumes++;
@@ -509,14 +520,24 @@ static bool append_shape(struct importer *importer, struct shape *shape, struct 
         !topology_unroll(&importer->scratch->corners, shape->from->mode, &shape->out.topology, err))
         return false;
     bool is_surface = shape->out.topology == SCENE_TRIANGLES;
-    if (is_surface && !drop_degenerate(importer, &shape->attributes[GLTF_POSITION], err))
+    bool keeps_closed = true;
+    if (is_surface && !drop_degenerate(importer, shape, err))
         return error_wrap(err, "POSITION");
     if (importer->scratch->corners.count == 0)
         return true;
     shape->has_flat_normals = is_surface && !shape->attributes[GLTF_NORMAL].count;
     if (!choose_vertices(importer, shape, err) || !append_positions(importer, shape, err) ||
-        !append_normals(importer, shape, err) || !append_optionals(importer, shape, err) ||
-        (is_surface && !find_closed(importer, shape, err)))
+        !append_normals(importer, shape, err) || !append_optionals(importer, shape, err))
+        return false;
+    const struct deformed_shape deformed = {.from = shape->from,
+                                            .attributes = shape->attributes,
+                                            .sources = importer->scratch->sources,
+                                            .primitive = &shape->out,
+                                            .is_flat = shape->has_flat_normals,
+                                            .is_skinned = shape->is_skinned};
+    if ((deformed_shape_deforms(&deformed) &&
+         !import_deformation(importer, &deformed, &keeps_closed, err)) ||
+        (is_surface && !find_closed(importer, shape, keeps_closed, err)))
         return false;
     if (is_surface)
         find_smooth(importer, &shape->out);
@@ -529,12 +550,11 @@ static bool append_shape(struct importer *importer, struct shape *shape, struct 
 }
 
 static bool import_primitive(struct importer *importer, const struct gltf_primitive *from,
-                             struct error *err)
+                             bool is_skinned, struct error *err)
 {
-    importer->morphed_primitives += from->target_count > 0;
     if (from->attributes[GLTF_POSITION] == -1)
         return importer_warn(importer, err, "a primitive without POSITION is left out");
-    struct shape shape = {.from = from};
+    struct shape shape = {.from = from, .is_skinned = is_skinned};
     bool is_done = draco_geometry_init(&shape.draco, importer, from, err) &&
                    append_shape(importer, &shape, err);
     draco_geometry_finish(&shape.draco);
@@ -546,8 +566,11 @@ static bool import_mesh(struct importer *importer, size_t index, struct error *e
     const struct gltf_mesh *from = &importer->document->meshes[index];
     struct scene_mesh mesh = {.first_primitive =
                                   (uint32_t)importer->writer.sections[SCENE_PRIMITIVES].count};
+    if (!import_check_targets(from, err))
+        return error_wrap(err, "mesh %zu '%s'", index, from->name);
     for (size_t i = 0; i < from->primitive_count; i++)
-        if (!import_primitive(importer, &from->primitives[i], err))
+        if (!import_primitive(importer, &from->primitives[i], importer->is_mesh_skinned[index],
+                              err))
             return error_wrap(err, "mesh %zu '%s', primitive %zu", index, from->name, i);
     mesh.primitive_count =
         (uint32_t)importer->writer.sections[SCENE_PRIMITIVES].count - mesh.first_primitive;

@@ -140,7 +140,7 @@ static bool mark_meshes(struct importer *importer, struct error *err)
             return error_set(err, ERROR_INVALID_SCENE, "node %u: there is no mesh %d",
                              importer->node_order[i], node->mesh);
         importer->mesh_of[node->mesh] = 0; /* wanted; numbered by import_meshes */
-        importer->skinned_nodes += node->skin != -1;
+        importer->is_mesh_skinned[node->mesh] |= node->skin != -1;
     }
     return true;
 }
@@ -153,8 +153,11 @@ bool import_hierarchy(struct importer *importer, struct error *err)
              *depths = malloc((count + 1) * sizeof *depths);
     importer->node_order = calloc(count + 1, sizeof *importer->node_order);
     importer->mesh_of = malloc((importer->document->mesh_count + 1) * sizeof *importer->mesh_of);
+    importer->is_mesh_skinned =
+        calloc(importer->document->mesh_count + 1, sizeof *importer->is_mesh_skinned);
     bool is_done = false;
-    if (!parents || !stack || !depths || !importer->node_order || !importer->mesh_of)
+    if (!parents || !stack || !depths || !importer->node_order || !importer->mesh_of ||
+        !importer->is_mesh_skinned)
         error_set(err, ERROR_NO_MEMORY, "%zu nodes", count);
     else
         is_done = find_parents(importer->document, parents, err) &&
@@ -317,6 +320,27 @@ static void grow_by_vertices(struct scene_header *header, const double world[16]
     }
 }
 
+bool import_check_bounds(const struct scene_header *header, struct error *err)
+{
+    for (int i = 0; i < 3; i++)
+        if (header->bounds_min[i] <= header->bounds_max[i] &&
+            !(fmax(fabs(header->bounds_min[i]), fabs(header->bounds_max[i])) <= COORDINATE_MAX))
+            return error_set(err, ERROR_INVALID_SCENE,
+                             "the scene spans %g to %g m, limit is %g from the origin",
+                             header->bounds_min[i], header->bounds_max[i], COORDINATE_MAX);
+    return true;
+}
+
+/* Whether the node's mesh is shown in a pose, which import_rest_bounds measures. */
+static bool is_posed(const struct importer *importer, const struct scene_node *node)
+{
+    const struct gltf_node *from = &importer->document->nodes[node->source_index];
+    if (from->mesh < 0)
+        return false;
+    const struct gltf_mesh *mesh = &importer->document->meshes[from->mesh];
+    return from->skin != -1 || (mesh->primitive_count && mesh->primitives[0].target_count);
+}
+
 /* Bounds and triangle count over all nodes. */
 static bool measure(struct importer *importer, struct error *err)
 {
@@ -335,6 +359,8 @@ static bool measure(struct importer *importer, struct error *err)
             const struct scene_primitive *p = &primitives[mesh->first_primitive + i];
             if (p->topology == SCENE_TRIANGLES)
                 header->triangle_count += p->index_count / 3;
+            if (is_posed(importer, &nodes[n]))
+                continue;
             visited += p->vertex_count;
             if (visited > TIGHT_BOUNDS_VERTICES_MAX)
                 grow_by_corners(header, nodes[n].world_matrix, p);
@@ -343,13 +369,7 @@ static bool measure(struct importer *importer, struct error *err)
                                  p->vertex_count);
         }
     }
-    for (int i = 0; i < 3; i++)
-        if (header->bounds_min[i] <= header->bounds_max[i] &&
-            !(fmax(fabs(header->bounds_min[i]), fabs(header->bounds_max[i])) <= COORDINATE_MAX))
-            return error_set(err, ERROR_INVALID_SCENE,
-                             "the scene spans %g to %g m, limit is %g from the origin",
-                             header->bounds_min[i], header->bounds_max[i], COORDINATE_MAX);
-    return true;
+    return import_check_bounds(header, err);
 }
 
 bool import_nodes(struct importer *importer, struct error *err)

@@ -7,6 +7,7 @@
 #include "renderer/import/gltf_json.h"
 #include "renderer/import/import.h"
 #include "renderer/scene/blob_writer.h"
+#include "renderer/scene/scene.h"
 
 struct importer {
     struct gltf_package package;
@@ -21,6 +22,7 @@ struct importer {
     uint64_t max_image_pixels;
 
     int32_t *mesh_of;       /* owned: blob mesh of each glTF mesh, -1 when no shown node uses it */
+    bool *is_mesh_skinned;  /* owned: by a shown node, per glTF mesh */
     bool *is_texture_used;  /* owned: by an evaluated slot of some material */
     uint32_t *image_source; /* owned: glTF image of each of the blob's */
     uint32_t *node_order;   /* owned: glTF nodes of the scene, parents first */
@@ -28,17 +30,43 @@ struct importer {
     struct geometry_scratch *scratch; /* owned by import_geometry.c */
 
     /* Counted while importing, told once at the end. */
-    uint64_t degenerate_triangles, repaired_normals, clamped_colors, morphed_primitives,
-        skinned_nodes;
+    uint64_t degenerate_triangles, repaired_normals, clamped_colors;
+    uint64_t unbound_vertices, unjointed_primitives, left_out_influences;
     uint64_t missing_texcoords, far_texcoords, open_volumes, lobe_textures;
-    uint64_t unmoved_channels; /* of animations, that move no node */
+    uint64_t unmoved_channels; /* of animations, that move neither a node nor a morph target */
 };
+
+/* A primitive under way whose vertices were chosen: what its influences and targets are read from.
+ */
+struct deformed_shape {
+    const struct gltf_primitive *from;
+    const struct accessor *attributes; /* by enum gltf_attribute */
+    const uint32_t *sources;           /* the accessors' vertex of each vertex */
+    const struct scene_primitive *primitive;
+    bool is_flat; /* each corner is a vertex of its own, normals come from the triangles */
+    bool is_skinned;
+};
+static inline bool deformed_shape_deforms(const struct deformed_shape *shape)
+{
+    return shape->is_skinned || shape->from->target_count > 0;
+}
+/* The record of the primitive is the next to be appended. keeps_closed: no pose parts vertices that
+ * are at one place at rest. */
+MUST_CHECK bool import_deformation(struct importer *importer, const struct deformed_shape *shape,
+                                   bool *keeps_closed, struct error *err);
+/* The targets of all primitives, and the weights, of one mesh. */
+MUST_CHECK bool import_check_targets(const struct gltf_mesh *mesh, struct error *err);
+/* Whether they are within the reach of coordinates. */
+MUST_CHECK bool import_check_bounds(const struct scene_header *header, struct error *err);
+/* After the blob was opened: adds what deforms, at rest, to the bounds in its header. */
+MUST_CHECK bool import_rest_bounds(struct scene_header *header, const struct scene *scene,
+                                   struct error *err);
 
 /* Each returns false with err set, and fills the sections of its name. In the order of the calls in
  * import.c: materials also is_texture_used; textures also images and image_source, and takes room
- * for their pixels; hierarchy node_order and mesh_of; meshes all vertex sections; nodes also the
- * bounds and counts of the header; animations also poses, channels and keys; skins nothing but
- * warnings. */
+ * for their pixels; hierarchy node_order, mesh_of and is_mesh_skinned; meshes all vertex sections
+ * and deformations; nodes also the bounds and counts of the header; skins also joints, deformed
+ * nodes and their weights; animations also poses, channels and keys. */
 MUST_CHECK bool import_materials(struct importer *importer, struct error *err);
 MUST_CHECK bool import_textures(struct importer *importer, struct error *err);
 MUST_CHECK bool import_lights(struct importer *importer, struct error *err);
@@ -46,8 +74,8 @@ MUST_CHECK bool import_cameras(struct importer *importer, struct error *err);
 MUST_CHECK bool import_hierarchy(struct importer *importer, struct error *err);
 MUST_CHECK bool import_meshes(struct importer *importer, struct error *err);
 MUST_CHECK bool import_nodes(struct importer *importer, struct error *err);
-MUST_CHECK bool import_animations(struct importer *importer, struct error *err);
 MUST_CHECK bool import_skins(struct importer *importer, struct error *err);
+MUST_CHECK bool import_animations(struct importer *importer, struct error *err);
 
 /* Translation, rotation and scale of a node without a matrix, into a zeroed pose. */
 MUST_CHECK bool import_pose(const struct gltf_node *node, struct scene_pose *pose,

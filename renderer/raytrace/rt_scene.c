@@ -66,7 +66,12 @@ static void bind_item(const struct rt_scene *scene, struct rt_mesh *mesh,
     mesh->cast_once = material->cast_once;
     mesh->primitive = geometry.primitive;
     mesh->streams = scene_of_primitive(scene->state->scene, mesh->primitive);
-    mesh->normals = geometry.normals;
+    mesh->first_vertex = item->cap ? geometry.primitive->first_vertex
+                                   : scene->state->scene->primitives[item->primitive].first_vertex;
+    mesh->normals = geometry.normals + 3 * (size_t)geometry.primitive->first_vertex;
+    mesh->tangents =
+        geometry.tangents ? geometry.tangents + 4 * (size_t)geometry.primitive->first_vertex : NULL;
+    mesh->world = geometry.world;
     find_normal_matrix(geometry.world, item->is_mirrored, mesh->normal_matrix);
     mesh->slots = sampled_slots(scene, mesh);
     mesh->is_filter_plain = rt_surface_plain_filter(mesh, blend, mesh->filter);
@@ -152,7 +157,11 @@ static uint64_t geometry_key(const struct scene_state *state)
             uint32_t part = state->scene->primitives[item->primitive].part;
             hash = hash_words(hash, &state->scene->parts[part].identity, sizeof(uint64_t));
         }
-        hash = hash_words(hash, state->world[item->node], sizeof state->world[item->node]);
+        hash =
+            hash_words(hash, state_geometry_of(state, item).world, sizeof state->world[item->node]);
+        if (item->deformed)
+            hash = hash_words(hash, &state->deforms.items[item->deformed - 1].pose,
+                              sizeof(struct content_key));
         if (item->cap)
             hash = hash_words(hash, &item->shadow_hash, sizeof item->shadow_hash);
     }

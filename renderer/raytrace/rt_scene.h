@@ -20,8 +20,10 @@ struct rt_mesh { /* one state item, triangles only */
     bool is_mirrored, is_medium, is_double_sided;
     const struct scene_material *material;   /* of the state */
     const struct scene_primitive *primitive; /* a cap's own */
-    const struct scene *streams;             /* that the vertices count into */
-    const float *normals;                    /* likewise, or a cap's */
+    const struct scene *streams;             /* texture coordinates and colours ... */
+    uint32_t first_vertex;                   /* ... from this vertex on */
+    const float *normals, *tangents;         /* from the mesh's first vertex on, as positions */
+    const double *world;                     /* 4 x 4: of tangents to world */
     double normal_matrix[3][3];              /* of normals to world, up to a positive scale */
     uint32_t node;
     bool no_self_shadow, cast_once; /* of the material */
@@ -35,7 +37,7 @@ static inline void rt_mesh_triangle(const struct rt_mesh *mesh, uint32_t triangl
                                     uint32_t vertices[3])
 {
     for (size_t k = 0; k < 3; k++)
-        vertices[k] = mesh->primitive->first_vertex + mesh->triangles[3 * (size_t)triangle + k];
+        vertices[k] = mesh->first_vertex + mesh->triangles[3 * (size_t)triangle + k];
 }
 
 struct rt_scene {

@@ -37,7 +37,9 @@ static void find_place(const struct rt_scene *scene, const struct rt_hit *hit,
     rt_mesh_triangle(mesh, hit->triangle, place->vertices);
 }
 
-static void interpolate(const struct place *place, const float *stream, int width, double *out)
+/* first: the vertex that the stream begins at. */
+static void interpolate(const struct place *place, const float *stream, uint32_t first, int width,
+                        double *out)
 {
     const struct rt_hit *hit = place->hit;
     const double weights[3] = {1 - hit->u - hit->v, hit->u, hit->v};
@@ -45,7 +47,8 @@ static void interpolate(const struct place *place, const float *stream, int widt
         out[c] = 0;
         for (int k = 0; k < 3; k++)
             out[c] +=
-                weights[k] * (double)stream[(size_t)place->vertices[k] * (size_t)width + (size_t)c];
+                weights[k] *
+                (double)stream[(size_t)(place->vertices[k] - first) * (size_t)width + (size_t)c];
     }
 }
 
@@ -133,7 +136,7 @@ bool rt_surface_is_solid(const struct rt_scene *scene, const struct rt_hit *hit)
         rt_texture_find_finest(&lookup, &square);
     if (place.mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS) {
         double color[4];
-        interpolate(&place, place.mesh->streams->colors, 4, color);
+        interpolate(&place, place.mesh->streams->colors, 0, 4, color);
         factor *= color[3];
     }
     const struct rt_mask *mask = is_found ? &scene->masks[lookup.texture->image] : NULL;
@@ -161,7 +164,7 @@ static void find_base(const struct place *place, double base[4])
     double color[4] = {1, 1, 1, 1};
     sample_slot(place, SCENE_TEXTURE_BASE_COLOR, base);
     if (place->mesh->primitive->flags & SCENE_PRIMITIVE_HAS_COLORS)
-        interpolate(place, place->mesh->streams->colors, 4, color);
+        interpolate(place, place->mesh->streams->colors, 0, 4, color);
     for (int k = 0; k < 4; k++)
         base[k] = clamp01(base[k] * (double)place->mesh->material->base_color[k] * color[k]);
 }
@@ -181,7 +184,7 @@ static bool triangle_tangents(const struct place *place, double tangent[3], doub
     const struct scene_texture_ref *ref = &place->mesh->material->textures[SCENE_TEXTURE_NORMAL];
     const float *stream =
         ref->texcoord ? place->mesh->streams->texcoords_1 : place->mesh->streams->texcoords_0;
-    const uint32_t *vertices = place->vertices, first = place->mesh->primitive->first_vertex;
+    const uint32_t *vertices = place->vertices, first = place->mesh->first_vertex;
     const double(*position)[3] = (const double(*)[3])place->mesh->positions;
     double uv[3][2], e1[3], e2[3];
     if (!stream) /* the material names a set that no primitive has */
@@ -211,8 +214,8 @@ static bool tangent_frame(const struct place *place, const double n[3], double t
     if (!(place->mesh->primitive->flags & SCENE_PRIMITIVE_HAS_TANGENTS))
         return triangle_tangents(place, t, b) && vec3_normalize(t) && vec3_normalize(b);
     double local[4];
-    interpolate(place, place->mesh->streams->tangents, 4, local);
-    mat4_transform_direction(place->scene->state->world[place->mesh->node], local, t);
+    interpolate(place, place->mesh->tangents, place->mesh->first_vertex, 4, local);
+    mat4_transform_direction(place->mesh->world, local, t);
     double along = vec3_dot(t, n);
     for (int k = 0; k < 3; k++)
         t[k] -= n[k] * along;
@@ -229,7 +232,7 @@ static void evaluate_normal(const struct place *place, double normal[3])
 {
     double local[3];
     const struct scene_material *m = place->mesh->material;
-    interpolate(place, place->mesh->normals, 3, local);
+    interpolate(place, place->mesh->normals, place->mesh->first_vertex, 3, local);
     for (int i = 0; i < 3; i++)
         normal[i] = vec3_dot(place->mesh->normal_matrix[i], local);
     if (!vec3_normalize(normal))

@@ -22,6 +22,8 @@ bool rt_terminator_find(const struct rt_scene *scene, const struct rt_hit *hit,
     uint32_t vertices[3];
     rt_mesh_triangle(mesh, hit->triangle, vertices);
     for (int i = 0; i < 3; i++)
+        vertices[i] -= mesh->first_vertex;
+    for (int i = 0; i < 3; i++)
         normals[i] = mesh->normals + 3 * (size_t)vertices[i];
     if (is_flat(normals))
         return false;
@@ -34,7 +36,7 @@ bool rt_terminator_find(const struct rt_scene *scene, const struct rt_hit *hit,
             normal[k] = side * vec3_dot(mesh->normal_matrix[k], local);
         if (!vec3_normalize(normal))
             return false;
-        vec3_sub(point, mesh->positions[vertices[i] - mesh->primitive->first_vertex], away);
+        vec3_sub(point, mesh->positions[vertices[i]], away);
         double below = rt_min(vec3_dot(away, normal), 0);
         for (int k = 0; k < 3; k++) {
             start->offset[k] -= weights[i] * below * normal[k];

@@ -79,11 +79,10 @@ static void cubic(const float *values, int components, const struct between *at,
 }
 
 static void evaluate_channel(const struct scene *scene, const struct scene_channel *channel,
-                             double time_s, double *out)
+                             int components, double time_s, double *out)
 {
     const float *times = scene->keys + channel->first_key;
     const float *values = times + channel->key_count;
-    int components = channel->path == SCENE_ROTATION ? 4 : 3;
     struct between at = find_keys(times, channel->key_count, time_s);
     const float *left = values + (size_t)components * at.left;
     if (channel->interpolation == SCENE_CUBIC) {
@@ -101,16 +100,31 @@ static void evaluate_channel(const struct scene *scene, const struct scene_chann
         normalize4(out);
 }
 
+static void evaluate_weights(const struct scene *scene, const struct scene_channel *channel,
+                             double time_s, float *weights)
+{
+    const struct scene_deformed_node *node = &scene->deformed_nodes[channel->pose];
+    double values[SCENE_TARGETS_MAX];
+    evaluate_channel(scene, channel, (int)node->weight_count, time_s, values);
+    for (uint32_t i = 0; i < node->weight_count; i++)
+        weights[node->first_weight + i] = (float)values[i];
+}
+
 void animation_evaluate(const struct scene *scene, uint32_t animation, double time_s,
-                        struct scene_pose *poses)
+                        struct scene_pose *poses, float *weights)
 {
     const struct scene_animation *a = &scene->animations[animation];
     for (uint32_t i = 0; i < a->channel_count; i++) {
         const struct scene_channel *channel = &scene->channels[a->first_channel + i];
+        if (channel->path == SCENE_WEIGHTS) {
+            evaluate_weights(scene, channel, time_s, weights);
+            continue;
+        }
         struct scene_pose *pose = &poses[channel->pose];
         double *members[] = {[SCENE_TRANSLATION] = pose->translation,
                              [SCENE_ROTATION] = pose->rotation,
                              [SCENE_SCALE] = pose->scale};
-        evaluate_channel(scene, channel, time_s, members[channel->path]);
+        evaluate_channel(scene, channel, channel->path == SCENE_ROTATION ? 4 : 3, time_s,
+                         members[channel->path]);
     }
 }

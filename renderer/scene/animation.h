@@ -6,10 +6,11 @@
 
 #include "renderer/scene/scene.h"
 
-/* Sets what the animation moves; the rest of poses, scene->pose_count of them, stays as it is.
+/* Sets what the animation moves; the rest of poses, scene->pose_count of them, and of weights,
+ * scene->target_weight_count of morph targets, stays as it is.
  * Before its first key and after its last one a channel holds the value of that key. animation is
  * an index of the scene. Rotations come out as unit quaternions. */
 void animation_evaluate(const struct scene *scene, uint32_t animation, double time_s,
-                        struct scene_pose *poses);
+                        struct scene_pose *poses, float *weights);
 
 #endif

@@ -32,6 +32,14 @@ static const size_t record_bytes[SCENE_SECTION_COUNT] = {
     [SCENE_ANIMATIONS] = sizeof(struct scene_animation),
     [SCENE_CHANNELS] = sizeof(struct scene_channel),
     [SCENE_KEYS] = sizeof(float),
+    [SCENE_SKINS] = sizeof(struct scene_skin),
+    [SCENE_JOINTS] = sizeof(struct scene_joint),
+    [SCENE_DEFORMATIONS] = sizeof(struct scene_deformation),
+    [SCENE_INFLUENCES] = sizeof(struct scene_influence),
+    [SCENE_TARGETS] = sizeof(struct scene_target),
+    [SCENE_DELTAS] = sizeof(struct scene_delta),
+    [SCENE_DEFORMED_NODES] = sizeof(struct scene_deformed_node),
+    [SCENE_TARGET_WEIGHTS] = sizeof(float),
 };
 
 size_t blob_record_bytes(enum scene_section section)

@@ -3,10 +3,12 @@
 #include "renderer/scene/scene.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "renderer/scene/blob_writer.h"
+#include "renderer/scene/deformation_check.h"
 #include "renderer/scene/texture_levels.h"
 
 static bool refuse(struct error *err, const char *what, uint64_t index)
@@ -96,6 +98,18 @@ static const void *open_records(struct opener *opener, enum scene_section which,
     return records;
 }
 
+static void open_deformations(struct opener *o, struct scene *scene)
+{
+    scene->skins = open_records(o, SCENE_SKINS, &scene->skin_count);
+    scene->joints = open_records(o, SCENE_JOINTS, &scene->joint_count);
+    scene->deformations = open_records(o, SCENE_DEFORMATIONS, &scene->deformation_count);
+    scene->influences = open_records(o, SCENE_INFLUENCES, &scene->influence_count);
+    scene->targets = open_records(o, SCENE_TARGETS, &scene->target_count);
+    scene->deltas = open_records(o, SCENE_DELTAS, &scene->delta_count);
+    scene->deformed_nodes = open_records(o, SCENE_DEFORMED_NODES, &scene->deformed_node_count);
+    scene->target_weights = open_records(o, SCENE_TARGET_WEIGHTS, &scene->target_weight_count);
+}
+
 static bool open_sections(struct scene *scene, uint64_t memory_bytes, struct error *err)
 {
     struct opener o = {.header = scene->header, .memory_bytes = memory_bytes, .err = err};
@@ -119,6 +133,7 @@ static bool open_sections(struct scene *scene, uint64_t memory_bytes, struct err
     scene->animations = open_records(&o, SCENE_ANIMATIONS, &scene->animation_count);
     scene->channels = open_records(&o, SCENE_CHANNELS, &scene->channel_count);
     scene->keys = open_records(&o, SCENE_KEYS, &scene->key_count);
+    open_deformations(&o, scene);
     if (o.has_failed)
         return false;
     if (scene->material_count == 0)
@@ -405,21 +420,36 @@ static bool is_pose(const struct scene *scene, uint32_t index)
            length2 > 0.999 && length2 < 1.001;
 }
 
-static uint64_t channel_numbers(const struct scene_channel *channel)
+/* The channel's path and pose are known to be good. */
+static uint64_t channel_numbers(const struct scene *scene, const struct scene_channel *channel)
 {
-    uint64_t components = channel->path == SCENE_ROTATION ? 4 : 3;
+    uint64_t components = channel->path == SCENE_ROTATION ? 4
+                          : channel->path == SCENE_WEIGHTS
+                              ? scene->deformed_nodes[channel->pose].weight_count
+                              : 3;
     uint64_t values = channel->interpolation == SCENE_CUBIC ? 3 : 1;
     return channel->key_count * (1 + components * values);
 }
 
+/* Whether the channel before it has the same times, as those of instances have. */
+static bool has_checked_times(const struct scene *scene, const struct scene_channel *channel)
+{
+    return channel > scene->channels && channel[-1].first_key == channel->first_key &&
+           channel[-1].key_count == channel->key_count;
+}
+
 static bool is_channel(const struct scene *scene, const struct scene_channel *channel)
 {
-    if (channel->pose >= scene->pose_count || channel->path > SCENE_SCALE ||
+    uint32_t poses =
+        channel->path == SCENE_WEIGHTS ? scene->deformed_node_count : scene->pose_count;
+    if (channel->path > SCENE_WEIGHTS || channel->pose >= poses ||
         channel->interpolation > SCENE_CUBIC || channel->key_count == 0 ||
         channel->first_key > scene->key_count ||
-        channel_numbers(channel) > scene->key_count - channel->first_key)
+        channel_numbers(scene, channel) > scene->key_count - channel->first_key)
         return false;
     const float *times = scene->keys + channel->first_key;
+    if (has_checked_times(scene, channel))
+        return true;
     for (uint32_t i = 0; i < channel->key_count; i++)
         if (!(times[i] >= (i > 0 ? times[i - 1] : 0)))
             return false;
@@ -436,7 +466,7 @@ static bool check_animations(const struct scene *scene, struct error *err)
         if (!is_pose(scene, i))
             return refuse(err, "pose", i);
     for (uint32_t i = 0; i < scene->channel_count; i++) {
-        checked += scene->channels[i].key_count;
+        checked += has_checked_times(scene, &scene->channels[i]) ? 0 : scene->channels[i].key_count;
         if (checked > scene->header->size_bytes / 2 || !is_channel(scene, &scene->channels[i]))
             return refuse(err, "channel", i);
     }
@@ -454,12 +484,14 @@ static bool check_animations(const struct scene *scene, struct error *err)
 static bool open_blob(struct scene *scene, const void *blob, size_t size_bytes, bool is_head,
                       struct error *err)
 {
+    static atomic_uint_least64_t serial;
     memset(scene, 0, sizeof *scene);
     if ((uintptr_t)blob % _Alignof(struct scene_header) != 0)
         return error_set(err, ERROR_INTERNAL, "scene blob: not aligned");
     if (!check_header(blob, size_bytes, is_head, err))
         return false;
     scene->header = blob;
+    scene->serial = ++serial;
     bool is_good =
         open_strings(scene, size_bytes, err) && open_sections(scene, size_bytes, err) &&
         open_vertices(scene, size_bytes, err) &&
@@ -467,7 +499,8 @@ static bool open_blob(struct scene *scene, const void *blob, size_t size_bytes, 
         check_lines(scene, scene->extensions_ignored, scene->extension_ignored_count, err) &&
         check_lines(scene, scene->warnings, scene->warning_count, err) &&
         check_hierarchy(scene, err) && check_primitives(scene, err) && check_surfaces(scene, err) &&
-        check_lights_and_cameras(scene, err) && check_animations(scene, err);
+        check_lights_and_cameras(scene, err) && scene_check_deformations(scene, err) &&
+        check_animations(scene, err);
     if (!is_good)
         memset(scene, 0, sizeof *scene);
     return is_good;

@@ -23,6 +23,7 @@ struct scene_part {
 /* Pointers into the blob, with their counts. Borrowed: valid while the blob's memory is. */
 struct scene {
     const struct scene_header *header;
+    uint64_t serial; /* of this opening: no other has it */
     const char *strings;
     const struct scene_node *nodes;
     uint32_t node_count;
@@ -61,8 +62,24 @@ struct scene {
     uint32_t channel_count;
     const float *keys;
     uint32_t key_count;
-    /* Of a composed scene, else NULL and 0. Its vertices, indices, pixels and animations are those
-     * of its parts; the members of that name are those of the base alone. */
+    const struct scene_skin *skins; /* this and what follows: none where nothing deforms */
+    uint32_t skin_count;
+    const struct scene_joint *joints;
+    uint32_t joint_count;
+    const struct scene_deformation *deformations;
+    uint32_t deformation_count;
+    const struct scene_influence *influences;
+    uint32_t influence_count;
+    const struct scene_target *targets;
+    uint32_t target_count;
+    const struct scene_delta *deltas;
+    uint32_t delta_count;
+    const struct scene_deformed_node *deformed_nodes;
+    uint32_t deformed_node_count;
+    const float *target_weights;
+    uint32_t target_weight_count;
+    /* Of a composed scene, else NULL and 0. Its vertices, indices, pixels, animations and
+     * deformations are those of its parts; the members of that name are those of the base alone. */
     const struct scene_part *parts;
     uint32_t part_count;
 };

@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 #define SCENE_BLOB_MAGIC "VITRAIL" /* 8 bytes with the NUL */
-enum { SCENE_BLOB_VERSION = 7 };   /* any change of a record or of its meaning raises it */
+enum { SCENE_BLOB_VERSION = 8 };   /* any change of a record or of its meaning raises it */
 
 enum scene_section {
     SCENE_STRINGS,    /* char */
@@ -45,6 +45,17 @@ enum scene_section {
     SCENE_ANIMATIONS,         /* struct scene_animation; their channels follow each other */
     SCENE_CHANNELS,           /* struct scene_channel */
     SCENE_KEYS,               /* f32 */
+    /* Absent where nothing deforms (renderer/scene/deform.h): */
+    SCENE_SKINS,          /* struct scene_skin; their joints follow each other */
+    SCENE_JOINTS,         /* struct scene_joint */
+    SCENE_DEFORMATIONS,   /* struct scene_deformation, primitives ascending; their influences and
+                             targets follow each other */
+    SCENE_INFLUENCES,     /* struct scene_influence */
+    SCENE_TARGETS,        /* struct scene_target; their deltas follow each other */
+    SCENE_DELTAS,         /* struct scene_delta */
+    SCENE_DEFORMED_NODES, /* struct scene_deformed_node, nodes ascending; their weights follow each
+                             other */
+    SCENE_TARGET_WEIGHTS, /* f32 */
     SCENE_SECTION_COUNT
 };
 
@@ -92,19 +103,68 @@ struct scene_animation {
     float duration_s; /* time of the last key of any channel; 0 without channels */
 };
 
-enum scene_path { SCENE_TRANSLATION, SCENE_ROTATION, SCENE_SCALE };
+enum scene_path { SCENE_TRANSLATION, SCENE_ROTATION, SCENE_SCALE, SCENE_WEIGHTS };
 enum scene_interpolation { SCENE_STEP, SCENE_LINEAR, SCENE_CUBIC };
 
-/* Keys of one member of one pose. SCENE_KEYS holds from first_key on: key_count times [s], not
- * descending, from 0 on; then a value of 3 numbers per key, 4 for rotations; for SCENE_CUBIC three
- * such values: in-tangent, value, out-tangent. */
+/* Keys of one member of one pose, or of the weights of a deformed node. SCENE_KEYS holds from
+ * first_key on: key_count times [s], not descending, from 0 on; then a value of 3 numbers per key,
+ * 4 for rotations, as many as the node has weights for those; for SCENE_CUBIC three such values:
+ * in-tangent, value, out-tangent. */
 struct scene_channel {
-    uint32_t pose;
+    uint32_t pose;          /* for SCENE_WEIGHTS: of SCENE_DEFORMED_NODES */
     uint32_t path;          /* enum scene_path */
     uint32_t interpolation; /* enum scene_interpolation */
     uint32_t key_count;     /* at least 1 */
     uint32_t first_key;
     uint32_t pad;
+};
+
+struct scene_skin {
+    uint32_t first_joint, joint_count; /* at least 1 */
+};
+
+struct scene_joint {
+    uint32_t node;
+    float inverse_bind[12]; /* joint_from_mesh at rest, affine: four columns of three */
+};
+
+enum { SCENE_INFLUENCE_SETS_MAX = 2, SCENE_TARGETS_MAX = 1024 }; /* of a primitive */
+
+enum scene_deformation_flags {
+    SCENE_DEFORMATION_IS_FLAT = 1 /* vertices 3i to 3i + 2 are triangle i, which gives the normal */
+};
+
+/* How the vertices of a primitive may be deformed. */
+struct scene_deformation {
+    uint32_t primitive;
+    uint32_t influence_sets;  /* 0: it follows no joints */
+    uint32_t first_influence; /* of all vertices for the first set, then for the second */
+    uint32_t joint_count;     /* no influence names a joint beyond */
+    uint32_t first_target, target_count;
+    uint32_t flags; /* enum scene_deformation_flags */
+    uint32_t pad;
+};
+
+struct scene_influence {
+    uint16_t joints[4]; /* of the skin */
+    float weights[4];   /* not negative; over all sets of a vertex their sum is 1 */
+};
+
+struct scene_target {
+    uint32_t first_delta, delta_count;
+};
+
+/* What a weight of 1 adds to a vertex. */
+struct scene_delta {
+    uint32_t vertex; /* of the primitive; ascending within a target */
+    float position[3], normal[3], tangent[3];
+};
+
+/* A node whose mesh has targets, or that has a skin. */
+struct scene_deformed_node {
+    uint32_t node;
+    int32_t skin;
+    uint32_t first_weight, weight_count; /* as many as the mesh has targets */
 };
 
 struct scene_mesh {

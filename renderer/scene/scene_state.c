@@ -49,7 +49,9 @@ struct moved_nodes {
     struct scene_pose *poses;
     double (*locals)[16]; /* per pose */
     size_t count;
-    bool *has_channel; /* per node of the whole scene: a channel of the animation moves it */
+    float *weights;    /* borrowed: of morph targets, of the members that are still to come */
+    bool *has_channel; /* per node of the whole scene: a channel of the animation moves it, or its
+                          weights */
 };
 
 /* Moves the nodes of one scene, which begin at first_node. only: -1 for all of its animations. */
@@ -63,10 +65,13 @@ static void move_nodes(const struct scene *scene, int32_t only, double time_s, u
         const struct scene_animation *animation = &scene->animations[i];
         if (only >= 0 && only != (int32_t)i)
             continue;
-        animation_evaluate(scene, i, time_s, poses);
+        animation_evaluate(scene, i, time_s, poses, moved->weights);
         for (uint32_t c = 0; c < animation->channel_count; c++) {
             const struct scene_channel *channel = &scene->channels[animation->first_channel + c];
-            moved->has_channel[first_node + poses[channel->pose].node] = true;
+            uint32_t node = channel->path == SCENE_WEIGHTS
+                                ? scene->deformed_nodes[channel->pose].node
+                                : poses[channel->pose].node;
+            moved->has_channel[first_node + node] = true;
         }
     }
     for (uint32_t i = 0; i < scene->pose_count; i++) {
@@ -122,6 +127,8 @@ static bool animate(const struct scene *scene, const struct view *view, struct m
         if (!view->animation || only >= 0)
             move_nodes(member_scene(scene, i), only, view->animation_time_s,
                        scene->part_count ? scene->parts[i].first_node : 0, moved, locals);
+        if (moved->weights)
+            moved->weights += member_scene(scene, i)->target_weight_count;
     }
     return true;
 }
@@ -143,16 +150,27 @@ static bool place_parts(struct scene_state *state, const struct view *view, cons
     return true;
 }
 
-/* Whether a mesh, a light or a camera hangs on a node that the animation moves. Joints of skins
- * carry nothing. */
+static bool is_moved(const struct scene *scene, const struct moved_nodes *moved, uint32_t node)
+{
+    for (int32_t at = (int32_t)node; at >= 0; at = scene->nodes[at].parent)
+        if (moved->has_channel[at])
+            return true;
+    return false;
+}
+
+/* Whether a mesh, a joint, a light or a camera hangs on a node that the animation moves. */
 static bool moves_anything(const struct scene *scene, const struct moved_nodes *moved)
 {
     for (uint32_t i = 0; i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];
-        if (node->mesh < 0 && node->light < 0 && node->camera < 0)
-            continue;
-        for (int32_t at = (int32_t)i; at >= 0; at = scene->nodes[at].parent)
-            if (moved->has_channel[at])
+        if ((node->mesh >= 0 || node->light >= 0 || node->camera >= 0) && is_moved(scene, moved, i))
+            return true;
+    }
+    for (uint32_t m = 0; m < member_count(scene); m++) {
+        const struct scene *member = member_scene(scene, m);
+        uint32_t first = scene->part_count ? scene->parts[m].first_node : 0;
+        for (uint32_t i = 0; i < member->joint_count; i++)
+            if (is_moved(scene, moved, first + member->joints[i].node))
                 return true;
     }
     return false;
@@ -167,7 +185,7 @@ static bool compose_nodes(struct scene_state *state, const struct view *view, st
         return error_set(err, ERROR_NO_MEMORY, "%u nodes", scene->node_count);
     for (uint32_t i = 0; i < scene->node_count; i++)
         state->is_visible[i] = true;
-    struct moved_nodes moved = {.poses = NULL};
+    struct moved_nodes moved = {.weights = state->deforms.weights};
     bool ok = place_parts(state, view, locals, err) &&
               (!view->is_animated || animate(scene, view, &moved, locals, err)) &&
               apply_node_overrides(state, view, locals, err);
@@ -288,7 +306,9 @@ static uint64_t shadow_hash(const struct scene_state *state, const struct state_
     const struct state_material *material = &state->materials[item->material];
     const struct scene_material *m = &material->base;
     uint64_t hash = 0xcbf29ce484222325ull;
-    HASH_FIELD(hash, state->world[item->node]);
+    hash = hash_bytes(hash, state_geometry_of(state, item).world, sizeof *state->world);
+    if (item->deformed)
+        HASH_FIELD(hash, state->deforms.items[item->deformed - 1].pose);
     HASH_FIELD(hash, item->node);
     HASH_FIELD(hash, item->primitive);
     HASH_FIELD(hash, item->class_);
@@ -340,7 +360,8 @@ static void compute_sphere(const struct scene_primitive *p, const double world[1
 
 static void compute_bounds(const struct scene_state *state, struct state_item *item)
 {
-    const struct scene_primitive *p = &state->scene->primitives[item->primitive];
+    const struct state_geometry geometry = state_geometry_of(state, item);
+    const struct scene_primitive *p = geometry.primitive;
     for (int k = 0; k < 3; k++) {
         item->bounds_min[k] = DBL_MAX;
         item->bounds_max[k] = -DBL_MAX;
@@ -349,24 +370,27 @@ static void compute_bounds(const struct scene_state *state, struct state_item *i
         double local[3], world[3];
         for (int k = 0; k < 3; k++)
             local[k] = (double)(corner >> k & 1 ? p->bounds_max[k] : p->bounds_min[k]);
-        mat4_transform_point(state->world[item->node], local, world);
+        mat4_transform_point(geometry.world, local, world);
         for (int k = 0; k < 3; k++) {
             item->bounds_min[k] = fmin(item->bounds_min[k], world[k]);
             item->bounds_max[k] = fmax(item->bounds_max[k], world[k]);
         }
     }
-    compute_sphere(p, state->world[item->node], item);
+    compute_sphere(p, geometry.world, item);
 }
 
+/* deformed: 1 + its index, or 0. */
 static void fill_item(const struct scene_state *state, uint32_t node, uint32_t primitive,
-                      struct state_item *item)
+                      uint32_t deformed, struct state_item *item)
 {
     const struct scene_primitive *p = &state->scene->primitives[primitive];
     const struct scene_material *m = &state->materials[p->material].base;
-    double determinant = mat4_determinant3(state->world[node]);
+    double determinant = deformed ? state->deforms.items[deformed - 1].determinant
+                                  : mat4_determinant3(state->world[node]);
     *item = (struct state_item){
         .node = node,
         .primitive = primitive,
+        .deformed = deformed,
         .material = p->material,
         .class_ = material_class(m),
         .is_mirrored = determinant < 0,
@@ -389,10 +413,22 @@ static bool is_open_volume(const struct scene_state *state, const struct state_i
            scene_material_attenuates(&state->materials[item->material].base);
 }
 
+/* Takes the next of what deforms, which lie in the order of the items, if it is this primitive:
+ * 1 + its index, else 0. */
+static uint32_t take_deformed(const struct state_deforms *deforms, uint32_t *next, uint32_t node,
+                              uint32_t primitive)
+{
+    if (*next >= deforms->count || deforms->items[*next].node != node ||
+        deforms->items[*next].index != primitive)
+        return 0;
+    return ++*next;
+}
+
 static bool list_items(struct scene_state *state, struct error *err)
 {
     const struct scene *scene = state->scene;
     size_t count = 0;
+    uint32_t deformed = 0;
     for (uint32_t i = 0; i < scene->node_count; i++)
         if (state->is_visible[i] && scene->nodes[i].mesh >= 0)
             count += scene->meshes[scene->nodes[i].mesh].primitive_count;
@@ -412,7 +448,8 @@ static bool list_items(struct scene_state *state, struct error *err)
             if (!scene->primitives[primitive].index_count)
                 continue;
             struct state_item *item = &state->items[state->item_count++];
-            fill_item(state, i, primitive, item);
+            fill_item(state, i, primitive, take_deformed(&state->deforms, &deformed, i, primitive),
+                      item);
             state->medium_count += item->is_medium;
             state->open_volume_count += is_open_volume(state, item);
             for (int k = 0; k < 3; k++) {
@@ -593,6 +630,23 @@ static double primitive_size(const struct scene_primitive *primitive, const doub
     return sqrt(square);
 }
 
+/* The matrices that a node's mesh is about as large by: at present, and in the file. A skinned one
+ * is as large as its first joint makes it. */
+static void find_frames(const struct scene_state *state, uint32_t node, double now[16],
+                        double in_file[16])
+{
+    const struct scene *scene = state->scene;
+    uint32_t joint_node = node;
+    const struct scene_joint *joint =
+        state->deforms.weights ? deform_first_joint(scene, node, &joint_node) : NULL;
+    memcpy(now, state->world[joint_node], 16 * sizeof *now);
+    memcpy(in_file, scene->nodes[joint_node].world_matrix, 16 * sizeof *now);
+    if (!joint)
+        return;
+    deform_joint_matrix(now, joint, now);
+    deform_joint_matrix(in_file, joint, in_file);
+}
+
 /* A node that is only moved keeps the size that it has in the file, whatever the last bits of its
  * matrix. */
 static double find_unit(const struct scene_state *state)
@@ -602,14 +656,17 @@ static double find_unit(const struct scene_state *state)
     double unit = 0;
     for (uint32_t i = 0; i < scene->node_count; i++) {
         const struct scene_node *node = &scene->nodes[i];
+        double now[16], first[16];
+        if (node->mesh >= 0)
+            find_frames(state, i, now, first);
         for (uint32_t p = 0; node->mesh >= 0 && p < scene->meshes[node->mesh].primitive_count;
              p++) {
             const struct scene_primitive *primitive =
                 &scene->primitives[scene->meshes[node->mesh].first_primitive + p];
-            double size = primitive_size(primitive, state->world[i]);
+            double size = primitive_size(primitive, now);
             if (size * (1 + 2 * rounding) <= unit)
                 continue;
-            double in_file = primitive_size(primitive, node->world_matrix);
+            double in_file = primitive_size(primitive, first);
             unit = fmax(unit, fabs(size - in_file) <= rounding * in_file ? in_file : size);
         }
     }
@@ -627,8 +684,11 @@ bool scene_state_init(struct scene_state *state, const struct scene *scene, cons
         error_set(err, ERROR_NO_MEMORY, "state of %u nodes", scene->node_count);
         goto fail;
     }
-    if (!compose_nodes(state, view, err) || !apply_material_overrides(state, view, err) ||
-        !list_items(state, err) || !list_lights(state, view, err))
+    if (!deforms_init(&state->deforms, scene, err) || !compose_nodes(state, view, err) ||
+        !deforms_evaluate(&state->deforms, scene, (const double(*)[16])state->world,
+                          state->is_visible, err) ||
+        !apply_material_overrides(state, view, err) || !list_items(state, err) ||
+        !list_lights(state, view, err))
         goto fail;
     state->unit_m = find_unit(state);
     state->whole_count = state->item_count;
@@ -655,6 +715,7 @@ void scene_state_finish(struct scene_state *state)
     free(state->is_visible);
     free(state->materials);
     section_finish(state);
+    deforms_finish(&state->deforms);
     free(state->items);
     free(state->lights);
     *state = (struct scene_state){0};

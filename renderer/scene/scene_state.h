@@ -4,6 +4,7 @@
 #ifndef VITRAIL_RENDERER_SCENE_SCENE_STATE_H
 #define VITRAIL_RENDERER_SCENE_SCENE_STATE_H
 
+#include "renderer/scene/deform.h"
 #include "renderer/scene/scene.h"
 #include "renderer/view.h"
 
@@ -24,8 +25,9 @@ struct state_item { /* one primitive of one visible node */
     double center[3], radius_m; /* world bounding sphere */
     double bounds_min[3], bounds_max[3];
     uint32_t cap;         /* 1 + index of state->caps for what closes a cut; else 0 */
-    uint64_t shadow_hash; /* of all that decides its shadow: matrix, primitive, filter factors and
-                             textures */
+    uint32_t deformed;    /* 1 + index of state->deforms for vertices in a pose; else 0 */
+    uint64_t shadow_hash; /* of all that decides its shadow: matrix, primitive, pose, filter factors
+                             and textures */
 };
 
 struct state_light {
@@ -78,13 +80,15 @@ struct scene_state {
     size_t item_count;
     size_t whole_count; /* items before the first cap */
     struct state_caps caps;
+    struct state_deforms deforms;
     uint32_t material_count;    /* the scene's, then one for each cap */
     size_t open_section_count;  /* meshes that a plane cuts and that cannot be capped: not closed */
     size_t medium_count;        /* items that are media */
     size_t open_volume_count;   /* items that would be if their surface were closed */
     struct state_light *lights; /* scene lights in node order, then those of the view */
     size_t light_count;
-    bool has_idle_animation; /* animated, and no mesh, light or camera hangs on a moved node */
+    bool has_idle_animation; /* animated, and no mesh, joint, light or camera hangs on a moved node
+                              */
     bool has_default_lights; /* neither scene nor view brought a light */
     bool has_environment;
     float sky[3], ground[3];                       /* nt */
@@ -111,6 +115,7 @@ MUST_CHECK bool scene_state_cut(struct scene_state *state, const struct view *vi
 struct state_geometry {
     const struct scene_primitive *primitive;
     const float *positions, *normals; /* of all vertices, the primitive's from its first on */
+    const float *tangents;            /* likewise; NULL: none */
     const uint32_t *indices;          /* likewise */
     const double *world;              /* 4 x 4 */
 };
@@ -119,12 +124,30 @@ static inline struct state_geometry state_geometry_of(const struct scene_state *
 {
     const struct scene_primitive *p = &state->scene->primitives[item->primitive];
     const struct scene *from = scene_of_primitive(state->scene, p);
-    if (!item->cap)
-        return (struct state_geometry){p, from->positions, from->normals, from->indices,
-                                       state->world[item->node]};
-    const struct state_cap *cap = &state->caps.caps[item->cap - 1];
-    return (struct state_geometry){&cap->primitive, state->caps.positions, state->caps.normals,
-                                   state->caps.indices, cap->world};
+    if (item->cap) {
+        const struct state_cap *cap = &state->caps.caps[item->cap - 1];
+        return (struct state_geometry){.primitive = &cap->primitive,
+                                       .positions = state->caps.positions,
+                                       .normals = state->caps.normals,
+                                       .indices = state->caps.indices,
+                                       .world = cap->world};
+    }
+    if (item->deformed) {
+        const struct state_deforms *deforms = &state->deforms;
+        const struct state_deformed *deformed = &deforms->items[item->deformed - 1];
+        return (struct state_geometry){.primitive = &deformed->primitive,
+                                       .positions = deforms->positions,
+                                       .normals = deforms->normals,
+                                       .tangents = deforms->tangents,
+                                       .indices = from->indices,
+                                       .world = deformed->world};
+    }
+    return (struct state_geometry){.primitive = p,
+                                   .positions = from->positions,
+                                   .normals = from->normals,
+                                   .tangents = from->tangents,
+                                   .indices = from->indices,
+                                   .world = state->world[item->node]};
 }
 
 /* The position of a vertex of the primitive, and the vertex of one of its indices. */

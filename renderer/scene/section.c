@@ -336,6 +336,7 @@ static void add_item(const struct section *section, const struct slice *slice,
     item.is_mirrored = item.is_medium = false;
     item.length_scale = 1;
     item.cap = (uint32_t)state->caps.count + 1;
+    item.deformed = 0;
     double diagonal[3];
     for (int k = 0; k < 3; k++) {
         item.bounds_min[k] = cap->world[12 + k] + (double)cap->primitive.bounds_min[k];

@@ -242,7 +242,9 @@ static void add_item(const struct texture_need_desc *desc, const struct state_it
         }
         const struct scene_image *image = &scene->images[index];
         const struct scene_texture *texture = &scene->textures[m->textures[slot].texture];
-        uint32_t level = level_for(texture, (double)density[slot] / 2 * metres);
+        /* poses may stretch a triangle as far as they like */
+        uint32_t level =
+            item->deformed ? 0 : level_for(texture, (double)density[slot] / 2 * metres);
         uint32_t last = last_equal_level(image);
         uint8_t *least = &levels[texture_key((uint32_t)index, scene_slot_is_srgb(slot))];
         level = level < last ? level : last;

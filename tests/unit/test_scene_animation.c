@@ -64,7 +64,7 @@ static struct scene_pose pose_at(const struct imported_scene *s, double time_s)
 {
     assert_int_equal(s->scene.pose_count, 1);
     struct scene_pose pose = s->scene.poses[0];
-    animation_evaluate(&s->scene, 0, time_s, &pose);
+    animation_evaluate(&s->scene, 0, time_s, &pose, NULL);
     return pose;
 }
 
