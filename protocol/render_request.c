@@ -13,7 +13,7 @@
 
 const char *request_fit_name(int fit)
 {
-    NAME_OF(fit, "front", "top", "right", "iso", "back", "left", "bottom");
+    NAME_OF(fit, "front", "top", "right", "iso", "back", "left", "bottom", "three-quarter");
 }
 
 const char *request_light_type_name(int type)

@@ -29,6 +29,7 @@ enum request_fit {
     REQUEST_FIT_BACK,
     REQUEST_FIT_LEFT,
     REQUEST_FIT_BOTTOM,
+    REQUEST_FIT_THREE_QUARTER,
 };
 enum request_light_type {
     REQUEST_LIGHT_DIRECTIONAL,

@@ -30,6 +30,7 @@ enum view_fit {
     VIEW_FIT_BACK,
     VIEW_FIT_LEFT,
     VIEW_FIT_BOTTOM,
+    VIEW_FIT_THREE_QUARTER, /* as products are photographed: renderer/scene/camera.c */
 };
 
 struct view_camera {

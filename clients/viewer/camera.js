@@ -15,6 +15,7 @@ export const STANDARD_VIEWS = {
   top: { yaw: 0, pitch: UP_LIMIT_DEG },
   bottom: { yaw: 0, pitch: -UP_LIMIT_DEG },
   iso: { yaw: 45, pitch: 35.264 }, // arctan(1/sqrt 2): all three axes equally foreshortened
+  "three-quarter": { yaw: 35, pitch: 20 }, // as products are photographed
 };
 
 export class OrbitCamera {

@@ -3,7 +3,7 @@
 // undo, and all of it as text for a link. Nothing here touches the page or the network.
 import { assemble, placedLight, worldOf } from "./assembly.js";
 import { boundsBelow, boundsOfAll } from "./bounds.js";
-import { OrbitCamera } from "./camera.js";
+import { OrbitCamera, STANDARD_VIEWS } from "./camera.js";
 import { History } from "./history.js";
 import { lightMembers, newLight } from "./lights.js";
 import { copy, isEqual, isObject, isSame, partSceneIds } from "./members.js";
@@ -122,7 +122,7 @@ export class Model extends EventTarget {
       this.standAt(camera, this.aspect);
       return;
     }
-    this.camera.turnTo({ yaw: 35, pitch: 20 });
+    this.camera.turnTo(STANDARD_VIEWS["three-quarter"]);
     this.camera.fit(this.bounds, this.aspect);
   }
 

@@ -30,7 +30,7 @@ struct request_options {
 
 /* What their specifications look like. */
 #define REQUEST_HELP                                                                           \
-    "Cameras:  node:NAME   fit:iso|front|back|left|right|top|bottom\n"                         \
+    "Cameras:  node:NAME   fit:three-quarter|iso|front|back|left|right|top|bottom\n"           \
     "          eye=0,1,4 target=0,1,0 up=0,1,0 fov=45\n"                                       \
     "          ortho=METRES makes any of them orthographic: \"ortho=3 fit:top\", or as high\n" \
     "          as the scene needs: \"ortho fit:top\"\n"                                        \

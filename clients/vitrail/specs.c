@@ -195,14 +195,15 @@ static bool camera_is_complete(const json_t *camera, struct failure *failure)
         json_object_get(camera, "matrix") || (has_eye && has_target))
         return true;
     return fail(failure, EXIT_CODE_USAGE,
-                "--camera: needs node:NAME, fit:front|back|left|right|top|bottom|iso, or eye=x,y,z "
-                "target=x,y,z");
+                "--camera: needs node:NAME, fit:front|back|left|right|top|bottom|iso|"
+                "three-quarter, or eye=x,y,z target=x,y,z");
 }
 
 /* Of fit:SIDE. */
 static bool is_side(const char *word)
 {
-    static const char *const sides[] = {"front", "back", "left", "right", "top", "bottom", "iso"};
+    static const char *const sides[] = {"front", "back",   "left", "right",
+                                        "top",   "bottom", "iso",  "three-quarter"};
 
     for (size_t i = 0; i < sizeof sides / sizeof *sides; i++)
         if (!strcmp(word, sides[i]))

@@ -49,6 +49,7 @@ class RequestTest(CliTest):
         for text, camera in {
                 "node:My Camera; 2": {"node": "My Camera; 2"},
                 "fit:iso": {"fit": "iso"},
+                "fit:three-quarter": {"fit": "three-quarter"},
                 "ortho=3 fit:top": {"fit": "top", "ortho_height": 3},
                 "ortho=2.5;node:Cam": {"node": "Cam", "ortho_height": 2.5},
                 "eye=1,2,3 target=0,0,0 up=0,0,1 fov=30": {

@@ -14,7 +14,7 @@
 #include "renderer/scene/camera.h"
 #include "tests/support/light_scene.h"
 
-enum { SIDES = 7 };
+enum { SIDES = 8 };
 
 /* A state with nothing but bounds: a camera that fits asks for no more. */
 static struct scene_state boxed(uint64_t *seed, const struct scene *scene)
@@ -55,23 +55,46 @@ static void a_fitted_box_fills_the_image_from_every_side(void **unused)
         struct view view = {.width_px = 16 + 100 * (trial % 5), .height_px = 200};
         view.camera = (struct view_camera){.kind = VIEW_CAMERA_FIT,
                                            .fit = (enum view_fit)(trial % SIDES),
-                                           .is_orthographic = trial & 1,
+                                           .is_orthographic = trial / SIDES & 1,
                                            .fov_y_deg = trial % 3 ? 0 : 20};
         struct camera camera;
         struct error err = {0};
         if (!camera_resolve(&camera, &view, &state, &err))
             fail_msg("%s", err.message);
-        assert_int_equal(camera.is_orthographic, trial & 1);
+        assert_int_equal(camera.is_orthographic, trial / SIDES & 1);
         double fill = fill_of(&camera, &state);
-        assert_true(fill <= 1 && fill > 0.95);
+        double most = view.camera.fit == VIEW_FIT_THREE_QUARTER ? 1 / 1.1 : 1;
+        assert_true(fill <= most + 1e-9 && fill > most - 0.05);
     }
+}
+
+/* 35 degrees to the right of the front, 20 above it, and not as wide as other cameras. */
+static void a_three_quarter_view_is_that_of_a_photographer(void **unused)
+{
+    (void)unused;
+    const struct scene scene = {.header = NULL};
+    uint64_t seed = 11;
+    struct scene_state state = boxed(&seed, &scene);
+    struct view view = {.width_px = 64,
+                        .height_px = 64,
+                        .camera = {.kind = VIEW_CAMERA_FIT, .fit = VIEW_FIT_THREE_QUARTER}};
+    struct camera camera;
+    struct error err = {0};
+    assert_true(camera_resolve(&camera, &view, &state, &err));
+    const double degree = acos(-1) / 180;
+    assert_true(fabs(asin(camera.back[1]) / degree - 20) < 0.05);
+    assert_true(fabs(atan2(camera.back[0], camera.back[2]) / degree - 35) < 0.05);
+    assert_true(fabs(atan(camera.half_height) / degree - 15) < 1e-9);
+    view.camera.fov_y_deg = 60;
+    assert_true(camera_resolve(&camera, &view, &state, &err));
+    assert_true(fabs(atan(camera.half_height) / degree - 30) < 1e-9);
 }
 
 static void each_side_looks_along_its_axis(void **unused)
 {
     (void)unused;
-    static const double back[SIDES][3] = {{0, 0, 1},  {0, 1, 0},  {1, 0, 0}, {0, 0, 0},
-                                          {0, 0, -1}, {-1, 0, 0}, {0, -1, 0}};
+    static const double back[SIDES][3] = {{0, 0, 1},  {0, 1, 0},  {1, 0, 0},  {0, 0, 0},
+                                          {0, 0, -1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 0}};
     const struct scene scene = {.header = NULL};
     uint64_t seed = 9;
     struct scene_state state = boxed(&seed, &scene);
@@ -81,7 +104,7 @@ static void each_side_looks_along_its_axis(void **unused)
         struct camera camera;
         struct error err = {0};
         assert_true(camera_resolve(&camera, &view, &state, &err));
-        if (side != VIEW_FIT_ISO)
+        if (side != VIEW_FIT_ISO && side != VIEW_FIT_THREE_QUARTER)
             assert_true(vec3_dot(camera.back, back[side]) == 1);
     }
 }
@@ -162,6 +185,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_fitted_box_fills_the_image_from_every_side),
+        cmocka_unit_test(a_three_quarter_view_is_that_of_a_photographer),
         cmocka_unit_test(each_side_looks_along_its_axis),
         cmocka_unit_test(an_empty_scene_is_fitted_too),
         cmocka_unit_test(an_image_holds_all_that_a_camera_of_the_file_shows),

@@ -481,7 +481,7 @@ static void name_tables_end_with_null(void **state)
         request_pass_through_name, request_tone_mapping_name, shadow_technique_name,
         transparency_name,         request_light_lists_name,  request_blend_filter_name,
         request_output_name,       request_format_name};
-    static const int counts[] = {7, 5, 3, 3, 4, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5};
+    static const int counts[] = {8, 5, 3, 3, 4, 7, 2, 3, 3, REQUEST_OUTPUT_COUNT, 5};
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         assert_null(tables[i](-1));
         assert_non_null(tables[i](counts[i] - 1));
